@@ -1,0 +1,152 @@
+"""Rigid-body dynamics from the free-body diagram to the equation, the number and the picture.
+
+    import freebody as fb
+
+    s = fb.System("pendulum")            # describe the machine once
+    fb.equations(s)                      # its free-body equations and equations of motion
+    fb.simulate(s, until=10)             # its motion, to a stated tolerance
+
+A public name is imported from its module when it is first used, so that ``import freebody`` costs
+a few milliseconds and nobody pays for the compiler or the plots of a product that was not asked for.
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from . import errors as errors
+    from .compile.program import compile_system as compile
+    from .describe.system import System as System
+    from .equations import equations as equations
+    from .formats import read as read
+    from .formats import write as write
+    from .model import Model as Model
+    from .model import assemble as assemble
+    from .simulate import Trajectory as Trajectory
+    from .simulate import event as event
+    from .simulate import simulate as simulate
+    from .space.density import from_density as from_density
+    from .space.density import revolve as revolve
+    from .space.mass import MassProperties as MassProperties
+    from .space.mesh import mesh as mesh
+    from .space.pose import Pose as Pose
+    from .space.rotation import Rotation as Rotation
+    from .space.solids import box as box
+    from .space.solids import cone as cone
+    from .space.solids import cylinder as cylinder
+    from .space.solids import disk as disk
+    from .space.solids import ellipsoid as ellipsoid
+    from .space.solids import particle as particle
+    from .space.solids import plate as plate
+    from .space.solids import ring as ring
+    from .space.solids import slender_bar as slender_bar
+    from .space.solids import sphere as sphere
+    from .space.solids import spherical_shell as spherical_shell
+    from .space.solids import torus as torus
+    from .space.solids import tube as tube
+
+__version__ = "0.1.0"
+
+# public name -> module that holds it, or "module:attribute" where the two names differ
+_EXPORTS = {
+    "MassProperties": "space.mass",
+    "Model": "model",
+    "Pose": "space.pose",
+    "Rotation": "space.rotation",
+    "System": "describe.system",
+    "Trajectory": "simulate",
+    "assemble": "model",
+    "box": "space.solids",
+    "compile": "compile.program:compile_system",
+    "cone": "space.solids",
+    "cylinder": "space.solids",
+    "disk": "space.solids",
+    "ellipsoid": "space.solids",
+    "equations": "equations",
+    "errors": "errors:",
+    "event": "simulate",
+    "from_density": "space.density",
+    "mesh": "space.mesh",
+    "particle": "space.solids",
+    "plate": "space.solids",
+    "read": "formats",
+    "revolve": "space.density",
+    "ring": "space.solids",
+    "simulate": "simulate",
+    "slender_bar": "space.solids",
+    "sphere": "space.solids",
+    "spherical_shell": "space.solids",
+    "torus": "space.solids",
+    "tube": "space.solids",
+    "write": "formats",
+}
+
+__all__ = [  # noqa: F822, PLE0604 - each name is resolved by __getattr__
+    *sorted(_EXPORTS),
+    "__version__",
+]
+
+
+def _resolve(name: str) -> Any:
+    """The object of a public name, imported now and kept in this module's dictionary."""
+    module_name, _, attribute = _EXPORTS[name].partition(":")
+    module = import_module(f"{__name__}.{module_name}")
+    if attribute or ":" not in _EXPORTS[name]:
+        value = getattr(module, attribute or name)
+    else:
+        value = module
+    globals()[name] = value
+    return value
+
+
+def __getattr__(name: str) -> Any:
+    if name in _EXPORTS:
+        return _resolve(name)
+    from .errors import nearest
+
+    if name.startswith("__"):  # asked by tools, not by people: keep it cheap
+        raise AttributeError(f"module 'freebody' has no attribute {name!r}")
+    raise AttributeError(f"Expected a public name of freebody, got {name!r}; {nearest(name, _EXPORTS)}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*_EXPORTS, "__version__", "__doc__", "__name__", "__file__", "__path__"})
+
+
+class _FunctionBesideFolder:
+    """A public function that shares its name with the folder it lives in.
+
+    Importing ``freebody.equations`` makes Python bind the folder as the attribute ``equations`` of this
+    module, whichever import comes first. A data descriptor on the module's class is asked before the
+    module's dictionary and receives that binding, so ``freebody.equations`` is the function in every
+    order. The folder stays what ``from freebody.equations import ...`` reads.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __get__(self, module: ModuleType, owner: type | None = None) -> Any:
+        value = vars(module).get(self.name)
+        return _resolve(self.name) if value is None else value
+
+    def __set__(self, module: ModuleType, value: Any) -> None:
+        if value is not sys.modules.get(f"{__name__}.{self.name}"):
+            vars(module)[self.name] = value
+
+    def __delete__(self, module: ModuleType) -> None:
+        vars(module).pop(self.name, None)
+
+
+class _Freebody(ModuleType):
+    """The class of this module."""
+
+    compile = _FunctionBesideFolder("compile")
+    equations = _FunctionBesideFolder("equations")
+    simulate = _FunctionBesideFolder("simulate")
+
+
+sys.modules[__name__].__class__ = _Freebody
