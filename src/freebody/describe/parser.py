@@ -112,15 +112,6 @@ def parse(text: str, names: Mapping[str, Any]) -> Any:
     return _Parser(text, names).whole()
 
 
-def is_name(text: str) -> bool:
-    """Whether a text can be the name of a parameter, coordinate or body in an expression.
-
-    >>> is_name("theta_1"), is_name("2a"), is_name("sin"), is_name("theta'")
-    (True, False, False, False)
-    """
-    return re.fullmatch(r"[^\W\d]\w*", text) is not None and text not in FUNCTIONS and text not in CONSTANTS
-
-
 class _Parser:
     """Reads one text from left to right; every method returns a SymPy expression."""
 

@@ -1,0 +1,55 @@
+"""Directions and orientations, as users give them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+
+from ..errors import ModelError
+from ..scalar.algebra import IDENTITY, Matrix, Vector
+from ..scalar.expression import exact
+
+UNIT: dict[str, Vector] = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
+
+
+def direction(system: Any, axis: Any, what: str) -> Vector:
+    """A unit vector from ``"x"``, ``"-y"`` or three components of any length but zero."""
+    if isinstance(axis, str):
+        name = axis.lower().lstrip("+-")
+        if name not in UNIT or len(axis) > len(name) + 1:
+            raise ModelError(f"Expected 'x', 'y', 'z' or three components for {what}, got '{axis}'.")
+        unit = UNIT[name]
+        return (-unit[0], -unit[1], -unit[2]) if axis.startswith("-") else unit
+    vector = system.vector(axis, what)
+    for component in vector:
+        moving = system.names.depends(component, "coordinate", "speed", "time")
+        if moving:
+            raise ModelError(f"A direction fixed in the bodies can not depend on {', '.join(moving)} ({what}).")
+    square = sympy.Add(*(sympy.sympify(c) ** 2 for c in vector))
+    if square == 0:
+        raise ModelError(f"The axis of {what.removeprefix('the axis of ')} has length zero. Give a direction, such as (0, 0, 1).")
+    length = sympy.sqrt(square)
+    x, y, z = (exact(sympy.sympify(c) / length) if length != 1 else c for c in vector)
+    return (x, y, z)
+
+
+def orientation(system: Any, axes: Any, what: str) -> Matrix:
+    """A rotation matrix from None, a Rotation or nine entries."""
+    if axes is None:
+        return IDENTITY
+    rows = getattr(axes, "rows", axes)
+    rows = rows.tolist() if hasattr(rows, "tolist") else rows
+    if isinstance(rows, str) or not hasattr(rows, "__len__") or len(rows) != 3 or any(len(row) != 3 for row in rows):
+        raise ModelError(f"Expected a Rotation or a 3 x 3 rotation matrix for {what}, got {axes!r}.")
+    matrix = tuple(system.vector(row, what) for row in rows)
+    product = sympy.Matrix(matrix) * sympy.Matrix(matrix).T
+    if not product.free_symbols:
+        error = max(abs(float(entry)) for entry in product - sympy.eye(3))
+        determinant = float(sympy.Matrix(matrix).det())
+        if error > 1e-12 or determinant < 0:
+            raise ModelError(
+                f"Expected a rotation matrix for {what}: its rows are orthonormal to {error:.2g} only "
+                f"and its determinant is {determinant:.6g}, not 1."
+            )
+    return matrix  # type: ignore[return-value]

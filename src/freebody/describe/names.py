@@ -1,0 +1,142 @@
+"""The names of a system and the SymPy atoms they stand for.
+
+A parameter is a real ``Symbol``; a coordinate is a function of the time ``t`` and its speed the
+derivative, the same objects as ``sympy.physics.mechanics.dynamicsymbols`` makes.
+"""
+
+from __future__ import annotations
+
+import keyword
+import re
+from collections.abc import Iterable
+from typing import Any
+
+import sympy
+
+from ..errors import ExpressionError, ModelError, nearest
+from ..scalar.expression import exact
+from .parser import parse
+
+TIME = sympy.Symbol("t")
+_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+
+
+def is_identifier(text: str) -> bool:
+    """Whether a text can be a name: letters, digits and underscores, ASCII."""
+    return bool(_IDENTIFIER.match(text))
+
+
+def check_name(name: Any, what: str) -> str:
+    """The name, if it can be one."""
+    if not isinstance(name, str):
+        raise ModelError(f"Expected a name (text) for the {what}, got {name!r}. Write it in quotes.")
+    if not is_identifier(name) or keyword.iskeyword(name):
+        raise ModelError(
+            f"'{name}' can not be the name of a {what}: use letters, digits and underscores, "
+            f"begin with a letter, and avoid Python's keywords."
+        )
+    return name
+
+
+class Names:
+    """Symbols by name: what each is, and the text of the user read against them."""
+
+    def __init__(self) -> None:
+        self.kinds: dict[str, str] = {"t": "time"}
+        self.atoms: dict[str, Any] = {"t": TIME}
+        self.texts: dict[Any, str] = {TIME: "t"}
+        self._accelerations: set[Any] = set()
+
+    def _claim(self, name: str, kind: str) -> None:
+        if name in self.kinds:
+            raise ModelError(
+                f"The name '{name}' is taken: it is already a {self.kinds[name]} of this system. Choose another name."
+            )
+        self.kinds[name] = kind
+
+    def _register(self, text: str, atom: Any, kind: str) -> Any:
+        self.atoms[text] = atom
+        self.texts[atom] = text
+        self.kinds.setdefault(text, kind)
+        return atom
+
+    def parameter(self, name: str) -> sympy.Symbol:
+        """A new parameter."""
+        check_name(name, "parameter")
+        self._claim(name, "parameter")
+        return self._register(name, sympy.Symbol(name, real=True), "parameter")
+
+    def coordinate(self, name: str) -> Any:
+        """A new coordinate; its speed is ``name'``."""
+        check_name(name, "coordinate")
+        self._claim(name, "coordinate")
+        atom = sympy.Function(name)(TIME)
+        self._register(name, atom, "coordinate")
+        self._register(name + "'", atom.diff(TIME), "speed")
+        self._accelerations.add(atom.diff(TIME, 2))
+        return atom
+
+    def component(self, name: str, kind: str) -> Any:
+        """A component of a quaternion, a position or an angular or linear velocity."""
+        check_name(name, kind)
+        self._claim(name, kind)
+        return self._register(name, sympy.Function(name)(TIME), kind)
+
+    def expression(self, value: Any, what: str) -> Any:
+        """A number as int or Fraction, text and SymPy as a SymPy expression of known names.
+
+        Raises
+        ------
+        ExpressionError
+            Unknown names (the nearest known one is offered), complex or infinite numbers.
+        """
+        if isinstance(value, str):
+            try:
+                return exact(parse(value, self.atoms))
+            except ExpressionError as error:
+                raise ExpressionError(f"In {what}: {error}") from None
+        try:
+            result = exact(value)
+        except (sympy.SympifyError, TypeError, AttributeError, ValueError) as error:
+            if isinstance(error, ExpressionError):
+                raise ExpressionError(f"In {what}: {error}") from None
+            raise ExpressionError(
+                f"In {what}: expected a number, a SymPy expression or text, got {value!r}."
+            ) from None
+        if not isinstance(result, sympy.Basic):
+            return result
+        if not isinstance(result, sympy.Expr) or result.has(sympy.I, sympy.oo, sympy.zoo, sympy.nan):
+            raise ExpressionError(f"In {what}: expected a real expression, got '{result}'.")
+        self._check_atoms(result, what)
+        return result
+
+    def _check_atoms(self, expression: Any, what: str) -> None:
+        if expression in self.texts:
+            return
+        if expression.is_Symbol or expression.is_Derivative or isinstance(expression, sympy.core.function.AppliedUndef):
+            if expression in self._accelerations:
+                raise ExpressionError(
+                    f"In {what}: the acceleration {expression} can not stand in an expression; "
+                    f"a load may depend on coordinates, speeds, time and parameters."
+                )
+            text = str(expression.func) if expression.args and not expression.is_Derivative else str(expression)
+            if text in self.kinds:
+                raise ExpressionError(
+                    f"In {what}: '{expression}' has the name of a {self.kinds[text]} of this system but is another "
+                    f"SymPy object. Use the object that the system returned, or the text '{text}'."
+                )
+            raise ExpressionError(f"In {what}: unknown symbol '{text}'; {nearest(text, self._plain())}")
+        for argument in expression.args:
+            self._check_atoms(argument, what)
+
+    def _plain(self) -> Iterable[str]:
+        return [name for name in self.atoms if not name.endswith("'")]
+
+    def depends(self, expression: Any, *kinds: str) -> list[str]:
+        """Names of the given kinds that stand in an expression."""
+        if not isinstance(expression, sympy.Basic):
+            return []
+        if expression in self.texts:
+            name = self.texts[expression]
+            return [name] if self.kinds[name] in kinds else []
+        return sorted({name for part in expression.args for name in self.depends(part, *kinds)})

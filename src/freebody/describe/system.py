@@ -1,0 +1,261 @@
+"""The machine as the user describes it: the only mutable object of the library."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from ..errors import ModelError, nearest
+from ..space.mass import MassProperties
+from .body import Body, Point
+from .joint import Joint
+from .joints import JointMethods
+from .load import Load
+from .loads import LoadMethods
+from .names import TIME, Names, check_name
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A named constant of the system and its default value (None: must be given later)."""
+
+    name: str
+    symbol: Any
+    default: float | None
+
+
+class System(JointMethods, LoadMethods):
+    """A machine: parameters, bodies, joints, forces, springs, dampers.
+
+    Any number may be given as int, float, Fraction, SymPy expression, or text over the system's own names.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("pendulum")
+    >>> m, L, g = s.parameters(m=1.0, L=2.0, g=9.81)
+    >>> s.gravity = (0, -g, 0)
+    >>> bar = s.body("bar", fb.slender_bar(m, L, axis="y"))
+    >>> pin = s.hinge("pin", s.ground, bar, to=(0, L/2, 0), axis="z", coordinate="theta")
+    >>> s
+    System 'pendulum': 1 body, 1 joint, 1 coordinate
+    """
+
+    def __init__(self, name: str = "system") -> None:
+        if not isinstance(name, str) or not name.strip():
+            raise ModelError(f"Expected a name (text) for the system, got {name!r}.")
+        self.name = name
+        self.names = Names()
+        self.ground = Body(self, "ground")
+        self.bodies: dict[str, Body] = {}
+        self.joints: dict[str, Joint] = {}
+        self.loads: dict[str, Load] = {}
+        self.declared: dict[str, Any] = {}  # coordinates by name, in order of declaration
+        self.about: dict[str, tuple[str, str]] = {}  # name -> (unit, what it is)
+        self.positive: set[Any] = set()
+        self._parameters: dict[str, Parameter] = {}
+        self._gravity: tuple[Any, Any, Any] = (0, 0, 0)
+
+    # -- symbols --------------------------------------------------------------------------------
+
+    @property
+    def t(self) -> sympy.Symbol:
+        """The time."""
+        return TIME
+
+    def parameters(self, names: str = "", /, **defaults: Any) -> Any:
+        """Declare parameters; keyword arguments give default values, text names leave them open.
+
+        Parameters
+        ----------
+        names : str, optional
+            Names without default values, separated by spaces.
+        **defaults : number or text
+            Default values, in any consistent units; text such as ``"75deg"`` is allowed.
+
+        Returns
+        -------
+        Symbol or tuple of Symbol
+            Real SymPy symbols, in the order given.
+        """
+        symbols = []
+        for name in names.replace(",", " ").split():
+            symbols.append(self._parameter(name, None))
+        for name, value in defaults.items():
+            number = self.names.expression(value, f"the default of parameter '{name}'")
+            if isinstance(number, sympy.Basic) and number.free_symbols:
+                raise ModelError(
+                    f"The default value of parameter '{name}' must be a number, got '{number}'. "
+                    f"Write expressions of parameters where they are used."
+                )
+            symbols.append(self._parameter(name, float(number)))
+        if not symbols:
+            raise ModelError("Expected at least one parameter, such as parameters(m=1.0).")
+        return symbols[0] if len(symbols) == 1 else tuple(symbols)
+
+    def _parameter(self, name: str, default: float | None) -> Any:
+        symbol = self.names.parameter(name)
+        self._parameters[name] = Parameter(name, symbol, default)
+        return symbol
+
+    def coordinates(self, names: str) -> Any:
+        """Declare coordinates to be used in the expressions of joints, ``"theta1 theta2"``.
+
+        Returns
+        -------
+        function of time, or tuple of them
+            Their time derivatives, ``theta.diff(s.t)`` or the text ``"theta'"``, are the speeds.
+        """
+        atoms = [self.declare_coordinate(name) for name in str(names).replace(",", " ").split()]
+        if not atoms:
+            raise ModelError("Expected at least one coordinate name, such as coordinates('theta').")
+        return atoms[0] if len(atoms) == 1 else tuple(atoms)
+
+    def declare_coordinate(self, name: str) -> Any:
+        """Declare one coordinate."""
+        atom = self.names.coordinate(name)
+        self.declared[name] = atom
+        return atom
+
+    def expression(self, value: Any, what: str = "the expression") -> Any:
+        """``value`` read against the names of this system."""
+        return self.names.expression(value, what)
+
+    def vector(self, values: Any, what: str) -> tuple[Any, Any, Any]:
+        """Three components; anything else is refused."""
+        if isinstance(values, str) or not hasattr(values, "__len__"):
+            raise ModelError(f"Expected three components (x, y, z) for {what}, got {values!r}.")
+        if len(values) != 3:
+            cure = " Add the third component, z." if len(values) == 2 else ""
+            raise ModelError(f"Expected three components (x, y, z) for {what}, got {len(values)}: {values!r}.{cure}")
+        x, y, z = (self.names.expression(value, what) for value in values)
+        return (x, y, z)
+
+    def describe(self, symbol: Any, *, unit: str = "", about: str = "") -> None:
+        """Say the unit of a parameter or coordinate and what it is; shown in reports.
+
+        Examples
+        --------
+        >>> import freebody as fb
+        >>> s = fb.System("cart")
+        >>> F = s.parameters(F=0.0)
+        >>> s.describe(F, unit="N", about="force at the free end")
+        """
+        atom = self.names.expression(symbol, "describe")
+        if atom not in self.names.texts:
+            raise ModelError(f"Expected a parameter or a coordinate to describe, got '{atom}'.")
+        self.about[self.names.texts[atom]] = (unit, about)
+
+    def assume(self, *conditions: Any) -> None:
+        """Say that expressions are positive, ``s.assume(k > 0)``: square roots then simplify.
+
+        Masses and dimensions of solids are known positive by their use.
+        """
+        for condition in conditions:
+            if isinstance(condition, sympy.StrictGreaterThan | sympy.StrictLessThan):
+                self.positive.add(condition.gts - condition.lts)
+            elif condition is not sympy.true and condition is not True:
+                raise ModelError(f"Expected a condition such as k > 0, got {condition!r}.")
+
+    @property
+    def gravity(self) -> tuple[Any, Any, Any]:
+        """Acceleration of free fall, components in ground axes [m/s²]."""
+        return self._gravity
+
+    @gravity.setter
+    def gravity(self, components: Any) -> None:
+        vector = self.vector(components, "gravity")
+        for component in vector:
+            moving = self.names.depends(component, "coordinate", "speed", "time")
+            if moving:
+                raise ModelError(
+                    f"Gravity must be constant, but it depends on {', '.join(moving)}. "
+                    f"Describe a varying field as forces on the bodies."
+                )
+        self._gravity = vector
+
+    # -- bodies ---------------------------------------------------------------------------------
+
+    def body(self, name: str, mass_properties: MassProperties) -> Body:
+        """Add a body; its origin is the point from which ``mass_properties`` measures the mass centre.
+
+        Parameters
+        ----------
+        name : str
+        mass_properties : MassProperties
+            As from :func:`freebody.slender_bar` and its likes.
+        """
+        check_name(name, "body")
+        if name == "ground" or name in self.bodies:
+            raise ModelError(f"There is already a body '{name}' in this system. Choose another name.")
+        if not isinstance(mass_properties, MassProperties):
+            raise ModelError(
+                f"Expected mass properties for body '{name}', such as fb.sphere(m, R) or fb.particle(m), "
+                f"got {mass_properties!r}."
+            )
+        mass = mass_properties
+        entries = [mass.mass, *mass.center, *(entry for row in mass.inertia for entry in row)]
+        for entry in entries:
+            value = self.names.expression(entry, f"the mass properties of body '{name}'")
+            moving = self.names.depends(value, "coordinate", "speed", "time")
+            if moving:
+                raise ModelError(
+                    f"Body '{name}' is rigid, but its mass properties depend on {', '.join(moving)}. "
+                    f"Use parameters; a part that moves is a body of its own."
+                )
+        self.positive.update(mass.positive)
+        body = Body(self, name, mass)
+        self.bodies[name] = body
+        return body
+
+    def own_body(self, body: Any, what: str) -> Body:
+        """``body``, if it is a body of this system."""
+        if isinstance(body, str):
+            if body == "ground":
+                return self.ground
+            if body not in self.bodies:
+                raise ModelError(f"Unknown body '{body}' in {what}; {nearest(body, [*self.bodies, 'ground'])}")
+            return self.bodies[body]
+        if not isinstance(body, Body):
+            raise ModelError(f"Expected a body for {what}, got {body!r}.")
+        if body.system is not self:
+            raise ModelError(
+                f"{what[0].upper()}{what[1:]}: body '{body.name}' belongs to the system '{body.system.name}', "
+                f"not to '{self.name}'. Both ends must be bodies of one system."
+            )
+        return body
+
+    def own_point(self, point: Any, what: str) -> Point:
+        """``point``, if it is a point of a body of this system; a body stands for its origin."""
+        if isinstance(point, Body):
+            point = point.origin
+        if not isinstance(point, Point):
+            raise ModelError(f"Expected a point, such as bar.point(0, 1, 0), for {what}, got {point!r}.")
+        self.own_body(point.body, what)
+        return point
+
+    def claim(self, name: str, table: dict[str, Any], what: str) -> str:
+        """A new name of a joint or load."""
+        check_name(name, what)
+        if name in table:
+            raise ModelError(f"There is already a {what} '{name}' in this system. Choose another name.")
+        return name
+
+    @property
+    def parameter_list(self) -> Sequence[Parameter]:
+        """The parameters, in order of declaration."""
+        return tuple(self._parameters.values())
+
+    def __repr__(self) -> str:
+        def count(n: int, noun: str) -> str:
+            return f"{n} {noun if n == 1 else noun[:-1] + 'ies' if noun == 'body' else noun + 's'}"
+
+        parts = (
+            count(len(self.bodies), "body"),
+            count(len(self.joints), "joint"),
+            count(len(self.declared), "coordinate"),
+        )
+        return f"System '{self.name}': {', '.join(parts)}"

@@ -1,0 +1,144 @@
+"""Forward dynamics by articulated bodies: accelerations in time linear in the number of bodies.
+
+Inward:    U = I^A S,   D = Sᵀ U,   m = τ - Sᵀ p^A,
+           I^a = I^A - U D⁻¹ Uᵀ,    p^a = p^A + I^a c + U D⁻¹ m        to the parent
+Outward:   y'' = D⁻¹ (m - Uᵀ A'),   A = A' + S y''
+
+A driven displacement has no D: its y'' is known and moves into c.
+
+Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §7.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..model.model import GROUND, Model
+from ..scalar.algebra import IDENTITY, ZERO, divide, negate
+from ..space.spatial import (
+    Spatial,
+    blocks,
+    blocks_less_outer,
+    blocks_sum,
+    blocks_times,
+    blocks_to_parent,
+    force_cross,
+    force_to_parent,
+    minus,
+    momentum_of,
+    motion_cross,
+    motion_to_child,
+    plus,
+    power,
+    times,
+)
+from .composite import mass_matrix
+from .coordinates import accelerations_of_coordinates, forces_on_displacements
+from .kinematics import velocities
+from .linear import solve_symmetric
+from .loading import loading
+from .newton_euler import bias
+from .state import State
+
+
+def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = None) -> tuple[Any, ...]:
+    """Accelerations u' under the model's loads and, if given, further generalized ``forces``.
+
+    Returns
+    -------
+    tuple, length n_u
+        u' [m/s², rad/s²].
+    """
+    if model.order is None:
+        return _by_mass_matrix(model, state, forces)
+    loads = loading(model, state)
+    extra = dict(loads.generalized)
+    if forces is not None:
+        for j, force in enumerate(forces):
+            extra[j] = extra.get(j, 0) + force
+    along = forces_on_displacements(model, state, extra)
+    for i, force in loads.along.items():
+        along[i] = along.get(i, 0) + force
+
+    V = velocities(model, state)
+    count = len(model.links)
+    inertia = [blocks(state.inertia(i)) for i in range(count)]
+    p = [
+        minus(force_cross(V[i], momentum_of(state.inertia(i), V[i])), loads.wrench(i)) for i in range(count)
+    ]
+    c = [motion_cross(V[i], state.joint(i)[2]) for i in range(count)]
+    kept: list[Any] = [None] * count
+    for i in range(count - 1, -1, -1):
+        link = model.links[i]
+        I_a, p_a = inertia[i], p[i]
+        if link.driven:
+            c[i] = plus(c[i], times(state.second_rate(link, None), state.subspace(i)))
+        motion = _free_motions(model, state, i)
+        if motion:
+            U = [blocks_times(inertia[i], S) for S in motion]
+            tau = [along.get(i, 0)] if link.one_dof else [extra.get(link.u + k, 0) for k in range(len(motion))]
+            m = [t - power(S, p[i]) for t, S in zip(tau, motion, strict=True)]
+            D = [[power(S, W) for W in U] for S in motion]
+            kept[i] = (motion, U, m, D)
+            if link.parent != GROUND:
+                for W, x in zip(U, _solve_columns(D, U), strict=True):
+                    I_a = blocks_less_outer(I_a, W, x)
+        if link.parent == GROUND:
+            continue
+        p_a = plus(p_a, blocks_times(I_a, c[i]))
+        if motion:
+            for W, x in zip(kept[i][1], solve_symmetric(kept[i][3], kept[i][2]), strict=True):
+                p_a = plus(p_a, times(x, W))
+        R, r, _ = state.joint(i)
+        inertia[link.parent] = blocks_sum(inertia[link.parent], blocks_to_parent(R, r, I_a))
+        p[link.parent] = plus(p[link.parent], force_to_parent(R, r, p_a))
+
+    A: list[Spatial] = []
+    second: dict[int, Any] = {}
+    own: dict[int, Any] = {}
+    ground = (ZERO, negate(state.vector(model.gravity)))
+    for i, link in enumerate(model.links):
+        R, r, _ = state.joint(i)
+        a = plus(motion_to_child(R, r, ground if link.parent == GROUND else A[link.parent]), c[i])
+        if kept[i] is not None:
+            motion, U, m, D = kept[i]
+            rates = solve_symmetric(D, [x - power(a, W) for x, W in zip(m, U, strict=True)])
+            for k, (S, rate) in enumerate(zip(motion, rates, strict=True)):
+                a = plus(a, times(rate, S))
+                if link.one_dof:
+                    second[i] = rate
+                else:
+                    own[link.u + k] = rate
+        A.append(a)
+    return accelerations_of_coordinates(model, state, second, own)
+
+
+def _free_motions(model: Model, state: State, i: int) -> list[Spatial]:
+    link = model.links[i]
+    if link.one_dof:
+        return [] if link.driven else [state.subspace(i)]
+    if link.u < 0:
+        return []
+    turns: list[Spatial] = [(IDENTITY[k], ZERO) for k in range(3)]
+    return turns if link.kind == "ball" else turns + [(ZERO, IDENTITY[k]) for k in range(3)]
+
+
+def _solve_columns(D: list[list[Any]], U: list[Spatial]) -> list[Spatial]:
+    """Rows x of D⁻¹ Uᵀ, as spatial vectors."""
+    if len(U) == 1:
+        return [times(divide(1, D[0][0]), U[0])]
+    flat = [(*n, *f) for n, f in U]
+    columns = [solve_symmetric(D, [row[k] for row in flat]) for k in range(6)]
+    return [
+        ((columns[0][i], columns[1][i], columns[2][i]), (columns[3][i], columns[4][i], columns[5][i]))
+        for i in range(len(U))
+    ]
+
+
+def _by_mass_matrix(model: Model, state: State, forces: Sequence[Any] | None) -> tuple[Any, ...]:
+    """M u' = Q - h by factorization, where displacements share coordinates."""
+    right = [-x for x in bias(model, state)]
+    if forces is not None:
+        right = [a + b for a, b in zip(right, forces, strict=True)]
+    return tuple(solve_symmetric([list(row) for row in mass_matrix(model, state)], right))

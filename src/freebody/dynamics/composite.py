@@ -1,0 +1,47 @@
+"""Mass matrix by composite rigid bodies.
+
+    I^c_i = I_i + Σ I^c_child,        M_jk = S_jᵀ X* (I^c_k S_k)   for k outward of j.
+
+Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §6.2.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..model.model import GROUND, Model
+from ..space.spatial import force_to_parent, inertia_sum, inertia_to_parent, momentum_of, power
+from .kinematics import motions
+from .state import State
+
+
+def mass_matrix(model: Model, state: State) -> tuple[tuple[Any, ...], ...]:
+    """Symmetric matrix M with kinetic energy ½ uᵀ M u (plus terms of driven joints). Shape (n_u, n_u)."""
+    M: list[list[Any]] = [[0] * model.n_u for _ in range(model.n_u)]
+    composite = [state.inertia(i) for i in range(len(model.links))]
+    for i in range(len(model.links) - 1, -1, -1):
+        parent = model.links[i].parent
+        if parent != GROUND:
+            R, p, _ = state.joint(i)
+            composite[parent] = inertia_sum(composite[parent], inertia_to_parent(R, p, composite[i]))
+    moves = [motions(model, state, i) for i in range(len(model.links))]
+    for i in range(len(model.links)):
+        for place, (j, weight, S) in enumerate(moves[i]):
+            F = momentum_of(composite[i], S)
+            for earlier, (k, other, S_k) in enumerate(moves[i][: place + 1]):
+                _put(M, j, k, weight * other * power(S_k, F), same=earlier == place)
+            inner = i
+            while model.links[inner].parent != GROUND:
+                R, p, _ = state.joint(inner)
+                F = force_to_parent(R, p, F)
+                inner = model.links[inner].parent
+                for k, other, S_k in moves[inner]:
+                    _put(M, j, k, weight * other * power(S_k, F), same=False)
+    return tuple(map(tuple, M))
+
+
+def _put(M: list[list[Any]], j: int, k: int, entry: Any, same: bool) -> None:
+    """Add an entry and its mirror; an entry of one motion with itself has none."""
+    M[j][k] = M[j][k] + entry
+    if not same:
+        M[k][j] = M[k][j] + entry

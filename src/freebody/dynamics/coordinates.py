@@ -1,0 +1,68 @@
+"""From displacements of the joints to the coordinates, and back.
+
+Displacements are expressions of coordinates and time, so that with J = ∂y/∂q
+
+    y'' = J u' + γ,        Q = Jᵀ τ.
+
+Where each displacement determines one more coordinate (absolute angles of a chain, for instance), both are
+solved by substitution along ``model.order``; J is never inverted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ..model.model import Model
+from ..scalar.algebra import divide
+from .state import State
+
+
+def accelerations_of_coordinates(
+    model: Model, state: State, second_rates: Mapping[int, Any], own: Mapping[int, Any]
+) -> tuple[Any, ...]:
+    """u' from y'' of the 1-dof links; ``own`` holds u' of ball and free joints by speed."""
+    assert model.order is not None
+    udot: list[Any] = [0] * model.n_u
+    for j, value in own.items():
+        udot[j] = value
+    for i, j in model.order:
+        link = model.links[i]
+        rest = second_rates[i] - state(link.bias)
+        pivot: Any = 1
+        for k, partial in link.partials:
+            if k == j:
+                pivot = partial
+            else:
+                rest = rest - state(partial) * udot[k]
+        udot[j] = rest if pivot == 1 else divide(rest, pivot)
+    return tuple(udot)
+
+
+def forces_on_displacements(model: Model, state: State, forces: Mapping[int, Any]) -> dict[int, Any]:
+    """τ with Jᵀ τ = Q: forces conjugate to the displacements from those conjugate to the speeds."""
+    assert model.order is not None
+    having: dict[int, list[tuple[int, Any]]] = {}
+    for i, link in enumerate(model.links):
+        for j, partial in link.partials:
+            having.setdefault(j, []).append((i, partial))
+    tau: dict[int, Any] = {}
+    for i, j in reversed(model.order):
+        rest = forces.get(j, 0)
+        pivot: Any = 1
+        for k, partial in having[j]:
+            if k == i:
+                pivot = partial
+            else:
+                rest = rest - state(partial) * tau[k]
+        tau[i] = rest if pivot == 1 else divide(rest, pivot)
+    return tau
+
+
+def forces_on_coordinates(model: Model, state: State, tau: Sequence[Any]) -> list[Any]:
+    """Jᵀ τ: forces conjugate to the speeds from those along the displacements (one entry per link)."""
+    total: list[Any] = [0] * model.n_u
+    for i, link in enumerate(model.links):
+        for j, partial in link.partials:
+            total[j] = total[j] + state(partial) * tau[i]
+    return total

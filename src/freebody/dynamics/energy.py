@@ -1,0 +1,47 @@
+"""Kinetic and potential energy, and the power of what has none.
+
+    T = ½ Σ V·(I V),        V = -Σ m g·r_C + ½ Σ k (displacement - rest)²
+
+Source: chapter 6, eq (6.35): T = ½ m v_C² + ½ ω·H_C.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..model.model import Model
+from ..scalar.algebra import HALF, add, apply, dot, scale
+from ..space.spatial import momentum_of, power
+from .kinematics import link_postures, velocities
+from .loading import load_power, spring_energy
+from .newton_euler import drive_power
+from .state import State
+
+
+def kinetic_energy(model: Model, state: State) -> Any:
+    """Kinetic energy of all bodies [J]."""
+    total: Any = 0
+    for i, V in enumerate(velocities(model, state)):
+        total = total + power(V, momentum_of(state.inertia(i), V))
+    return HALF * total
+
+
+def potential_energy(model: Model, state: State) -> Any:
+    """Potential energy of weight (zero at the ground's origin) and springs (zero when free of force) [J]."""
+    g = state.vector(model.gravity)
+    total = spring_energy(model, state)
+    if g == (0, 0, 0):
+        return total
+    for i, posture in enumerate(link_postures(model, state)):
+        m, h, _ = state.inertia(i)
+        total = total - dot(g, add(scale(m, posture.position), apply(posture.rotation, h)))
+    return total
+
+
+def mechanical_power(model: Model, state: State, udot: Sequence[Any]) -> Any:
+    """Rate of change of the total energy: power of loads without potential, and of drives [W].
+
+    ``udot`` is asked for only by drives.
+    """
+    return load_power(model, state) + drive_power(model, state, udot)

@@ -1,0 +1,230 @@
+"""Where the bodies are and how they move.
+
+Outward along the tree, in the axes of each link:
+
+    V_i = X_i V_parent + vJ_i                        vJ = S y'
+    A_i = X_i A_parent + S y'' + V_i × vJ_i
+
+A is the spatial acceleration: its linear part is v' + w × v less w × v, so that the acceleration of a point
+P of the link is  a_P = A_v + w × v + w' × p + w × (w × p).
+
+Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §5.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..model.model import GROUND, Model, Place
+from ..scalar.algebra import (
+    HALF,
+    IDENTITY,
+    ZERO,
+    Matrix,
+    Vector,
+    add,
+    apply,
+    apply_transpose,
+    cross,
+    multiply,
+    subtract,
+)
+from ..space.spatial import Spatial, ZERO6, motion_cross, motion_to_child, plus, times
+from .state import State
+
+
+@dataclass(frozen=True)
+class Posture:
+    """Rotation ``R_NB`` (ground from body) and position ``p_NB_N`` of a body's origin in ground axes [m]."""
+
+    rotation: Matrix
+    position: Vector
+
+
+def velocities(model: Model, state: State) -> list[Spatial]:
+    """Motion (w, v) of every link in the ground, about its origin, in its axes."""
+    if "velocities" not in state.cache:
+        result: list[Spatial] = []
+        for i, link in enumerate(model.links):
+            R, p, vJ = state.joint(i)
+            V_P = ZERO6 if link.parent == GROUND else result[link.parent]
+            result.append(plus(motion_to_child(R, p, V_P), vJ))
+        state.cache["velocities"] = result
+    return state.cache["velocities"]
+
+
+def accelerations(
+    model: Model, state: State, udot: Sequence[Any] | None, ground: Vector = ZERO
+) -> list[Spatial]:
+    """Spatial acceleration of every link, in its axes; ``ground`` is the acceleration of the ground itself.
+
+    With ``udot`` None: the part free of accelerations.
+    """
+    V = velocities(model, state)
+    result: list[Spatial] = []
+    for i, link in enumerate(model.links):
+        R, p, vJ = state.joint(i)
+        A_P = (ZERO, ground) if link.parent == GROUND else result[link.parent]
+        A = plus(motion_to_child(R, p, A_P), motion_cross(V[i], vJ))
+        if link.one_dof:
+            A = plus(A, times(state.second_rate(link, udot), state.subspace(i)))
+        elif link.u >= 0 and udot is not None:
+            A = plus(A, _own_rates(link.kind, udot, link.u))
+        result.append(A)
+    return result
+
+
+def _own_rates(kind: str, udot: Sequence[Any], u: int) -> Spatial:
+    w = (udot[u], udot[u + 1], udot[u + 2])
+    return (w, (udot[u + 3], udot[u + 4], udot[u + 5])) if kind == "free" else (w, ZERO)
+
+
+def link_postures(model: Model, state: State) -> list[Posture]:
+    """Pose of every link's frame in the ground."""
+    if "postures" not in state.cache:
+        result: list[Posture] = []
+        for i, link in enumerate(model.links):
+            R, p, _ = state.joint(i)
+            if link.parent == GROUND:
+                result.append(Posture(R, p))
+            else:
+                P = result[link.parent]
+                result.append(Posture(multiply(P.rotation, R), add(P.position, apply(P.rotation, p))))
+        state.cache["postures"] = result
+    return state.cache["postures"]
+
+
+def poses(model: Model, state: State) -> dict[str, Posture]:
+    """Pose of every body's frame in the ground."""
+    links = link_postures(model, state)
+    result = {}
+    for name, place in model.bodies.items():
+        link = links[place.link]
+        shift = apply(link.rotation, state.vector(place.origin))
+        result[name] = Posture(link.rotation, add(link.position, shift))
+    return result
+
+
+def rotation(model: Model, state: State, link: int) -> Matrix:
+    """R_NL of a link; the identity for the ground."""
+    return IDENTITY if link == GROUND else link_postures(model, state)[link].rotation
+
+
+def place_of(model: Model, body: Any) -> tuple[int, Vector]:
+    """Link of a body and the body's origin in it; (GROUND, 0) for the ground."""
+    if body.is_ground:
+        return GROUND, ZERO
+    place: Place = model.bodies[body.name]
+    return place.link, place.origin
+
+
+def point_position(model: Model, state: State, point: Any) -> Vector:
+    """Position of a point in the ground, in ground axes [m]."""
+    link, origin = place_of(model, point.body)
+    p_LP_L = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
+    if link == GROUND:
+        return p_LP_L
+    posture = link_postures(model, state)[link]
+    return add(posture.position, apply(posture.rotation, p_LP_L))
+
+
+def point_velocity(model: Model, state: State, point: Any) -> Vector:
+    """Velocity of a point in the ground, in ground axes [m/s]."""
+    link, origin = place_of(model, point.body)
+    if link == GROUND:
+        return ZERO
+    p_LP_L = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
+    w, v = velocities(model, state)[link]
+    return apply(rotation(model, state, link), add(v, cross(w, p_LP_L)))
+
+
+def point_acceleration(model: Model, state: State, point: Any, udot: Sequence[Any]) -> Vector:
+    """Acceleration of a point in the ground, in ground axes [m/s²]."""
+    link, origin = place_of(model, point.body)
+    if link == GROUND:
+        return ZERO
+    p = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
+    w, v = velocities(model, state)[link]
+    wdot, a = accelerations(model, state, udot)[link]
+    a_P = add(add(a, cross(w, v)), add(cross(wdot, p), cross(w, cross(w, p))))
+    return apply(rotation(model, state, link), a_P)
+
+
+def angular_velocity(model: Model, state: State, body: Any) -> Vector:
+    """Angular velocity of a body in the ground, in ground axes [rad/s]."""
+    link, _ = place_of(model, body)
+    return ZERO if link == GROUND else apply(rotation(model, state, link), velocities(model, state)[link][0])
+
+
+def coordinate_rates(model: Model, state: State) -> tuple[Any, ...]:
+    """q' from q and u: u itself, and for ball and free joints
+
+        e' = ½ e ∘ (0, w),    p' = R v.
+    """
+    rates: list[Any] = [None] * model.n_q
+    speeds = iter(range(model.n_u))
+    by_name = {speed.name: state.u[i] for i, speed in zip(speeds, model.speeds, strict=True)}
+    for i, coordinate in enumerate(model.coordinates):
+        if coordinate.kind == "scalar":
+            rates[i] = by_name[coordinate.name + "'"]
+    for i, link in enumerate(model.links):
+        if link.kind not in ("ball", "free"):
+            continue
+        w, v = state.joint(i)[2]
+        start = link.q
+        if link.kind == "free":
+            # v is in link axes; p is in the joint axes on the parent, E' R = R(e)
+            E = state.matrix(link.rotation)
+            R = state.joint(i)[0]
+            rates[start : start + 3] = apply_transpose(E, apply(R, v))
+            start += 3
+        rates[start : start + 4] = _quaternion_rate(state.q[start : start + 4], w)
+    return tuple(rates)
+
+
+def _quaternion_rate(e: Sequence[Any], w: Vector) -> tuple[Any, ...]:
+    e0, e1, e2, e3 = e
+    x, y, z = w
+    return (
+        HALF * (-(e1 * x) - e2 * y - e3 * z),
+        HALF * (e0 * x + e2 * z - e3 * y),
+        HALF * (e0 * y + e3 * x - e1 * z),
+        HALF * (e0 * z + e1 * y - e2 * x),
+    )
+
+
+def jacobian(model: Model, state: State, point: Any) -> tuple[tuple[Any, ...], ...]:
+    """Matrix J (6 x n_u) of the angular velocity of the point's body and the velocity of the point:
+
+        (w_NB_N, v_NP_N) = J u + (part due to driven joints).
+    """
+    link, _ = place_of(model, point.body)
+    p_NP_N = point_position(model, state, point)
+    columns: list[list[Any]] = [[0] * 6 for _ in range(model.n_u)]
+    while link != GROUND:
+        one = model.links[link]
+        posture = link_postures(model, state)[link]
+        arm = subtract(p_NP_N, posture.position)
+        for j, weight, (w, v) in motions(model, state, link):
+            w_N, v_N = apply(posture.rotation, w), apply(posture.rotation, v)
+            column = (*w_N, *add(v_N, cross(w_N, arm)))
+            columns[j] = [a + weight * b for a, b in zip(columns[j], column, strict=True)]
+        link = one.parent
+    return tuple(tuple(column[row] for column in columns) for row in range(6))
+
+
+def motions(model: Model, state: State, i: int) -> list[tuple[int, Any, Spatial]]:
+    """(speed, factor, motion) of a link relative to its parent per unit speed, in its axes."""
+    link = model.links[i]
+    if link.one_dof:
+        S = state.subspace(i)
+        return [(j, state(partial), S) for j, partial in link.partials]
+    if link.u < 0:
+        return []
+    rows = IDENTITY
+    angular: list[tuple[int, Any, Spatial]] = [(link.u + k, 1, (rows[k], ZERO)) for k in range(3)]
+    if link.kind == "ball":
+        return angular
+    return angular + [(link.u + 3 + k, 1, (ZERO, rows[k])) for k in range(3)]

@@ -1,0 +1,159 @@
+"""Loads on the links: wrenches, forces along displacements, and their potential and power."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..describe.load import (
+    Damper,
+    Force,
+    GeneralizedForce,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Spring,
+    Torque,
+)
+from ..model.model import GROUND, Model
+from ..scalar.algebra import HALF, Vector, apply, apply_transpose, cross, divide, dot, negate, scale, subtract
+from ..space.spatial import Spatial, ZERO6, plus
+from .kinematics import angular_velocity, place_of, point_position, point_velocity, rotation
+from .state import State
+
+
+@dataclass
+class Loading:
+    """Loads sorted by what they act on."""
+
+    wrenches: dict[int, Spatial] = field(default_factory=dict)
+    """Per link: (moment about the link's origin, force) in link axes."""
+    along: dict[int, Any] = field(default_factory=dict)
+    """Per 1-dof link: force or moment conjugate to its displacement."""
+    generalized: dict[int, Any] = field(default_factory=dict)
+    """Per speed: generalized force."""
+
+    def wrench(self, link: int) -> Spatial:
+        return self.wrenches.get(link, ZERO6)
+
+
+def loading(model: Model, state: State, only: set[str] | None = None) -> Loading:
+    """All loads but gravity (or ``only`` those named) at a state."""
+    key = ("loading", None if only is None else frozenset(only))
+    if key in state.cache:
+        return state.cache[key]
+    result = Loading()
+    for name, load in model.loads.items():
+        if only is not None and name not in only:
+            continue
+        if isinstance(load, Force | Spring | Damper):
+            for point, force_N in point_forces(model, state, load):
+                _press(model, state, result, point, force_N)
+        elif isinstance(load, Torque):
+            for body, moment_N in couples(model, state, load):
+                link, _ = place_of(model, body)
+                if link != GROUND:
+                    moment = apply_transpose(rotation(model, state, link), moment_N)
+                    result.wrenches[link] = plus(result.wrench(link), (moment, (0, 0, 0)))
+        elif isinstance(load, GeneralizedForce):
+            j = _speed(model, load)
+            result.generalized[j] = result.generalized.get(j, 0) + state(load.value)
+        else:
+            link = model.joints[load.joint.name].links[load.index]
+            result.along[link] = result.along.get(link, 0) + along(model, state, load)
+    state.cache[key] = result
+    return result
+
+
+def _speed(model: Model, load: GeneralizedForce) -> int:
+    name = model.names.texts[load.coordinate] + "'"
+    return model.speed_names.index(name)
+
+
+def along(model: Model, state: State, load: JointSpring | JointDamper | JointForce) -> Any:
+    """Force of a joint's spring, damper or motor, conjugate to the displacement."""
+    link = model.links[model.joints[load.joint.name].links[load.index]]
+    if isinstance(load, JointSpring):
+        return -(state(load.stiffness) * (state(link.displacement) - state(load.rest)))
+    if isinstance(load, JointDamper):
+        return -(state(load.damping) * state.rate(link))
+    return state(load.value)
+
+
+def point_forces(model: Model, state: State, load: Force | Spring | Damper) -> list[tuple[Any, Vector]]:
+    """(point, force in ground axes) of a force at a point, or of a spring or damper at its two ends."""
+    if isinstance(load, Force):
+        frame, _ = place_of(model, load.frame)
+        return [(load.point, apply(rotation(model, state, frame), state.vector(load.components)))]
+    along_N, length = line(model, state, load)
+    if isinstance(load, Spring):
+        tension = divide(state(load.stiffness) * (length - state(load.rest)), length)
+    else:
+        tension = divide(state(load.damping) * dot(along_N, _relative(model, state, load)), length * length)
+    force = scale(tension, along_N)
+    return [(load.start, force), (load.end, negate(force))]
+
+
+def line(model: Model, state: State, load: Spring | Damper) -> tuple[Vector, Any]:
+    """Vector from start to end in ground axes, and its length."""
+    d = subtract(point_position(model, state, load.end), point_position(model, state, load.start))
+    return d, state.field.sqrt(dot(d, d))
+
+
+def _relative(model: Model, state: State, load: Spring | Damper) -> Vector:
+    return subtract(point_velocity(model, state, load.end), point_velocity(model, state, load.start))
+
+
+def couples(model: Model, state: State, load: Torque) -> list[tuple[Any, Vector]]:
+    """(body, moment in ground axes) of a couple and of its opposite."""
+    frame, _ = place_of(model, load.frame)
+    moment = apply(rotation(model, state, frame), state.vector(load.components))
+    pair = [(load.body, moment)]
+    return pair if load.reaction_on is None else [*pair, (load.reaction_on, negate(moment))]
+
+
+def _press(model: Model, state: State, result: Loading, point: Any, force_N: Vector) -> None:
+    link, origin = place_of(model, point.body)
+    if link == GROUND:
+        return
+    arm = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
+    force = apply_transpose(rotation(model, state, link), force_N)
+    result.wrenches[link] = plus(result.wrench(link), (cross(arm, force), force))
+
+
+def spring_energy(model: Model, state: State) -> Any:
+    """½ k (displacement - rest)², over all springs."""
+    total: Any = 0
+    for load in model.loads.values():
+        if isinstance(load, JointSpring):
+            link = model.links[model.joints[load.joint.name].links[load.index]]
+            stretch = state(link.displacement) - state(load.rest)
+        elif isinstance(load, Spring):
+            stretch = line(model, state, load)[1] - state(load.rest)
+        else:
+            continue
+        total = total + HALF * state(load.stiffness) * stretch * stretch
+    return total
+
+
+def load_power(model: Model, state: State) -> Any:
+    """Power of all loads that have no potential: forces, couples, motors, dampers, generalized forces."""
+    total: Any = 0
+    for load in model.loads.values():
+        if isinstance(load, Force | Damper):
+            for point, force in point_forces(model, state, load):
+                total = total + dot(force, point_velocity(model, state, point))
+        elif isinstance(load, Torque):
+            for body, moment in couples(model, state, load):
+                total = total + dot(moment, angular_velocity(model, state, body))
+        elif isinstance(load, GeneralizedForce):
+            total = total + state(load.value) * state.u[_speed(model, load)]
+        elif isinstance(load, JointForce | JointDamper):
+            link = model.links[model.joints[load.joint.name].links[load.index]]
+            total = total + along(model, state, load) * state.rate(link)
+    return total
+
+
+def weight(model: Model, state: State, mass: Any) -> Vector:
+    """m g, in ground axes."""
+    return scale(state(mass), state.vector(model.gravity))

@@ -1,0 +1,56 @@
+"""Momentum of a system of bodies, and the translation theorem.
+
+    p = Σ m v_C,        H_0 = Σ (r_C × m v_C + H_C),    H_C = I_C ω
+
+Source: chapter 6, eqs (6.3), (6.17)-(6.19).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..model.model import Model
+from ..scalar.algebra import ZERO, Vector, add, apply, cross, divide, scale, subtract
+from ..space.spatial import momentum_of
+from .kinematics import link_postures, velocities
+from .state import State
+
+
+@dataclass(frozen=True)
+class Momentum:
+    """Linear momentum [kg m/s] and moment of momentum [kg m²/s] about a point, in ground axes."""
+
+    linear: Vector
+    angular: Vector
+    about: Vector
+
+    def shifted(self, to: Vector) -> Momentum:
+        """The same about another point: H_B = H_A + (r_A - r_B) × p (translation theorem)."""
+        return Momentum(self.linear, add(self.angular, cross(subtract(self.about, to), self.linear)), to)
+
+
+def momentum(model: Model, state: State, about: Vector = ZERO, bodies: set[str] | None = None) -> Momentum:
+    """Momentum of all bodies (or those named) about a point of the ground, given in ground axes."""
+    linear, angular = ZERO, ZERO
+    V, postures = velocities(model, state), link_postures(model, state)
+    for i, link in enumerate(model.links):
+        if bodies is not None and link.body not in bodies:
+            continue
+        n, p = momentum_of(state.inertia(i), V[i])
+        R, r = postures[i].rotation, postures[i].position
+        p_N = apply(R, p)
+        linear = add(linear, p_N)
+        angular = add(angular, add(apply(R, n), cross(r, p_N)))
+    return Momentum(linear, angular, ZERO).shifted(about)
+
+
+def mass_centre(model: Model, state: State) -> tuple[Any, Vector]:
+    """Total mass and position of the mass centre, in ground axes [kg], [m]."""
+    mass, first = 0, ZERO
+    for i, posture in enumerate(link_postures(model, state)):
+        m, h, _ = state.inertia(i)
+        mass = mass + m
+        first = add(first, add(scale(m, posture.position), apply(posture.rotation, h)))
+    x, y, z = first
+    return mass, (divide(x, mass), divide(y, mass), divide(z, mass))

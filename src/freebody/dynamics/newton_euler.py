@@ -1,0 +1,149 @@
+"""Recursive Newton-Euler: from motion to forces, with the reaction of every joint.
+
+Outward, the accelerations with the ground accelerated by -g; then for each link, from the tips inward,
+
+    F_i = I_i A_i + V_i ×* (I_i V_i) - (loads on i) + Σ F_child,        τ_i = Sᵀ F_i,
+
+where F_i is the wrench that the joint transmits to link i.
+
+Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §5.3; chapter 6, eqs (6.1), (6.24), (6.25).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..model.model import GROUND, Model
+from ..scalar.algebra import Vector, apply, dot, negate, scale, subtract
+from ..space.spatial import (
+    Spatial,
+    force_cross,
+    force_to_parent,
+    minus,
+    momentum_of,
+    plus,
+    power,
+)
+from .coordinates import forces_on_coordinates
+from .kinematics import accelerations, rotation, velocities
+from .loading import Loading, loading
+from .state import State
+
+
+def transmitted(model: Model, state: State, udot: Sequence[Any] | None, loads: Loading | None) -> list[Spatial]:
+    """Wrench F_i on every link from its parent, about the link's origin in its axes.
+
+    ``loads`` None leaves out the loads and gravity; ``udot`` None the part linear in accelerations.
+    """
+    V = velocities(model, state)
+    ground = (0, 0, 0) if loads is None else negate(state.vector(model.gravity))
+    A = accelerations(model, state, udot, ground)
+    F: list[Spatial] = []
+    for i in range(len(model.links)):
+        inertia = state.inertia(i)
+        force = plus(momentum_of(inertia, A[i]), force_cross(V[i], momentum_of(inertia, V[i])))
+        F.append(force if loads is None else minus(force, loads.wrench(i)))
+    for i in range(len(model.links) - 1, -1, -1):
+        link = model.links[i]
+        if link.parent != GROUND:
+            R, p, _ = state.joint(i)
+            F[link.parent] = plus(F[link.parent], force_to_parent(R, p, F[i]))
+    return F
+
+
+def inverse_dynamics(
+    model: Model, state: State, udot: Sequence[Any] | None, loads: Loading | None | str = "all"
+) -> tuple[Any, ...]:
+    """Generalized forces that the motion needs beyond the model's loads:  M u' + h - Q.
+
+    Zero along a motion of the model. ``loads`` may select some (:func:`loading`), or none and no gravity (None).
+
+    Returns
+    -------
+    tuple, length n_u
+        Forces conjugate to the speeds [N, N m].
+    """
+    given = loading(model, state) if loads == "all" else loads
+    assert not isinstance(given, str)
+    F = transmitted(model, state, udot, given)
+    tau: list[Any] = []
+    for i, link in enumerate(model.links):
+        along = power(state.subspace(i), F[i]) if link.one_dof else 0
+        tau.append(along if given is None else along - given.along.get(i, 0))
+    total = forces_on_coordinates(model, state, tau)
+    for i, link in enumerate(model.links):
+        if link.u >= 0:
+            n, f = F[i]
+            for k in range(3):
+                total[link.u + k] = n[k]
+                if link.kind == "free":
+                    total[link.u + 3 + k] = f[k]
+    if given is not None:
+        for j, force in given.generalized.items():
+            total[j] = total[j] - force
+    return tuple(total)
+
+
+def bias(model: Model, state: State) -> tuple[Any, ...]:
+    """h - Q: the equations of motion M u' + (h - Q) = 0 at u' = 0. Length n_u [N, N m]."""
+    return inverse_dynamics(model, state, None)
+
+
+def reactions(model: Model, state: State, udot: Sequence[Any]) -> dict[str, tuple[Vector, Vector]]:
+    """(force, moment) of every joint on its child, about the joint's point on the child, in ground axes.
+
+    Loads along the joint (springs, dampers, motors) are not part of it; the force that drives a prescribed
+    displacement is.
+    """
+    return {
+        name: (apply(R, force), apply(R, moment))
+        for name, (R, force, moment) in _on_children(model, state, udot).items()
+    }
+
+
+def _on_children(model: Model, state: State, udot: Sequence[Any]) -> dict[str, tuple[Any, Vector, Vector]]:
+    loads = loading(model, state)
+    F = transmitted(model, state, udot, loads)
+    free = {i for i, _ in model.order} if model.order is not None else set()
+    result = {}
+    for name, joint in model.joints.items():
+        i = joint.links[-1]
+        n, f = F[i]
+        link = model.links[i]
+        if link.kind in ("ball", "free"):
+            n, f = (0, 0, 0), (f if link.kind == "ball" else (0, 0, 0))
+        elif link.one_dof:
+            n, f = _constraint(state, i, (n, f), loads.along.get(i, 0), i in free)
+        result[name] = (rotation(model, state, i), f, n)
+    return result
+
+
+def _constraint(state: State, i: int, F: Spatial, along: Any, free: bool) -> Spatial:
+    """The wrench less what acts along the displacement: all of it where the joint is free to move."""
+    n, f = F
+    link = state.model.links[i]
+    axis = state.vector(link.axis)
+    if link.kind == "slider":
+        pull = dot(axis, f) if free else along
+        return (n, subtract(f, scale(pull, axis)))
+    if link.kind == "hinge":
+        turn = dot(axis, n) if free else along
+        return (subtract(n, scale(turn, axis)), f)
+    # screw: the motor's moment acts about the axis; the thread carries the rest
+    turn = power(state.subspace(i), F) if free else along
+    return (subtract(n, scale(turn, axis)), f)
+
+
+def drive_power(model: Model, state: State, udot: Sequence[Any]) -> Any:
+    """Power that the drives of prescribed displacements put in: Σ (Sᵀ F - loads along) ∂y/∂t."""
+    driven = [i for i, link in enumerate(model.links) if link.one_dof and link.drift != 0]
+    if not driven:
+        return 0
+    loads = loading(model, state)
+    F = transmitted(model, state, udot, loads)
+    total: Any = 0
+    for i in driven:
+        force = power(state.subspace(i), F[i]) - loads.along.get(i, 0)
+        total = total + force * state(model.links[i].drift)
+    return total

@@ -1,0 +1,45 @@
+"""Errors: what was expected, what came, and the cure, in the user's own names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class FreebodyError(Exception):
+    """Base of every error that freebody raises on purpose."""
+
+
+class ModelError(FreebodyError, ValueError):
+    """A machine that is described wrongly or can not exist."""
+
+
+class ExpressionError(FreebodyError, ValueError):
+    """Text that is not an expression of the system's own names."""
+
+
+class MassError(ModelError):
+    """Mass properties that no body can have."""
+
+
+class SimulationError(FreebodyError, RuntimeError):
+    """A motion that can not be computed as asked."""
+
+
+class FormatError(FreebodyError, ValueError):
+    """A file that is not a model."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """End of a message about an unknown name: the nearest known one, or all of them.
+
+    >>> nearest("thetta", ["theta", "x"])
+    "did you mean 'theta'?"
+    """
+    names = sorted(known)
+    close = get_close_matches(name, names, n=1)
+    if close:
+        return f"did you mean '{close[0]}'?"
+    if not names:
+        return "no names are known yet."
+    return "known names: " + ", ".join(names) + "."

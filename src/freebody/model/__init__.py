@@ -1,0 +1,6 @@
+"""The assembled machine: frozen data."""
+
+from .assemble import assemble
+from .model import Coordinate, JointPlace, Link, Model, Place, Speed
+
+__all__ = ["Coordinate", "JointPlace", "Link", "Model", "Place", "Speed", "assemble"]

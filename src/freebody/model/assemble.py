@@ -1,0 +1,251 @@
+"""assemble: from a description to a frozen model, every defect named in the user's own words."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+import sympy
+
+from ..describe.joint import Joint, Primitive
+from ..describe.names import TIME
+from ..describe.system import System
+from ..errors import ModelError
+from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, multiply, subtract, transpose
+from ..scalar.expression import exact
+from .model import GROUND, Coordinate, JointPlace, Link, Model, Place, Speed
+
+
+def assemble(system: System) -> Model:
+    """Freeze a system into a model: a tree of links, outward from the ground.
+
+    The cost is linear in the number of bodies.
+
+    Parameters
+    ----------
+    system : System
+
+    Returns
+    -------
+    Model
+
+    Raises
+    ------
+    ModelError
+        A body that hangs on nothing, a joint that closes a loop, a coordinate that moves nothing, a
+        moving tip without mass.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("ball")
+    >>> ball = s.body("ball", fb.sphere(1, 1))
+    >>> joint = s.free("air", s.ground, ball)
+    >>> fb.assemble(s).n_u
+    6
+    """
+    if not isinstance(system, System):
+        raise ModelError(f"Expected a System, got {system!r}. A model is described first: s = fb.System('name').")
+    kinds = system.names.kinds
+    coordinates, speeds = _state(system)
+    index = {speed.symbol: i for i, speed in enumerate(speeds)}
+    start = {coordinate.symbol: i for i, coordinate in enumerate(coordinates)}
+    links: list[Link] = []
+    bodies: dict[str, Place] = {}
+    joints: dict[str, JointPlace] = {}
+    for joint in _outward(system):
+        where = Place(GROUND, ZERO, 0, ZERO, IDENTITY) if joint.parent.is_ground else bodies[joint.parent.name]
+        numbers = []
+        last = len(joint.primitives) - 1
+        parent, position, rotation = where.link, _plus(where.origin, joint.at), joint.parent_axes
+        primitives = list(joint.primitives)
+        if primitives[last].kind in ("ball", "free") and joint.child_axes != IDENTITY:
+            primitives.append(Primitive("weld"))
+            last += 1
+        for i, primitive in enumerate(primitives):
+            axis, body = primitive.axis, None
+            if i == last:
+                rotation = _exact(multiply(rotation, transpose(joint.child_axes)))
+                axis = tuple(map(exact, apply(joint.child_axes, axis)))  # type: ignore[assignment]
+                body = joint.child
+            numbers.append(len(links))
+            links.append(_link(joint, primitive, parent, rotation, position, axis, body, index, start))
+            parent, position, rotation = numbers[-1], ZERO, IDENTITY
+        mass = joint.child.mass_properties
+        assert mass is not None
+        bodies[joint.child.name] = Place(
+            numbers[-1], _minus(ZERO, joint.to), mass.mass, mass.center, mass.inertia
+        )
+        joints[joint.name] = JointPlace(
+            joint.type, tuple(numbers), joint.parent.name, joint.child.name, joint.at, joint.to
+        )
+    model = Model(
+        name=system.name,
+        parameters=tuple(system.parameter_list),
+        coordinates=coordinates,
+        speeds=speeds,
+        links=tuple(links),
+        bodies={name: bodies[name] for name in system.bodies},
+        joints={name: joints[name] for name in system.joints},
+        loads=dict(system.loads),
+        gravity=system.gravity,
+        positive=tuple(system.positive),
+        names=system.names,
+        about=dict(system.about),
+        order=_order(links, speeds, kinds),
+    )
+    _check_coordinates(model)
+    _check_tips(model)
+    return model
+
+
+def _state(system: System) -> tuple[tuple[Coordinate, ...], tuple[Speed, ...]]:
+    coordinates, speeds = [], []
+    names = system.names
+    for text, atom in names.atoms.items():
+        kind = names.kinds[text]
+        if kind == "coordinate":
+            sort = "scalar" if text in system.declared else "quaternion" if text[-2:-1] == "e" else "position"
+            coordinates.append(Coordinate(text, atom, sort))
+        elif kind == "speed":
+            speeds.append(Speed(text, atom, atom.diff(TIME)))
+    return tuple(coordinates), tuple(speeds)
+
+
+def _outward(system: System) -> list[Joint]:
+    """Joints in an order in which every parent comes before its children."""
+    hangs: dict[str, Joint] = {}
+    children: dict[str, list[Joint]] = {}
+    for joint in system.joints.values():
+        if joint.child.is_ground:
+            raise ModelError(
+                f"The ground is the child of {joint.type} '{joint.name}'. Name it as the parent: "
+                f"parent=ground, child='{joint.parent.name}', with at= and to= exchanged."
+            )
+        if joint.child.name in hangs:
+            raise ModelError(
+                f"Joint '{joint.name}' closes a loop: body '{joint.child.name}' is already the child of joint "
+                f"'{hangs[joint.child.name].name}'. Closed loops can not be assembled yet; open the loop, or "
+                f"exchange parent and child if this joint was meant to carry '{joint.parent.name}'."
+            )
+        hangs[joint.child.name] = joint
+        children.setdefault(joint.parent.name, []).append(joint)
+    loose = [name for name in system.bodies if name not in hangs]
+    if loose:
+        as_parent = [name for name in loose if name in children]
+        cure = (
+            f"It is only the parent of joint '{children[as_parent[0]][0].name}': exchange parent and child, or join it too."
+            if as_parent
+            else f"Join it to the ground or to another body; a body that flies has s.free('air', s.ground, {loose[0]})."
+        )
+        raise ModelError(f"Body '{(as_parent or loose)[0]}' hangs on nothing: it is the child of no joint. {cure}")
+    result: list[Joint] = []
+    waiting = deque(children.get("ground", []))
+    while waiting:
+        joint = waiting.popleft()
+        result.append(joint)
+        waiting.extend(children.get(joint.child.name, []))
+    if len(result) < len(hangs):
+        reached = {joint.child.name for joint in result}
+        ring = [name for name in hangs if name not in reached]
+        raise ModelError(
+            f"Bodies {', '.join(ring)} hang on each other and not on the ground. Join one of them to the ground."
+        )
+    if not result:
+        raise ModelError(f"System '{system.name}' has no body. Add one: s.body('name', fb.sphere(m, R)).")
+    return result
+
+
+def _link(
+    joint: Joint, primitive: Primitive, parent: int, rotation: Matrix, position: Vector, axis: Vector,
+    body: Any, index: dict[Any, int], start: dict[Any, int],
+) -> Link:  # fmt: skip
+    y = primitive.coordinate
+    partials: tuple[tuple[int, Any], ...] = ()
+    drift: Any = 0
+    bias: Any = 0
+    q = u = -1
+    if primitive.kind in ("ball", "free"):
+        q = start[y[0]]
+        prefix = str(y[0].func)[: -len("_e0" if primitive.kind == "ball" else "_x")]
+        u = index[sympy.Function(f"{prefix}_wx")(TIME)]
+    elif primitive.kind != "weld" and isinstance(y, sympy.Basic):
+        rate = y.diff(TIME)
+        if rate in index:
+            partials = ((index[rate], 1),)
+        else:
+            speeds = [v for v in index if rate.has(v)]
+            partials = tuple((index[v], exact(rate.diff(v))) for v in speeds)
+            drift = exact(rate.subs(dict.fromkeys(speeds, 0)))
+            bias = exact(sympy.expand(rate.diff(TIME).subs({v.diff(TIME): 0 for v in speeds})))
+    mass: Any = 0
+    center, inertia = ZERO, (ZERO, ZERO, ZERO)
+    if body is not None:
+        properties = body.mass_properties
+        mass, center, inertia = properties.mass, _minus(properties.center, joint.to), properties.inertia
+    return Link(
+        joint.name, None if body is None else body.name, primitive.kind, parent, rotation, position, axis,
+        primitive.pitch, y if primitive.kind in ("hinge", "slider", "screw") else 0, partials, drift, bias, q, u,
+        mass, center, inertia,
+    )  # fmt: skip
+
+
+def _order(links: list[Link], speeds: tuple[Speed, ...], kinds: dict[str, str]) -> tuple[tuple[int, int], ...] | None:
+    """Peel the matrix dy/dq: a row with one open speed and a constant non-zero entry determines it."""
+    rows = {i: dict(link.partials) for i, link in enumerate(links) if link.partials}
+    open_in: dict[int, set[int]] = {i: set(row) for i, row in rows.items()}
+    having: dict[int, list[int]] = {}
+    for i, row in rows.items():
+        for j in row:
+            having.setdefault(j, []).append(i)
+    ready = deque(i for i in rows if len(open_in[i]) == 1)
+    order: list[tuple[int, int]] = []
+    while ready:
+        i = ready.popleft()
+        if len(open_in[i]) != 1:
+            continue
+        (j,) = open_in[i]
+        if isinstance(rows[i][j], sympy.Basic):
+            continue
+        order.append((i, j))
+        for k in having[j]:
+            open_in[k].discard(j)
+            if len(open_in[k]) == 1:
+                ready.append(k)
+    scalars = sum(speed.name.endswith("'") for speed in speeds)
+    return tuple(order) if len(order) == len(rows) == scalars else None
+
+
+def _check_coordinates(model: Model) -> None:
+    moved = {j for link in model.links for j, _ in link.partials}
+    for i, speed in enumerate(model.speeds):
+        if speed.name.endswith("'") and i not in moved:
+            raise ModelError(
+                f"Coordinate '{speed.name[:-1]}' is undetermined: it stands in the displacement of no joint. "
+                f"Use it in a coordinate=, or do not declare it."
+            )
+
+
+def _check_tips(model: Model) -> None:
+    carries = {link.parent for link in model.links}
+    for i, link in enumerate(model.links):
+        moving = link.kind in ("ball", "free") or bool(link.partials)
+        massless = link.mass == 0 and all(entry == 0 for row in link.inertia for entry in row)
+        if i not in carries and massless and moving:
+            raise ModelError(
+                f"Body '{link.body}' is a moving tip without mass: joint '{link.joint}' would accelerate it without "
+                f"limit. Give it mass, weld it, or leave it out."
+            )
+
+
+def _plus(a: Vector, b: Vector) -> Vector:
+    return (exact(a[0] + b[0]), exact(a[1] + b[1]), exact(a[2] + b[2]))
+
+
+def _minus(a: Vector, b: Vector) -> Vector:
+    x, y, z = subtract(a, b)
+    return (exact(x), exact(y), exact(z))
+
+
+def _exact(A: Matrix) -> Matrix:
+    return tuple(tuple(map(exact, row)) for row in A)  # type: ignore[return-value]

@@ -1,0 +1,152 @@
+"""A machine, assembled: frozen data, of which everything else is a function."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..describe.load import Load
+from ..describe.system import Parameter
+from ..scalar.algebra import Matrix, Vector
+
+GROUND = -1
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """An entry of q: its name, its SymPy atom and, unless it belongs to a quaternion or a free joint, its speed."""
+
+    name: str
+    symbol: Any
+    kind: str  # "scalar", "position" or "quaternion"
+
+
+@dataclass(frozen=True)
+class Speed:
+    """An entry of u: its name, its SymPy atom and the atom of its time derivative."""
+
+    name: str
+    symbol: Any
+    acceleration: Any
+
+
+@dataclass(frozen=True)
+class Link:
+    """One primitive motion and the link that it moves.
+
+    The link's frame has its origin at the joint's point and the axes of the body it belongs to (of the
+    joint, for the massless links inside a joint). In the frame of the parent link the joint's
+    own frame stands at ``position`` with the constant ``rotation`` (parent from joint).
+    """
+
+    joint: str
+    body: str | None
+    kind: str  # hinge, slider, screw, ball, free, weld
+    parent: int
+    rotation: Matrix
+    position: Vector
+    axis: Vector
+    pitch: Any
+    displacement: Any  # y(q, t) of a 1-dof primitive
+    partials: tuple[tuple[int, Any], ...]  # (index of the speed, dy/dq), the non-zero ones
+    drift: Any  # dy/dt at constant q
+    bias: Any  # second derivative of y less the part linear in accelerations
+    q: int  # first coordinate of a ball or free joint, else -1
+    u: int  # first speed of a ball or free joint, else -1
+    mass: Any
+    center: Vector
+    inertia: Matrix  # about the mass centre
+
+    @property
+    def one_dof(self) -> bool:
+        """Whether the motion has a displacement."""
+        return self.kind in ("hinge", "slider", "screw")
+
+    @property
+    def driven(self) -> bool:
+        """Whether the motion is a given function of time."""
+        return self.one_dof and not self.partials
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a body's frame is: in which link, its origin seen from the link's."""
+
+    link: int
+    origin: Vector
+    mass: Any
+    center: Vector  # from the body's origin
+    inertia: Matrix
+
+
+@dataclass(frozen=True)
+class JointPlace:
+    """The links of a joint, first to last, and the bodies it joins."""
+
+    type: str
+    links: tuple[int, ...]
+    parent: str
+    child: str
+    at: Vector
+    to: Vector
+
+
+@dataclass(frozen=True)
+class Model:
+    """Tree of links, coordinates, loads and parameters. Made by :func:`assemble`; never changed."""
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    coordinates: tuple[Coordinate, ...]
+    speeds: tuple[Speed, ...]
+    links: tuple[Link, ...]
+    bodies: Mapping[str, Place]
+    joints: Mapping[str, JointPlace]
+    loads: Mapping[str, Load]
+    gravity: Vector
+    positive: tuple[Any, ...]
+    names: Any
+    about: Mapping[str, tuple[str, str]]
+    order: tuple[tuple[int, int], ...] | None = field(default=None)
+    """(link, speed) pairs by which the displacements determine the coordinates one after another; None if they do not."""
+
+    @property
+    def n_q(self) -> int:
+        """Number of coordinates."""
+        return len(self.coordinates)
+
+    @property
+    def n_u(self) -> int:
+        """Number of speeds: the degrees of freedom."""
+        return len(self.speeds)
+
+    @property
+    def quaternions(self) -> tuple[int, ...]:
+        """Index in q of the scalar part of each unit quaternion."""
+        return tuple(link.q + (3 if link.kind == "free" else 0) for link in self.links if link.kind in ("ball", "free"))
+
+    @property
+    def coordinate_names(self) -> tuple[str, ...]:
+        """Names of q, in order."""
+        return tuple(coordinate.name for coordinate in self.coordinates)
+
+    @property
+    def speed_names(self) -> tuple[str, ...]:
+        """Names of u, in order."""
+        return tuple(speed.name for speed in self.speeds)
+
+    def values(self, given: Mapping[Any, Any] | None = None) -> dict[str, float]:
+        """Values of all parameters by name: the defaults, replaced by those given (by name or symbol).
+
+        Raises
+        ------
+        ModelError
+            An unknown parameter, or one that has no value.
+        """
+        from .values import parameter_values
+
+        return parameter_values(self, given or {})
+
+    def __repr__(self) -> str:
+        return f"Model '{self.name}': {len(self.bodies)} bodies, {self.n_u} degrees of freedom"

@@ -1,0 +1,43 @@
+"""Numbers for the parameters of a model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from ..errors import ModelError, nearest
+
+if TYPE_CHECKING:
+    from .model import Model
+
+
+def parameter_values(model: Model, given: Mapping[Any, Any]) -> dict[str, float]:
+    """See :meth:`Model.values`."""
+    by_name = {parameter.name: parameter.default for parameter in model.parameters}
+    names = {parameter.symbol: parameter.name for parameter in model.parameters}
+    for key, value in given.items():
+        name = names.get(key, key) if not isinstance(key, str) else key
+        if name not in by_name:
+            raise ModelError(f"Unknown parameter '{key}'; {nearest(str(key), by_name)}")
+        by_name[name] = _number(value, name, model)
+    missing = [name for name, value in by_name.items() if value is None]
+    if missing:
+        raise ModelError(
+            f"No value for {'parameter' if len(missing) == 1 else 'parameters'} {', '.join(missing)}. "
+            f"Give a default in s.parameters, or a value: values={{'{missing[0]}': ...}}."
+        )
+    return {name: float(value) for name, value in by_name.items() if value is not None}
+
+
+def _number(value: Any, name: str, model: Model) -> float:
+    expression = model.names.expression(value, f"the value of parameter '{name}'")
+    if isinstance(expression, sympy.Basic) and (expression.free_symbols or expression.has(sympy.Function)):
+        if expression.free_symbols:
+            raise ModelError(f"Expected a number for parameter '{name}', got '{value}'.")
+    number = float(expression)
+    if not math.isfinite(number):
+        raise ModelError(f"Expected a finite number for parameter '{name}', got {value!r}.")
+    return number

@@ -1,0 +1,179 @@
+"""What every algorithm may do with a number, whatever the number is.
+
+A *scalar* is an element of a field: a float, a canonical polynomial (`polynomial`), or a node
+of a recorded program (`trace`). Plain ``int`` and ``Fraction`` are constants of every field, so
+that ``0 * x`` is the exact ``0`` and a zero needs no type. Vectors are tuples of three scalars,
+matrices are tuples of three rows: small, immutable, and the same for every field.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+type_of_scalar = Any  # int, Fraction, float, Polynomial or Traced
+Vector = tuple[Any, Any, Any]
+Matrix = tuple[Vector, Vector, Vector]
+
+ZERO: Vector = (0, 0, 0)
+IDENTITY: Matrix = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+
+
+class Field(ABC):
+    """Where the scalars of one computation live."""
+
+    @abstractmethod
+    def constant(self, value: int | Fraction | float | str) -> Any:
+        """A number of this field; a string names an irrational one (``"pi"``, ``"E"``)."""
+
+    @abstractmethod
+    def apply(self, function: str, *arguments: Any) -> Any:
+        """``function`` (sin, cos, tan, sqrt, exp, log, atan2, ...) of scalars of this field."""
+
+    def sin(self, x: Any) -> Any:
+        return self.apply("sin", x)
+
+    def cos(self, x: Any) -> Any:
+        return self.apply("cos", x)
+
+    def sqrt(self, x: Any) -> Any:
+        return self.apply("sqrt", x)
+
+
+FUNCTIONS = (
+    "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",
+    "sqrt", "exp", "log", "abs", "sign", "pow", "min", "max",
+)  # fmt: skip
+
+
+class Floats(Field):
+    """The field of Python floats."""
+
+    _math = {
+        **{name: getattr(math, name) for name in FUNCTIONS if hasattr(math, name)},
+        "abs": abs,
+        "sign": lambda x: (x > 0) - (x < 0),
+        "min": min,
+        "max": max,
+    }
+
+    def constant(self, value: int | Fraction | float | str) -> float:
+        if isinstance(value, str):
+            return {"pi": math.pi, "E": math.e}[value]
+        return float(value)
+
+    def apply(self, function: str, *arguments: Any) -> Any:
+        if all(argument == 0 for argument in arguments) and function in ("sin", "tan", "sqrt"):
+            return 0
+        return self._math[function](*arguments)
+
+
+floats = Floats()
+
+
+HALF = Fraction(1, 2)
+
+
+def divide(a: Any, b: Any) -> Any:
+    """a / b, exact when both are plain numbers (Python divides ints to a float)."""
+    if isinstance(b, int):
+        b = Fraction(b)
+    return a / b
+
+
+def dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    """a · b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """a × b."""
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+def add(a: Vector, b: Vector) -> Vector:
+    """a + b."""
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+def subtract(a: Vector, b: Vector) -> Vector:
+    """a - b."""
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def negate(a: Vector) -> Vector:
+    """-a."""
+    return (-a[0], -a[1], -a[2])
+
+
+def scale(s: Any, a: Vector) -> Vector:
+    """s a."""
+    return (s * a[0], s * a[1], s * a[2])
+
+
+def outer(a: Vector, b: Vector) -> Matrix:
+    """a bᵀ."""
+    return (scale(a[0], b), scale(a[1], b), scale(a[2], b))
+
+
+def skew(a: Vector) -> Matrix:
+    """The matrix of ``a ×``."""
+    return ((0, -a[2], a[1]), (a[2], 0, -a[0]), (-a[1], a[0], 0))
+
+
+def transpose(A: Matrix) -> Matrix:
+    """Aᵀ."""
+    return (
+        (A[0][0], A[1][0], A[2][0]),
+        (A[0][1], A[1][1], A[2][1]),
+        (A[0][2], A[1][2], A[2][2]),
+    )
+
+
+def apply(A: Matrix, b: Vector) -> Vector:
+    """A b."""
+    return (dot(A[0], b), dot(A[1], b), dot(A[2], b))
+
+
+def apply_transpose(A: Matrix, b: Vector) -> Vector:
+    """Aᵀ b."""
+    return (
+        A[0][0] * b[0] + A[1][0] * b[1] + A[2][0] * b[2],
+        A[0][1] * b[0] + A[1][1] * b[1] + A[2][1] * b[2],
+        A[0][2] * b[0] + A[1][2] * b[1] + A[2][2] * b[2],
+    )
+
+
+def multiply(A: Matrix, B: Matrix) -> Matrix:
+    """A B."""
+    T = transpose(B)
+    return (
+        (dot(A[0], T[0]), dot(A[0], T[1]), dot(A[0], T[2])),
+        (dot(A[1], T[0]), dot(A[1], T[1]), dot(A[1], T[2])),
+        (dot(A[2], T[0]), dot(A[2], T[1]), dot(A[2], T[2])),
+    )
+
+
+def add_matrices(A: Matrix, B: Matrix) -> Matrix:
+    """A + B."""
+    return (add(A[0], B[0]), add(A[1], B[1]), add(A[2], B[2]))
+
+
+def subtract_matrices(A: Matrix, B: Matrix) -> Matrix:
+    """A - B."""
+    return (subtract(A[0], B[0]), subtract(A[1], B[1]), subtract(A[2], B[2]))
+
+
+def congruence(R: Matrix, A: Matrix) -> Matrix:
+    """R A Rᵀ for a symmetric A: six entries are computed, three mirrored."""
+    B = multiply(R, A)
+    xx, xy, xz = dot(B[0], R[0]), dot(B[0], R[1]), dot(B[0], R[2])
+    yy, yz, zz = dot(B[1], R[1]), dot(B[1], R[2]), dot(B[2], R[2])
+    return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))

@@ -1,0 +1,133 @@
+"""SymPy at the edge: an expression of the user becomes a scalar of any field."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from functools import reduce
+from operator import add, mul
+from typing import Any
+
+import sympy
+
+from ..errors import ExpressionError
+from .algebra import Field
+
+# SymPy's class -> our name of the function
+_NAMES: dict[Any, str] = {
+    sympy.sin: "sin", sympy.cos: "cos", sympy.tan: "tan",
+    sympy.asin: "asin", sympy.acos: "acos", sympy.atan: "atan", sympy.atan2: "atan2",
+    sympy.sinh: "sinh", sympy.cosh: "cosh", sympy.tanh: "tanh",
+    sympy.log: "log", sympy.exp: "exp", sympy.Abs: "abs", sympy.sign: "sign",
+    sympy.Min: "min", sympy.Max: "max",
+}  # fmt: skip
+
+
+def exact(value: Any) -> Any:
+    """A number as an exact constant, anything else as a SymPy expression.
+
+    A float stands for the decimal it prints as: 0.1 is 1/10.
+
+    >>> exact(0.1), exact(2), exact("x + 1/2")
+    (Fraction(1, 10), 2, x + 1/2)
+    """
+    if isinstance(value, bool):
+        raise ExpressionError(f"Expected a number or an expression, got {value!r}.")
+    if isinstance(value, int):
+        return value
+    if isinstance(value, Fraction):
+        return value.numerator if value.denominator == 1 else value
+    if isinstance(value, float) or type(value).__module__ == "numpy":
+        value = float(value)
+        if value != value or value in (float("inf"), float("-inf")):
+            raise ExpressionError(f"Expected a finite number, got {value!r}.")
+        return exact(Fraction(repr(value)))
+    expression = sympy.sympify(value)
+    if expression.is_Rational:
+        return exact(Fraction(int(expression.p), int(expression.q)))
+    if expression.is_Float:
+        return exact(Fraction(str(expression)))
+    return expression
+
+
+def evaluate(
+    expression: Any,
+    lookup: Mapping[Any, Any] | Callable[[Any], Any],
+    field: Field,
+    memo: dict[Any, Any] | None = None,
+) -> Any:
+    """The value of ``expression`` in ``field``.
+
+    Parameters
+    ----------
+    expression : int, Fraction, float or SymPy expression
+    lookup : mapping
+        Symbols, functions of time and their derivatives -> scalars of the field.
+    field : Field
+    memo : dict, optional
+        Values already known, by expression; filled on the way.
+    """
+    if isinstance(expression, (int, Fraction)):
+        return expression
+    if isinstance(expression, float):
+        return exact(expression)
+    memo = {} if memo is None else memo
+    get = lookup.__getitem__ if isinstance(lookup, Mapping) else lookup
+
+    def value(e: Any) -> Any:
+        if e in memo:
+            return memo[e]
+        if e.is_Integer:
+            result: Any = int(e)
+        elif e.is_Rational:
+            result = Fraction(int(e.p), int(e.q))
+        elif e.is_Float:
+            result = Fraction(str(e))
+        elif e is sympy.pi:
+            result = field.constant("pi")
+        elif e is sympy.E:
+            result = field.constant("E")
+        elif e.is_Add:
+            result = reduce(add, map(value, e.args))
+        elif e.is_Mul:
+            result = reduce(mul, map(value, e.args))
+        elif e.is_Pow:
+            result = _power(e, value, field)
+        elif e.func in _NAMES:
+            result = field.apply(_NAMES[e.func], *map(value, e.args))
+        else:
+            try:
+                result = get(e)
+            except KeyError:
+                raise ExpressionError(
+                    f"Expected a symbol of the system or a known function, got '{e}'. "
+                    f"Known functions: {', '.join(sorted(_NAMES.values()))}, sqrt."
+                ) from None
+        memo[e] = result
+        return result
+
+    return value(sympy.sympify(expression))
+
+
+def _power(e: Any, value: Callable[[Any], Any], field: Field) -> Any:
+    base, exponent = e.args
+    if base is sympy.E:
+        return field.apply("exp", value(exponent))
+    if exponent.is_Integer:
+        n = int(exponent)
+        power = _integer_power(value(base), abs(n))
+        if n > 0:
+            return power
+        return Fraction(1) / power if isinstance(power, int) else 1 / power
+    if exponent.is_Rational and exponent.q == 2:
+        n = int(exponent.p)
+        power = _integer_power(field.apply("sqrt", value(base)), abs(n))
+        return power if n > 0 else 1 / power
+    return field.apply("pow", value(base), value(exponent))
+
+
+def _integer_power(x: Any, n: int) -> Any:
+    if n == 1:
+        return x
+    half = _integer_power(x, n // 2)
+    return half * half if n % 2 == 0 else half * half * x
