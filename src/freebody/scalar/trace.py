@@ -1,0 +1,500 @@
+"""Recorded programs: scalars that remember how they were computed.
+
+An algorithm run on :class:`Traced` scalars records its operations on a :class:`Tape`. Equal operations are
+one node (hash consing), so equal scalars are one object. Numbers never enter the tape by themselves: they are
+folded exactly (``int``, ``Fraction``) or in double precision, and signs are moved outward, so that
+
+    a + (-b) = a - b,   (-a) b = -(a b),   a - b = -(b - a),   (a 2) (1/2) = a
+
+each leave one node. Every identity used holds exactly in IEEE arithmetic up to the sign of zero, except that
+neighbouring constants are joined and a division by a constant is a multiplication by its reciprocal (each one
+rounding), and that 0 x is 0 and x / x is 1 whatever x is.
+
+Source: hash consing after A. P. Ershov, On programming of arithmetic operations (1958).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from fractions import Fraction
+from numbers import Integral, Rational, Real
+from typing import Any
+
+from ..errors import ExpressionError
+from .algebra import FUNCTIONS, Field
+
+# Codes of operations; `NAMES[code]` is the name. The codes are part of the key of compiled programs on disk.
+NAMES = ("const", "input", "add", "sub", "mul", "div", "neg", *FUNCTIONS)
+CONST, INPUT, ADD, SUB, MUL, DIV, NEG = range(7)
+CODES = {name: code for code, name in enumerate(NAMES)}
+SQRT, POW = CODES["sqrt"], CODES["pow"]
+NONE = -1
+"""The second operand of an operation that has one."""
+
+_BINARY = frozenset({"atan2", "pow", "min", "max"})
+_ODD = frozenset({"sin", "tan", "asin", "atan", "sinh", "tanh"})
+_EVEN = frozenset({"cos", "cosh", "abs"})
+
+
+class Tape(Field):
+    """A program in the making: operations in the order of their first use.
+
+    Node ``i`` is ``op[i]`` of the nodes ``a[i]`` and ``b[i]`` (:data:`NONE` when there is no second one).
+    Of a constant, ``a`` is its place in :attr:`constants`; of an input, its place in :attr:`inputs`.
+
+    >>> tape = Tape()
+    >>> x, y = tape.input("x"), tape.input("y")
+    >>> tape.to_sympy(tape.sin(x) * y + 0 * x - (-y))
+    y*sin(x) + y
+    >>> x * y is y * x
+    True
+    """
+
+    def __init__(self) -> None:
+        self.op: list[int] = []
+        self.a: list[int] = []
+        self.b: list[int] = []
+        self.constants: list[Any] = []
+        self.inputs: list[str] = []
+        self._memo: list[dict[Any, Traced]] = [{} for _ in NAMES]
+
+    def __len__(self) -> int:
+        return len(self.op)
+
+    def __repr__(self) -> str:
+        return f"<Tape of {len(self.op)} nodes, {len(self.inputs)} inputs>"
+
+    def input(self, name: str) -> Traced:
+        """The scalar that is given from outside under this name."""
+        found = self._memo[INPUT].get(name)
+        if found is None:
+            self.inputs.append(name)
+            found = self._memo[INPUT][name] = self._append(INPUT, len(self.inputs) - 1, NONE)
+        return found
+
+    def constant(self, value: int | Fraction | float | str) -> Any:
+        """A number stays a plain number; ``"pi"`` and ``"E"`` are floats."""
+        if isinstance(value, str):
+            return {"pi": math.pi, "E": math.e}[value]
+        return value
+
+    def apply(self, function: str, *arguments: Any) -> Any:
+        """``function`` of numbers (folded) or of scalars of this tape."""
+        if function not in CODES or CODES[function] <= NEG:
+            raise ExpressionError(
+                f"Expected a function that can be compiled, got {function!r}. Known: {', '.join(FUNCTIONS)}."
+            )
+        expected = 2 if function in _BINARY else 1
+        if len(arguments) != expected:
+            raise ExpressionError(f"Expected {expected} argument(s) of {function}, got {len(arguments)}.")
+        x = arguments[0]
+        if expected == 2:
+            y = arguments[1]
+            if type(x) is not Traced and type(y) is not Traced:
+                return _fold(function, x, y)
+            if function == "pow":
+                return x**y if type(x) is Traced else self._pow(x, y)
+            if (function == "min" or function == "max") and x is y:
+                return x
+            i, j = self.node(x).index, self.node(y).index
+            if function != "atan2" and j < i:
+                i, j = j, i
+            return self._record(CODES[function], i, j)
+        if type(x) is not Traced:
+            return _fold(function, x)
+        if x.minus is not None:
+            if function in _ODD:
+                return -self.apply(function, x.minus)
+            if function in _EVEN:
+                x = x.minus
+        return self._record(CODES[function], self.node(x).index, NONE)
+
+    def node(self, x: Any) -> Traced:
+        """``x`` as a node of this tape: a number becomes a node that holds it."""
+        if type(x) is Traced:
+            if x.tape is not self:
+                raise ExpressionError(
+                    "Expected scalars of one tape, got one of another tape. "
+                    "Record the whole program on one Tape."
+                )
+            return x
+        x = _number(x)
+        found = self._memo[CONST].get(x)
+        if found is None:
+            self.constants.append(x)
+            found = self._memo[CONST][x] = self._append(CONST, len(self.constants) - 1, NONE)
+        return found
+
+    def used(self, outputs: Iterable[Any]) -> list[int]:
+        """The nodes that the outputs need, operands first (increasing)."""
+        op, a, b = self.op, self.a, self.b
+        wanted = {x.index for x in outputs if type(x) is Traced}
+        if not wanted:
+            return []
+        needed = bytearray(max(wanted) + 1)
+        for i in wanted:
+            needed[i] = 1
+        for i in range(len(needed) - 1, -1, -1):
+            if needed[i] and op[i] > INPUT:
+                needed[a[i]] = 1
+                if b[i] >= 0:
+                    needed[b[i]] = 1
+        return [i for i, flag in enumerate(needed) if flag]
+
+    def evaluate(self, outputs: Iterable[Any], values: Mapping[str, float]) -> list[float]:
+        """Values of the outputs in Python floats, by name of input: the slow reference of the compiler."""
+        outputs = list(outputs)
+        table: dict[int, float] = {}
+        for i in self.used(outputs):
+            code, p, q = self.op[i], self.a[i], self.b[i]
+            if code == CONST:
+                table[i] = float(self.constants[p])
+            elif code == INPUT:
+                table[i] = float(values[self.inputs[p]])
+            else:
+                table[i] = _EVALUATE[code](table[p]) if q < 0 else _EVALUATE[code](table[p], table[q])
+        return [table[x.index] if type(x) is Traced else float(x) for x in outputs]
+
+    def to_sympy(self, x: Any, symbols: Mapping[str, Any] | None = None) -> Any:
+        """A scalar as a SymPy expression; inputs are symbols of their names unless ``symbols`` maps them."""
+        import sympy
+
+        def number(value: Any) -> Any:
+            if isinstance(value, Fraction):
+                return sympy.Rational(value.numerator, value.denominator)
+            if isinstance(value, float):
+                return {math.pi: sympy.pi, math.e: sympy.E}.get(value, sympy.Float(value))
+            return sympy.Integer(value)
+
+        if type(x) is not Traced:
+            return number(x)
+        functions: dict[int, Callable[..., Any]] = {
+            ADD: lambda p, q: p + q, SUB: lambda p, q: p - q, MUL: lambda p, q: p * q,
+            DIV: lambda p, q: p / q, NEG: lambda p: -p, POW: lambda p, q: p**q,
+            CODES["abs"]: sympy.Abs, CODES["min"]: sympy.Min, CODES["max"]: sympy.Max,
+        }  # fmt: skip
+        symbols = symbols or {}
+        table: dict[int, Any] = {}
+        for i in self.used([x]):
+            code, p, q = self.op[i], self.a[i], self.b[i]
+            if code == CONST:
+                table[i] = number(self.constants[p])
+            elif code == INPUT:
+                name = self.inputs[p]
+                table[i] = symbols[name] if name in symbols else sympy.Symbol(name)
+            else:
+                function = functions.get(code) or getattr(sympy, NAMES[code])
+                table[i] = function(table[p]) if q < 0 else function(table[p], table[q])
+        return table[x.index]
+
+    # --- recording ---------------------------------------------------------------------------
+
+    def _append(self, code: int, i: int, j: int) -> Traced:
+        new = Traced(self, len(self.op), None)
+        self.op.append(code)
+        self.a.append(i)
+        self.b.append(j)
+        return new
+
+    def _record(self, code: int, i: int, j: int) -> Traced:
+        memo = self._memo[code]
+        found = memo.get((i, j))
+        if found is None:
+            found = memo[i, j] = self._append(code, i, j)
+        return found
+
+    def _times_number(self, x: Traced, c: Any) -> Any:
+        if c == 0:
+            return 0
+        if c == 1:
+            return x
+        if x.minus is not None:
+            x, c = x.minus, -c
+        if c < 0:
+            return -self._times_number(x, -c)
+        i = x.index
+        if self.op[i] == MUL and self.op[self.b[i]] == CONST:  # (x c') c
+            c = c * self.constants[self.a[self.b[i]]]
+            i = self.a[i]
+            if c == 1:
+                return self._at(i)
+        return self._record(MUL, i, self.node(c).index)
+
+    def _plus_number(self, x: Traced, c: Any) -> Any:
+        if c == 0:
+            return x
+        if x.minus is not None:  # -x + c
+            return -self._plus_number(x.minus, -c)
+        i = x.index
+        code = self.op[i]
+        if code in (ADD, SUB) and self.op[self.b[i]] == CONST:  # (x ± c') + c
+            joined = self.constants[self.a[self.b[i]]]
+            return self._plus_number(self._at(self.a[i]), c + joined if code == ADD else c - joined)
+        if c < 0:
+            return self._record(SUB, i, self.node(-c).index)
+        return self._record(ADD, i, self.node(c).index)
+
+    def _at(self, i: int) -> Traced:
+        """The scalar of node ``i``, which is no constant."""
+        code = self.op[i]
+        if code == INPUT:
+            return self._memo[INPUT][self.inputs[self.a[i]]]
+        if code == NEG:
+            return self._memo[NEG][self.a[i]]
+        return self._memo[code][self.a[i], self.b[i]]
+
+    def _pow(self, x: Any, y: Any) -> Any:
+        return self._record(POW, self.node(x).index, self.node(y).index)
+
+
+class Traced:
+    """A scalar of a recorded program: node ``index`` of ``tape``. Equal means the same node."""
+
+    __slots__ = ("index", "minus", "tape")
+    __array_ufunc__ = None  # NumPy numbers leave the operation to us
+
+    def __init__(self, tape: Tape, index: int, minus: Traced | None) -> None:
+        self.tape = tape
+        self.index = index
+        self.minus = minus  # x when this is -x
+
+    def __add__(self, other: Any) -> Any:
+        if type(other) is not Traced:
+            if other.__class__ is int and other == 0:
+                return self
+            if not isinstance(other, Real):
+                return NotImplemented
+            return self.tape._plus_number(self, _number(other))
+        if self.minus is not None:
+            return other - self.minus
+        if other.minus is not None:
+            return self - other.minus
+        tape = self.tape
+        if tape is not other.tape:
+            tape.node(other)
+        i, j = self.index, other.index
+        if i == j:
+            return tape._times_number(self, 2)
+        key = (i, j) if i < j else (j, i)
+        found = tape._memo[ADD].get(key)
+        if found is None:
+            found = tape._memo[ADD][key] = Traced(tape, len(tape.op), None)
+            tape.op.append(ADD)
+            tape.a.append(key[0])
+            tape.b.append(key[1])
+        return found
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        if type(other) is not Traced:
+            if other.__class__ is int and other == 0:
+                return self
+            if not isinstance(other, Real):
+                return NotImplemented
+            return self.tape._plus_number(self, -_number(other))
+        if other.minus is not None:
+            return self + other.minus
+        if self.minus is not None:
+            return -(self.minus + other)
+        tape = self.tape
+        if tape is not other.tape:
+            tape.node(other)
+        i, j = self.index, other.index
+        if i == j:
+            return 0
+        memo = tape._memo[SUB]
+        found = memo.get((i, j))
+        if found is None:
+            found = memo.get((j, i))
+            if found is not None:
+                return -found
+            found = memo[i, j] = Traced(tape, len(tape.op), None)
+            tape.op.append(SUB)
+            tape.a.append(i)
+            tape.b.append(j)
+        return found
+
+    def __rsub__(self, other: Any) -> Any:
+        return -(self - other)
+
+    def __mul__(self, other: Any) -> Any:
+        if type(other) is not Traced:
+            if other.__class__ is int and other == 0:
+                return 0
+            if not isinstance(other, Real):
+                return NotImplemented
+            return self.tape._times_number(self, _number(other))
+        if self.minus is not None:
+            return -(self.minus * other)
+        if other.minus is not None:
+            return -(self * other.minus)
+        tape = self.tape
+        if tape is not other.tape:
+            tape.node(other)
+        i, j = self.index, other.index
+        key = (i, j) if i < j else (j, i)
+        found = tape._memo[MUL].get(key)
+        if found is None:
+            found = tape._memo[MUL][key] = Traced(tape, len(tape.op), None)
+            tape.op.append(MUL)
+            tape.a.append(key[0])
+            tape.b.append(key[1])
+        return found
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        if type(other) is not Traced:
+            if not isinstance(other, Real):
+                return NotImplemented
+            return self.tape._times_number(self, _reciprocal(_number(other)))
+        if self is other:
+            return 1
+        if self.minus is not None:
+            return -(self.minus / other)
+        if other.minus is not None:
+            return -(self / other.minus)
+        return self.tape._record(DIV, self.index, self.tape.node(other).index)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        if not isinstance(other, Real):
+            return NotImplemented
+        c = _number(other)
+        if c == 0:
+            return 0
+        if self.minus is not None:
+            return -(c / self.minus)
+        if c < 0:
+            return -(-c / self)
+        tape = self.tape
+        i = self.index
+        if c == 1 and tape.op[i] == DIV and tape.op[tape.a[i]] != CONST:  # 1 / (x / y)
+            return tape._record(DIV, tape.b[i], tape.a[i])
+        return tape._record(DIV, tape.node(c).index, i)
+
+    def __neg__(self) -> Traced:
+        if self.minus is not None:
+            return self.minus
+        tape = self.tape
+        i = self.index
+        found = tape._memo[NEG].get(i)
+        if found is None:
+            found = tape._memo[NEG][i] = Traced(tape, len(tape.op), self)
+            tape.op.append(NEG)
+            tape.a.append(i)
+            tape.b.append(NONE)
+        return found
+
+    def __pos__(self) -> Traced:
+        return self
+
+    def __abs__(self) -> Any:
+        return self.tape.apply("abs", self)
+
+    def __pow__(self, exponent: Any) -> Any:
+        if type(exponent) is Traced:
+            return self.tape._pow(self, exponent)
+        if not isinstance(exponent, Real):
+            return NotImplemented
+        n = _number(exponent)
+        if n == int(n) and abs(n) <= 64:
+            n = int(n)
+            power = _power(self, abs(n))
+            return power if n >= 0 else 1 / power
+        if 2 * n == int(2 * n) and abs(n) <= 64:
+            power = _power(self.tape.apply("sqrt", self), abs(int(2 * n)))
+            return power if n > 0 else 1 / power
+        return self.tape._pow(self, n)
+
+    def __rpow__(self, base: Any) -> Any:
+        return self.tape.apply("pow", base, self) if isinstance(base, Real) else NotImplemented
+
+    def _no_branch(self, *_: Any) -> bool:
+        raise TypeError(
+            "Expected no branch on the value of a recorded scalar: it has none while the program is "
+            "recorded. Use abs, sign, min and max of the field instead of a comparison."
+        )
+
+    __bool__ = __lt__ = __le__ = __gt__ = __ge__ = _no_branch
+    __float__ = __int__ = _no_branch  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        tape, i = self.tape, self.index
+        code = tape.op[i]
+        if code == INPUT:
+            return f"<{tape.inputs[tape.a[i]]}>"
+        operands = ", ".join(f"#{k}" for k in (tape.a[i], tape.b[i]) if k >= 0)
+        return f"<#{i} = {NAMES[code]}({operands})>"
+
+
+def _power(x: Any, n: int) -> Any:
+    """x to the natural power n by squaring."""
+    if n == 0:
+        return 1
+    if n == 1:
+        return x
+    half = _power(x, n // 2)
+    return half * half if n % 2 == 0 else half * half * x
+
+
+# --- numbers -------------------------------------------------------------------------------------
+
+
+def _number(x: Any) -> Any:
+    """An exact int or Fraction, or a float."""
+    kind = type(x)
+    if kind is int or kind is float:
+        return x
+    if isinstance(x, Integral):
+        return int(x)
+    if isinstance(x, Rational):
+        return int(x.numerator) if x.denominator == 1 else Fraction(x.numerator, x.denominator)
+    if isinstance(x, Real):
+        return float(x)
+    raise ExpressionError(f"Expected a real number or a scalar of the tape, got {x!r}.")
+
+
+def _reciprocal(c: Any) -> Any:
+    if c == 0:
+        raise ZeroDivisionError("Expected a divisor other than 0 in a recorded program.")
+    return 1 / c if isinstance(c, float) else _number(1 / Fraction(c))
+
+
+def _fold(function: str, *numbers: Any) -> Any:
+    """A function of numbers: exact where that is easy, else in double precision."""
+    x, *rest = (_number(n) for n in numbers)
+    if function == "sign":
+        return (x > 0) - (x < 0)
+    if function == "abs":
+        return abs(x)
+    if function == "min" or function == "max":
+        return {"min": min, "max": max}[function](x, *rest)
+    if x == 0 and (function in _ODD or function == "sqrt" or (function == "atan2" and rest[0] > 0)):
+        return 0
+    if x == 0 and function in ("cos", "cosh", "exp"):
+        return 1
+    if x == 1 and function in ("log", "acos"):
+        return 0
+    if function == "sqrt" and x > 0 and not isinstance(x, float):
+        f = Fraction(x)
+        p, q = math.isqrt(f.numerator), math.isqrt(f.denominator)
+        if p * p == f.numerator and q * q == f.denominator:
+            return _number(Fraction(p, q))
+    if function == "pow" and isinstance(rest[0], int) and not isinstance(x, float):
+        return _number(Fraction(x) ** rest[0])
+    try:
+        return float(getattr(math, function)(*map(float, (x, *rest))))
+    except ValueError:
+        raise ExpressionError(
+            f"Expected arguments where {function} is real, got {function}({', '.join(map(str, numbers))})."
+        ) from None
+
+
+_EVALUATE: dict[int, Callable[..., float]] = {
+    ADD: float.__add__, SUB: float.__sub__, MUL: float.__mul__, DIV: float.__truediv__, NEG: float.__neg__,
+    **{CODES[name]: getattr(math, name) for name in FUNCTIONS if hasattr(math, name)},
+    CODES["abs"]: abs, CODES["sign"]: lambda x: float((x > 0) - (x < 0)),
+    CODES["min"]: min, CODES["max"]: max,
+}  # fmt: skip
