@@ -19,7 +19,6 @@ from typing import Any
 
 from ..model.model import GROUND, Model, Place
 from ..scalar.algebra import (
-    HALF,
     IDENTITY,
     ZERO,
     Matrix,
@@ -31,6 +30,7 @@ from ..scalar.algebra import (
     multiply,
     subtract,
 )
+from ..space.quaternion import quaternion_rate
 from ..space.spatial import Spatial, ZERO6, motion_cross, motion_to_child, plus, times
 from .state import State
 
@@ -180,19 +180,8 @@ def coordinate_rates(model: Model, state: State) -> tuple[Any, ...]:
             R = state.joint(i)[0]
             rates[start : start + 3] = apply_transpose(E, apply(R, v))
             start += 3
-        rates[start : start + 4] = _quaternion_rate(state.q[start : start + 4], w)
+        rates[start : start + 4] = quaternion_rate(state.q[start : start + 4], w)  # type: ignore[arg-type]
     return tuple(rates)
-
-
-def _quaternion_rate(e: Sequence[Any], w: Vector) -> tuple[Any, ...]:
-    e0, e1, e2, e3 = e
-    x, y, z = w
-    return (
-        HALF * (-(e1 * x) - e2 * y - e3 * z),
-        HALF * (e0 * x + e2 * z - e3 * y),
-        HALF * (e0 * y + e3 * x - e1 * z),
-        HALF * (e0 * z + e1 * y - e2 * x),
-    )
 
 
 def jacobian(model: Model, state: State, point: Any) -> tuple[tuple[Any, ...], ...]:

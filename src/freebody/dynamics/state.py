@@ -20,7 +20,7 @@ from ..scalar.algebra import (
 )
 from ..scalar.expression import evaluate
 from ..space.quaternion import matrix_from_quaternion
-from ..space.rotation import matrix_about_axis
+from ..space.turn import matrix_about
 from ..space.spatial import Inertia, Spatial, rigid_inertia
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ class State:
         y, rate = self(link.displacement), self.rate(link)
         if link.kind == "slider":
             return (E, add(r, apply(E, scale(y, n))), (ZERO, scale(rate, n)))
-        R = multiply(E, matrix_about_axis(n, y, self.field))
+        R = multiply(E, matrix_about(n, y, self.field))
         if link.kind == "hinge":
             return (R, r, (scale(rate, n), ZERO))
         pitch = self(link.pitch)
