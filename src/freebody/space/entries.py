@@ -1,0 +1,208 @@
+"""What a user may give as a number, a vector or a matrix, and what it becomes.
+
+A number is kept as it is (int, Fraction, float) or made plain (NumPy's and SymPy's numbers); any
+other SymPy expression stays one. Text is refused here: only a system can say what its names mean.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from numbers import Integral, Real
+from typing import Any
+
+import sympy
+
+from ..errors import MassError, ModelError
+from ..scalar.algebra import Field, Matrix, Vector, floats
+from ..scalar.expression import exact
+
+AXES: dict[str, Vector] = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
+
+
+def number(value: Any, what: str = "a number", error: type[ModelError] = ModelError) -> Any:
+    """One entry: int, Fraction, float, or a SymPy expression that is none of these.
+
+    >>> number(sympy.Rational(1, 2)), number(2), number(sympy.Symbol("m") / 2)
+    (Fraction(1, 2), 2, m/2)
+    """
+    if isinstance(value, str):
+        raise error(
+            f"Expected {what} as a number or a SymPy expression, got the text '{value}'. "
+            "Use the symbol that System.parameters() returned."
+        )
+    if isinstance(value, bool) or value is None:
+        raise error(f"Expected {what} as a number or a SymPy expression, got {value!r}.")
+    if isinstance(value, (int, Fraction)):
+        return exact(value)
+    if isinstance(value, Integral):
+        return int(value)
+    if isinstance(value, Real) or type(value).__module__ == "numpy":
+        return _finite(float(value), what, error)
+    try:
+        expression = sympy.sympify(value, strict=True)
+    except (sympy.SympifyError, TypeError):
+        raise error(f"Expected {what} as a number or a SymPy expression, got {value!r}.") from None
+    if not isinstance(expression, sympy.Expr):
+        raise error(f"Expected {what} as a number or a SymPy expression, got {value!r}.")
+    if expression.is_Float:
+        return _finite(float(expression), what, error)
+    if expression.is_number and expression.is_finite is False or expression is sympy.nan:
+        raise error(f"Expected {what} to be finite, got {expression}.")
+    return exact(expression) if expression.is_Rational else expression
+
+
+def _finite(value: float, what: str, error: type[ModelError]) -> float:
+    if value - value != 0:
+        raise error(f"Expected {what} to be finite, got {value}.")
+    return value
+
+
+def exact_number(value: Any, what: str = "a number", error: type[ModelError] = MassError) -> Any:
+    """As :func:`number`, with floats as the decimals they print as, inside expressions too.
+
+    >>> exact_number(0.1), exact_number(0.5 * sympy.Symbol("m"))
+    (Fraction(1, 10), m/2)
+    """
+    entry = number(value, what, error)
+    if isinstance(entry, sympy.Expr):
+        entry = entry.xreplace({f: sympy.Rational(str(f)) for f in entry.atoms(sympy.Float)})
+    return exact(entry)
+
+
+def vector(value: Any, what: str, error: type[ModelError] = ModelError, entry: Any = number) -> Vector:
+    """Three entries."""
+    items = _items(value)
+    if items is None or len(items) != 3:
+        came = f"{value!r}" if items is None else f"{len(items)} components"
+        raise error(f"Expected three components of {what}, got {came}.")
+    x, y, z = (
+        entry(item, f"component {axis} of {what}", error) for axis, item in zip("xyz", items, strict=True)
+    )
+    return (x, y, z)
+
+
+def matrix(value: Any, what: str, error: type[ModelError] = ModelError, entry: Any = number) -> Matrix:
+    """Three rows of three entries."""
+    rows = _items(value)
+    inner = None if rows is None else [_items(row) for row in rows]
+    if inner is None or len(inner) != 3 or any(row is None or len(row) != 3 for row in inner):
+        raise error(f"Expected {what} with shape (3, 3), got {_shape(value, inner)}.")
+    a, b, c = (
+        tuple(entry(item, f"entry ({i + 1}, {j + 1}) of {what}", error) for j, item in enumerate(row or ()))
+        for i, row in enumerate(inner)
+    )
+    return (a, b, c)  # type: ignore[return-value]
+
+
+def direction(axis: Any, what: str, error: type[ModelError] = ModelError) -> Vector:
+    """A letter or three components, of any length but zero."""
+    if isinstance(axis, str):
+        if axis not in AXES:
+            raise error(f"Expected {what} as 'x', 'y', 'z' or three components, got '{axis}'.")
+        return AXES[axis]
+    n = vector(axis, what, error)
+    if all(component == 0 for component in n):
+        raise error(f"Expected {what} of a length that is not zero, got (0, 0, 0).")
+    return n
+
+
+def value_of(entry: Any) -> Any:
+    """The entry as a plain real number, or None if it holds symbols.
+
+    >>> value_of(Fraction(1, 2)), value_of(sympy.Symbol("m"))
+    (Fraction(1, 2), None)
+    """
+    if isinstance(entry, (int, Fraction, float)):
+        return entry
+    if entry.free_symbols or entry.atoms(sympy.core.function.AppliedUndef):
+        return None
+    value = complex(entry)
+    return value.real if value.imag == 0 else None
+
+
+def negative(entry: Any) -> bool:
+    """Whether the entry is surely below zero."""
+    value = value_of(entry)
+    return value is not None and value < 0
+
+
+def plain(entry: Any) -> Any:
+    """SymPy's rationals as int or Fraction, everything else as it is."""
+    return exact(entry) if isinstance(entry, sympy.Expr) and entry.is_Rational else entry
+
+
+def is_symbolic(*entries: Any) -> bool:
+    """Whether any entry is a SymPy expression."""
+    return any(isinstance(entry, sympy.Basic) for entry in entries)
+
+
+def text(entry: Any) -> str:
+    """An entry as a person writes it: short fractions stay fractions.
+
+    >>> text(Fraction(1, 3)), text(Fraction(1, 10)), text(Fraction("0.1234567890123456789"))
+    ('1/3', '0.1', '0.123457')
+    """
+    if isinstance(entry, Fraction):
+        decimal = f"{float(entry):.6g}"
+        return decimal if Fraction(decimal) == entry or entry.denominator > 10000 else str(entry)
+    return f"{entry:.6g}" if isinstance(entry, float) else str(entry)
+
+
+def substitution(values: Mapping[Any, Any]) -> Any:
+    """A function that puts numbers for the symbols of an entry; keys are symbols or their names."""
+    by_name = {str(key): exact_number(value, f"the value of {key}") for key, value in values.items()}
+
+    def put(entry: Any) -> Any:
+        if not isinstance(entry, sympy.Basic):
+            return entry
+        atoms = entry.free_symbols | entry.atoms(sympy.core.function.AppliedUndef)
+        found = {a: sympy.sympify(by_name[str(a)]) for a in atoms if str(a) in by_name}
+        return plain(entry.xreplace(found))
+
+    return put
+
+
+class Expressions(Field):
+    """The field of SymPy expressions."""
+
+    def constant(self, value: int | Fraction | float | str) -> Any:
+        return getattr(sympy, value) if isinstance(value, str) else sympy.sympify(exact(value))
+
+    def apply(self, function: str, *arguments: Any) -> Any:
+        names = {"abs": "Abs", "pow": "Pow", "min": "Min", "max": "Max"}
+        return plain(getattr(sympy, names.get(function, function))(*arguments))
+
+
+expressions = Expressions()
+
+
+def common_field(*entries: Any) -> tuple[Field, tuple[Any, ...]]:
+    """The field that holds all entries, and the entries in it: expressions if one is, else floats."""
+    if not is_symbolic(*entries):
+        return floats, entries
+    return expressions, tuple(plain(sympy.sympify(exact(entry))) for entry in entries)
+
+
+def _items(value: Any) -> list[Any] | None:
+    if isinstance(value, (str, bytes)):
+        return None
+    if hasattr(value, "tolist"):  # numpy.ndarray, sympy.Matrix
+        value = value.tolist()
+    if not isinstance(value, Iterable):
+        return None
+    items = list(value)
+    if items and all(isinstance(item, list) and len(item) == 1 for item in items):
+        return [item[0] for item in items]  # a column matrix
+    return items
+
+
+def _shape(value: Any, rows: list[list[Any] | None] | None) -> str:
+    if rows is None:
+        return repr(value)
+    lengths = {None if row is None else len(row) for row in rows}
+    if lengths == {None} or not rows:
+        return f"an array with shape ({len(rows)},)"
+    if len(lengths) == 1:
+        return f"an array with shape ({len(rows)}, {lengths.pop()})"
+    return f"rows of different lengths: {value!r}"
