@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from . import errors as errors
-    from .compile.program import compile_system as compile
+    from .compile.program import compile_system as compile  # noqa: F401
     from .describe.system import System as System
     from .equations import equations as equations
     from .formats import read as read
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-# public name -> module that holds it, or "module:attribute" where the two names differ
+# public name -> module that holds it, "module:attribute" where the attribute is named otherwise
 _EXPORTS = {
     "MassProperties": "space.mass",
     "Model": "model",
@@ -67,7 +67,7 @@ _EXPORTS = {
     "disk": "space.solids",
     "ellipsoid": "space.solids",
     "equations": "equations",
-    "errors": "errors:",
+    "errors": "errors",
     "event": "simulate",
     "from_density": "space.density",
     "mesh": "space.mesh",
@@ -85,7 +85,7 @@ _EXPORTS = {
     "write": "formats",
 }
 
-__all__ = [  # noqa: F822, PLE0604 - each name is resolved by __getattr__
+__all__ = [
     *sorted(_EXPORTS),
     "__version__",
 ]
@@ -95,10 +95,7 @@ def _resolve(name: str) -> Any:
     """The object of a public name, imported now and kept in this module's dictionary."""
     module_name, _, attribute = _EXPORTS[name].partition(":")
     module = import_module(f"{__name__}.{module_name}")
-    if attribute or ":" not in _EXPORTS[name]:
-        value = getattr(module, attribute or name)
-    else:
-        value = module
+    value = module if name == "errors" else getattr(module, attribute or name)
     globals()[name] = value
     return value
 

@@ -129,7 +129,9 @@ class _Parser:
         while at < end:
             match = _TOKEN.match(self.text, at)
             if match is None:
-                self.fail(at, f"Expected a number, a name or an operator, got {self.text[at]!r}{self._cure(at)}")
+                self.fail(
+                    at, f"Expected a number, a name or an operator, got {self.text[at]!r}{self._cure(at)}"
+                )
             kind = str(match.lastgroup)
             if kind != "space":
                 yield _Token(kind, match.group(), at)
@@ -329,7 +331,8 @@ class _Parser:
         base = token.text.rstrip("'")
         if base != token.text and base in self.names:
             self.fail(
-                token.at, f"Expected a speed or an acceleration, got {token.text!r}; {base!r} has no such rate."
+                token.at,
+                f"Expected a speed or an acceleration, got {token.text!r}; {base!r} has no such rate.",
             )
         self.fail(token.at, f"Expected a known name, got {token.text!r}; {nearest(token.text, self.names)}")
 
@@ -343,7 +346,8 @@ class _Parser:
             wanted = f"{least}" if least == most else f"{least} to {most}"
             self.fail(
                 function.at,
-                f"Expected {wanted} argument{'s' if most > 1 else ''} of {function.text}, got {len(arguments)}.",
+                f"Expected {wanted} argument{'s' if most > 1 else ''} of {function.text}, "
+                f"got {len(arguments)}.",
             )
         try:
             value = make(*arguments)

@@ -1,0 +1,65 @@
+"""The ``freebody`` command, one module per subcommand.
+
+Products are imported inside the commands, so that ``freebody --help`` does not wait for the compiler.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+import click
+
+from .. import __version__
+from ..errors import FreebodyError
+from .check import check
+from .equations import equations
+from .gallery import gallery
+from .run import run
+
+__all__ = ["command", "main"]
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="freebody")
+def command() -> None:
+    """Rigid-body dynamics from the free-body diagram to the equation, the number and the picture.
+
+    MODEL is a name that `freebody gallery` lists, or the path of a .toml model file.
+    """
+
+
+for subcommand in (gallery, run, equations, check):
+    command.add_command(subcommand)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line; exit code 0, 2 after an error, 130 after Ctrl-C.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Those of the process if not given.
+    """
+    try:
+        code = command.main(arguments, prog_name="freebody", standalone_mode=False)
+    except click.exceptions.NoArgsIsHelpError as error:  # `freebody` alone is a question, not a mistake
+        error.show()
+        code = 0
+    except click.ClickException as error:
+        error.show()
+        code = 2
+    except FreebodyError as error:
+        click.echo(f"Error: {error}", err=True)
+        code = 2
+    except (KeyboardInterrupt, click.Abort):
+        click.echo("Stopped.", err=True)
+        code = 130
+    except BrokenPipeError:  # the reader, such as `head`, has gone: nothing is left to say
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 0
+    except (OSError, MemoryError) as error:
+        click.echo(f"Error: {str(error) or type(error).__name__}", err=True)
+        code = 2
+    sys.exit(code if isinstance(code, int) else 0)

@@ -1,0 +1,27 @@
+"""``freebody gallery``: the systems that can be run by name."""
+
+from __future__ import annotations
+
+import click
+
+
+@click.command()
+@click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+def gallery(as_json: bool) -> None:
+    """List the systems of the gallery and what each answers."""
+    from ..gallery import entries
+
+    known = entries()
+    if as_json:
+        import json
+
+        listed = [{"name": e.name, "title": e.title, "asks": list(e.asks)} for e in known.values()]
+        click.echo(json.dumps(listed, indent=2, ensure_ascii=False))
+        return
+    from .table import Grid
+
+    grid = Grid("Name", "System", "Asked")
+    for entry in known.values():
+        grid.row(entry.name, entry.title, "\n".join(entry.asks))
+    grid.print()
+    click.echo("Run one: freebody run NAME")

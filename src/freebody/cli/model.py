@@ -1,0 +1,153 @@
+"""What MODEL on the command line stands for: an entry of the gallery or a model file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..errors import FormatError, FreebodyError, ModelError, nearest
+
+if TYPE_CHECKING:
+    from ..describe.system import System
+    from ..formats.case import Case
+
+
+@dataclass(frozen=True)
+class FileOutcome:
+    """What running a model file gives; the same attributes as the outcome of a gallery entry."""
+
+    system: Any
+    equations: Any
+    trajectory: Any
+    answers: dict[str, tuple[float, str]] = field(default_factory=dict)
+    plots: dict[str, Callable[[Any], None]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class FileEntry:
+    """A model file with the attributes of a gallery entry."""
+
+    name: str
+    case: Case
+    title: str = ""
+    asks: tuple[str, ...] = ()
+
+    def build(self) -> System:
+        return self.case.system
+
+    def run(self, values: Mapping[str, float], until: float | None, tolerance: float | None) -> FileOutcome:
+        from ..equations import equations
+        from ..simulate import simulate
+
+        case = self.case
+        everything = case.values(values)
+        if until is None:
+            if case.until is None:
+                raise ModelError(
+                    f"Expected the length of the run, but neither --until nor [run] of {self.name} gives it. "
+                    f"Add --until 10."
+                )
+            until = case.number(case.until, everything)
+        options = (
+            {} if tolerance is None and case.tolerance is None else {"tolerance": tolerance or case.tolerance}
+        )
+        trajectory = simulate(
+            case.system, until, initial=case.start(everything), values=everything, **options
+        )
+        plots = {"coordinates.png": lambda path: plot_coordinates(case.system, trajectory, path)}
+        return FileOutcome(case.system, equations(case.system), trajectory, {}, plots)
+
+
+def plot_coordinates(system: System, trajectory: Any, path: Any) -> None:
+    """Every coordinate over time, one picture below the other."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    names = [name for name, kind in system.names.kinds.items() if kind == "coordinate"]
+    figure = Figure(figsize=(7, 1 + 1.5 * len(names)), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    time = trajectory.data["time"].values
+    for axis, name in zip(axes, names, strict=True):
+        unit = system.about.get(name, ("", ""))[0]
+        axis.plot(time, trajectory.data[name].values)
+        axis.set_ylabel(f"{name} [{unit}]" if unit else name)
+        axis.grid(alpha=0.3)
+    axes[-1].set_xlabel("time [s]")
+    figure.savefig(path, dpi=150)
+
+
+def find(model: str) -> Any:
+    """The gallery entry or model file of this name.
+
+    Raises
+    ------
+    FormatError, ModelError
+        Neither of them; the nearest gallery name is offered.
+    """
+    path = Path(model)
+    if path.suffix or len(path.parts) > 1:
+        from ..formats import read_case
+
+        return FileEntry(path.name, read_case(path))
+    from ..gallery import entries
+
+    known = entries()
+    if model not in known:
+        hint = (
+            f" For the folder of that name, give the .toml file in it: {model}/NAME.toml."
+            if path.exists()
+            else ""
+        )
+        raise FormatError(
+            f"Expected a gallery name or the path of a .toml file, got '{model}'; "
+            f"{nearest(model, known)}{hint}"
+        )
+    return known[model]
+
+
+class Number(click.ParamType):
+    """A number on the command line: ``2``, ``1e-9``, ``75deg``, ``2*pi``."""
+
+    name = "number"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if isinstance(value, float):
+            return value
+        from ..describe.parser import parse
+
+        try:
+            return float(parse(value, {}))
+        except (FreebodyError, OverflowError) as error:
+            self.fail(str(error), param, ctx)
+
+
+class Setting(click.ParamType):
+    """``name=value`` on the command line."""
+
+    name = "name=value"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, float]:
+        if isinstance(value, tuple):
+            return value
+        name, sign, number = value.partition("=")
+        if not sign or not name.strip():
+            self.fail(f"Expected name=value, such as m=2 or theta_0=75deg, got '{value}'.", param, ctx)
+        return name.strip(), Number().convert(number, param, ctx)
+
+
+def settings_of(system: System, pairs: tuple[tuple[str, float], ...]) -> dict[str, float]:
+    """The ``--set`` values by name, refused where the system has no such parameter."""
+    known = [parameter.name for parameter in system.parameter_list]
+    for name, _ in pairs:
+        if name not in known:
+            raise ModelError(
+                f"--set {name}: expected a parameter of '{system.name}', got '{name}'; {nearest(name, known)}"
+            )
+    return dict(pairs)

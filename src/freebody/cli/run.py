@@ -1,0 +1,129 @@
+"""``freebody run``: the whole path from a model to its equations, motion, answers and pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import click
+
+from .model import Number, Setting, find, settings_of
+from .table import Grid, significant
+
+
+@click.command()
+@click.argument("model")
+@click.option(
+    "--until", type=Number(), metavar="T", help="Length of the run [s]; the model's own if not given."
+)
+@click.option("--tolerance", type=Number(), metavar="TOL", help="Of the integration, such as 1e-10.")
+@click.option("--set", "settings", type=Setting(), multiple=True, metavar="NAME=VALUE",
+              help="Value of a parameter; may be repeated. Angles also as 75deg.")  # fmt: skip
+@click.option("-o", "--output", type=click.Path(path_type=Path, file_okay=False), metavar="DIR",
+              help="Folder for the equations, the trajectory and the plots; made if missing.")  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+def run(
+    model: str,
+    until: float | None,
+    tolerance: float | None,
+    settings: tuple[tuple[str, float], ...],
+    output: Path | None,
+    as_json: bool,
+) -> None:
+    """Derive the equations of MODEL, simulate it, and print what was asked.
+
+    Nothing is written unless -o names a folder.
+    """
+    if until is not None and not until > 0:
+        raise click.BadParameter(f"Expected a time greater than 0, got {until:g}.", param_hint="--until")
+    if tolerance is not None and not 0 < tolerance < 1:
+        raise click.BadParameter(
+            f"Expected a number between 0 and 1, got {tolerance:g}.", param_hint="--tolerance"
+        )
+    start = perf_counter()
+    entry = find(model)
+    values = settings_of(entry.build(), settings)
+    outcome = entry.run(values, until, tolerance)
+    files = [] if output is None else write_products(outcome, output)
+    elapsed = perf_counter() - start
+    residual = energy_residual(outcome.trajectory)
+    if as_json:
+        import json
+
+        report = {
+            "model": outcome.system.name,
+            "answers": {
+                name: {"value": plain(v), "unit": unit} for name, (v, unit) in outcome.answers.items()
+            },
+            "energy_residual": residual,
+            "wall_time_s": elapsed,
+            "files": [str(file) for file in files],
+        }
+        click.echo(json.dumps(report, indent=2, ensure_ascii=False))
+        return
+    grid = Grid("Answer", "Value", "Unit", title=entry.title or outcome.system.name)
+    for name, (value, unit) in outcome.answers.items():
+        grid.row(name, significant(value), unit)
+    if residual is not None:
+        grid.row("energy residual, relative", f"{residual:.1e}", "")
+    grid.row("wall time", f"{elapsed:.2f}", "s")
+    grid.print()
+    for file in files:
+        click.echo(f"wrote {file}")
+    if output is None:
+        click.echo("Add -o DIR to keep the equations, the trajectory and the plots.")
+
+
+def write_products(outcome: Any, folder: Path) -> list[Path]:
+    """Write everything a run gives into a folder, each file whole or not at all."""
+    from ..formats.files import replacing
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise click.BadParameter(
+            f"Can not make the folder '{folder}': {error.strerror}.", param_hint="-o"
+        ) from None
+
+    def text(content: str) -> Callable[[Path], Any]:
+        return lambda path: path.write_text(
+            content if content.endswith("\n") else content + "\n", encoding="utf-8"
+        )
+
+    products: dict[str, Callable[[Path], Any]] = {
+        "equations.txt": text(outcome.equations.text()),
+        "equations.tex": text(outcome.equations.latex()),
+        "trajectory.nc": lambda path: outcome.trajectory.save(path),
+        **outcome.plots,
+    }
+    files = []
+    for name, product in products.items():
+        with replacing(folder / name) as new:
+            product(new)
+        files.append(folder / name)
+    return files
+
+
+def energy_residual(trajectory: Any) -> float | None:
+    """Largest imbalance of the energy ledger, relative to the largest energy; None without a motion."""
+    if trajectory is None:
+        return None
+    import numpy as np
+
+    energy = trajectory.energy
+    scale = max(float(np.max(np.abs(np.asarray(part)))) for part in (energy.kinetic, energy.potential))
+    worst = float(np.max(np.abs(np.asarray(energy.residual))))
+    return worst / scale if scale > 0 else worst
+
+
+def plain(value: Any) -> Any:
+    """An answer as JSON can hold it."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, list | tuple):
+        return [plain(one) for one in value]
+    return float(value)

@@ -1,0 +1,61 @@
+"""Tables in the terminal."""
+
+from __future__ import annotations
+
+import sys
+
+import click
+
+
+class Grid:
+    """Rows of plain text under bold headings; nothing in a cell is read as markup."""
+
+    def __init__(self, *headings: str, title: str | None = None) -> None:
+        from rich import box
+        from rich.table import Table
+        from rich.text import Text
+
+        self._text = Text
+        self._table = Table(
+            *(Text(heading) for heading in headings),
+            title=Text(title) if title else None, title_justify="left", title_style="bold",
+            box=box.SIMPLE_HEAD, show_header=any(headings), pad_edge=False,
+        )  # fmt: skip
+        self.empty = True
+
+    def row(self, *cells: str) -> None:
+        self.empty = False
+        self._table.add_row(*(self._text(cell) for cell in cells))
+
+    def print(self) -> None:
+        from rich.console import Console
+
+        # a pipe has no width: rows are not to be folded there
+        console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else 200, highlight=False)
+        with console.capture() as capture:
+            console.print(self._table)
+        lines = (line.rstrip() for line in capture.get().rstrip().splitlines())
+        click.echo("\n".join(lines))
+
+
+def significant(value: object, digits: int = 6) -> str:
+    """A number as people read it.
+
+    >>> significant(0.1 + 0.2), significant(3), significant(True), significant((1.0, 2.5))
+    ('0.3', '3', 'yes', '1, 2.5')
+    """
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, str):
+        return value
+    if hasattr(value, "__len__") or hasattr(value, "tolist"):
+        listed = value.tolist() if hasattr(value, "tolist") else value
+        return (
+            ", ".join(significant(v, digits) for v in listed)
+            if isinstance(listed, list | tuple)
+            else significant(listed)
+        )
+    try:
+        return f"{float(value):.{digits}g}"  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return str(value)
