@@ -1,0 +1,334 @@
+"""An element of a `Ring`: a polynomial with integer coefficients over one integer denominator."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from math import gcd
+from typing import Any
+
+from flint.utils.flint_exceptions import IncompatibleContextError
+
+from ..errors import ExpressionError
+
+_new = object.__new__
+
+
+class Polynomial:
+    """``numerator / denominator``, in normal form modulo the relations of its ring.
+
+    Equal elements have one representation, so ``==`` compares it, and ``x - x`` is the plain
+    int 0. Results that are numbers come as int or `Fraction`.
+    """
+
+    __slots__ = ("ring", "num", "den", "mask")
+
+    ring: Any
+    num: Any  # fmpz_mpoly
+    den: int  # > 0, no factor in common with the content of num
+    mask: int  # generators that may occur: a superset of those that do
+
+    # ---------------------------------------------------------------- arithmetic
+    def __add__(self, other: Any) -> Any:
+        if type(other) is not Polynomial:
+            if other == 0 and type(other) is int:
+                return self
+            other = _operand(self.ring, other)
+            if other is NotImplemented:
+                return other
+        a, b = self.den, other.den
+        try:
+            num = (
+                self.num + other.num if a == b else self.num * (b // gcd(a, b)) + other.num * (a // gcd(a, b))
+            )
+        except IncompatibleContextError:
+            _align(self, other)
+            return self + other
+        if len(num) < 2 and num.is_constant():
+            den = a * b // gcd(a, b)
+            return _constant(num, den)
+        result = _new(Polynomial)
+        result.ring = self.ring
+        result.num = num
+        result.den = 1
+        result.mask = self.mask | other.mask
+        if a != 1 or b != 1:
+            _cancel(result, a * b // gcd(a, b))
+        return result
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Polynomial:
+        result = _new(Polynomial)
+        result.ring = self.ring
+        result.num = -self.num
+        result.den = self.den
+        result.mask = self.mask
+        return result
+
+    def __pos__(self) -> Polynomial:
+        return self
+
+    def __sub__(self, other: Any) -> Any:
+        if type(other) is not Polynomial:
+            if other == 0 and type(other) is int:
+                return self
+            other = _operand(self.ring, other)
+            if other is NotImplemented:
+                return other
+        a, b = self.den, other.den
+        if a != b:
+            return self + (-other)
+        try:
+            num = self.num - other.num
+        except IncompatibleContextError:
+            _align(self, other)
+            num = self.num - other.num
+        if len(num) < 2 and num.is_constant():
+            return _constant(num, a)
+        result = _new(Polynomial)
+        result.ring = self.ring
+        result.num = num
+        result.den = 1
+        result.mask = self.mask | other.mask
+        if a != 1:
+            _cancel(result, a)
+        return result
+
+    def __rsub__(self, other: Any) -> Any:
+        return -self + other
+
+    def __mul__(self, other: Any) -> Any:
+        if type(other) is not Polynomial:
+            if type(other) is int:
+                if other == 0:
+                    return 0
+                if other == 1:
+                    return self
+            return _scaled(self, other)
+        try:
+            num = self.num * other.num
+        except IncompatibleContextError:
+            _align(self, other)
+            num = self.num * other.num
+        ring = self.ring
+        den = self.den * other.den
+        ma, mb = self.mask, other.mask
+        mask = ma | mb
+        relations = ring.relations
+        if ma & mb & relations.squares or mask & relations.triggers:
+            try:
+                num, scale, mask = relations.normal_form(num, ma & mb, mask)
+            except IncompatibleContextError:
+                num, scale, mask = relations.normal_form(ring.promoted(num), ma & mb, mask)
+            den *= scale
+            if len(num) < 2 and num.is_constant():
+                return _constant(num, den)
+        elif not num or not mask:  # a product of constants, or of zero divisors
+            return _constant(num, den)
+        result = _new(Polynomial)
+        result.ring = ring
+        result.num = num
+        result.den = 1
+        result.mask = mask
+        if den != 1:
+            _cancel(result, den)
+        return result
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        if type(other) is not Polynomial:
+            other = _plain(other)
+            if other is NotImplemented:
+                return other
+            if other == 0:
+                raise ExpressionError(f"Expected a divisor that is not zero in ({self}) / 0.")
+            return _scaled(self, 1 / Fraction(other))
+        return self.ring.quotient(self, other)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        other = _operand(self.ring, other)
+        if other is NotImplemented:
+            return other
+        return self.ring.quotient(other, self)
+
+    def __pow__(self, exponent: Any) -> Any:
+        if isinstance(exponent, Fraction) and exponent.denominator == 1:
+            exponent = int(exponent)
+        if not isinstance(exponent, int):
+            return self.ring.apply("pow", self, exponent)
+        if exponent < 0:
+            return 1 / self**-exponent
+        result: Any = 1
+        square: Any = self
+        while exponent:
+            if exponent & 1:
+                result = square * result
+            exponent >>= 1
+            if exponent:
+                square = square * square
+        return result
+
+    def __rpow__(self, base: Any) -> Any:
+        return self.ring.apply("pow", base, self)
+
+    # ---------------------------------------------------------------- comparison
+    def __eq__(self, other: Any) -> bool:
+        if type(other) is not Polynomial:
+            if isinstance(other, (int, Fraction)):
+                return self.num.is_constant() and _constant(self.num, self.den) == other
+            other = _operand(self.ring, other)
+            if other is NotImplemented:
+                return NotImplemented
+        if self.ring is not other.ring or self.den != other.den or len(self.num) != len(other.num):
+            return False
+        if self.num.context() is not other.num.context():
+            _align(self, other)
+        return self.num == other.num
+
+    def __hash__(self) -> int:
+        num = self.num
+        if num.is_constant():
+            return hash(Fraction(int(num.coefficient(0)) if num else 0, self.den))
+        # nothing here may depend on how many generators the context has
+        first, last = (self.ring.exponents(num.monomial(i)) for i in (0, len(num) - 1))
+        middle = tuple(int(num.coefficient(i)) for i in range(min(len(num), 4)))
+        return hash((self.den, len(num), first, last, middle))
+
+    def __bool__(self) -> bool:
+        return bool(self.num)
+
+    # ---------------------------------------------------------------- questions
+    @property
+    def is_number(self) -> bool:
+        """Whether no generator occurs."""
+        return bool(self.num.is_constant())
+
+    def number(self) -> int | Fraction:
+        """The value of an element without generators."""
+        if not self.num.is_constant():
+            raise ExpressionError(f"Expected a number, got {self}.")
+        return _constant(self.num, self.den)
+
+    def atoms(self) -> frozenset[Any]:
+        """SymPy atoms that the element depends on (an angle, not its sine)."""
+        return self.ring.atoms_of(self)
+
+    def terms(self) -> list[tuple[tuple[tuple[int, int], ...], int]]:
+        """``((generator, exponent), ...), coefficient`` of each term of the numerator, in order."""
+        return self.ring.terms(self.num)
+
+    def __len__(self) -> int:
+        return len(self.num)
+
+    # ---------------------------------------------------------------- derivatives, other forms
+    def derivative(self, atom: Any) -> Any:
+        """∂/∂atom, through every generator that depends on the atom."""
+        return self.ring.derivative(self, atom)
+
+    def total_derivative(self, rates: Mapping[Any, Any]) -> Any:
+        """Σ ∂/∂atom · rates[atom]; time has the rate 1, an atom without a rate is constant."""
+        return self.ring.total_derivative(self, rates)
+
+    def factor(self) -> tuple[int | Fraction, list[tuple[Polynomial, int]]]:
+        """``(c, [(f, n), ...])`` with ``self = c · Π fⁿ``, every f irreducible and integer."""
+        return self.ring.factor(self)
+
+    def to_sympy(self) -> Any:
+        """The same as a SymPy expression, expanded."""
+        return self.ring.to_sympy(self)
+
+    def __str__(self) -> str:
+        return self.ring.text(self)
+
+    __repr__ = __str__
+
+    def __lt__(self, other: Any) -> bool:
+        raise TypeError("A canonical polynomial has no order: no algorithm may branch on its value.")
+
+    __le__ = __gt__ = __ge__ = __lt__
+
+    def __float__(self) -> float:
+        return float(self.number())
+
+
+def element(ring: Any, num: Any, den: int, mask: int) -> Any:
+    """``num / den`` (num in normal form) as a Polynomial, or as a plain number if it is one."""
+    if num.is_constant():
+        return _constant(num, den)
+    result = _new(Polynomial)
+    result.ring = ring
+    result.num = num
+    result.den = 1
+    result.mask = mask
+    if den != 1:
+        _cancel(result, den)
+    return result
+
+
+def _constant(num: Any, den: int) -> int | Fraction:
+    """A constant fmpz_mpoly over ``den``."""
+    return _number(int(num.coefficient(0)), den) if num else 0
+
+
+def _number(numerator: int, denominator: int) -> int | Fraction:
+    if denominator == 1:
+        return numerator
+    value = Fraction(numerator, denominator)
+    return value.numerator if value.denominator == 1 else value
+
+
+def _cancel(result: Polynomial, den: int) -> None:
+    """Set the denominator, without the factor it has in common with the coefficients."""
+    common = gcd(int(result.num.content()), den)
+    if common != 1:
+        result.num = result.num // common
+        den //= common
+    result.den = den
+
+
+def _scaled(x: Polynomial, factor: Any) -> Any:
+    factor = _plain(factor)
+    if factor is NotImplemented:
+        return factor
+    if factor == 0:
+        return 0
+    result = _new(Polynomial)
+    result.ring = x.ring
+    result.mask = x.mask
+    result.num = x.num * factor.numerator
+    result.den = 1
+    den = x.den * factor.denominator
+    if den != 1:
+        _cancel(result, den)
+    return result
+
+
+def _plain(value: Any) -> Any:
+    """int or Fraction; a float is the decimal it prints as; NotImplemented for no number."""
+    if isinstance(value, (int, Fraction)) and not isinstance(value, bool):
+        return value
+    from .expression import exact
+
+    if isinstance(value, float) or type(value).__module__ == "numpy" or getattr(value, "is_Number", False):
+        value = exact(value)
+        if isinstance(value, (int, Fraction)):
+            return value
+    return NotImplemented
+
+
+def _operand(ring: Any, value: Any) -> Any:
+    plain = _plain(value)
+    return NotImplemented if plain is NotImplemented else ring.coerce(plain)
+
+
+def _align(a: Polynomial, b: Polynomial) -> None:
+    """Bring two elements of one ring to its present context."""
+    if a.ring is not b.ring:
+        raise ExpressionError(
+            "Expected two elements of one ring, got elements of two; create the generators of one "
+            "computation in one Ring, or carry an element over through to_sympy and from_sympy."
+        )
+    a.num = a.ring.promoted(a.num)
+    b.num = a.ring.promoted(b.num)

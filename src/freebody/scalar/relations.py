@@ -1,0 +1,154 @@
+"""Relations among generators, and the normal form of a polynomial modulo them.
+
+A relation is a polynomial that is zero, such as sin² + cos² - 1 or p·p⁻¹ - 1. Modulo a set of
+relations that is a Gröbner basis, every polynomial has one normal form [Buchberger 1965], so
+equal elements are identical and zero is recognised.
+
+Two kinds are kept apart, for speed:
+
+- squares, ``g² - P`` with P older than g (sines, square roots, the unit norm): most of what
+  mechanics needs; they fire only where both factors of a product hold g;
+- general ones (inverses, half angles): completed with Buchberger's algorithm whenever a new
+  one shares a leading generator with an old one.
+
+Newer generators are larger in the lexicographic order, so that a relation that defines a new
+generator leads with it, and what was in normal form stays so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from flint import fmpz_mpoly_vec
+
+# Buchberger's completion stops beyond this: (relations, terms of one, bits of a coefficient).
+# Elements stay correct then; only the promise of one form is given up for these generators.
+LIMITS = (60, 400, 512)
+
+
+@dataclass(slots=True)
+class Relation:
+    """``polynomial = 0``, with the bit masks of its generators and of its leading monomial's."""
+
+    polynomial: Any
+    leading: int
+    support: int
+    coefficient: int
+
+
+class Relations:
+    """All relations of one ring; every polynomial here lives in the ring's present context."""
+
+    def __init__(self, ring: Any):
+        self.ring = ring
+        self.squares = 0  # generators g that lead a relation g² - P
+        self.triggers = 0  # generators of which one is in every leading monomial of `general`
+        self.square: dict[int, Any] = {}  # bit of g -> g² - P
+        self.introduces: dict[int, int] = {}  # bit of g -> generators of P
+        self.general: list[Relation] = []
+
+    def promote(self) -> None:
+        """Carry all relations over to the ring's new context."""
+        promoted = self.ring.promoted
+        self.square = {bit: promoted(p) for bit, p in self.square.items()}
+        for relation in self.general:
+            relation.polynomial = promoted(relation.polynomial)
+
+    def add_square(self, bit: int, polynomial: Any) -> None:
+        """Declare ``polynomial = g² - P = 0`` where ``bit`` is the mask of g."""
+        self.squares |= bit
+        self.square[bit] = polynomial
+        self.introduces[bit] = self.ring.support(polynomial) & ~bit
+
+    def add_general(self, polynomials: list[Any], triggers: int) -> None:
+        """Declare that each of ``polynomials`` is zero and complete the set where they overlap."""
+        self.triggers |= triggers
+        new = [self._relation(p) for p in polynomials]
+        squares = [self._relation(p) for p in self.square.values()]
+        taken: list[Relation] = []
+        reach = 0
+        for relation in new:
+            reach |= relation.support
+        pending = squares + self.general
+        found = True
+        while found:
+            near = [r for r in pending if r.leading & reach]
+            pending = [r for r in pending if not r.leading & reach]
+            for relation in near:
+                reach |= relation.support
+            taken += near
+            found = bool(near)
+        overlap = any(a.leading & b.leading for a in new for b in taken) or len(new) > 1
+        if not overlap:  # coprime leads: already a Gröbner basis (Buchberger's first criterion)
+            self.general += new
+            return
+        vector = fmpz_mpoly_vec([r.polynomial for r in new + taken], self.ring.context)
+        basis, complete = vector.buchberger_naive(limits=LIMITS)
+        if not complete:
+            self.general += new
+            return
+        kept = {str(p) for p in self.square.values()}
+        taken_ids = {id(r) for r in taken}
+        self.general = [r for r in self.general if id(r) not in taken_ids]
+        for p in basis.autoreduction():
+            if p.is_constant():
+                raise ZeroDivisionError
+            if p.leading_coefficient() < 0:
+                p = -p
+            if str(p) not in kept:
+                self.general.append(self._relation(p))
+
+    def _relation(self, p: Any) -> Relation:
+        lead = self.ring.exponents(p.monomial(0))
+        leading = 0
+        for index, _ in lead:
+            leading |= 1 << index
+        return Relation(p, leading, self.ring.support(p), int(p.leading_coefficient()))
+
+    def normal_form(self, p: Any, both: int, either: int) -> tuple[Any, int, int]:
+        """Remainder of a product modulo the relations.
+
+        Parameters
+        ----------
+        p : fmpz_mpoly
+            A product of two normal forms.
+        both, either : int
+            Masks of the generators in both factors, in at least one.
+
+        Returns
+        -------
+        (remainder, scale, mask)
+            ``p = remainder / scale``; the mask of generators that may be in the remainder.
+        """
+        scale = 1
+        fire = both & self.squares
+        while True:
+            while fire:
+                bit = 1 << (fire.bit_length() - 1)  # newest first: P is made of older ones
+                p = p % self.square[bit]
+                fire ^= bit
+                new = self.introduces[bit]
+                fire |= new & self.squares
+                either |= new
+            if not either & self.triggers:
+                return p, scale, either
+            changed = False
+            for relation in self.general:
+                if relation.leading & ~either:
+                    continue
+                while True:
+                    lc = relation.coefficient
+                    scaled = p if lc == 1 else p * lc
+                    quotient, remainder = divmod(scaled, relation.polynomial)
+                    if not quotient:
+                        break
+                    p = remainder
+                    scale *= lc
+                    changed = True
+                    either |= relation.support
+                    if lc == 1:
+                        break
+            if not changed or not p:
+                return p, scale, either
+            fire = either & self.squares

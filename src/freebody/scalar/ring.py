@@ -1,0 +1,450 @@
+"""The ring of canonical polynomials: generators, relations, conversion from and to SymPy.
+
+Every number of a mechanism is a polynomial in parameters, coordinates, speeds, accelerations,
+and in *derived* generators: sine and cosine of an angle, the inverse of a sum of masses, a
+square root. The ring knows the relations among them (`relations`), so that each element has one
+form. What has no relation (``exp(v)``, ``atan2(y, x)``) is an opaque generator: canonical then
+means up to relations among such generators, and equal canonical arguments give the same one.
+
+Limits of "canonical", all of them only for what is listed: products of square roots whose
+radicands have a common factor not known to be positive; inverse trigonometric functions among
+each other; sines of pi/n for n outside 1, 2, 3, 4, 6, 12; multiples of an angle beyond 16-fold
+(``sin(1.2345*theta)`` is not related to ``sin(theta)``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import sympy
+from flint import Ordering, fmpz_mpoly_ctx
+
+from ..errors import ExpressionError, nearest
+from . import expression, functions
+from .algebra import FUNCTIONS, Field
+from .element import Polynomial, element
+from .relations import Relations
+
+ATOM_KINDS = (
+    "parameter", "time", "coordinate", "speed", "acceleration", "reaction", "load", "quaternion", "constant",
+)  # fmt: skip
+
+
+@dataclass(slots=True, eq=False)
+class Generator:
+    """One generator of the ring.
+
+    ``kind`` is one of `ATOM_KINDS`, or of a derived generator: ``sin, cos, sinh, cosh, inverse,
+    sqrt, function``. ``arguments`` are what it is a function of, ``depends`` the mask of the
+    atoms in them.
+    """
+
+    index: int
+    kind: str
+    atom: Any = None  # SymPy expression of the generator
+    name: str = ""  # of a function
+    arguments: tuple[Any, ...] = ()
+    depends: int = 0
+    partner: int = -1  # the sine of a cosine and the cosine of a sine
+    positive: bool = False
+    derivatives: dict[int, Any] = field(default_factory=dict)
+
+
+class Ring(Field):
+    """Canonical polynomials over a growing set of generators.
+
+    Parameters
+    ----------
+    capacity : int
+        Room for generators to start with; it doubles when it is used up, and older elements
+        are carried over when they are next used.
+    """
+
+    def __init__(self, capacity: int = 64):
+        self.generators: list[Generator] = []
+        self._index: dict[Any, int] = {}  # SymPy atom, or key of a derived generator -> index
+        self._memo: dict[Any, Any] = {}
+        self.cache: dict[Any, Any] = {}  # of `functions` and of the display
+        self._open(capacity)
+        self.relations = Relations(self)
+        self.one = element_one(self)
+
+    # ---------------------------------------------------------------- contexts
+    def _open(self, capacity: int) -> None:
+        self.capacity = capacity
+        # lexicographic, newest first: see `relations`
+        names = tuple(f"g{i}" for i in reversed(range(capacity)))
+        self.context = fmpz_mpoly_ctx.get(names, Ordering.lex)
+        self._variables = self.context.gens()[::-1]
+
+    def promoted(self, num: Any) -> Any:
+        """``num`` in the present context."""
+        return num if num.context() is self.context else num.project_to_context(self.context)
+
+    def exponents(self, monomial: tuple[Any, ...]) -> tuple[tuple[int, int], ...]:
+        """FLINT's exponent vector as ((generator, exponent), ...), newest generator first."""
+        last = len(monomial) - 1
+        return tuple((last - i, int(e)) for i, e in enumerate(monomial) if e)
+
+    def terms(self, num: Any) -> list[tuple[tuple[tuple[int, int], ...], int]]:
+        """Terms of an fmpz_mpoly as (sparse monomial, coefficient), in lexicographic order."""
+        # FLINT's text is read back: exponent vectors of 64 generators cost four times as much.
+        if num.is_constant():
+            return [((), int(num.coefficient(0)))] if num else []
+        factors: dict[str, tuple[int, int]] = {}
+        result = []
+        for word in str(num).replace(" - ", " + -").split(" + "):
+            parts = word.split("*")
+            first = parts[0]
+            if first[0] == "g":
+                c = 1
+            elif first[0] == "-" and first[1] == "g":
+                c = -1
+                parts[0] = first[1:]
+            else:
+                c = int(first)
+                del parts[0]
+            monomial = []
+            for part in parts:
+                f = factors.get(part)
+                if f is None:
+                    name, _, power = part.partition("^")
+                    f = factors[part] = (int(name[1:]), int(power or 1))
+                monomial.append(f)
+            result.append((tuple(monomial), c))
+        return result
+
+    def support(self, num: Any) -> int:
+        """Exact mask of the generators that occur in an fmpz_mpoly."""
+        mask = 0
+        degrees = num.degrees()
+        last = len(degrees) - 1
+        for i, e in enumerate(degrees):
+            if e:
+                mask |= 1 << (last - i)
+        return mask
+
+    # ---------------------------------------------------------------- generators
+    def new(self, kind: str, key: Any, **attributes: Any) -> Generator:
+        """A further generator; ``key`` finds it again."""
+        index = len(self.generators)
+        if index == self.capacity:
+            self._open(2 * self.capacity)
+            self.relations.promote()
+        generator = Generator(index, kind, **attributes)
+        if not generator.depends:
+            for argument in generator.arguments:
+                if type(argument) is Polynomial:
+                    generator.depends |= self.depends(argument)
+        self.generators.append(generator)
+        self._index[key] = index
+        return generator
+
+    def find(self, key: Any) -> Generator | None:
+        """The generator with this SymPy atom or key."""
+        index = self._index.get(key)
+        return None if index is None else self.generators[index]
+
+    def variable(self, index: int) -> Polynomial:
+        """The generator of that index as an element."""
+        x = object.__new__(Polynomial)
+        x.ring, x.num, x.den, x.mask = self, self._variables[index], 1, 1 << index
+        return x
+
+    def generator(self, atom: Any, kind: str | None = None) -> Polynomial:
+        """The element for a SymPy atom, created on first use.
+
+        Parameters
+        ----------
+        atom : Symbol, function of time, or derivative of one
+        kind : str, optional
+            One of `ATOM_KINDS`; orders and groups the display. Without it, the form of the atom
+            tells: a symbol is a parameter, f(t) a coordinate, f'(t) a speed, f''(t) an acceleration.
+        """
+        index = self._index.get(atom)
+        if index is not None:
+            if kind is not None:
+                self.generators[index].kind = kind
+            return self.variable(index)
+        if kind is None:
+            kind = _kind(atom)
+        elif kind not in ATOM_KINDS:
+            raise ExpressionError(f"Unknown kind '{kind}' of a generator: {nearest(kind, ATOM_KINDS)}")
+        generator = self.new(kind, atom, atom=atom, positive=bool(atom.is_positive))
+        generator.depends = 1 << generator.index
+        return self.variable(generator.index)
+
+    def assume_positive(self, atom: Any) -> None:
+        """From now on √(atom²) is atom."""
+        self.generator(atom)
+        self.generators[self._index[atom]].positive = True
+
+    def unit_norm(self, e0: Any, e1: Any, e2: Any, e3: Any) -> None:
+        """Declare e0² + e1² + e2² + e3² = 1 for four atoms (before they are computed with)."""
+        parts = [self.generator(e) if not isinstance(e, Polynomial) else e for e in (e0, e1, e2, e3)]
+        total: Any = -1
+        for e in parts:
+            e = self.coerce(e)
+            if len(e) != 1 or e.mask & self.relations.squares:
+                raise ExpressionError(
+                    f"Expected four quaternion components that carry no relation yet, got {e}; "
+                    "declare each unit norm once, before computing with its components."
+                )
+            total = e * e + total
+        mask = max(e.mask for e in parts)
+        self.relations.add_square(mask, self.promoted(total.num))
+
+    # ---------------------------------------------------------------- Field
+    def constant(self, value: Any) -> Polynomial:
+        """A number as an element; ``"pi"`` and ``"E"`` are generators."""
+        if isinstance(value, str):
+            known = {"pi": sympy.pi, "E": sympy.E}
+            if value not in known:
+                raise ExpressionError(f"Unknown constant '{value}': {nearest(value, known)}")
+            x = self.generator(known[value], "constant")
+            self.generators[self._index[known[value]]].depends = 0
+            return x
+        value = expression.exact(value)
+        if not isinstance(value, (int, Fraction)):
+            raise ExpressionError(f"Expected a number, got '{value}'; use from_sympy for an expression.")
+        x = object.__new__(Polynomial)
+        x.ring, x.mask, x.den = self, 0, value.denominator
+        x.num = self.context.constant(value.numerator)
+        return x
+
+    def coerce(self, value: Any) -> Polynomial:
+        """A number or an element as an element of this ring."""
+        if type(value) is Polynomial:
+            if value.ring is not self:
+                raise ExpressionError(
+                    "Expected an element of this ring, got one of another; carry it over through SymPy."
+                )
+            return value
+        return self.constant(value)
+
+    def apply(self, function: str, *arguments: Any) -> Any:
+        """A function of elements or numbers, as a canonical element."""
+        if function not in FUNCTIONS:
+            raise ExpressionError(f"Unknown function '{function}': {nearest(function, FUNCTIONS)}")
+        return functions.apply(self, function, [self.coerce(a) for a in arguments])
+
+    # ---------------------------------------------------------------- division
+    def quotient(self, a: Any, b: Any) -> Any:
+        """a / b; common factors cancel, what is left of b becomes inverse generators."""
+        if not b:
+            raise ExpressionError(f"Expected a divisor that is not zero in ({a}) / 0.")
+        if b.num.is_constant():
+            return a * (1 / Fraction(b.number()))
+        if not a:
+            return 0
+        a, b = self._without_inverses(a, b)
+        if not isinstance(b, Polynomial):
+            return a * (1 / Fraction(b))
+        a = self.coerce(a)
+        an, bn = self.promoted(a.num), self.promoted(b.num)
+        content = int(bn.content())
+        if bn.leading_coefficient() < 0:
+            content = -content
+        bn = bn // content
+        factor = Fraction(b.den, content * a.den)
+        whole, rest = divmod(an, bn)
+        if not rest:
+            mask = self.support(whole)
+            whole, scale, mask = self.relations.normal_form(whole, mask, mask)
+            return element(self, whole, scale, mask) * factor
+        common = an.gcd(bn)
+        if not common.is_constant():
+            an, bn = an // common, bn // common
+        mask = self.support(an)
+        an, scale, mask = self.relations.normal_form(an, mask, mask)
+        return element(self, an, scale, mask) * factor * self._inverse(bn)
+
+    def _without_inverses(self, a: Any, b: Any) -> tuple[Any, Any]:
+        """Numerator and denominator times what b's own inverse generators stand for."""
+        for _ in range(len(self.generators)):
+            if type(b) is not Polynomial:
+                break
+            inverses = [g for g in self.used(b) if g.kind == "inverse"]
+            if not inverses:
+                break
+            p = inverses[-1].arguments[0]
+            a, b = a * p, b * p
+        return a, b
+
+    def _inverse(self, num: Any) -> Any:
+        """1 / num as a product of inverse generators of its irreducible factors."""
+        constant, factors = num.factor()
+        sign, factors = functions.with_sines(self, factors)
+        result: Any = Fraction(sign, int(constant))
+        for p, n in factors:
+            if len(p) == 1:  # a generator
+                g = self.generators[self.exponents(p.monomial(0))[0][0]]
+                square = self.relations.square.get(1 << g.index)
+                if g.kind == "sqrt" and square is not None:  # 1/√P = √P / P
+                    x = self.variable(g.index)
+                    result = result * self.quotient(x, self.coerce(x * x)) ** n
+                    continue
+                if g.kind == "inverse":
+                    result = result * g.arguments[0] ** n
+                    continue
+            result = result * self.inverse_of(p) ** n
+        return result
+
+    def inverse_of(self, p: Any) -> Any:
+        """The inverse generator of an irreducible, primitive fmpz_mpoly."""
+        if p.leading_coefficient() < 0:
+            return -self.inverse_of(-p)
+        x = element(self, p, 1, self.support(p))
+        key = ("inverse", x)
+        g = self.find(key)
+        if g is None:
+            g = self.new("inverse", key, arguments=(x,), positive=functions.is_positive(self, p))
+            i = self.variable(g.index)
+            relation = i.num * self.promoted(p) - 1
+            try:
+                self.relations.add_general([relation], 1 << g.index)
+            except ZeroDivisionError:
+                raise ExpressionError(f"Expected a divisor that has an inverse, got {x}.") from None
+        return self.reduced(self.variable(g.index))
+
+    def reduced(self, x: Polynomial) -> Any:
+        """Normal form of an element made before a relation was declared."""
+        num, scale, mask = self.relations.normal_form(self.promoted(x.num), x.mask, x.mask)
+        return element(self, num, x.den * scale, mask)
+
+    def factor(self, x: Any) -> tuple[Any, list[tuple[Polynomial, int]]]:
+        """Content and irreducible factors; see `Polynomial.factor`."""
+        x = self.coerce(x)
+        if not x:
+            return 0, []
+        constant, factors = x.num.factor()
+        scale = Fraction(int(constant), x.den)
+        return (
+            scale.numerator if scale.denominator == 1 else scale,
+            [(element(self, p, 1, self.support(p)), n) for p, n in factors],
+        )
+
+    # ---------------------------------------------------------------- derivatives
+    def used(self, x: Polynomial) -> list[Generator]:
+        """Generators that occur in an element, oldest first; its mask becomes exact."""
+        mask = x.mask = self.support(x.num)
+        return self.of_mask(mask)
+
+    def of_mask(self, mask: int) -> list[Generator]:
+        """Generators of a bit mask, oldest first."""
+        result = []
+        while mask:
+            bit = mask & -mask
+            result.append(self.generators[bit.bit_length() - 1])
+            mask ^= bit
+        return result
+
+    def depends(self, x: Any) -> int:
+        """Mask of the atoms that an element depends on, through its derived generators."""
+        if type(x) is not Polynomial:
+            return 0
+        mask = 0
+        for g in self.used(x):
+            mask |= g.depends
+        return mask
+
+    def atoms_of(self, x: Any) -> frozenset[Any]:
+        """SymPy atoms that an element depends on."""
+        return frozenset(g.atom for g in self.of_mask(self.depends(x)))
+
+    def derivative(self, x: Any, atom: Any) -> Any:
+        """∂x/∂atom with the chain rule through derived generators."""
+        index = self._index.get(atom)
+        if index is None or type(x) is not Polynomial:
+            return 0
+        bit = 1 << index
+        total: Any = 0
+        for g in self.used(x):
+            if g.depends & bit:
+                total = total + self._partial(x, g.index) * self._generator_derivative(g, index)
+        return total
+
+    def total_derivative(self, x: Any, rates: Mapping[Any, Any]) -> Any:
+        """Rate of x when every atom changes at its rate; see `Polynomial.total_derivative`."""
+        if type(x) is not Polynomial:
+            return 0
+        known: dict[int, Any] = {}
+        for g in self.of_mask(self.depends(x)):
+            rate = rates.get(g.atom, 1 if g.kind == "time" else 0)
+            known[g.index] = rate if type(rate) is Polynomial else self.coerce(rate)
+        total: Any = 0
+        for g in self.used(x):
+            rate = 0
+            for atom in self.of_mask(g.depends):
+                if known[atom.index] != 0:
+                    rate = rate + self._generator_derivative(g, atom.index) * known[atom.index]
+            if rate != 0:
+                total = total + self._partial(x, g.index) * rate
+        return total
+
+    def _partial(self, x: Polynomial, index: int) -> Any:
+        x.num = self.promoted(x.num)
+        num = x.num.derivative(self.capacity - 1 - index)
+        return element(self, num, x.den, x.mask)
+
+    def _generator_derivative(self, g: Generator, index: int) -> Any:
+        if g.index == index:
+            return 1
+        if index not in g.derivatives:
+            g.derivatives[index] = functions.derivative(self, g, self.generators[index].atom)
+        return g.derivatives[index]
+
+    # ---------------------------------------------------------------- SymPy
+    def from_sympy(self, expr: Any) -> Any:
+        """A SymPy expression (or a number) as a canonical element, or a plain number."""
+        if isinstance(expr, str):
+            raise ExpressionError(f"Expected a SymPy expression, got the text {expr!r}; parse it first.")
+        try:
+            expr = sympy.sympify(expr, strict=not isinstance(expr, Fraction))
+        except (sympy.SympifyError, AttributeError):
+            raise ExpressionError(f"Expected a SymPy expression, got {expr!r}.") from None
+        if not isinstance(expr, sympy.Expr):
+            raise ExpressionError(f"Expected one SymPy expression, got {type(expr).__name__} {expr}.")
+        if expr.has(sympy.nan, sympy.oo, sympy.zoo, -sympy.oo, sympy.I):
+            raise ExpressionError(f"Expected a finite real expression, got '{expr}'.")
+        return expression.evaluate(expr, self._lookup, self, self._memo)
+
+    def _lookup(self, atom: Any) -> Polynomial:
+        if atom.is_Symbol or atom.is_Derivative or isinstance(atom, sympy.core.function.AppliedUndef):
+            return self.generator(atom)
+        raise KeyError(atom)
+
+    def to_sympy(self, x: Any) -> Any:
+        """An element as an expanded SymPy expression."""
+        from . import to_sympy
+
+        return to_sympy.expression_of(self, x)
+
+    def text(self, x: Any) -> str:
+        """A plain text of the element, for messages; `equations.display` prints for readers."""
+        if type(x) is not Polynomial:
+            return str(x)
+        return str(self.to_sympy(x)) if len(x) <= 200 else f"<polynomial of {len(x)} terms>"
+
+    def elements(self, values: Iterable[Any]) -> tuple[Polynomial, ...]:
+        """Several values, coerced."""
+        return tuple(self.coerce(v) for v in values)
+
+
+def element_one(ring: Ring) -> Polynomial:
+    """The one of a ring, as an element."""
+    return ring.constant(1)
+
+
+def _kind(atom: Any) -> str:
+    if atom.is_Symbol:
+        return "time" if atom.name == "t" else "parameter"
+    if atom.is_Derivative:
+        order = sum(count for _, count in atom.variable_count)
+        return "speed" if order == 1 else "acceleration"
+    if atom.is_Function:
+        return "coordinate"
+    raise ExpressionError(f"Expected a symbol, a function of time or a derivative of one, got '{atom}'.")
