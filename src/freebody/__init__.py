@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from . import errors as errors
+    from . import testing as testing
     from .compile.program import compile_system as compile  # noqa: F401
     from .describe.system import System as System
     from .equations import equations as equations
@@ -80,6 +81,7 @@ _EXPORTS = {
     "slender_bar": "space.solids",
     "sphere": "space.solids",
     "spherical_shell": "space.solids",
+    "testing": "testing",
     "torus": "space.solids",
     "tube": "space.solids",
     "write": "formats",
@@ -95,7 +97,7 @@ def _resolve(name: str) -> Any:
     """The object of a public name, imported now and kept in this module's dictionary."""
     module_name, _, attribute = _EXPORTS[name].partition(":")
     module = import_module(f"{__name__}.{module_name}")
-    value = module if name == "errors" else getattr(module, attribute or name)
+    value = module if name in ("errors", "testing") else getattr(module, attribute or name)
     globals()[name] = value
     return value
 

@@ -186,7 +186,8 @@ class _Parser:
         """Something stands where an operator or the end should be."""
         token, before = self.token, self.tokens[self.index - 1]
         if token.kind in ("number", "name") or token.text == "(":
-            product = f"{before.text}*{token.text}"
+            after = token.text + "..." * (token.text == "(")
+            product = f"{'...' * (before.text == ')')}{before.text}*{after}"
             self.fail(token.at, f"Expected an operator, got {token.text!r}; write a product as {product}.")
         if token.text == ")":
             self.fail(token.at, "Expected an operator or the end, got ')' without a '(' before it.")
@@ -206,8 +207,10 @@ class _Parser:
         return self.small(sympy.Add(*terms), at)
 
     def product(self) -> Any:
-        start = self.token.at
-        factors = [self.signed()]
+        at = self.token.at
+        first = self.signed()
+        # numbers are multiplied, and kept small, on the way; the rest at once
+        number, factors = (first, []) if first.is_Rational else (sympy.Integer(1), [first])
         while operator := self.accept("*", "/"):
             divisor = self.token.at
             factor = self.signed()
@@ -215,8 +218,11 @@ class _Parser:
                 if factor.is_zero:
                     self.fail(divisor, "Expected a divisor that is not zero, got 0.")
                 factor = 1 / factor
-            factors.append(factor)
-        return self.small(sympy.Mul(*factors), start)
+            if factor.is_Rational:
+                number = self.small(number * factor, at)
+            else:
+                factors.append(factor)
+        return sympy.Mul(number, *factors)
 
     def signed(self) -> Any:
         negative = False

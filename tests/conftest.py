@@ -1,0 +1,19 @@
+"""Settings shared by all tests."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+# threads of the numerical libraries would fight with the workers of pytest-xdist
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
+os.environ.setdefault("MPLBACKEND", "Agg")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def compiled_code_of_this_run(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Compiled kernels go to a folder of this run, unless the caller chose one."""
+    if "FREEBODY_CACHE" not in os.environ:
+        os.environ["FREEBODY_CACHE"] = str(tmp_path_factory.getbasetemp() / "freebody-cache")
