@@ -36,6 +36,8 @@ class Polynomial:
             other = _operand(self.ring, other)
             if other is NotImplemented:
                 return other
+        if self.ring is not other.ring:
+            _refuse_two_rings()
         a, b = self.den, other.den
         try:
             num = (
@@ -76,6 +78,8 @@ class Polynomial:
             other = _operand(self.ring, other)
             if other is NotImplemented:
                 return other
+        if self.ring is not other.ring:
+            _refuse_two_rings()
         a, b = self.den, other.den
         if a != b:
             return self + (-other)
@@ -106,12 +110,14 @@ class Polynomial:
                 if other == 1:
                     return self
             return _scaled(self, other)
+        ring = self.ring
+        if ring is not other.ring:  # FLINT shares contexts between rings of one capacity
+            _refuse_two_rings()
         try:
             num = self.num * other.num
         except IncompatibleContextError:
             _align(self, other)
             num = self.num * other.num
-        ring = self.ring
         den = self.den * other.den
         ma, mb = self.mask, other.mask
         mask = ma | mb
@@ -323,12 +329,14 @@ def _operand(ring: Any, value: Any) -> Any:
     return NotImplemented if plain is NotImplemented else ring.coerce(plain)
 
 
+def _refuse_two_rings() -> None:
+    raise ExpressionError(
+        "Expected two elements of one ring, got elements of two; create the generators of one "
+        "computation in one Ring, or carry an element over through to_sympy and from_sympy."
+    )
+
+
 def _align(a: Polynomial, b: Polynomial) -> None:
     """Bring two elements of one ring to its present context."""
-    if a.ring is not b.ring:
-        raise ExpressionError(
-            "Expected two elements of one ring, got elements of two; create the generators of one "
-            "computation in one Ring, or carry an element over through to_sympy and from_sympy."
-        )
     a.num = a.ring.promoted(a.num)
     b.num = a.ring.promoted(b.num)

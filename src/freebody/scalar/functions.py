@@ -20,7 +20,7 @@ from ..errors import ExpressionError
 from .element import Polynomial, element
 
 # sin(n x) is expanded in sin(x), cos(x) up to this n; beyond it is an atom of its own.
-LARGEST_MULTIPLE = 16
+LARGEST_MULTIPLE = 24
 _ODD = ("asin", "atan", "sign")
 
 
@@ -454,7 +454,7 @@ _SYMPY = {
 def _of_numbers(ring: Any, name: str, numbers: list[Any]) -> Any:
     """A function of rational numbers: exact where SymPy knows it, else one opaque generator."""
     value = _SYMPY[name](*(sympy.Rational(n.numerator, n.denominator) for n in numbers))
-    if value.has(sympy.I, sympy.nan, sympy.zoo, sympy.oo):
+    if value.is_real is False or value.has(sympy.I, sympy.nan, sympy.zoo, sympy.oo):
         raise ExpressionError(f"Expected arguments where {name} is real, got {', '.join(map(str, numbers))}.")
     if value.has(_SYMPY[name]):
         return _opaque(ring, name, [ring.constant(n) for n in numbers])

@@ -8,7 +8,7 @@ means up to relations among such generators, and equal canonical arguments give 
 
 Limits of "canonical", all of them only for what is listed: products of square roots whose
 radicands have a common factor not known to be positive; inverse trigonometric functions among
-each other; sines of pi/n for n outside 1, 2, 3, 4, 6, 12; multiples of an angle beyond 16-fold
+each other; sines of pi/n for n outside 1, 2, 3, 4, 6, 12; multiples of an angle beyond 24-fold
 (``sin(1.2345*theta)`` is not related to ``sin(theta)``).
 """
 
@@ -123,7 +123,7 @@ class Ring(Field):
         degrees = num.degrees()
         last = len(degrees) - 1
         for i, e in enumerate(degrees):
-            if e:
+            if e > 0:  # -1 in the zero polynomial
                 mask |= 1 << (last - i)
         return mask
 
@@ -164,15 +164,14 @@ class Ring(Field):
             One of `ATOM_KINDS`; orders and groups the display. Without it, the form of the atom
             tells: a symbol is a parameter, f(t) a coordinate, f'(t) a speed, f''(t) an acceleration.
         """
+        if kind is not None and kind not in ATOM_KINDS:
+            raise ExpressionError(f"Unknown kind '{kind}' of a generator: {nearest(kind, ATOM_KINDS)}")
         index = self._index.get(atom)
         if index is not None:
             if kind is not None:
                 self.generators[index].kind = kind
             return self.variable(index)
-        if kind is None:
-            kind = _kind(atom)
-        elif kind not in ATOM_KINDS:
-            raise ExpressionError(f"Unknown kind '{kind}' of a generator: {nearest(kind, ATOM_KINDS)}")
+        kind = kind or _kind(atom)
         generator = self.new(kind, atom, atom=atom, positive=bool(atom.is_positive))
         generator.depends = 1 << generator.index
         return self.variable(generator.index)
@@ -234,6 +233,10 @@ class Ring(Field):
     # ---------------------------------------------------------------- division
     def quotient(self, a: Any, b: Any) -> Any:
         """a / b; common factors cancel, what is left of b becomes inverse generators."""
+        result = self._quotient(a, b)
+        return result.numerator if isinstance(result, Fraction) and result.denominator == 1 else result
+
+    def _quotient(self, a: Any, b: Any) -> Any:
         if not b:
             raise ExpressionError(f"Expected a divisor that is not zero in ({a}) / 0.")
         if b.num.is_constant():
