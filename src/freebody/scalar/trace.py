@@ -418,7 +418,7 @@ class Traced:
         )
 
     __bool__ = __lt__ = __le__ = __gt__ = __ge__ = _no_branch
-    __float__ = __int__ = _no_branch  # type: ignore[assignment]
+    __float__ = __int__ = _no_branch
 
     def __repr__(self) -> str:
         tape, i = self.tape, self.index
@@ -450,7 +450,7 @@ def _number(x: Any) -> Any:
     if isinstance(x, Integral):
         return int(x)
     if isinstance(x, Rational):
-        return int(x.numerator) if x.denominator == 1 else Fraction(x.numerator, x.denominator)
+        return int(x.numerator) if x.denominator == 1 else Fraction(int(x.numerator), int(x.denominator))
     if isinstance(x, Real):
         return float(x)
     raise ExpressionError(f"Expected a real number or a scalar of the tape, got {x!r}.")
