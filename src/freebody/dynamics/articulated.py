@@ -15,8 +15,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..model.model import GROUND, Model
-from ..scalar.algebra import IDENTITY, ZERO, divide, negate
+from ..scalar.algebra import IDENTITY, ZERO, Matrix, divide, negate
 from ..space.spatial import (
+    Blocks,
     Spatial,
     blocks,
     blocks_less_outer,
@@ -84,12 +85,16 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
             if link.parent != GROUND:
                 for W, x in zip(U, _solve_columns(D, U), strict=True):
                     I_a = blocks_less_outer(I_a, W, x)
+                for S in motion:
+                    I_a = _cleared(I_a, S)
         if link.parent == GROUND:
             continue
         p_a = plus(p_a, blocks_times(I_a, c[i]))
         if motion:
-            for W, x in zip(kept[i][1], solve_symmetric(kept[i][3], kept[i][2]), strict=True):
+            for W, x in zip(U, solve_symmetric(D, m), strict=True):
                 p_a = plus(p_a, times(x, W))
+            for S, force in zip(motion, tau, strict=True):
+                p_a = _replaced(p_a, S, force)
         R, r, _ = state.joint(i)
         inertia[link.parent] = blocks_sum(inertia[link.parent], blocks_to_parent(R, r, I_a))
         p[link.parent] = plus(p[link.parent], force_to_parent(R, r, p_a))
@@ -122,6 +127,41 @@ def _free_motions(model: Model, state: State, i: int) -> list[Spatial]:
         return []
     turns: list[Spatial] = [(IDENTITY[k], ZERO) for k in range(3)]
     return turns if link.kind == "ball" else turns + [(ZERO, IDENTITY[k]) for k in range(3)]
+
+
+def _unit(S: Spatial) -> tuple[int, int] | None:
+    """(0 angular or 1 linear, axis) of a motion along one coordinate axis."""
+    live = [(part, k) for part in (0, 1) for k in range(3) if not (isinstance(S[part][k], int) and S[part][k] == 0)]
+    part, k = live[0]
+    return (part, k) if len(live) == 1 and isinstance(S[part][k], int) and S[part][k] == 1 else None
+
+
+def _cleared(A: Blocks, S: Spatial) -> Blocks:
+    """I^a S = 0 exactly: the row and column of a joint's own motion, along a coordinate axis, vanish."""
+    place = _unit(S)
+    if place is None:
+        return A
+    part, k = place
+    J, H, M = A
+    if part == 0:
+        return (_struck(J, k, k), _struck(H, k, None), M)
+    return (J, _struck(H, None, k), _struck(M, k, k))
+
+
+def _struck(A: Matrix, row: int | None, column: int | None) -> Matrix:
+    return tuple(  # type: ignore[return-value]
+        tuple(0 if i == row or j == column else A[i][j] for j in range(3)) for i in range(3)
+    )
+
+
+def _replaced(p: Spatial, S: Spatial, force: Any) -> Spatial:
+    """Sᵀ p^a = τ exactly, by which a component of p^a along a coordinate axis is known."""
+    place = _unit(S)
+    if place is None:
+        return p
+    part, k = place
+    new = tuple(force if i == k else p[part][i] for i in range(3))
+    return (new, p[1]) if part == 0 else (p[0], new)  # type: ignore[return-value]
 
 
 def _solve_columns(D: list[list[Any]], U: list[Spatial]) -> list[Spatial]:

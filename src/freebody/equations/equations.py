@@ -1,0 +1,333 @@
+"""Equations of a model, formed exactly and shown as a textbook would.
+
+    M(q) u' + h(q, u, t) = Q
+
+Everything is formed on canonical polynomials when it is first asked for, and printed straight from them;
+SymPy expressions are built only where a SymPy object is returned.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from typing import Any
+
+import sympy
+
+from ..describe.load import Damper, JointDamper, JointSpring, Spring
+from ..describe.system import System
+from ..dynamics.composite import mass_matrix
+from ..dynamics.energy import kinetic_energy, potential_energy
+from ..dynamics.kinematics import Posture, accelerations, link_postures, point_position, poses, velocities
+from ..dynamics.loading import loading
+from ..dynamics.momentum import momentum
+from ..dynamics.newton_euler import inverse_dynamics, reactions
+from ..dynamics.state import State, polynomial_state
+from ..errors import ModelError, nearest
+from ..model.assemble import assemble
+from ..model.model import Model
+from ..scalar.algebra import Vector, add, apply, cross
+from ..scalar.polynomial import Ring
+from .display import displayed, equation_latex, equation_mathml, equation_text
+from .free_body import FreeBody
+from .reaction import Reaction, unknowns
+
+
+def equations(system: System | Model) -> Equations:
+    """The equations of a system: free bodies, motion, reactions, energy, momentum.
+
+    Nothing is computed before it is asked for.
+
+    Parameters
+    ----------
+    system : System or Model
+
+    Returns
+    -------
+    Equations
+
+    Raises
+    ------
+    ModelError
+        What :func:`freebody.assemble` refuses.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("pendulum")
+    >>> m, L, g = s.parameters(m=1, L=1, g=9.81)
+    >>> s.gravity = (0, -g, 0)
+    >>> bob = s.body("bob", fb.particle(m))
+    >>> pin = s.hinge("pin", s.ground, bob, to=(0, L, 0), coordinate="theta")
+    >>> print(fb.equations(s).text())
+    L**2*m*theta'' + L*g*m*sin(theta) = 0
+    """
+    model = system if isinstance(system, Model) else assemble(system)
+    return Equations(model)
+
+
+class Equations:
+    """Symbolic products of one model. Made by :func:`equations`; every product is formed once, when asked for."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.ring = Ring()
+        self.state: State = polynomial_state(model, self.ring)
+        self.udot = tuple(self.ring.generator(speed.acceleration, "acceleration") for speed in model.speeds)
+
+    # -- canonical polynomials --------------------------------------------------------------------
+
+    @cached_property
+    def canonical_mass_matrix(self) -> tuple[tuple[Any, ...], ...]:
+        """The mass matrix as canonical polynomials: equal entries are equal objects, zero is recognised."""
+        return mass_matrix(self.model, self.state)
+
+    @cached_property
+    def canonical_bias(self) -> tuple[Any, ...]:
+        """h as canonical polynomials: velocity terms, weight, springs and dampers, all but the applied loads."""
+        held = {n for n, x in self.model.loads.items() if isinstance(x, Spring | Damper | JointSpring | JointDamper)}
+        return inverse_dynamics(self.model, self.state, None, loading(self.model, self.state, held))
+
+    @cached_property
+    def canonical_applied(self) -> tuple[Any, ...]:
+        """Q as canonical polynomials: generalized forces of the applied forces, couples and motors."""
+        held = {n for n, x in self.model.loads.items() if not isinstance(x, Spring | Damper | JointSpring | JointDamper)}
+        if not held:
+            return (0,) * self.model.n_u
+        everything = inverse_dynamics(self.model, self.state, None)
+        return tuple(h - all_ for h, all_ in zip(self.canonical_bias, everything, strict=True))
+
+    @cached_property
+    def balances(self) -> tuple[tuple[Any, Any], ...]:
+        """(M u' + h, Q) of every degree of freedom, canonical."""
+        rows = []
+        for row, h, Q in zip(self.canonical_mass_matrix, self.canonical_bias, self.canonical_applied, strict=True):
+            left = h
+            for entry, acceleration in zip(row, self.udot, strict=True):
+                left = left + entry * acceleration
+            rows.append((left, Q))
+        return tuple(rows)
+
+    @cached_property
+    def postures(self) -> dict[str, Posture]:
+        """Pose of every body, canonical."""
+        return poses(self.model, self.state)
+
+    @cached_property
+    def joint_points(self) -> dict[str, Vector]:
+        """Position in the ground of the point of every joint that its reaction is about, canonical."""
+        links = link_postures(self.model, self.state)
+        return {name: links[joint.links[-1]].position for name, joint in self.model.joints.items()}
+
+    def center_acceleration(self, body: str) -> Vector:
+        """Acceleration of a body's mass centre, in ground axes, canonical [m/s²]."""
+        place = self.model.bodies[body]
+        w, v = velocities(self.model, self.state)[place.link]
+        wdot, a = self._accelerations[place.link]
+        p = self.state.vector(tuple(x + y for x, y in zip(place.origin, place.center, strict=True)))
+        a_C = add(add(a, cross(w, v)), add(cross(wdot, p), cross(w, cross(w, p))))
+        return apply(link_postures(self.model, self.state)[place.link].rotation, a_C)
+
+    @cached_property
+    def _accelerations(self) -> list[Any]:
+        return accelerations(self.model, self.state, self.udot)
+
+    # -- SymPy at the edge ------------------------------------------------------------------------
+
+    def sympy(self, x: Any) -> Any:
+        """A canonical polynomial as an expanded SymPy expression."""
+        return self.ring.to_sympy(x)
+
+    def displayed(self, x: Any) -> Any:
+        """A canonical polynomial as a SymPy expression, grouped as it is printed."""
+        return displayed(x, self.ring)
+
+    def column(self, v: Vector) -> Any:
+        """Three canonical polynomials as a SymPy column."""
+        return sympy.ImmutableMatrix([self.displayed(c) for c in v])
+
+    @cached_property
+    def mass_matrix(self) -> Any:
+        """M as a SymPy matrix, (n_u, n_u): kinetic energy ½ uᵀ M u [kg, kg m, kg m²]."""
+        n = self.model.n_u
+        return sympy.ImmutableMatrix(n, n, [self.displayed(x) for row in self.canonical_mass_matrix for x in row])
+
+    @cached_property
+    def bias(self) -> Any:
+        """h - Q as a SymPy column, (n_u, 1): M u' + bias = 0."""
+        pairs = zip(self.canonical_bias, self.canonical_applied, strict=True)
+        return sympy.ImmutableMatrix([self.displayed(h - Q) for h, Q in pairs])
+
+    @cached_property
+    def motion(self) -> tuple[Any, ...]:
+        """Equations of motion M u' + h = Q, one SymPy ``Eq`` per degree of freedom, in coordinate order.
+
+        Accelerations, velocity terms, weight, springs and dampers stand on the left, applied loads on the right.
+        """
+        return tuple(sympy.Eq(self.displayed(a), self.displayed(b), evaluate=False) for a, b in self.balances)
+
+    @cached_property
+    def coordinates(self) -> tuple[Any, ...]:
+        """Coordinates q as SymPy functions of time."""
+        return tuple(coordinate.symbol for coordinate in self.model.coordinates)
+
+    @cached_property
+    def speeds(self) -> tuple[Any, ...]:
+        """Speeds u: derivatives of the coordinates, or own functions of time for ball and free joints."""
+        return tuple(speed.symbol for speed in self.model.speeds)
+
+    @cached_property
+    def reactions(self) -> Mapping[str, Reaction]:
+        """Reaction of every joint on its child body as a function of q, u and u', by the joint's name."""
+        return Reactions(self)
+
+    @cached_property
+    def canonical_reactions(self) -> dict[str, tuple[Vector, Vector]]:
+        """(force, moment) of every joint on its child in ground axes, canonical."""
+        return reactions(self.model, self.state, self.udot)
+
+    @cached_property
+    def energy(self) -> Energy:
+        """``.kinetic`` and ``.potential`` energy."""
+        return Energy(self)
+
+    @cached_property
+    def momentum(self) -> MomentumOf:
+        """``.linear`` momentum and ``.angular(about)`` momentum of all bodies, in ground axes."""
+        return MomentumOf(self)
+
+    def free_body(self, body: Any, *, about: Any = None, frame: Any = None) -> FreeBody:
+        """Free-body equations of one body, with the joint reactions as unknowns.
+
+        Parameters
+        ----------
+        body : str or Body
+        about : Point or Body, optional
+            Where moments are taken; the mass centre if not given. It may move.
+        frame : str or Body, optional
+            The axes of the components; ground axes if not given.
+        """
+        name = body if isinstance(body, str) else getattr(body, "name", body)
+        if name not in self.model.bodies:
+            raise ModelError(f"Unknown body '{name}'; {nearest(str(name), self.model.bodies)}")
+        return FreeBody(self, name, about, frame)
+
+    # -- display ----------------------------------------------------------------------------------
+
+    def text(self) -> str:
+        """The equations of motion as plain text, a line each."""
+        return "\n".join(equation_text(left, right, self.ring) for left, right in self.balances)
+
+    def latex(self) -> str:
+        """The equations of motion as a LaTeX ``aligned`` block."""
+        rows = [equation_latex(a, b, self.ring).replace(" = ", " &= ", 1) for a, b in self.balances]
+        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+
+    def mathml(self) -> str:
+        """The equations of motion as presentation MathML."""
+        return "\n".join(equation_mathml(a, b, self.ring) for a, b in self.balances)
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return f"Equations of motion of '{self.model.name}'\n{self.text()}"
+
+
+class Reactions(Mapping[str, Reaction]):
+    """Reactions by joint; each is turned into SymPy when it is looked up."""
+
+    def __init__(self, equations: Equations) -> None:
+        self._e = equations
+        self._made: dict[str, Reaction] = {}
+
+    def __getitem__(self, name: str) -> Reaction:
+        e = self._e
+        if name not in e.model.joints:
+            raise ModelError(f"Unknown joint '{name}'; {nearest(str(name), e.model.joints)}")
+        if name not in self._made:
+            force, moment = e.canonical_reactions[name]
+            joint = e.model.joints[name]
+            parts = {}
+            for c in unknowns(e.model, e.state, name):
+                # a component's directions are unit vectors at right angles, so its value is a projection
+                along = c.force if any(not x == 0 for x in c.force) else c.moment
+                of = force if along is c.force else moment
+                parts[c.name] = e.displayed(sum((a * b for a, b in zip(along, of, strict=True)), start=0))
+            self._made[name] = Reaction(
+                joint=name,
+                force=e.column(force),
+                moment=e.column(moment),
+                on=joint.child,
+                about=f"point ({', '.join(map(str, joint.to))}) of {joint.child}",
+                frame="ground",
+                components=parts,
+            )
+        return self._made[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._e.model.joints
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._e.model.joints)
+
+    def __len__(self) -> int:
+        return len(self._e.model.joints)
+
+
+class Energy:
+    """Kinetic and potential energy [J]."""
+
+    def __init__(self, equations: Equations) -> None:
+        self._e = equations
+
+    @cached_property
+    def canonical_kinetic(self) -> Any:
+        """T as a canonical polynomial."""
+        return kinetic_energy(self._e.model, self._e.state)
+
+    @cached_property
+    def canonical_potential(self) -> Any:
+        """V as a canonical polynomial."""
+        return potential_energy(self._e.model, self._e.state)
+
+    @cached_property
+    def kinetic(self) -> Any:
+        """T, ½ Σ (m v_C² + ω·H_C)."""
+        return self._e.displayed(self.canonical_kinetic)
+
+    @cached_property
+    def potential(self) -> Any:
+        """V of weight (zero at the ground's origin) and springs (zero when free of force)."""
+        return self._e.displayed(self.canonical_potential)
+
+
+class MomentumOf:
+    """Linear momentum and angular momentum of all bodies."""
+
+    def __init__(self, equations: Equations) -> None:
+        self._e = equations
+
+    @cached_property
+    def linear(self) -> Any:
+        """Σ m v_C, SymPy column in ground axes [kg m/s]."""
+        return self._e.column(momentum(self._e.model, self._e.state).linear)
+
+    def angular(self, about: Any = None) -> Any:
+        """Σ (r × m v_C + H_C) about a point, SymPy column in ground axes [kg m²/s].
+
+        Parameters
+        ----------
+        about : Point or three components in ground axes, optional
+            The ground's origin if not given; a point of a body is taken where it is at the instant.
+        """
+        e = self._e
+        if about is None:
+            where: Any = (0, 0, 0)
+        elif hasattr(about, "components"):
+            where = point_position(e.model, e.state, about)
+        else:
+            if isinstance(about, str) or not hasattr(about, "__len__") or len(about) != 3:
+                raise ModelError(f"Expected a point or three components to take momentum about, got {about!r}.")
+            where = e.state.vector([e.model.names.expression(x, "the point of angular momentum") for x in about])
+        return e.column(momentum(e.model, e.state, where).angular)

@@ -1,0 +1,260 @@
+"""The free-body equations of one body: every force and moment by name, F = m a_C and M = dH/dt.
+
+    Σ F = m a_C,        Σ M_P = dH_C/dt + r_PC × m a_C
+
+Source: chapter 6, eqs (6.3), (6.24), (6.25); the second about any point P, moving or not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from ..describe.body import Body, Point
+from ..describe.load import Damper, Force, GeneralizedForce, JointDamper, JointForce, JointSpring, Spring, Torque
+from ..dynamics.kinematics import accelerations, point_position, rotation, velocities
+from ..dynamics.loading import along, couples, point_forces, weight
+from ..errors import ModelError, nearest
+from ..scalar.algebra import IDENTITY, ZERO, Vector, add, apply, apply_transpose, cross, scale, subtract
+from .display import equation_latex, equation_text, text
+from .reaction import unknowns
+
+if TYPE_CHECKING:
+    from .equations import Equations
+
+
+@dataclass(frozen=True)
+class Action:
+    """One force or couple on the body.
+
+    Attributes
+    ----------
+    name : str
+    kind : "weight", "load", "spring", "damper", "motor" or "reaction"
+    force : Vector
+        Canonical polynomials [N], in ground axes.
+    moment : Vector
+        A couple, besides the moment of the force about points other than its own [N m].
+    at : Vector
+        Position of the point that it acts at, in ground axes.
+    by : str
+        What exerts it.
+    """
+
+    name: str
+    kind: str
+    force: Vector
+    moment: Vector
+    at: Vector
+    by: str
+
+
+class FreeBody:
+    """Free-body diagram and kinetic diagram of one body, as equations. Made by :meth:`Equations.free_body`."""
+
+    def __init__(self, equations: Equations, body: str, about: Any = None, frame: Any = None) -> None:
+        self._e = equations
+        self.body = body
+        model, state = equations.model, equations.state
+        self._place = model.bodies[body]
+        link = self._place.link
+        self._R = rotation(model, state, link)
+        posture = equations.postures[body]
+        r_OC = apply(posture.rotation, state.vector(self._place.center))
+        self._centre = add(posture.position, r_OC)
+        self._about = self._centre if about is None else self._point(about)
+        self.about = "its mass centre C" if about is None else str(about)
+        self.frame = "ground"
+        self._axes = IDENTITY
+        if frame is not None:
+            name = frame if isinstance(frame, str) else frame.name
+            if name != "ground":
+                if name not in model.bodies:
+                    raise ModelError(f"Unknown frame '{name}'; {nearest(name, [*model.bodies, 'ground'])}")
+                self.frame = name
+                self._axes = rotation(model, state, model.bodies[name].link)
+
+    def _point(self, about: Any) -> Vector:
+        if isinstance(about, Body):
+            about = about.origin
+        if not isinstance(about, Point):
+            raise ModelError(
+                f"Expected a point, such as bar.point(0, 1, 0), to take moments about, got {about!r}."
+            )
+        if about.body.name != "ground" and about.body.name not in self._e.model.bodies:
+            raise ModelError(f"Point of unknown body '{about.body.name}'; {nearest(about.body.name, self._e.model.bodies)}")
+        return point_position(self._e.model, self._e.state, about)
+
+    @cached_property
+    def actions(self) -> tuple[Action, ...]:
+        """Every force and couple on the body, by name."""
+        e, model, state = self._e, self._e.model, self._e.state
+        result = []
+        if not self._place.mass == 0 and any(not g == 0 for g in model.gravity):
+            result.append(
+                Action("weight", "weight", weight(model, state, self._place.mass), ZERO, self._centre, "gravity")
+            )
+        for load in model.loads.values():
+            result.extend(self._of_load(load))
+        for name, joint in model.joints.items():
+            sign = 1 if joint.child == self.body else -1 if joint.parent == self.body else 0
+            if sign == 0:
+                continue
+            at = e.joint_points[name]
+            for c in unknowns(model, state, name):
+                value = state.field.generator(c.symbol, "reaction")  # type: ignore[attr-defined]
+                force, moment = scale(sign * value, c.force), scale(sign * value, c.moment)
+                other = joint.parent if sign == 1 else joint.child
+                result.append(Action(c.name, "reaction", force, moment, at, f"joint '{name}', {other}"))
+        return tuple(result)
+
+    def _of_load(self, load: Any) -> list[Action]:
+        model, state = self._e.model, self._e.state
+        if isinstance(load, Force | Spring | Damper):
+            kind = {Force: "load", Spring: "spring", Damper: "damper"}[type(load)]
+            return [
+                Action(load.name, kind, force, ZERO, point_position(model, state, point), "")
+                for point, force in point_forces(model, state, load)
+                if point.body.name == self.body
+            ]
+        if isinstance(load, Torque):
+            return [
+                Action(load.name, "load", ZERO, moment, self._centre, "")
+                for body, moment in couples(model, state, load)
+                if body.name == self.body
+            ]
+        if isinstance(load, GeneralizedForce):
+            return []
+        assert isinstance(load, JointSpring | JointDamper | JointForce)
+        joint = model.joints[load.joint.name]
+        kind = {JointSpring: "spring", JointDamper: "damper", JointForce: "motor"}[type(load)]
+        i = joint.links[load.index]
+        # inside a joint of several motions the load acts on its massless links
+        sides = ((joint.links[-1], joint.child, 1), (joint.links[0], joint.parent, -1))
+        at = self._e.joint_points[load.joint.name]
+        return [
+            self._along_joint(load, i, sign, at, kind)
+            for end, body, sign in sides
+            if body == self.body and end == i
+        ]
+
+    def _along_joint(self, load: Any, i: int, sign: int, at: Vector, kind: str) -> Action:
+        model, state = self._e.model, self._e.state
+        link = model.links[i]
+        axis = apply(rotation(model, state, i), state.vector(link.axis))
+        vector = scale(sign * along(model, state, load), axis)
+        force, moment = (vector, ZERO) if link.kind == "slider" else (ZERO, vector)
+        return Action(load.name, kind, force, moment, at, f"joint '{load.joint.name}'")
+
+    @cached_property
+    def mass_acceleration(self) -> Vector:
+        """m a_C in the axes asked for [N], canonical."""
+        a = self._e.center_acceleration(self.body)
+        return self._turned(scale(self._e.state(self._place.mass), a))
+
+    @cached_property
+    def momentum_rate(self) -> Vector:
+        """dH_C/dt + r_PC × m a_C about the point P asked for [N m], canonical."""
+        e, model, state = self._e, self._e.model, self._e.state
+        link = self._place.link
+        w, _ = velocities(model, state)[link]
+        wdot, _ = accelerations(model, state, e.udot)[link]
+        inertia = state.matrix(self._place.inertia)
+        rate = add(apply(inertia, wdot), cross(w, apply(inertia, w)))
+        arm = subtract(self._centre, self._about)
+        ma = scale(state(self._place.mass), e.center_acceleration(self.body))
+        return self._turned(add(apply(self._R, rate), cross(arm, ma)))
+
+    def _turned(self, v_N: Vector) -> Vector:
+        return apply_transpose(self._axes, v_N)
+
+    @cached_property
+    def force_sum(self) -> Vector:
+        """Σ F in the axes asked for, canonical."""
+        total: Vector = ZERO
+        for action in self.actions:
+            total = add(total, action.force)
+        return self._turned(total)
+
+    @cached_property
+    def moment_sum(self) -> Vector:
+        """Σ M about the point asked for, canonical."""
+        total: Vector = ZERO
+        for action in self.actions:
+            arm = subtract(action.at, self._about)
+            total = add(total, add(action.moment, cross(arm, action.force)))
+        return self._turned(total)
+
+    @cached_property
+    def balances(self) -> tuple[tuple[Any, Any], ...]:
+        """(left, right) of the three force and three moment equations, canonical."""
+        force = zip(self.force_sum, self.mass_acceleration, strict=True)
+        moment = zip(self.moment_sum, self.momentum_rate, strict=True)
+        return (*force, *moment)
+
+    @cached_property
+    def equations(self) -> tuple[Any, ...]:
+        """Three force equations, then three moment equations, as SymPy ``Eq``."""
+        sym = self._e.displayed
+        return tuple(sympy.Eq(sym(left), sym(right), evaluate=False) for left, right in self.balances)
+
+    @cached_property
+    def forces(self) -> Mapping[str, Any]:
+        """Force of each action by name, as SymPy column vectors in the axes asked for [N]."""
+        return {a.name: self._e.column(self._turned(a.force)) for a in self.actions if a.force != ZERO}
+
+    @cached_property
+    def moments(self) -> Mapping[str, Any]:
+        """Moment of each action about the point asked for, by name, as SymPy column vectors [N m]."""
+        result = {}
+        for a in self.actions:
+            moment = self._turned(add(a.moment, cross(subtract(a.at, self._about), a.force)))
+            if any(not c == 0 for c in moment):
+                result[a.name] = self._e.column(moment)
+        return result
+
+    @cached_property
+    def unknowns(self) -> tuple[Any, ...]:
+        """Symbols of the reaction components that act on this body."""
+        return tuple(sympy.Symbol(a.name, real=True) for a in self.actions if a.kind == "reaction")
+
+    def _titles(self) -> list[str]:
+        return [f"force {c}" for c in "xyz"] + [f"moment {c}" for c in "xyz"]
+
+    def text(self) -> str:
+        """The forces by name and the equations, as plain text."""
+        ring = self._e.ring
+        lines = [f"Free body '{self.body}': components in {self.frame} axes, moments about {self.about}"]
+        width = max([len(a.name) for a in self.actions], default=0)
+        for a in self.actions:
+            parts = []
+            if a.force != ZERO:
+                parts.append("force (" + ", ".join(text(c, ring) for c in self._turned(a.force)) + ")")
+            if a.moment != ZERO:
+                parts.append("couple (" + ", ".join(text(c, ring) for c in self._turned(a.moment)) + ")")
+            by = f"   [{a.by}]" if a.by else ""
+            lines.append(f"  {a.name:<{width}}  {', '.join(parts)}{by}")
+        for title, (left, right) in zip(self._titles(), self.balances, strict=True):
+            if not (left == 0 and right == 0):
+                lines.append(f"  {title}:  {equation_text(left, right, ring)}")
+        return "\n".join(lines)
+
+    def latex(self) -> str:
+        """The equations as a LaTeX ``aligned`` block."""
+        ring = self._e.ring
+        rows = [
+            equation_latex(left, right, ring).replace(" = ", " &= ", 1)
+            for left, right in self.balances
+            if not (left == 0 and right == 0)
+        ]
+        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return self.text()
