@@ -100,13 +100,11 @@ def test_same_number_as_python(text: str) -> None:
     """Random expressions, against Python's own arithmetic on floats."""
     from math import isclose, sin
 
-    values = {"k": 0.7, "m": -1.3, "theta": 0.4, "theta'": 2.1}
-    expression = parse(text, NAMES).subs(
-        {NAMES[n]: Fraction(str(v)) for n, v in sorted(values.items(), reverse=True)}
-    )
+    values = {"theta'": "2.1", "theta": "0.4", "m": "-1.3", "k": "0.7"}  # the speed before its coordinate
+    expression = parse(text, NAMES).subs({NAMES[name]: Fraction(value) for name, value in values.items()})
     python = text.replace("theta'", "speed").replace("^", "**")
     scope = {"sin": sin, "k": 0.7, "m": -1.3, "theta": 0.4, "speed": 2.1}
-    expected = eval(python, {"__builtins__": {}}, scope)  # noqa: S307 - text made above, not input
+    expected = eval(python, {"__builtins__": {}}, scope)  # text made above, not input
     assert isclose(float(expression), expected, rel_tol=1e-9, abs_tol=1e-6)
 
 
