@@ -35,9 +35,9 @@ def number(value: Any, what: str = "a number", error: type[ModelError] = ModelEr
         raise error(f"Expected {what} as a number or a SymPy expression, got {value!r}.")
     if isinstance(value, (int, Fraction)):
         return exact(value)
-    if isinstance(value, Integral):
+    if isinstance(value, Integral) and not isinstance(value, sympy.Basic):
         return int(value)
-    if isinstance(value, Real) or type(value).__module__ == "numpy":
+    if isinstance(value, Real) and not isinstance(value, sympy.Basic) or type(value).__module__ == "numpy":
         return _finite(float(value), what, error)
     try:
         expression = sympy.sympify(value, strict=True)
@@ -92,7 +92,7 @@ def matrix(value: Any, what: str, error: type[ModelError] = ModelError, entry: A
         tuple(entry(item, f"entry ({i + 1}, {j + 1}) of {what}", error) for j, item in enumerate(row or ()))
         for i, row in enumerate(inner)
     )
-    return (a, b, c)  # type: ignore[return-value]
+    return (a, b, c)
 
 
 def direction(axis: Any, what: str, error: type[ModelError] = ModelError) -> Vector:
@@ -130,6 +130,11 @@ def negative(entry: Any) -> bool:
 def plain(entry: Any) -> Any:
     """SymPy's rationals as int or Fraction, everything else as it is."""
     return exact(entry) if isinstance(entry, sympy.Expr) and entry.is_Rational else entry
+
+
+def reciprocal(entry: Any) -> Any:
+    """1/x, exact: an int divided by an int would be a float."""
+    return 1 / entry if is_symbolic(entry) else 1 / Fraction(entry)
 
 
 def is_symbolic(*entries: Any) -> bool:

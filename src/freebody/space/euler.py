@@ -28,7 +28,7 @@ Angles = Sequence[Any]
 
 
 class Singularity(NamedTuple):
-    """Where a sequence fails: index of its ``angle``, the ``function`` of it that vanishes, the ``measure``."""
+    """Where a sequence fails: index of the ``angle``, ``function`` of it that vanishes, its ``measure``."""
 
     angle: int
     function: str

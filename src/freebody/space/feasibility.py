@@ -80,7 +80,8 @@ def check_inertia(A: Matrix) -> None:
     if moments[0] < -bound:
         raise MassError(
             f"Expected principal moments of inertia that are not negative, got {_listed(moments)}. The "
-            f"products of inertia are too large for the moments {_listed(diagonal)}: check their sign and their unit."
+            f"products of inertia are too large for the moments {_listed(diagonal)}: check their sign and "
+            "their unit."
         )
     _triangle(tuple(moments), "principal moments of inertia", bound)
 

@@ -5,14 +5,14 @@
     I = Σ I_i about the common mass centre          combination; a hole is subtracted
 
 The inertia is always the *matrix* (off the diagonal: minus the integral); the products of inertia
-are the integrals ``I_xy = ∫ x y dm`` (Meirovitch's eq. (6.11)). Entries are exact numbers or SymPy expressions.
+are the integrals ``I_xy = ∫ x y dm`` (Meirovitch's eq. (6.11)). Entries are exact numbers or
+SymPy expressions.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from fractions import Fraction
 from typing import Any, NamedTuple
 
 import sympy
@@ -31,7 +31,17 @@ from ..scalar.algebra import (
     subtract,
     subtract_matrices,
 )
-from .entries import direction, exact_number, is_symbolic, matrix, substitution, text, value_of, vector
+from .entries import (
+    direction,
+    exact_number,
+    is_symbolic,
+    matrix,
+    reciprocal,
+    substitution,
+    text,
+    value_of,
+    vector,
+)
 from .feasibility import check_inertia, check_mass, symmetric
 from .principal import PrincipalAxes, principal_axes
 from .rotation import Rotation
@@ -277,8 +287,8 @@ def _point_mass(m: Any, d: Vector) -> Matrix:
 def _weighted(a: MassProperties, b: MassProperties, sign: int, mass: Any) -> Vector:
     """(m_a c_a ± m_b c_b) / m."""
     moment = add(scale(a.mass, a.center), scale(sign * b.mass, b.center))
-    inverse = Fraction(1) / mass if not is_symbolic(mass) else 1 / mass
-    return tuple(_tidy(inverse * x) for x in moment)  # type: ignore[return-value]
+    inverse = reciprocal(mass)
+    return tuple(_tidy(inverse * x) for x in moment)
 
 
 def _tidy(entry: Any) -> Any:
@@ -288,7 +298,8 @@ def _tidy(entry: Any) -> Any:
 
 
 def _map(function: Any, A: Matrix) -> Matrix:
-    return tuple(tuple(function(x) for x in row) for row in A)  # type: ignore[return-value]
+    a, b, c = (tuple(function(x) for x in row) for row in A)
+    return (a, b, c)
 
 
 def _products(A: Matrix) -> Products:

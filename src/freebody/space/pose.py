@@ -1,8 +1,8 @@
 """Poses: where a frame is and how it is turned.
 
-    p_A = p_AB + R_AB p_B              a point
-    v_A = R_AB v_B                     a vector
-    (R_AB, p_AB) (R_BC, p_BC) = (R_AB R_BC, p_AB + R_AB p_BC)
+p_A = p_AB + R_AB p_B              a point
+v_A = R_AB v_B                     a vector
+(R_AB, p_AB) (R_BC, p_BC) = (R_AB R_BC, p_AB + R_AB p_BC)
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Principal moments and axes of inertia, with a defined choice where they are not unique.
 
-    R_BPᵀ I R_BP = diag(I_1, I_2, I_3),  I_1 <= I_2 <= I_3
+R_BPᵀ I R_BP = diag(I_1, I_2, I_3),  I_1 <= I_2 <= I_3
 """
 
 from __future__ import annotations

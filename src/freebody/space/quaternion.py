@@ -94,7 +94,7 @@ def angular_velocity_from_quaternion_rate(q: Quaternion, rate: Quaternion) -> Ve
 
 
 def quaternion_from_matrix(R: Sequence[Sequence[Any]]) -> tuple[float, float, float, float]:
-    """The unit quaternion of a rotation matrix of floats: of the two, that with its first nonzero component positive.
+    """The unit quaternion of a rotation matrix of floats, its first nonzero component positive.
 
     The largest of the four components is computed first, so that no small number divides
     (Shepperd, J. Guidance and Control 1 (1978) 223-224).

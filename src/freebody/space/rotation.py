@@ -68,7 +68,7 @@ class Rotation:
     # --- ways to say it -----------------------------------------------------------------------
 
     @classmethod
-    def trusted(cls, R: Matrix) -> Rotation:
+    def trusted(cls, R: Any) -> Rotation:
         """A rotation from a matrix that is known to be one; nothing is checked."""
         result = object.__new__(cls)
         rows = tuple(tuple(plain(entry) for entry in row) for row in R)
@@ -138,7 +138,7 @@ class Rotation:
                     f"Expected a unit quaternion (w, x, y, z), got one of length {length}. "
                     "Use Rotation.quaternion(..., normalize=True) if its direction is what you mean."
                 )
-        return cls.trusted(matrix_from_quaternion(entries))  # type: ignore[arg-type]
+        return cls.trusted(matrix_from_quaternion(entries))
 
     @classmethod
     def nearest(cls, given: Any) -> Rotation:

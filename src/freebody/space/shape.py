@@ -60,12 +60,15 @@ class Shape:
 
     def mapped(self, put: Callable[[Any], Any]) -> Shape:
         """The shape with ``put`` applied to every entry."""
+        axis: Any = tuple(map(put, self.axis))
+        center: Any = tuple(map(put, self.center))
+        axes: Any = tuple(tuple(map(put, row)) for row in self.axes)
         return replace(
             self,
             dimensions=tuple((name, put(value)) for name, value in self.dimensions),
-            axis=tuple(map(put, self.axis)),
-            center=tuple(map(put, self.center)),
-            axes=tuple(tuple(map(put, row)) for row in self.axes),
+            axis=axis,
+            center=center,
+            axes=axes,
             parts=tuple(part.mapped(put) for part in self.parts),
         )
 

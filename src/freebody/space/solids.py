@@ -15,8 +15,8 @@ from typing import Any
 import sympy
 
 from ..errors import MassError
-from ..scalar.algebra import Matrix, dot
-from .entries import direction, exact_number, negative, text, vector
+from ..scalar.algebra import dot
+from .entries import direction, exact_number, negative, reciprocal, text, vector
 from .mass import MassProperties
 from .shape import Shape
 
@@ -137,7 +137,7 @@ def ellipsoid(m: Any, semiaxes: Sequence[Any]) -> MassProperties:
 def torus(m: Any, major: Any, minor: Any, axis: Any = "z") -> MassProperties:
     """A solid torus: ``m (R² + 3 r²/4)`` about ``axis``, ``m (R²/2 + 5 r²/8)`` across it.
 
-    ``major`` R is the radius of the circle of the centres of the round sections, ``minor`` r that of the sections.
+    ``major`` R is the radius of the circle of the centres of the round sections, ``minor`` r theirs.
     """
     m, R, r = _mass(m), _length(major, "major radius", "torus"), _length(minor, "minor radius", "torus")
     gap = _not_above("minor radius", r, "major radius", R, "torus")
@@ -162,7 +162,7 @@ def _about_axis(
     """``I = across (1 - n nᵀ) + along n nᵀ`` for a direction n of any length."""
     n = tuple(exact_number(c, "the axis") for c in direction(axis, f"the axis of the {kind}", MassError))
     square = dot(n, n)
-    inverse = Fraction(1) / square if isinstance(square, (int, Fraction)) else 1 / square
+    inverse = reciprocal(square)
 
     def entry(i: int, j: int) -> Any:
         share = n[i] * n[j] * inverse
@@ -170,8 +170,8 @@ def _about_axis(
             return along if share == 1 else across if share == 0 else across + (along - across) * share
         return (along - across) * share if share != 0 else 0
 
-    inertia: Matrix = tuple(tuple(entry(i, j) for j in range(3)) for i in range(3))  # type: ignore[assignment]
-    shape = Shape(kind, tuple(dimensions.items()), n)  # type: ignore[arg-type]
+    inertia: Any = tuple(tuple(entry(i, j) for j in range(3)) for i in range(3))
+    shape = Shape(kind, tuple(dimensions.items()), n)
     return MassProperties(m, (0, 0, 0), inertia, shape, (m, *dimensions.values(), *positive))
 
 
@@ -205,7 +205,8 @@ def _lengths(values: Any, kind: str) -> Any:
     else:
         what = "the semi-axes (a, b, c) of the ellipsoid"
         names = ("semi-axis a", "semi-axis b", "semi-axis c")
-    return tuple(_length(v, name, kind) for v, name in zip(vector(values, what, MassError), names, strict=True))
+    lengths = vector(values, what, MassError)
+    return tuple(_length(v, name, kind) for v, name in zip(lengths, names, strict=True))
 
 
 def _not_above(small: str, a: Any, large: str, b: Any, kind: str) -> tuple[Any, ...]:

@@ -25,7 +25,5 @@ def matrix_from_sine(axis: Vector, sine: Any, cosine: Any) -> Matrix:
     along = outer(axis, axis)
     across = subtract_matrices(IDENTITY, along)
     turned = skew(axis)
-    a, b, c = (
-        add(along[i], add(scale(cosine, across[i]), scale(sine, turned[i]))) for i in range(3)
-    )
+    a, b, c = (add(along[i], add(scale(cosine, across[i]), scale(sine, turned[i]))) for i in range(3))
     return (a, b, c)
