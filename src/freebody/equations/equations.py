@@ -16,7 +16,6 @@ import sympy
 
 from ..describe.load import Damper, JointDamper, JointSpring, Spring
 from ..describe.system import System
-from ..dynamics.composite import mass_matrix
 from ..dynamics.energy import kinetic_energy, potential_energy
 from ..dynamics.kinematics import Posture, accelerations, link_postures, point_position, poses, velocities
 from ..dynamics.loading import loading
@@ -78,35 +77,46 @@ class Equations:
     # -- canonical polynomials --------------------------------------------------------------------
 
     @cached_property
+    def _held(self) -> set[str]:
+        """Names of the loads that stand on the left: springs and dampers."""
+        return {n for n, x in self.model.loads.items() if isinstance(x, Spring | Damper | JointSpring | JointDamper)}
+
+    @cached_property
+    def canonical_left(self) -> tuple[Any, ...]:
+        """M u' + h as canonical polynomials, by one pass of Newton-Euler with u' as symbols."""
+        return inverse_dynamics(self.model, self.state, self.udot, loading(self.model, self.state, self._held))
+
+    @cached_property
     def canonical_mass_matrix(self) -> tuple[tuple[Any, ...], ...]:
-        """The mass matrix as canonical polynomials: equal entries are equal objects, zero is recognised."""
-        return mass_matrix(self.model, self.state)
+        """M as canonical polynomials: equal entries are equal, zero is recognised.
+
+        Read off the left sides, which are linear in u': half the work of composite bodies on polynomials.
+        """
+        atoms = [speed.acceleration for speed in self.model.speeds]
+        return tuple(tuple(self.ring.derivative(left, atom) for atom in atoms) for left in self.canonical_left)
 
     @cached_property
     def canonical_bias(self) -> tuple[Any, ...]:
         """h as canonical polynomials: velocity terms, weight, springs and dampers, all but the applied loads."""
-        held = {n for n, x in self.model.loads.items() if isinstance(x, Spring | Damper | JointSpring | JointDamper)}
-        return inverse_dynamics(self.model, self.state, None, loading(self.model, self.state, held))
+        result = []
+        for left, row in zip(self.canonical_left, self.canonical_mass_matrix, strict=True):
+            for entry, acceleration in zip(row, self.udot, strict=True):
+                left = left - entry * acceleration
+            result.append(left)
+        return tuple(result)
 
     @cached_property
     def canonical_applied(self) -> tuple[Any, ...]:
         """Q as canonical polynomials: generalized forces of the applied forces, couples and motors."""
-        held = {n for n, x in self.model.loads.items() if not isinstance(x, Spring | Damper | JointSpring | JointDamper)}
-        if not held:
+        if len(self._held) == len(self.model.loads):
             return (0,) * self.model.n_u
-        everything = inverse_dynamics(self.model, self.state, None)
-        return tuple(h - all_ for h, all_ in zip(self.canonical_bias, everything, strict=True))
+        everything = inverse_dynamics(self.model, self.state, self.udot)
+        return tuple(left - all_ for left, all_ in zip(self.canonical_left, everything, strict=True))
 
     @cached_property
     def balances(self) -> tuple[tuple[Any, Any], ...]:
         """(M u' + h, Q) of every degree of freedom, canonical."""
-        rows = []
-        for row, h, Q in zip(self.canonical_mass_matrix, self.canonical_bias, self.canonical_applied, strict=True):
-            left = h
-            for entry, acceleration in zip(row, self.udot, strict=True):
-                left = left + entry * acceleration
-            rows.append((left, Q))
-        return tuple(rows)
+        return tuple(zip(self.canonical_left, self.canonical_applied, strict=True))
 
     @cached_property
     def postures(self) -> dict[str, Posture]:
