@@ -47,7 +47,7 @@ def key_lines(text: str, name: str) -> dict[Path, int]:
     Examples
     --------
     >>> key_lines("a = 1\\n[b.c]\\nd = [1,\\n  2]\\n", "example")
-    {('a',): 1, ('b', 'c'): 2, ('b', 'c', 'd'): 3}
+    {('a',): 1, ('b',): 2, ('b', 'c'): 2, ('b', 'c', 'd'): 3}
     """
     return _Scan(text, name).run()
 
@@ -70,6 +70,8 @@ class _Scan:
                 while self.at < len(self.text) and self.text[self.at] == "[":
                     self.at += 1
                 table = self.key(())
+                for length in range(1, len(table)):  # [a.b] also makes a
+                    self.lines.setdefault(table[:length], self.line)
                 self.lines[table] = self.line
                 self.to_line_end()
                 continue

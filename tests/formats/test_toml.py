@@ -1,0 +1,305 @@
+"""Model files: what a file says, and that writing and reading are inverse."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+import sympy
+
+import freebody as fb
+from freebody.formats import read_case
+from freebody.formats.text import expression_text, toml_number
+from freebody.formats.toml_read import JOINTS, SOLIDS, case_from_text
+from freebody.formats.toml_write import toml_text
+from freebody.scalar.algebra import IDENTITY
+from freebody.testing import random_system
+
+PAGE = Path(__file__).parents[2] / "docs" / "model-files.md"
+EXAMPLES = re.findall(r"```toml\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+
+
+def described(system: fb.System) -> dict[str, object]:
+    """Everything a system holds, bodies of different systems told by name."""
+
+    def plain(value: object) -> object:
+        if isinstance(value, dict):
+            return {str(k): plain(v) for k, v in value.items()}
+        if isinstance(value, tuple | list):
+            return tuple(plain(v) for v in value)
+        if hasattr(value, "mass_properties"):
+            return value.name
+        if hasattr(value, "__dataclass_fields__"):
+            kept = [
+                f for f in value.__dataclass_fields__ if f not in ("given", "system", "shape", "positive")
+            ]
+            return (type(value).__name__, *(plain(getattr(value, f)) for f in kept))
+        return value
+
+    return {
+        "name": system.name,
+        "parameters": plain(tuple(system.parameter_list)),
+        "kinds": list(system.names.kinds.items()),
+        "bodies": {name: plain(body.mass_properties) for name, body in system.bodies.items()},
+        "joints": plain(system.joints),
+        "loads": list(plain(system.loads).items()),  # type: ignore[attr-defined]
+        "gravity": system.gravity,
+        "about": system.about,
+    }
+
+
+def again(system: fb.System, **more: object) -> fb.System:
+    """The system after a round trip, equal to the one before."""
+    text = toml_text(system, **more)
+    result = case_from_text(text, "again.toml").system
+    assert described(result) == described(system)
+    assert system.positive <= result.positive | {sympy.sympify(p) for p in result.positive}
+    assert toml_text(result, **more) == text
+    return result
+
+
+def cart_and_bar() -> fb.System:
+    s = fb.System("cart_and_bar")
+    M, m, a, k, g, F = s.parameters(M=2.0, m=1.0, a=0.5, k=50.0, g=9.81, F=3.0)
+    s.describe(F, unit="N", about="force at the lower end")
+    s.assume(k > 0)
+    s.gravity = (0, -g, 0)
+    cart = s.body("cart", fb.particle(M))
+    bar = s.body("bar", fb.slender_bar(m, 2 * a, axis="y"))
+    guide = s.slider("guide", s.ground, cart, axis="x", coordinate="x")
+    s.hinge("pin", cart, bar, to=(0, a, 0), axis="z", coordinate="theta")
+    s.spring("k", guide, stiffness=k)
+    s.force("F", bar.point(0, -a, 0), (F, 0, 0))
+    return s
+
+
+# --- the page of the documentation ---
+
+
+def test_the_example_of_the_page_is_the_system_built_in_python() -> None:
+    case = case_from_text(EXAMPLES[0], "page.toml")
+    assert described(case.system) == described(cart_and_bar())
+    assert case.initial == {"theta": sympy.pi / 36, "theta'": 0}
+    assert (case.until, case.tolerance) == (2, 1e-10)
+    assert case.start(case.values()) == pytest.approx({"theta": 0.0872664625997165, "theta'": 0.0})
+
+
+def test_the_hole_of_the_page() -> None:
+    system = case_from_text(EXAMPLES[1], "wheel.toml").system
+    mass = system.bodies["wheel"].mass_properties
+    assert mass is not None
+    assert float(mass.mass) == pytest.approx(3.84)
+    # 3.84 c = 4 * 0 - 0.16 * 0.3
+    assert float(mass.center[0]) == pytest.approx(-0.0125)
+
+
+def test_the_page_names_every_solid_joint_and_key() -> None:
+    page = PAGE.read_text(encoding="utf-8")
+    for word in (*SOLIDS, *JOINTS):
+        assert f"`{word}`" in page
+    assert len(EXAMPLES) == 2
+
+
+# --- round trips ---
+
+
+def test_round_trip_of_the_cart() -> None:
+    again(cart_and_bar(), initial={"x": "a/2", "theta'": 1.5}, until="2*pi", tolerance=1e-8)
+
+
+@pytest.mark.parametrize("solid", SOLIDS)
+def test_round_trip_of_each_solid(solid: str) -> None:
+    s = fb.System(solid)
+    m, a, b = s.parameters(m=1.0, a=0.5, b=2.0)
+    dimensions = {
+        "particle": (),
+        "slender_bar": (2 * a, (1, 2, 0)),
+        "disk": (a, "x"),
+        "ring": (a,),
+        "cylinder": (a, b, "y"),
+        "tube": (1, 2, b),
+        "cone": (a, b),
+        "box": ((a, b, 1),),
+        "plate": ((a, b), "x"),
+        "sphere": (a,),
+        "spherical_shell": ("1/3" and sympy.Rational(1, 3),),
+        "ellipsoid": ((a, b, 0.3),),
+        "torus": (2, 0.5, "x"),
+    }[solid]
+    body = s.body("body", getattr(fb, solid)(m, *dimensions).moved((0, a, 0)))
+    s.free("air", s.ground, body)
+    mass = again(s).bodies["body"].mass_properties
+    assert mass is not None and mass.shape == body.mass_properties.shape  # type: ignore[union-attr]
+
+
+def test_round_trip_of_a_turned_solid_keeps_its_mass_properties() -> None:
+    s = fb.System("turned")
+    m, a = s.parameters(m=1.0, a=0.5)
+    turned = fb.cone(m, a, 1).rotated(((0, 0, 1), (1, 0, 0), (0, 1, 0)))
+    s.free("air", s.ground, s.body("body", turned))
+    again(s)
+
+
+def every_joint() -> fb.System:
+    s = fb.System("every joint")
+    p = s.parameters(p=0.1)
+    bodies = [s.ground, *(s.body(f"b{i}", fb.sphere(1, 1)) for i in range(10))]
+    ends = iter(zip(bodies, bodies[1:], strict=False))
+    s.hinge("hinge", *next(ends), at=(1, 0, p), axis=(1, 2, 0), coordinate="alpha")
+    s.ball("ball", *next(ends), to=(0, 0, 1))
+    s.slider("slider", *next(ends), axis="-y")
+    s.cylindrical("cylindrical", *next(ends), axis="x")
+    s.screw("screw", *next(ends), pitch=p / 2, coordinate="beta")
+    s.universal("universal", *next(ends), axis=("x", (0, 1, 1)))
+    s.gimbal("gimbal", *next(ends), axis="XYZ", coordinate=("psi", "phi", "chi"))
+    s.planar("planar", *next(ends), axis="y", parent_axes=((0, -1, 0), (1, 0, 0), (0, 0, 1)))
+    s.free("free", *next(ends), coordinate="f")
+    s.weld("weld", *next(ends), child_axes=((0, 0, 1), (1, 0, 0), (0, 1, 0)))
+    return s
+
+
+def test_round_trip_of_every_joint() -> None:
+    system = every_joint()
+    assert {joint.type for joint in system.joints.values()} == set(JOINTS)
+    assert 'coordinate = "f"' in toml_text(system)
+    assert "\ncoordinates =" not in toml_text(system)  # the joints declare them in the right order
+    assert again(system).joints["planar"].parent_axes != IDENTITY
+
+
+def test_round_trip_of_every_load() -> None:
+    s = fb.System("loads")
+    c = s.parameters(c=0.5)
+    a, b = s.body("a", fb.sphere(1, 1)), s.body("b", fb.sphere(1, 1))
+    turn = s.hinge("turn", s.ground, a, coordinate="theta")
+    push = s.slider("push", a, b, coordinate="x")
+    s.torque("motor", turn, "-c*theta' + sin(3*t)")
+    s.force("thrust", push, "exp(-t)*max(x, 0)")
+    s.spring("wire", a.point(0, 1, 0), s.ground.point(0, 2, 0), stiffness=3, rest="c/3")
+    s.force("wind", b, ("abs(x')*x'", 0, "sqrt(c)"), frame=a)
+    s.damper("oil", push, damping=c)
+    s.torque("couple", b, (0, 0, "atan2(x, c)"), frame=b, reaction_on=a)
+    s.damper("dashpot", a.point(0, 0, 1), b, damping=2.25)
+    s.torsion_spring("coil", turn, stiffness=1, rest=0.1)
+    s.generalized_force("x", "-x**3/7")
+    assert list(again(s).loads) == [
+        "motor", "thrust", "wire", "wind", "oil", "couple", "dashpot", "coil", "Q_x",
+    ]  # fmt: skip
+
+
+def test_absolute_angles_keep_their_order() -> None:
+    s = fb.System("double pendulum")
+    q2, q1 = s.coordinates("theta2 theta1")
+    one, two = s.body("one", fb.slender_bar(1, 1)), s.body("two", fb.slender_bar(1, 1))
+    s.hinge("O", s.ground, one, coordinate=q1)
+    s.hinge("A", one, two, coordinate=q2 - q1)
+    assert 'coordinates = ["theta2"]' in toml_text(s)  # theta1 is declared by its joint
+    again(s)
+
+
+def test_a_coordinate_used_by_two_joints() -> None:
+    s = fb.System("coupled")
+    one, two = s.body("one", fb.sphere(1, 1)), s.body("two", fb.sphere(1, 1))
+    s.hinge("A", s.ground, one, coordinate="q")
+    s.hinge("B", s.ground, two, coordinate=s.expression("q"))
+    again(s)
+
+
+def test_a_driven_shaft_and_an_open_parameter() -> None:
+    s = fb.System("shaft")
+    omega = s.parameters("omega")
+    s.hinge("shaft", s.ground, s.body("rotor", fb.disk(1, 1)), coordinate=omega * s.t)
+    assert "omega = {}" in toml_text(s)
+    assert again(s).parameter_list[0].default is None
+
+
+def test_names_that_need_quotes() -> None:
+    s = fb.System('a "quoted"\\ name\n\x7f é')
+    x = s.parameters(x=1e-300)
+    s.describe(x, unit="µm", about="line 1\nline 2")
+    s.free("air", s.ground, s.body("body", fb.sphere(x, x)))
+    assert again(s).name == s.name
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_random_machines_survive_a_round_trip(seed: int) -> None:
+    again(random_system(seed, 6))
+
+
+# --- files ---
+
+
+def test_read_and_write_files(tmp_path: Path) -> None:
+    path = tmp_path / "cart.toml"
+    fb.write(cart_and_bar(), path, initial={"theta": "5deg"}, until=2)
+    assert described(fb.read(path)) == described(cart_and_bar())
+    case = read_case(str(path))
+    assert case.until == 2 and case.tolerance is None
+    assert [p.name for p in tmp_path.iterdir()] == ["cart.toml"]
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
+    path = tmp_path / "cart.toml"
+    path.write_text("old")
+    system = cart_and_bar()
+    x = system.declared["x"]
+    system.force("odd", system.bodies["cart"], (sympy.floor(x), 0, 0))
+    with pytest.raises(
+        fb.errors.FormatError, match=r"Expected an expression that a model file can hold, got 'floor"
+    ):
+        fb.write(system, path)
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["cart.toml"]
+
+
+def test_the_name_of_the_file_is_the_name_of_the_system(tmp_path: Path) -> None:
+    path = tmp_path / "unnamed.toml"
+    path.write_text("\ufeff[bodies.b]\nmass = 1\n[joints.j]\ntype = 'free'\nchild = 'b'\n", encoding="utf-8")
+    assert fb.read(path).name == "unnamed"
+
+
+def test_order_of_the_tables_does_not_matter() -> None:
+    tables = re.split(r"\n(?=\[)", EXAMPLES[0])
+    turned = "\n".join([tables[0], *reversed(tables[1:])])
+    system = case_from_text(turned, "turned.toml").system
+    assert set(system.bodies) == {"cart", "bar"}
+    assert list(system.loads) == ["F", "k"]
+
+
+# --- pieces ---
+
+
+def test_expression_text() -> None:
+    t, k, x = sympy.Symbol("t"), sympy.Symbol("k"), sympy.Function("x")(sympy.Symbol("t"))
+    texts = {t: "t", k: "k", x: "x", x.diff(t): "x'"}
+    cases = {
+        k / 3 - x.diff(t) ** 2: "k/3 - x'**2",
+        sympy.sqrt(k) * sympy.Abs(x): "sqrt(k)*abs(x)",
+        1 / sympy.sqrt(k): "1/sqrt(k)",
+        sympy.Max(k, 0) + sympy.pi: "max(0, k) + pi",
+        sympy.E: "exp(1)",
+        sympy.exp(-t): "exp(-t)",
+        k ** sympy.Rational(-3, 2): "k**(-3/2)",
+    }
+    from freebody.describe.parser import parse
+
+    for expression, text in cases.items():
+        written = expression_text(expression, texts)
+        assert parse(written, {v: k for k, v in texts.items()}) == expression
+        assert written == text
+
+
+def test_expression_text_refuses_strangers() -> None:
+    with pytest.raises(fb.errors.FormatError, match="own names, got the symbol 'z'"):
+        expression_text(sympy.Symbol("z"), {})
+
+
+def test_toml_number() -> None:
+    from fractions import Fraction
+
+    assert toml_number(Fraction(1, 10)) == 0.1
+    assert toml_number(Fraction(1, 3)) is None
+    assert toml_number(2**62) == 2**62
+    assert toml_number(2**70 + 1) is None
+    assert toml_number(10**400) is None
+    assert toml_number(sympy.pi) is None
