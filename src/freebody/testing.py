@@ -17,15 +17,15 @@ from .space.mass import MassProperties
 JOINTS = ("hinge", "slider", "cylindrical", "screw", "universal", "ball", "gimbal", "planar", "free", "weld")
 
 
-def random_inertia(rng: np.random.Generator) -> tuple[tuple[float, ...], ...]:
-    """Inertia matrix about the mass centre of a random cloud of points, so that a body can have it [kg m²]."""
+def random_inertia(rng: np.random.Generator) -> Any:
+    """Inertia matrix about the mass centre of a random cloud of points: one that a body can have [kg m²]."""
     points = rng.normal(size=(8, 3))
     points -= points.mean(axis=0)
     squares = (points**2).sum() * np.eye(3) - points.T @ points
     return tuple(tuple(float(x) for x in row) for row in squares / 4)
 
 
-def random_rotation(rng: np.random.Generator) -> tuple[tuple[float, ...], ...]:
+def random_rotation(rng: np.random.Generator) -> Any:
     """A rotation matrix, uniformly distributed."""
     e = rng.normal(size=4)
     w, x, y, z = e / np.linalg.norm(e)
@@ -63,7 +63,7 @@ def random_system(
     """
     rng = np.random.default_rng(seed)
 
-    def vector() -> tuple[float, ...]:
+    def vector() -> Any:
         return tuple(round(float(x), 3) for x in rng.normal(size=3))
 
     s = System(f"random {seed}")
@@ -110,8 +110,10 @@ def random_chain(seed: int, links: int, axes: Sequence[Any] = ("x", "y", "z")) -
     s.gravity = (0, 0, -9.81)
     parent = s.ground
     for i in range(links):
-        center = tuple(round(float(x), 3) for x in rng.uniform(-0.2, 0.2, size=3))
-        body = s.body(f"b{i}", MassProperties(round(float(rng.uniform(0.5, 2)), 3), center, random_inertia(rng)))
+        center: Any = tuple(round(float(x), 3) for x in rng.uniform(-0.2, 0.2, size=3))
+        body = s.body(
+            f"b{i}", MassProperties(round(float(rng.uniform(0.5, 2)), 3), center, random_inertia(rng))
+        )
         at = (0, 0, 0) if i == 0 else (0.3, 0.1, 0.2)
         s.hinge(f"j{i}", parent, body, at=at, axis=axes[i % len(axes)], coordinate=f"q{i}")
         parent = body

@@ -25,10 +25,14 @@ def direction(system: Any, axis: Any, what: str) -> Vector:
     for component in vector:
         moving = system.names.depends(component, "coordinate", "speed", "time")
         if moving:
-            raise ModelError(f"A direction fixed in the bodies can not depend on {', '.join(moving)} ({what}).")
+            raise ModelError(
+                f"A direction fixed in the bodies can not depend on {', '.join(moving)} ({what})."
+            )
     square = sympy.Add(*(sympy.sympify(c) ** 2 for c in vector))
     if square == 0:
-        raise ModelError(f"The axis of {what.removeprefix('the axis of ')} has length zero. Give a direction, such as (0, 0, 1).")
+        raise ModelError(
+            f"The axis of {what.removeprefix('the axis of ')} has length zero. Give a direction, such as (0, 0, 1)."
+        )
     length = sympy.sqrt(square)
     x, y, z = (exact(sympy.sympify(c) / length) if length != 1 else c for c in vector)
     return (x, y, z)
@@ -40,7 +44,12 @@ def orientation(system: Any, axes: Any, what: str) -> Matrix:
         return IDENTITY
     rows = getattr(axes, "rows", axes)
     rows = rows.tolist() if hasattr(rows, "tolist") else rows
-    if isinstance(rows, str) or not hasattr(rows, "__len__") or len(rows) != 3 or any(len(row) != 3 for row in rows):
+    if (
+        isinstance(rows, str)
+        or not hasattr(rows, "__len__")
+        or len(rows) != 3
+        or any(len(row) != 3 for row in rows)
+    ):
         raise ModelError(f"Expected a Rotation or a 3 x 3 rotation matrix for {what}, got {axes!r}.")
     matrix = tuple(system.vector(row, what) for row in rows)
     product = sympy.Matrix(matrix) * sympy.Matrix(matrix).T
@@ -52,4 +61,4 @@ def orientation(system: Any, axes: Any, what: str) -> Matrix:
                 f"Expected a rotation matrix for {what}: its rows are orthonormal to {error:.2g} only "
                 f"and its determinant is {determinant:.6g}, not 1."
             )
-    return matrix  # type: ignore[return-value]
+    return matrix

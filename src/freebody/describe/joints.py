@@ -20,174 +20,188 @@ if TYPE_CHECKING:
     from .system import System
 
 
-class JointMethods:
-    """The part of :class:`System` that makes joints."""
+def hinge(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "z",
+    parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+) -> Joint:  # fmt: skip
+    """One turn about ``axis``, by the angle ``coordinate`` [rad].
 
-    def hinge(
-        self: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "z",
-        parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
-    ) -> Joint:  # fmt: skip
-        """One turn about ``axis``, by the angle ``coordinate`` [rad].
+    Parameters
+    ----------
+    name : str
+    parent, child : Body
+    at, to : three components or Point, optional
+        The joint's point on the parent and on the child; the origin if not given.
+    axis : 'x', 'y', 'z' or three components
+        Direction in joint axes, of any length but zero.
+    parent_axes, child_axes : Rotation or 3 x 3 matrix, optional
+    coordinate : str or expression, optional
+        A new name, or an expression of declared coordinates and time; the joint's name if not given.
 
-        Parameters
-        ----------
-        name : str
-        parent, child : Body
-        at, to : three components or Point, optional
-            The joint's point on the parent and on the child; the origin if not given.
-        axis : 'x', 'y', 'z' or three components
-            Direction in joint axes, of any length but zero.
-        parent_axes, child_axes : Rotation or 3 x 3 matrix, optional
-        coordinate : str or expression, optional
-            A new name, or an expression of declared coordinates and time; the joint's name if not given.
+    Raises
+    ------
+    ModelError
+        A body of another system, a name in use, an axis of length zero, two components instead of three.
 
-        Raises
-        ------
-        ModelError
-            A body of another system, a name in use, an axis of length zero, two components instead of three.
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("driven crank")
+    >>> omega = s.parameters(omega=3.0)
+    >>> crank = s.body("crank", fb.slender_bar(1, 2))
+    >>> s.hinge("shaft", s.ground, crank, axis="z", coordinate=omega * s.t)
+    hinge 'shaft' (ground -> crank)
+    """
+    n = direction(system, axis, f"the axis of hinge '{name}'")
+    (angle,) = _coordinates(system, name, coordinate, [name])
+    return _add(system, "hinge", name, parent, child, at, to, parent_axes, child_axes, [Primitive("hinge", n, angle)],
+                {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
-        Examples
-        --------
-        >>> import freebody as fb
-        >>> s = fb.System("driven crank")
-        >>> omega = s.parameters(omega=3.0)
-        >>> crank = s.body("crank", fb.slender_bar(1, 2))
-        >>> s.hinge("shaft", s.ground, crank, axis="z", coordinate=omega * s.t)
-        hinge 'shaft' (ground -> crank)
-        """
-        n = direction(self, axis, f"the axis of hinge '{name}'")
-        (angle,) = _coordinates(self, name, coordinate, [name])
-        return _add(self, "hinge", name, parent, child, at, to, parent_axes, child_axes, [Primitive("hinge", n, angle)],
-                    {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
-    def slider(
-        self: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "x",
-        parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
-    ) -> Joint:  # fmt: skip
-        """One displacement ``coordinate`` [m] along ``axis``, without turning. Arguments as :meth:`hinge`."""
-        n = direction(self, axis, f"the axis of slider '{name}'")
-        (slide,) = _coordinates(self, name, coordinate, [name])
-        return _add(self, "slider", name, parent, child, at, to, parent_axes, child_axes,
-                    [Primitive("slider", n, slide)], {"axis": axis, "coordinate": coordinate})  # fmt: skip
+def slider(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "x",
+    parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+) -> Joint:  # fmt: skip
+    """One displacement ``coordinate`` [m] along ``axis``, without turning. Arguments as :meth:`hinge`."""
+    n = direction(system, axis, f"the axis of slider '{name}'")
+    (slide,) = _coordinates(system, name, coordinate, [name])
+    return _add(system, "slider", name, parent, child, at, to, parent_axes, child_axes,
+                [Primitive("slider", n, slide)], {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
-    def cylindrical(
-        self: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "z",
-        parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
-    ) -> Joint:  # fmt: skip
-        """A displacement along ``axis`` and a turn about it; ``coordinate`` is (displacement, angle)."""
-        n = direction(self, axis, f"the axis of cylindrical joint '{name}'")
-        slide, turn = _coordinates(self, name, coordinate, [f"{name}_slide", f"{name}_turn"])
-        return _add(self, "cylindrical", name, parent, child, at, to, parent_axes, child_axes,
-                    [Primitive("slider", n, slide), Primitive("hinge", n, turn)],
-                    {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
-    def screw(
-        self: System, name: str, parent: Body, child: Body, *, pitch: Any, at: Any = None, to: Any = None,
-        axis: Any = "z", parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
-    ) -> Joint:  # fmt: skip
-        """A turn by ``coordinate`` [rad] about ``axis`` that advances ``pitch`` [m] per radian along it."""
-        n = direction(self, axis, f"the axis of screw '{name}'")
-        (turn,) = _coordinates(self, name, coordinate, [name])
-        advance = self.expression(pitch, f"the pitch of screw '{name}'")
-        moving = self.names.depends(advance, "coordinate", "speed", "time")
-        if moving:
-            raise ModelError(f"The pitch of screw '{name}' must be constant, but it depends on {', '.join(moving)}.")
-        return _add(self, "screw", name, parent, child, at, to, parent_axes, child_axes,
-                    [Primitive("screw", n, turn, advance)],
-                    {"axis": axis, "coordinate": coordinate, "pitch": pitch})  # fmt: skip
+def cylindrical(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "z",
+    parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+) -> Joint:  # fmt: skip
+    """A displacement along ``axis`` and a turn about it; ``coordinate`` is (displacement, angle)."""
+    n = direction(system, axis, f"the axis of cylindrical joint '{name}'")
+    slide, turn = _coordinates(system, name, coordinate, [f"{name}_slide", f"{name}_turn"])
+    return _add(system, "cylindrical", name, parent, child, at, to, parent_axes, child_axes,
+                [Primitive("slider", n, slide), Primitive("hinge", n, turn)],
+                {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
-    def universal(
-        self: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
-        axis: Any = ("x", "y"), parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
-    ) -> Joint:  # fmt: skip
-        """Two turns: about the first ``axis``, fixed in the parent, then about the second, fixed in the child."""
-        if isinstance(axis, str) or len(axis) != 2:
-            raise ModelError(f"Expected two axes, such as ('x', 'y'), for universal joint '{name}', got {axis!r}.")
-        axes = [direction(self, one, f"the axis of universal joint '{name}'") for one in axis]
-        angles = _coordinates(self, name, coordinate, [f"{name}_1", f"{name}_2"])
-        return _add(self, "universal", name, parent, child, at, to, parent_axes, child_axes,
-                    [Primitive("hinge", n, angle) for n, angle in zip(axes, angles, strict=True)],
-                    {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
-    def gimbal(
-        self: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: str = "ZXZ",
-        parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
-    ) -> Joint:  # fmt: skip
-        """All turns about a point, by three Euler angles in the body-fixed sequence ``axis``, such as "ZXZ"."""
-        if not isinstance(axis, str) or len(axis) != 3:
-            raise ModelError(f"Expected a sequence of three axes, such as 'ZXZ', for gimbal '{name}', got {axis!r}.")
-        if axis.islower():
-            raise ModelError(
-                f"Gimbal '{name}': lower case '{axis}' means space-fixed axes in SciPy. freebody's sequences are "
-                f"body-fixed and in capitals: '{axis[::-1].upper()}' with the angles in reverse order is the same."
-            )
-        if any(letter not in "XYZ" for letter in axis) or axis[0] == axis[1] or axis[1] == axis[2]:
-            raise ModelError(
-                f"Gimbal '{name}': '{axis}' is not an Euler sequence; use three of X, Y, Z with neighbours different."
-            )
-        angles = _coordinates(self, name, coordinate, [f"{name}_1", f"{name}_2", f"{name}_3"])
-        return _add(self, "gimbal", name, parent, child, at, to, parent_axes, child_axes,
-                    [Primitive("hinge", UNIT[letter.lower()], angle) for letter, angle in zip(axis, angles, strict=True)],
-                    {"axis": axis, "coordinate": coordinate})  # fmt: skip
+def screw(
+    system: System, name: str, parent: Body, child: Body, *, pitch: Any, at: Any = None, to: Any = None,
+    axis: Any = "z", parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+) -> Joint:  # fmt: skip
+    """A turn by ``coordinate`` [rad] about ``axis`` that advances ``pitch`` [m] per radian along it."""
+    n = direction(system, axis, f"the axis of screw '{name}'")
+    (turn,) = _coordinates(system, name, coordinate, [name])
+    advance = system.expression(pitch, f"the pitch of screw '{name}'")
+    moving = system.names.depends(advance, "coordinate", "speed", "time")
+    if moving:
+        raise ModelError(
+            f"The pitch of screw '{name}' must be constant, but it depends on {', '.join(moving)}."
+        )
+    return _add(system, "screw", name, parent, child, at, to, parent_axes, child_axes,
+                [Primitive("screw", n, turn, advance)],
+                {"axis": axis, "coordinate": coordinate, "pitch": pitch})  # fmt: skip
 
-    def planar(
-        self: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "z",
-        parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
-    ) -> Joint:  # fmt: skip
-        """Motion in the plane normal to ``axis``: two displacements and a turn, (x, y, angle) for axis z.
 
-        For axis x the displacements are along y and z, for axis y along z and x. Another normal is
-        reached by ``parent_axes``.
-        """
-        order = {"x": "yz", "y": "zx", "z": "xy"}
-        if axis not in order:
-            raise ModelError(
-                f"Expected 'x', 'y' or 'z' for the normal of planar joint '{name}', got {axis!r}. "
-                f"Turn the joint by parent_axes for another plane."
-            )
-        first, second = order[axis]
-        a, b, turn = _coordinates(self, name, coordinate, [f"{name}_{first}", f"{name}_{second}", f"{name}_turn"])
-        return _add(self, "planar", name, parent, child, at, to, parent_axes, child_axes,
-                    [Primitive("slider", UNIT[first], a), Primitive("slider", UNIT[second], b),
-                     Primitive("hinge", UNIT[axis], turn)],
-                    {"axis": axis, "coordinate": coordinate})  # fmt: skip
+def universal(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
+    axis: Any = ("x", "y"), parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+) -> Joint:  # fmt: skip
+    """Two turns: about the first ``axis``, fixed in the parent, then about the second, fixed in the child."""
+    if isinstance(axis, str) or len(axis) != 2:
+        raise ModelError(
+            f"Expected two axes, such as ('x', 'y'), for universal joint '{name}', got {axis!r}."
+        )
+    axes = [direction(system, one, f"the axis of universal joint '{name}'") for one in axis]
+    angles = _coordinates(system, name, coordinate, [f"{name}_1", f"{name}_2"])
+    return _add(system, "universal", name, parent, child, at, to, parent_axes, child_axes,
+                [Primitive("hinge", n, angle) for n, angle in zip(axes, angles, strict=True)],
+                {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
-    def ball(
-        self: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
-        parent_axes: Any = None, child_axes: Any = None, coordinate: str | None = None,
-    ) -> Joint:  # fmt: skip
-        """All turns about a point, by a unit quaternion; no singular attitude.
 
-        Coordinates ``NAME_e0 … NAME_e3`` (scalar first), speeds ``NAME_wx, NAME_wy, NAME_wz``: the angular
-        velocity of the child in the parent, components in the child's joint axes. ``coordinate`` replaces NAME.
-        """
-        q = _components(self, coordinate or name, ["e0", "e1", "e2", "e3"], "coordinate")
-        _components(self, coordinate or name, ["wx", "wy", "wz"], "speed")
-        return _add(self, "ball", name, parent, child, at, to, parent_axes, child_axes,
-                    [Primitive("ball", coordinate=tuple(q))], {"coordinate": coordinate})  # fmt: skip
+def gimbal(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: str = "ZXZ",
+    parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+) -> Joint:  # fmt: skip
+    """All turns about a point, by three Euler angles in the body-fixed sequence ``axis``, such as "ZXZ"."""
+    if not isinstance(axis, str) or len(axis) != 3:
+        raise ModelError(
+            f"Expected a sequence of three axes, such as 'ZXZ', for gimbal '{name}', got {axis!r}."
+        )
+    if axis.islower():
+        raise ModelError(
+            f"Gimbal '{name}': lower case '{axis}' means space-fixed axes in SciPy. freebody's sequences are "
+            f"body-fixed and in capitals: '{axis[::-1].upper()}' with the angles in reverse order is the same."
+        )
+    if any(letter not in "XYZ" for letter in axis) or axis[0] == axis[1] or axis[1] == axis[2]:
+        raise ModelError(
+            f"Gimbal '{name}': '{axis}' is not an Euler sequence; use three of X, Y, Z with neighbours different."
+        )
+    angles = _coordinates(system, name, coordinate, [f"{name}_1", f"{name}_2", f"{name}_3"])
+    return _add(system, "gimbal", name, parent, child, at, to, parent_axes, child_axes,
+                [Primitive("hinge", UNIT[letter.lower()], angle) for letter, angle in zip(axis, angles, strict=True)],
+                {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
-    def free(
-        self: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
-        parent_axes: Any = None, child_axes: Any = None, coordinate: str | None = None,
-    ) -> Joint:  # fmt: skip
-        """Six degrees of freedom.
 
-        Coordinates ``NAME_x, NAME_y, NAME_z`` (of ``to`` from ``at``, in the parent's joint axes) and the unit
-        quaternion ``NAME_e0 … NAME_e3``; speeds ``NAME_wx …`` and ``NAME_vx …``: angular velocity of the child
-        and velocity of the point ``to``, both relative to the parent and in the child's joint axes.
-        """
-        prefix = coordinate or name
-        q = _components(self, prefix, ["x", "y", "z", "e0", "e1", "e2", "e3"], "coordinate")
-        _components(self, prefix, ["wx", "wy", "wz", "vx", "vy", "vz"], "speed")
-        return _add(self, "free", name, parent, child, at, to, parent_axes, child_axes,
-                    [Primitive("free", coordinate=tuple(q))], {"coordinate": coordinate})  # fmt: skip
+def planar(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "z",
+    parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+) -> Joint:  # fmt: skip
+    """Motion in the plane normal to ``axis``: two displacements and a turn, (x, y, angle) for axis z.
 
-    def weld(
-        self: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
-        parent_axes: Any = None, child_axes: Any = None,
-    ) -> Joint:  # fmt: skip
-        """No relative motion; the joint's reaction has all six components."""
-        return _add(self, "weld", name, parent, child, at, to, parent_axes, child_axes, [Primitive("weld")], {})
+    For axis x the displacements are along y and z, for axis y along z and x. Another normal is
+    reached by ``parent_axes``.
+    """
+    order = {"x": "yz", "y": "zx", "z": "xy"}
+    if axis not in order:
+        raise ModelError(
+            f"Expected 'x', 'y' or 'z' for the normal of planar joint '{name}', got {axis!r}. "
+            f"Turn the joint by parent_axes for another plane."
+        )
+    first, second = order[axis][0], order[axis][1]
+    a, b, turn = _coordinates(
+        system, name, coordinate, [f"{name}_{first}", f"{name}_{second}", f"{name}_turn"]
+    )
+    return _add(system, "planar", name, parent, child, at, to, parent_axes, child_axes,
+                [Primitive("slider", UNIT[first], a), Primitive("slider", UNIT[second], b),
+                 Primitive("hinge", UNIT[axis], turn)],
+                {"axis": axis, "coordinate": coordinate})  # fmt: skip
+
+
+def ball(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
+    parent_axes: Any = None, child_axes: Any = None, coordinate: str | None = None,
+) -> Joint:  # fmt: skip
+    """All turns about a point, by a unit quaternion; no singular attitude.
+
+    Coordinates ``NAME_e0 … NAME_e3`` (scalar first), speeds ``NAME_wx, NAME_wy, NAME_wz``: the angular
+    velocity of the child in the parent, components in the child's joint axes. ``coordinate`` replaces NAME.
+    """
+    q = _components(system, coordinate or name, ["e0", "e1", "e2", "e3"], "coordinate")
+    _components(system, coordinate or name, ["wx", "wy", "wz"], "speed")
+    return _add(system, "ball", name, parent, child, at, to, parent_axes, child_axes,
+                [Primitive("ball", coordinate=tuple(q))], {"coordinate": coordinate})  # fmt: skip
+
+
+def free(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
+    parent_axes: Any = None, child_axes: Any = None, coordinate: str | None = None,
+) -> Joint:  # fmt: skip
+    """Six degrees of freedom.
+
+    Coordinates ``NAME_x, NAME_y, NAME_z`` (of ``to`` from ``at``, in the parent's joint axes) and the unit
+    quaternion ``NAME_e0 … NAME_e3``; speeds ``NAME_wx …`` and ``NAME_vx …``: angular velocity of the child
+    and velocity of the point ``to``, both relative to the parent and in the child's joint axes.
+    """
+    prefix = coordinate or name
+    q = _components(system, prefix, ["x", "y", "z", "e0", "e1", "e2", "e3"], "coordinate")
+    _components(system, prefix, ["wx", "wy", "wz", "vx", "vy", "vz"], "speed")
+    return _add(system, "free", name, parent, child, at, to, parent_axes, child_axes,
+                [Primitive("free", coordinate=tuple(q))], {"coordinate": coordinate})  # fmt: skip
+
+
+def weld(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
+    parent_axes: Any = None, child_axes: Any = None,
+) -> Joint:  # fmt: skip
+    """No relative motion; the joint's reaction has all six components."""
+    return _add(system, "weld", name, parent, child, at, to, parent_axes, child_axes, [Primitive("weld")], {})
 
 
 def _coordinates(system: System, name: str, given: Any, defaults: list[str]) -> list[Any]:
@@ -204,7 +218,9 @@ def _coordinates(system: System, name: str, given: Any, defaults: list[str]) -> 
         given = [given]
     if len(given) != len(defaults):
         count = f"{len(defaults)} coordinates" if len(defaults) > 1 else "1 coordinate"
-        raise ModelError(f"Expected {count} for joint '{name}', got {len(given)}: {', '.join(map(str, given))}.")
+        raise ModelError(
+            f"Expected {count} for joint '{name}', got {len(given)}: {', '.join(map(str, given))}."
+        )
     result = []
     for one in given:
         if isinstance(one, str) and is_identifier(one.strip()):
@@ -228,12 +244,16 @@ def _coordinates(system: System, name: str, given: Any, defaults: list[str]) -> 
 
 
 def _in_use(system: System, atom: Any) -> bool:
-    return any(primitive.coordinate == atom for joint in system.joints.values() for primitive in joint.primitives)
+    return any(
+        primitive.coordinate == atom for joint in system.joints.values() for primitive in joint.primitives
+    )
 
 
 def _components(system: System, prefix: Any, endings: list[str], kind: str) -> list[Any]:
     if not isinstance(prefix, str):
-        raise ModelError(f"Expected a prefix (text) for the coordinates of a ball or free joint, got {prefix!r}.")
+        raise ModelError(
+            f"Expected a prefix (text) for the coordinates of a ball or free joint, got {prefix!r}."
+        )
     return [system.names.component(f"{prefix}_{ending}", kind) for ending in endings]
 
 
@@ -245,7 +265,9 @@ def _add(
     what = f"{kind} '{name}'"
     parent, child = system.own_body(parent, what), system.own_body(child, what)
     if parent is child:
-        raise ModelError(f"{what[0].upper()}{what[1:]} joins body '{parent.name}' to itself. Name two different bodies.")
+        raise ModelError(
+            f"{what[0].upper()}{what[1:]} joins body '{parent.name}' to itself. Name two different bodies."
+        )
     joint = Joint(
         name, kind, parent, child,
         _place(system, at, parent, f"at= of {what}"), _place(system, to, child, f"to= of {what}"),
@@ -268,5 +290,7 @@ def _place(system: System, place: Any, body: Body, what: str) -> tuple[Any, Any,
     for component in vector:
         moving = system.names.depends(component, "coordinate", "speed", "time")
         if moving:
-            raise ModelError(f"The point {what} is fixed in body '{body.name}' and can not depend on {', '.join(moving)}.")
+            raise ModelError(
+                f"The point {what} is fixed in body '{body.name}' and can not depend on {', '.join(moving)}."
+            )
     return vector

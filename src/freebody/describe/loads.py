@@ -23,117 +23,136 @@ if TYPE_CHECKING:
     from .system import System
 
 
-class LoadMethods:
-    """The part of :class:`System` that makes loads."""
+def force(system: System, name: str, at: Any, components: Any, *, frame: Body | None = None) -> Load:
+    """A force at a point of a body, or of a motor along a slider.
 
-    def force(self: System, name: str, at: Any, components: Any, *, frame: Body | None = None) -> Load:
-        """A force at a point of a body, or of a motor along a slider.
+    Parameters
+    ----------
+    name : str
+    at : Point, Body (its origin) or Joint (a slider)
+    components : three expressions [N] (one, for a joint)
+        Of coordinates, speeds, time and parameters; components in ground axes unless ``frame`` says otherwise.
+    frame : Body, optional
+        The body in whose axes the components are given.
+    """
+    what = f"force '{name}'"
+    system.claim(name, system.loads, "load")
+    if isinstance(at, Joint):
+        return _joint_force(system, name, at, components, what, "slider")
+    point = system.own_point(at, what)
+    axes = system.ground if frame is None else system.own_body(frame, what)
+    return _store(system, Force(name, point, system.vector(components, what), axes))
 
-        Parameters
-        ----------
-        name : str
-        at : Point, Body (its origin) or Joint (a slider)
-        components : three expressions [N] (one, for a joint)
-            Of coordinates, speeds, time and parameters; components in ground axes unless ``frame`` says otherwise.
-        frame : Body, optional
-            The body in whose axes the components are given.
-        """
-        what = f"force '{name}'"
-        self.claim(name, self.loads, "load")
-        if isinstance(at, Joint):
-            return _joint_force(self, name, at, components, what, "slider")
-        point = self.own_point(at, what)
-        axes = self.ground if frame is None else self.own_body(frame, what)
-        return _store(self, Force(name, point, self.vector(components, what), axes))
 
-    def torque(
-        self: System, name: str, on: Any, components: Any, *, frame: Body | None = None, reaction_on: Body | None = None
-    ) -> Load:
-        """A couple on a body, or of a motor along a hinge.
+def torque(
+    system: System,
+    name: str,
+    on: Any,
+    components: Any,
+    *,
+    frame: Body | None = None,
+    reaction_on: Body | None = None,
+) -> Load:
+    """A couple on a body, or of a motor along a hinge.
 
-        Parameters
-        ----------
-        name : str
-        on : Body or Joint (a hinge)
-        components : three expressions [N m] (one, for a joint)
-        frame : Body, optional
-            The body in whose axes the components are given; ground axes if not given.
-        reaction_on : Body, optional
-            The body that feels the opposite couple; the ground if not given.
-        """
-        what = f"torque '{name}'"
-        self.claim(name, self.loads, "load")
-        if isinstance(on, Joint):
-            return _joint_force(self, name, on, components, what, "hinge")
-        body = self.own_body(on, what)
-        axes = self.ground if frame is None else self.own_body(frame, what)
-        other = None if reaction_on is None else self.own_body(reaction_on, what)
-        return _store(self, Torque(name, body, self.vector(components, what), axes, other))
+    Parameters
+    ----------
+    name : str
+    on : Body or Joint (a hinge)
+    components : three expressions [N m] (one, for a joint)
+    frame : Body, optional
+        The body in whose axes the components are given; ground axes if not given.
+    reaction_on : Body, optional
+        The body that feels the opposite couple; the ground if not given.
+    """
+    what = f"torque '{name}'"
+    system.claim(name, system.loads, "load")
+    if isinstance(on, Joint):
+        return _joint_force(system, name, on, components, what, "hinge")
+    body = system.own_body(on, what)
+    axes = system.ground if frame is None else system.own_body(frame, what)
+    other = None if reaction_on is None else system.own_body(reaction_on, what)
+    return _store(system, Torque(name, body, system.vector(components, what), axes, other))
 
-    def spring(
-        self: System, name: str, on: Any, to: Any = None, *, stiffness: Any, rest: Any = 0, coordinate: int = 0
-    ) -> Load:
-        """A linear spring on a joint's displacement, or straight between two points.
 
-        Parameters
-        ----------
-        name : str
-        on : Joint, or the first Point
-        to : Point, optional
-            The second point.
-        stiffness : expression [N/m], or [N m/rad] on a hinge
-        rest : expression
-            Displacement or distance at which the spring is free of force.
-        coordinate : int
-            Which displacement of a joint that has several, counted from 0.
-        """
-        what = f"spring '{name}'"
-        self.claim(name, self.loads, "load")
-        k = _constant(self, stiffness, f"the stiffness of {what}")
-        free = _constant(self, rest, f"the rest length of {what}")
-        if isinstance(on, Joint):
-            joint, index = _displacement(self, on, coordinate, what)
-            return _store(self, JointSpring(name, joint, index, k, free))
-        return _store(self, Spring(name, *_ends(self, on, to, what), k, free))
+def spring(
+    system: System,
+    name: str,
+    on: Any,
+    to: Any = None,
+    *,
+    stiffness: Any,
+    rest: Any = 0,
+    coordinate: int = 0,
+) -> Load:
+    """A linear spring on a joint's displacement, or straight between two points.
 
-    def damper(self: System, name: str, on: Any, to: Any = None, *, damping: Any, coordinate: int = 0) -> Load:
-        """A linear damper on a joint's displacement, or straight between two points; ``damping`` in N s/m."""
-        what = f"damper '{name}'"
-        self.claim(name, self.loads, "load")
-        c = _constant(self, damping, f"the damping of {what}")
-        if isinstance(on, Joint):
-            joint, index = _displacement(self, on, coordinate, what)
-            return _store(self, JointDamper(name, joint, index, c))
-        return _store(self, Damper(name, *_ends(self, on, to, what), c))
+    Parameters
+    ----------
+    name : str
+    on : Joint, or the first Point
+    to : Point, optional
+        The second point.
+    stiffness : expression [N/m], or [N m/rad] on a hinge
+    rest : expression
+        Displacement or distance at which the spring is free of force.
+    coordinate : int
+        Which displacement of a joint that has several, counted from 0.
+    """
+    what = f"spring '{name}'"
+    system.claim(name, system.loads, "load")
+    k = _constant(system, stiffness, f"the stiffness of {what}")
+    free = _constant(system, rest, f"the rest length of {what}")
+    if isinstance(on, Joint):
+        joint, index = _displacement(system, on, coordinate, what)
+        return _store(system, JointSpring(name, joint, index, k, free))
+    return _store(system, Spring(name, *_ends(system, on, to, what), k, free))
 
-    def torsion_spring(
-        self: System, name: str, on: Joint, *, stiffness: Any, rest: Any = 0, coordinate: int | None = None
-    ) -> Load:
-        """A linear torsion spring [N m/rad] on an angle of a joint, free of moment at the angle ``rest``."""
-        what = f"torsion spring '{name}'"
-        if not isinstance(on, Joint):
-            raise ModelError(f"Expected a joint with an angle for {what}, got {on!r}.")
-        angles = [i for i, p in enumerate(on.primitives) if p.kind in ("hinge", "screw")]
-        if not angles:
-            raise ModelError(f"{on.type} '{on.name}' has no angle for {what}; a spring along it is made by s.spring.")
-        index = angles[0] if coordinate is None else coordinate
-        if index not in angles:
-            raise ModelError(f"Displacement {index} of {on.type} '{on.name}' is not an angle; angles: {angles}.")
-        return self.spring(name, on, stiffness=stiffness, rest=rest, coordinate=index)
 
-    def generalized_force(self: System, coordinate: Any, value: Any, *, name: str | None = None) -> Load:
-        """A force conjugate to a coordinate: its power is ``value`` times the coordinate's speed."""
-        if isinstance(coordinate, str) and coordinate not in self.declared:
-            raise ModelError(f"Unknown coordinate '{coordinate}'; {nearest(coordinate, self.declared)}")
-        atom = self.expression(coordinate, "the coordinate of a generalized force")
-        if atom not in self.declared.values():
-            raise ModelError(
-                f"Expected a coordinate of this system, got '{atom}'. Coordinates of ball and free joints take "
-                f"forces and torques on the body instead."
-            )
-        name = name or f"Q_{self.names.texts[atom]}"
-        self.claim(name, self.loads, "load")
-        return _store(self, GeneralizedForce(name, atom, self.expression(value, f"generalized force '{name}'")))
+def damper(system: System, name: str, on: Any, to: Any = None, *, damping: Any, coordinate: int = 0) -> Load:
+    """A linear damper on a joint's displacement, or straight between two points; ``damping`` in N s/m."""
+    what = f"damper '{name}'"
+    system.claim(name, system.loads, "load")
+    c = _constant(system, damping, f"the damping of {what}")
+    if isinstance(on, Joint):
+        joint, index = _displacement(system, on, coordinate, what)
+        return _store(system, JointDamper(name, joint, index, c))
+    return _store(system, Damper(name, *_ends(system, on, to, what), c))
+
+
+def torsion_spring(
+    system: System, name: str, on: Joint, *, stiffness: Any, rest: Any = 0, coordinate: int | None = None
+) -> Load:
+    """A linear torsion spring [N m/rad] on an angle of a joint, free of moment at the angle ``rest``."""
+    what = f"torsion spring '{name}'"
+    if not isinstance(on, Joint):
+        raise ModelError(f"Expected a joint with an angle for {what}, got {on!r}.")
+    angles = [i for i, p in enumerate(on.primitives) if p.kind in ("hinge", "screw")]
+    if not angles:
+        raise ModelError(
+            f"{on.type} '{on.name}' has no angle for {what}; a spring along it is made by s.spring."
+        )
+    index = angles[0] if coordinate is None else coordinate
+    if index not in angles:
+        raise ModelError(f"Displacement {index} of {on.type} '{on.name}' is not an angle; angles: {angles}.")
+    return system.spring(name, on, stiffness=stiffness, rest=rest, coordinate=index)
+
+
+def generalized_force(system: System, coordinate: Any, value: Any, *, name: str | None = None) -> Load:
+    """A force conjugate to a coordinate: its power is ``value`` times the coordinate's speed."""
+    if isinstance(coordinate, str) and coordinate not in system.declared:
+        raise ModelError(f"Unknown coordinate '{coordinate}'; {nearest(coordinate, system.declared)}")
+    atom = system.expression(coordinate, "the coordinate of a generalized force")
+    if atom not in system.declared.values():
+        raise ModelError(
+            f"Expected a coordinate of this system, got '{atom}'. Coordinates of ball and free joints take "
+            f"forces and torques on the body instead."
+        )
+    name = name or f"Q_{system.names.texts[atom]}"
+    system.claim(name, system.loads, "load")
+    return _store(
+        system, GeneralizedForce(name, atom, system.expression(value, f"generalized force '{name}'"))
+    )
 
 
 def _store(system: System, load: Any) -> Any:
@@ -157,7 +176,9 @@ def _ends(system: System, start: Any, end: Any, what: str) -> tuple[Point, Point
         raise ModelError(f"Expected a joint or two points for {what}; the second point (to=) is missing.")
     a, b = system.own_point(start, what), system.own_point(end, what)
     if a.body is b.body:
-        raise ModelError(f"Both ends of {what} are on '{a.body.name}', so it does nothing. Put one end on another body.")
+        raise ModelError(
+            f"Both ends of {what} are on '{a.body.name}', so it does nothing. Put one end on another body."
+        )
     return a, b
 
 
@@ -167,11 +188,13 @@ def _displacement(system: System, joint: Joint, index: int, what: str) -> tuple[
     kinds = [p.kind for p in joint.primitives]
     if kinds[0] in ("ball", "free", "weld"):
         raise ModelError(
-            f"{joint.type[0].upper()}{joint.type[1:]} '{joint.name}' has no single displacement for {what} to act along. "
-            f"Act between two points, or by a torque on the body."
+            f"{joint.type[0].upper()}{joint.type[1:]} '{joint.name}' has no single displacement for {what} to act "
+            f"along. Act between two points, or by a torque on the body."
         )
     if not isinstance(index, int) or not 0 <= index < len(kinds):
-        raise ModelError(f"Joint '{joint.name}' has {len(kinds)} displacements (0 to {len(kinds) - 1}), got {index!r} for {what}.")
+        raise ModelError(
+            f"Joint '{joint.name}' has {len(kinds)} displacements (0 to {len(kinds) - 1}), got {index!r} for {what}."
+        )
     return joint, index
 
 

@@ -113,13 +113,19 @@ class Names:
     def _check_atoms(self, expression: Any, what: str) -> None:
         if expression in self.texts:
             return
-        if expression.is_Symbol or expression.is_Derivative or isinstance(expression, sympy.core.function.AppliedUndef):
+        if (
+            expression.is_Symbol
+            or expression.is_Derivative
+            or isinstance(expression, sympy.core.function.AppliedUndef)
+        ):
             if expression in self._accelerations:
                 raise ExpressionError(
                     f"In {what}: the acceleration {expression} can not stand in an expression; "
                     f"a load may depend on coordinates, speeds, time and parameters."
                 )
-            text = str(expression.func) if expression.args and not expression.is_Derivative else str(expression)
+            text = (
+                str(expression.func) if expression.args and not expression.is_Derivative else str(expression)
+            )
             if text in self.kinds:
                 raise ExpressionError(
                     f"In {what}: '{expression}' has the name of a {self.kinds[text]} of this system but is another "

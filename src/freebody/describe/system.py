@@ -10,11 +10,11 @@ import sympy
 
 from ..errors import ModelError, nearest
 from ..space.mass import MassProperties
+from . import joints as _joints
+from . import loads as _loads
 from .body import Body, Point
 from .joint import Joint
-from .joints import JointMethods
 from .load import Load
-from .loads import LoadMethods
 from .names import TIME, Names, check_name
 
 
@@ -27,7 +27,7 @@ class Parameter:
     default: float | None
 
 
-class System(JointMethods, LoadMethods):
+class System:
     """A machine: parameters, bodies, joints, forces, springs, dampers.
 
     Any number may be given as int, float, Fraction, SymPy expression, or text over the system's own names.
@@ -130,7 +130,9 @@ class System(JointMethods, LoadMethods):
             raise ModelError(f"Expected three components (x, y, z) for {what}, got {values!r}.")
         if len(values) != 3:
             cure = " Add the third component, z." if len(values) == 2 else ""
-            raise ModelError(f"Expected three components (x, y, z) for {what}, got {len(values)}: {values!r}.{cure}")
+            raise ModelError(
+                f"Expected three components (x, y, z) for {what}, got {len(values)}: {values!r}.{cure}"
+            )
         x, y, z = (self.names.expression(value, what) for value in values)
         return (x, y, z)
 
@@ -177,6 +179,25 @@ class System(JointMethods, LoadMethods):
                 )
         self._gravity = vector
 
+    # -- joints and loads: one function each in `joints` and `loads` ---------------------------
+
+    hinge = _joints.hinge
+    slider = _joints.slider
+    cylindrical = _joints.cylindrical
+    screw = _joints.screw
+    universal = _joints.universal
+    gimbal = _joints.gimbal
+    planar = _joints.planar
+    ball = _joints.ball
+    free = _joints.free
+    weld = _joints.weld
+    force = _loads.force
+    torque = _loads.torque
+    spring = _loads.spring
+    damper = _loads.damper
+    torsion_spring = _loads.torsion_spring
+    generalized_force = _loads.generalized_force
+
     # -- bodies ---------------------------------------------------------------------------------
 
     def body(self, name: str, mass_properties: MassProperties) -> Body:
@@ -217,7 +238,9 @@ class System(JointMethods, LoadMethods):
             if body == "ground":
                 return self.ground
             if body not in self.bodies:
-                raise ModelError(f"Unknown body '{body}' in {what}; {nearest(body, [*self.bodies, 'ground'])}")
+                raise ModelError(
+                    f"Unknown body '{body}' in {what}; {nearest(body, [*self.bodies, 'ground'])}"
+                )
             return self.bodies[body]
         if not isinstance(body, Body):
             raise ModelError(f"Expected a body for {what}, got {body!r}.")

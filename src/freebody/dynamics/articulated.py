@@ -65,9 +65,7 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
     V = velocities(model, state)
     count = len(model.links)
     inertia = [blocks(state.inertia(i)) for i in range(count)]
-    p = [
-        minus(force_cross(V[i], momentum_of(state.inertia(i), V[i])), loads.wrench(i)) for i in range(count)
-    ]
+    p = [minus(force_cross(V[i], momentum_of(state.inertia(i), V[i])), loads.wrench(i)) for i in range(count)]
     c = [motion_cross(V[i], state.joint(i)[2]) for i in range(count)]
     kept: list[Any] = [None] * count
     for i in range(count - 1, -1, -1):
@@ -78,7 +76,9 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
         motion = _free_motions(model, state, i)
         if motion:
             U = [blocks_times(inertia[i], S) for S in motion]
-            tau = [along.get(i, 0)] if link.one_dof else [extra.get(link.u + k, 0) for k in range(len(motion))]
+            tau = (
+                [along.get(i, 0)] if link.one_dof else [extra.get(link.u + k, 0) for k in range(len(motion))]
+            )
             m = [t - power(S, p[i]) for t, S in zip(tau, motion, strict=True)]
             D = [[power(S, W) for W in U] for S in motion]
             kept[i] = (motion, U, m, D)
@@ -131,7 +131,12 @@ def _free_motions(model: Model, state: State, i: int) -> list[Spatial]:
 
 def _unit(S: Spatial) -> tuple[int, int] | None:
     """(0 angular or 1 linear, axis) of a motion along one coordinate axis."""
-    live = [(part, k) for part in (0, 1) for k in range(3) if not (isinstance(S[part][k], int) and S[part][k] == 0)]
+    live = [
+        (part, k)
+        for part in (0, 1)
+        for k in range(3)
+        if not (isinstance(S[part][k], int) and S[part][k] == 0)
+    ]
     part, k = live[0]
     return (part, k) if len(live) == 1 and isinstance(S[part][k], int) and S[part][k] == 1 else None
 
@@ -161,7 +166,7 @@ def _replaced(p: Spatial, S: Spatial, force: Any) -> Spatial:
         return p
     part, k = place
     new = tuple(force if i == k else p[part][i] for i in range(3))
-    return (new, p[1]) if part == 0 else (p[0], new)  # type: ignore[return-value]
+    return (new, p[1]) if part == 0 else (p[0], new)
 
 
 def _solve_columns(D: list[list[Any]], U: list[Spatial]) -> list[Spatial]:

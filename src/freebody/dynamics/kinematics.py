@@ -31,7 +31,7 @@ from ..scalar.algebra import (
     subtract,
 )
 from ..space.quaternion import quaternion_rate
-from ..space.spatial import Spatial, ZERO6, motion_cross, motion_to_child, plus, times
+from ..space.spatial import ZERO6, Spatial, motion_cross, motion_to_child, plus, times
 from .state import State
 
 
@@ -161,7 +161,7 @@ def angular_velocity(model: Model, state: State, body: Any) -> Vector:
 def coordinate_rates(model: Model, state: State) -> tuple[Any, ...]:
     """q' from q and u: u itself, and for ball and free joints
 
-        e' = ½ e ∘ (0, w),    p' = R v.
+    e' = ½ e ∘ (0, w),    p' = R v.
     """
     rates: list[Any] = [None] * model.n_q
     speeds = iter(range(model.n_u))
@@ -180,14 +180,14 @@ def coordinate_rates(model: Model, state: State) -> tuple[Any, ...]:
             R = state.joint(i)[0]
             rates[start : start + 3] = apply_transpose(E, apply(R, v))
             start += 3
-        rates[start : start + 4] = quaternion_rate(state.q[start : start + 4], w)  # type: ignore[arg-type]
+        rates[start : start + 4] = quaternion_rate(state.q[start : start + 4], w)
     return tuple(rates)
 
 
 def jacobian(model: Model, state: State, point: Any) -> tuple[tuple[Any, ...], ...]:
     """Matrix J (6 x n_u) of the angular velocity of the point's body and the velocity of the point:
 
-        (w_NB_N, v_NP_N) = J u + (part due to driven joints).
+    (w_NB_N, v_NP_N) = J u + (part due to driven joints).
     """
     link, _ = place_of(model, point.body)
     p_NP_N = point_position(model, state, point)

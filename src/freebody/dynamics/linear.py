@@ -1,6 +1,6 @@
 """Linear equations with a symmetric positive definite matrix, for any scalar.
 
-    A = L D Lᵀ   without square roots or pivoting (positive definite matrices need none).
+A = L D Lᵀ   without square roots or pivoting (positive definite matrices need none).
 """
 
 from __future__ import annotations

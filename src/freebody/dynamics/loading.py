@@ -17,7 +17,7 @@ from ..describe.load import (
 )
 from ..model.model import GROUND, Model
 from ..scalar.algebra import HALF, Vector, apply, apply_transpose, cross, divide, dot, negate, scale, subtract
-from ..space.spatial import Spatial, ZERO6, plus
+from ..space.spatial import ZERO6, Spatial, plus
 from .kinematics import angular_velocity, place_of, point_position, point_velocity, rotation
 from .state import State
 

@@ -51,10 +51,12 @@ def check_mobility(model: Model, values: Mapping[Any, Any] | None = None) -> Non
     q = rng.uniform(1, 2, size=model.n_q)
     for start in model.quaternions:
         q[start : start + 4] /= np.linalg.norm(q[start : start + 4])
-    names = massless_motion(model, float_state(model, [*q], rng.uniform(1, 2, size=model.n_u), values=values))
+    names = massless_motion(
+        model, float_state(model, q.tolist(), rng.uniform(1, 2, size=model.n_u).tolist(), values=values)
+    )
     if names:
         moves = ", ".join(f"'{name}'" for name in names)
         raise ModelError(
-            f"The mass matrix is singular: changing {moves} moves no mass, in any configuration. Give a body that moves "
-            f"with it mass or moment of inertia, or remove the coordinate."
+            f"The mass matrix is singular: changing {moves} moves no mass, in any configuration. "
+            f"Give a body that moves with it mass or moment of inertia, or remove the coordinate."
         )

@@ -31,7 +31,9 @@ from .loading import Loading, loading
 from .state import State
 
 
-def transmitted(model: Model, state: State, udot: Sequence[Any] | None, loads: Loading | None) -> list[Spatial]:
+def transmitted(
+    model: Model, state: State, udot: Sequence[Any] | None, loads: Loading | None
+) -> list[Spatial]:
     """Wrench F_i on every link from its parent, about the link's origin in its axes.
 
     ``loads`` None leaves out the loads and gravity; ``udot`` None the part linear in accelerations.

@@ -20,8 +20,8 @@ from ..scalar.algebra import (
 )
 from ..scalar.expression import evaluate
 from ..space.quaternion import matrix_from_quaternion
-from ..space.turn import matrix_about
 from ..space.spatial import Inertia, Spatial, rigid_inertia
+from ..space.turn import matrix_about
 
 if TYPE_CHECKING:
     from ..scalar.polynomial import Ring
@@ -36,7 +36,13 @@ class State:
     """
 
     def __init__(
-        self, model: Model, field: Field, t: Any, q: Sequence[Any], u: Sequence[Any], values: Mapping[Any, Any]
+        self,
+        model: Model,
+        field: Field,
+        t: Any,
+        q: Sequence[Any],
+        u: Sequence[Any],
+        values: Mapping[Any, Any],
     ) -> None:
         self.model = model
         self.field = field
@@ -70,7 +76,9 @@ class State:
         """Inertia of link ``i`` about its origin, in its axes."""
         if i not in self._inertias:
             link = self.model.links[i]
-            self._inertias[i] = rigid_inertia(self(link.mass), self.vector(link.center), self.matrix(link.inertia))
+            self._inertias[i] = rigid_inertia(
+                self(link.mass), self.vector(link.center), self.matrix(link.inertia)
+            )
         return self._inertias[i]
 
     def joint(self, i: int) -> tuple[Matrix, Vector, Spatial]:
@@ -87,12 +95,12 @@ class State:
         if link.kind == "ball":
             R = matrix_from_quaternion(self.q[link.q : link.q + 4])
             w = self.u[link.u : link.u + 3]
-            return (multiply(E, R), r, (w, ZERO))  # type: ignore[return-value]
+            return (multiply(E, R), r, (w, ZERO))
         if link.kind == "free":
             R = matrix_from_quaternion(self.q[link.q + 3 : link.q + 7])
             w, v = self.u[link.u : link.u + 3], self.u[link.u + 3 : link.u + 6]
             position = self.q[link.q : link.q + 3]
-            return (multiply(E, R), add(r, apply(E, position)), (w, v))  # type: ignore[return-value,arg-type]
+            return (multiply(E, R), add(r, apply(E, position)), (w, v))
         n = self.vector(link.axis)
         y, rate = self(link.displacement), self.rate(link)
         if link.kind == "slider":
@@ -172,13 +180,15 @@ def polynomial_state(model: Model, ring: Ring) -> State:
     """A state of exact symbols."""
     for expression in model.positive:
         ring.assume_positive(expression)
-    values = {parameter.symbol: ring.generator(parameter.symbol, "parameter") for parameter in model.parameters}
+    values = {
+        parameter.symbol: ring.generator(parameter.symbol, "parameter") for parameter in model.parameters
+    }
     t = ring.generator(model.names.atoms["t"], "time")
     q = [
-        ring.generator(c.symbol, "quaternion" if c.kind == "quaternion" else "coordinate") for c in model.coordinates
+        ring.generator(c.symbol, "quaternion" if c.kind == "quaternion" else "coordinate")
+        for c in model.coordinates
     ]
     u = [ring.generator(speed.symbol, "speed") for speed in model.speeds]
     for i in model.quaternions:
         ring.unit_norm(*q[i : i + 4])
     return State(model, ring, t, q, u, values)
-

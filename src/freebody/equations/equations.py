@@ -79,12 +79,18 @@ class Equations:
     @cached_property
     def _held(self) -> set[str]:
         """Names of the loads that stand on the left: springs and dampers."""
-        return {n for n, x in self.model.loads.items() if isinstance(x, Spring | Damper | JointSpring | JointDamper)}
+        return {
+            n
+            for n, x in self.model.loads.items()
+            if isinstance(x, Spring | Damper | JointSpring | JointDamper)
+        }
 
     @cached_property
     def canonical_left(self) -> tuple[Any, ...]:
         """M u' + h as canonical polynomials, by one pass of Newton-Euler with u' as symbols."""
-        return inverse_dynamics(self.model, self.state, self.udot, loading(self.model, self.state, self._held))
+        return inverse_dynamics(
+            self.model, self.state, self.udot, loading(self.model, self.state, self._held)
+        )
 
     @cached_property
     def canonical_mass_matrix(self) -> tuple[tuple[Any, ...], ...]:
@@ -93,7 +99,9 @@ class Equations:
         Read off the left sides, which are linear in u': half the work of composite bodies on polynomials.
         """
         atoms = [speed.acceleration for speed in self.model.speeds]
-        return tuple(tuple(self.ring.derivative(left, atom) for atom in atoms) for left in self.canonical_left)
+        return tuple(
+            tuple(self.ring.derivative(left, atom) for atom in atoms) for left in self.canonical_left
+        )
 
     @cached_property
     def canonical_bias(self) -> tuple[Any, ...]:
@@ -160,7 +168,9 @@ class Equations:
     def mass_matrix(self) -> Any:
         """M as a SymPy matrix, (n_u, n_u): kinetic energy ½ uᵀ M u [kg, kg m, kg m²]."""
         n = self.model.n_u
-        return sympy.ImmutableMatrix(n, n, [self.displayed(x) for row in self.canonical_mass_matrix for x in row])
+        return sympy.ImmutableMatrix(
+            n, n, [self.displayed(x) for row in self.canonical_mass_matrix for x in row]
+        )
 
     @cached_property
     def bias(self) -> Any:
@@ -261,7 +271,7 @@ class Reactions(Mapping[str, Reaction]):
             parts = {}
             for c in unknowns(e.model, e.state, name):
                 # a component's directions are unit vectors at right angles, so its value is a projection
-                along = c.force if any(not x == 0 for x in c.force) else c.moment
+                along = c.force if any(x != 0 for x in c.force) else c.moment
                 of = force if along is c.force else moment
                 parts[c.name] = e.displayed(sum((a * b for a, b in zip(along, of, strict=True)), start=0))
             self._made[name] = Reaction(
@@ -338,6 +348,10 @@ class MomentumOf:
             where = point_position(e.model, e.state, about)
         else:
             if isinstance(about, str) or not hasattr(about, "__len__") or len(about) != 3:
-                raise ModelError(f"Expected a point or three components to take momentum about, got {about!r}.")
-            where = e.state.vector([e.model.names.expression(x, "the point of angular momentum") for x in about])
+                raise ModelError(
+                    f"Expected a point or three components to take momentum about, got {about!r}."
+                )
+            where = e.state.vector(
+                [e.model.names.expression(x, "the point of angular momentum") for x in about]
+            )
         return e.column(momentum(e.model, e.state, where).angular)

@@ -15,7 +15,16 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from ..describe.body import Body, Point
-from ..describe.load import Damper, Force, GeneralizedForce, JointDamper, JointForce, JointSpring, Spring, Torque
+from ..describe.load import (
+    Damper,
+    Force,
+    GeneralizedForce,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Spring,
+    Torque,
+)
 from ..dynamics.kinematics import accelerations, point_position, rotation, velocities
 from ..dynamics.loading import along, couples, point_forces, weight
 from ..errors import ModelError, nearest
@@ -86,7 +95,9 @@ class FreeBody:
                 f"Expected a point, such as bar.point(0, 1, 0), to take moments about, got {about!r}."
             )
         if about.body.name != "ground" and about.body.name not in self._e.model.bodies:
-            raise ModelError(f"Point of unknown body '{about.body.name}'; {nearest(about.body.name, self._e.model.bodies)}")
+            raise ModelError(
+                f"Point of unknown body '{about.body.name}'; {nearest(about.body.name, self._e.model.bodies)}"
+            )
         return point_position(self._e.model, self._e.state, about)
 
     @cached_property
@@ -94,9 +105,11 @@ class FreeBody:
         """Every force and couple on the body, by name."""
         e, model, state = self._e, self._e.model, self._e.state
         result = []
-        if not self._place.mass == 0 and any(not g == 0 for g in model.gravity):
+        if self._place.mass != 0 and any(g != 0 for g in model.gravity):
             result.append(
-                Action("weight", "weight", weight(model, state, self._place.mass), ZERO, self._centre, "gravity")
+                Action(
+                    "weight", "weight", weight(model, state, self._place.mass), ZERO, self._centre, "gravity"
+                )
             )
         for load in model.loads.values():
             result.extend(self._of_load(load))
@@ -213,7 +226,7 @@ class FreeBody:
         result = {}
         for a in self.actions:
             moment = self._turned(add(a.moment, cross(subtract(a.at, self._about), a.force)))
-            if any(not c == 0 for c in moment):
+            if any(c != 0 for c in moment):
                 result[a.name] = self._e.column(moment)
         return result
 

@@ -145,7 +145,7 @@ def _across(model: Model, state: State, free: list[Vector], R: Matrix) -> list[t
 
 def _along(axis: Vector) -> int | None:
     """Which coordinate axis a vector lies along, if it is one."""
-    live = [k for k in range(3) if not axis[k] == 0]
+    live = [k for k in range(3) if axis[k] != 0]
     if len(live) == 1 and (axis[live[0]] == 1 or axis[live[0]] == -1):
         return live[0]
     return None

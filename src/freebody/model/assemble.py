@@ -45,7 +45,9 @@ def assemble(system: System) -> Model:
     6
     """
     if not isinstance(system, System):
-        raise ModelError(f"Expected a System, got {system!r}. A model is described first: s = fb.System('name').")
+        raise ModelError(
+            f"Expected a System, got {system!r}. A model is described first: s = fb.System('name')."
+        )
     kinds = system.names.kinds
     coordinates, speeds = _state(system)
     index = {speed.symbol: i for i, speed in enumerate(speeds)}
@@ -54,7 +56,9 @@ def assemble(system: System) -> Model:
     bodies: dict[str, Place] = {}
     joints: dict[str, JointPlace] = {}
     for joint in _outward(system):
-        where = Place(GROUND, ZERO, 0, ZERO, IDENTITY) if joint.parent.is_ground else bodies[joint.parent.name]
+        where = (
+            Place(GROUND, ZERO, 0, ZERO, IDENTITY) if joint.parent.is_ground else bodies[joint.parent.name]
+        )
         numbers = []
         last = len(joint.primitives) - 1
         parent, position, rotation = where.link, _plus(where.origin, joint.at), joint.parent_axes
@@ -66,7 +70,7 @@ def assemble(system: System) -> Model:
             axis, body = primitive.axis, None
             if i == last:
                 rotation = _exact(multiply(rotation, transpose(joint.child_axes)))
-                axis = tuple(map(exact, apply(joint.child_axes, axis)))  # type: ignore[assignment]
+                axis = tuple(map(exact, apply(joint.child_axes, axis)))
                 body = joint.child
             numbers.append(len(links))
             links.append(_link(joint, primitive, parent, rotation, position, axis, body, index, start))
@@ -134,11 +138,14 @@ def _outward(system: System) -> list[Joint]:
     if loose:
         as_parent = [name for name in loose if name in children]
         cure = (
-            f"It is only the parent of joint '{children[as_parent[0]][0].name}': exchange parent and child, or join it too."
+            f"It is only the parent of joint '{children[as_parent[0]][0].name}': exchange parent and child, "
+            f"or join it too."
             if as_parent
             else f"Join it to the ground or to another body; a body that flies has s.free('air', s.ground, {loose[0]})."
         )
-        raise ModelError(f"Body '{(as_parent or loose)[0]}' hangs on nothing: it is the child of no joint. {cure}")
+        raise ModelError(
+            f"Body '{(as_parent or loose)[0]}' hangs on nothing: it is the child of no joint. {cure}"
+        )
     result: list[Joint] = []
     waiting = deque(children.get("ground", []))
     while waiting:
@@ -190,7 +197,9 @@ def _link(
     )  # fmt: skip
 
 
-def _order(links: list[Link], speeds: tuple[Speed, ...], kinds: dict[str, str]) -> tuple[tuple[int, int], ...] | None:
+def _order(
+    links: list[Link], speeds: tuple[Speed, ...], kinds: dict[str, str]
+) -> tuple[tuple[int, int], ...] | None:
     """Peel the matrix dy/dq: a row with one open speed and a constant non-zero entry determines it."""
     rows = {i: dict(link.partials) for i, link in enumerate(links) if link.partials}
     open_in: dict[int, set[int]] = {i: set(row) for i, row in rows.items()}

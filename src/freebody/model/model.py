@@ -109,7 +109,7 @@ class Model:
     names: Any
     about: Mapping[str, tuple[str, str]]
     order: tuple[tuple[int, int], ...] | None = field(default=None)
-    """(link, speed) pairs by which the displacements determine the coordinates one after another; None if they do not."""
+    """(link, speed) pairs: displacements that determine the coordinates one after another; None if they do not."""
 
     @property
     def n_q(self) -> int:
@@ -124,7 +124,9 @@ class Model:
     @property
     def quaternions(self) -> tuple[int, ...]:
         """Index in q of the scalar part of each unit quaternion."""
-        return tuple(link.q + (3 if link.kind == "free" else 0) for link in self.links if link.kind in ("ball", "free"))
+        return tuple(
+            link.q + (3 if link.kind == "free" else 0) for link in self.links if link.kind in ("ball", "free")
+        )
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:

@@ -34,9 +34,8 @@ def parameter_values(model: Model, given: Mapping[Any, Any]) -> dict[str, float]
 
 def _number(value: Any, name: str, model: Model) -> float:
     expression = model.names.expression(value, f"the value of parameter '{name}'")
-    if isinstance(expression, sympy.Basic) and (expression.free_symbols or expression.has(sympy.Function)):
-        if expression.free_symbols:
-            raise ModelError(f"Expected a number for parameter '{name}', got '{value}'.")
+    if isinstance(expression, sympy.Basic) and expression.free_symbols:
+        raise ModelError(f"Expected a number for parameter '{name}', got '{value}'.")
     number = float(expression)
     if not math.isfinite(number):
         raise ModelError(f"Expected a finite number for parameter '{name}', got {value!r}.")
