@@ -150,6 +150,6 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 185.0) -> None:
             [
                 "freebody: fb.equations(s) to canonical mass matrix and bias, anew each time; text, LaTeX include it.",
                 "SymPy: KanesMethod to mass_matrix and forcing (cache emptied); then simplify, then pretty,",
-                f"in a child process ended {limit:.0f} s after the forming; sizes after the first so ended are skipped.",
+                f"in a child process ended {limit:.0f} s after the forming; larger sizes are then skipped.",
             ],
         )
