@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 
 from .model import find
@@ -19,7 +21,6 @@ def equations(model: str, latex: bool, body: str | None) -> None:
     system = find(model).build()
     if body is not None and body not in system.bodies:
         raise ModelError(f"Expected a body of '{system.name}', got '{body}'; {nearest(body, system.bodies)}")
-    product = equations_of(system)
-    if body is not None:
-        product = product.free_body(body)
+    whole = equations_of(system)
+    product: Any = whole if body is None else whole.free_body(body)
     click.echo(product.latex() if latex else product.text())

@@ -52,12 +52,10 @@ class FileEntry:
                     f"Add --until 10."
                 )
             until = case.number(case.until, everything)
-        options = (
-            {} if tolerance is None and case.tolerance is None else {"tolerance": tolerance or case.tolerance}
-        )
-        trajectory = simulate(
-            case.system, until, initial=case.start(everything), values=everything, **options
-        )
+        if tolerance is None:
+            tolerance = 1e-9 if case.tolerance is None else case.tolerance
+        start = case.start(everything)
+        trajectory = simulate(case.system, until, initial=start, values=everything, tolerance=tolerance)
         plots = {"coordinates.png": lambda path: plot_coordinates(case.system, trajectory, path)}
         return FileOutcome(case.system, equations(case.system), trajectory, {}, plots)
 

@@ -17,7 +17,7 @@ class Grid:
 
         self._text = Text
         self._table = Table(
-            *(Text(heading) for heading in headings),
+            *headings,
             title=Text(title) if title else None, title_justify="left", title_style="bold",
             box=box.SIMPLE_HEAD, show_header=any(headings), pad_edge=False,
         )  # fmt: skip

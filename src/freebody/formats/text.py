@@ -90,8 +90,8 @@ def toml_number(value: Any) -> int | float | None:
     """
     if isinstance(value, sympy.Rational):
         value = Fraction(int(value.p), int(value.q))
-    if isinstance(value, (int, Fraction)):
-        if value == int(value) and abs(value) < 2**63:
+    if isinstance(value, int | Fraction):
+        if value == int(value) and abs(int(value)) < 2**63:
             return int(value)
         try:
             decimal = float(value)

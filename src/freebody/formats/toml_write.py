@@ -10,7 +10,7 @@ from typing import Any
 
 import sympy
 
-from ..describe import load
+from ..describe import load as loads
 from ..describe.body import Body, Point
 from ..describe.joint import Joint
 from ..describe.names import is_identifier
@@ -66,16 +66,16 @@ class _Writer:
         number = toml_number(value)
         return repr(number) if number is not None else quoted(expression_text(value, self.texts))
 
-    def list(self, values: Iterable[Any]) -> str:
+    def row(self, values: Iterable[Any]) -> str:
         return f"[{', '.join(map(self.value, values))}]"
 
     def matrix(self, rows: Any) -> str:
-        return f"[{', '.join(map(self.list, rows))}]"
+        return f"[{', '.join(map(self.row, rows))}]"
 
     def point(self, point: Point) -> str:
         if point.components == ZERO:
             return quoted(point.body.name)
-        return f"{{ body = {quoted(point.body.name)}, point = {self.list(point.components)} }}"
+        return f"{{ body = {quoted(point.body.name)}, point = {self.row(point.components)} }}"
 
     # --- the document ---
 
@@ -83,7 +83,7 @@ class _Writer:
         system = self.system
         head = {"name": quoted(system.name)}
         if any(component != 0 for component in system.gravity):
-            head["gravity"] = self.list(system.gravity)
+            head["gravity"] = self.row(system.gravity)
         if first := self.declared_first():
             head["coordinates"] = f"[{', '.join(map(quoted, first))}]"
         conditions = sorted(f"{expression_text(one, self.texts)} > 0" for one in assumed)
@@ -138,7 +138,7 @@ class _Writer:
     def order_after(self, first: list[str]) -> list[str] | None:
         """Order of the coordinates when these are declared first; None if a joint then finds one unknown."""
         names = self.system.names
-        order = dict.fromkeys(first)
+        order: dict[str, Any] = dict.fromkeys(first)
         for joint in self.system.joints.values():
             for primitive in joint.primitives:
                 y = primitive.coordinate
@@ -160,7 +160,7 @@ class _Writer:
             return solid
         keys = {"mass": self.value(mass.mass)}
         if tuple(mass.center) != ZERO:
-            keys["center"] = self.list(mass.center)
+            keys["center"] = self.row(mass.center)
         if any(entry != 0 for row in mass.inertia for entry in row):
             keys["inertia"] = self.matrix(mass.inertia)
         return keys
@@ -197,11 +197,11 @@ class _Writer:
         for name, value in given.items():
             key = "mass" if name == "m" else name
             if isinstance(value, tuple):
-                keys[key] = self.list(value)
+                keys[key] = self.row(value)
             else:
                 keys[key] = quoted(value) if isinstance(value, str) else self.value(value)
         if any(component != 0 for component in place):
-            keys["at"] = self.list(place)
+            keys["at"] = self.row(place)
         return keys
 
     # --- joints ---
@@ -213,9 +213,9 @@ class _Writer:
             "child": quoted(joint.child.name),
         }
         if joint.at != ZERO:
-            keys["at"] = self.list(joint.at)
+            keys["at"] = self.row(joint.at)
         if joint.to != ZERO:
-            keys["to"] = self.list(joint.to)
+            keys["to"] = self.row(joint.to)
         if joint.parent_axes != IDENTITY:
             keys["parent_axes"] = self.matrix(joint.parent_axes)
         if joint.child_axes != IDENTITY:
@@ -245,34 +245,34 @@ class _Writer:
             return quoted(axis)
         if len(axis) == 2:
             return f"[{', '.join(map(self.axis, axis))}]"
-        return self.list(self.system.vector(axis, "the axis"))
+        return self.row(self.system.vector(axis, "the axis"))
 
     # --- loads ---
 
     def load(self, one: Any) -> tuple[str, dict[str, str]]:
         match one:
-            case load.Force():
-                keys = {"at": self.point(one.point), "components": self.list(one.components)}
+            case loads.Force():
+                keys = {"at": self.point(one.point), "components": self.row(one.components)}
                 return "forces", keys | self.frame(one.frame)
-            case load.Torque():
-                keys = {"on": quoted(one.body.name), "components": self.list(one.components)}
+            case loads.Torque():
+                keys = {"on": quoted(one.body.name), "components": self.row(one.components)}
                 keys |= self.frame(one.frame)
                 if one.reaction_on is not None:
                     keys["reaction_on"] = quoted(one.reaction_on.name)
                 return "torques", keys
-            case load.JointForce():
+            case loads.JointForce():
                 turns = one.joint.primitives[one.index].kind == "hinge"
                 keys = {"joint": quoted(one.joint.name), "value": self.value(one.value)}
                 return ("torques" if turns else "forces"), keys
-            case load.JointSpring():
+            case loads.JointSpring():
                 return "springs", self.on_joint(one) | self.stiffness(one)
-            case load.JointDamper():
+            case loads.JointDamper():
                 return "dampers", self.on_joint(one) | {"damping": self.value(one.damping)}
-            case load.Spring():
+            case loads.Spring():
                 return "springs", self.ends(one) | self.stiffness(one)
-            case load.Damper():
+            case loads.Damper():
                 return "dampers", self.ends(one) | {"damping": self.value(one.damping)}
-            case load.GeneralizedForce():
+            case loads.GeneralizedForce():
                 keys = {"coordinate": self.value(one.coordinate), "value": self.value(one.value)}
                 return "generalized_forces", keys
         raise AssertionError(f"no words for {one!r}")
@@ -280,14 +280,14 @@ class _Writer:
     def frame(self, frame: Body) -> dict[str, str]:
         return {} if frame.is_ground else {"frame": quoted(frame.name)}
 
-    def on_joint(self, one: load.JointSpring | load.JointDamper) -> dict[str, str]:
+    def on_joint(self, one: loads.JointSpring | loads.JointDamper) -> dict[str, str]:
         keys = {"joint": quoted(one.joint.name)}
         return keys | {"coordinate": str(one.index)} if one.index else keys
 
-    def ends(self, one: load.Spring | load.Damper) -> dict[str, str]:
+    def ends(self, one: loads.Spring | loads.Damper) -> dict[str, str]:
         return {"from": self.point(one.start), "to": self.point(one.end)}
 
-    def stiffness(self, one: load.JointSpring | load.Spring) -> dict[str, str]:
+    def stiffness(self, one: loads.JointSpring | loads.Spring) -> dict[str, str]:
         keys = {"stiffness": self.value(one.stiffness)}
         return keys | {"rest": self.value(one.rest)} if one.rest != 0 else keys
 

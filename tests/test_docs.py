@@ -1,0 +1,53 @@
+"""The README and what it promises."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import freebody as fb
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_the_example_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (code,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    assert len([line for line in code.splitlines() if line.strip()]) <= 12
+    monkeypatch.chdir(tmp_path)
+    exec(compile(code, "README.md", "exec"), {})
+    printed = capsys.readouterr().out
+    assert "theta" in printed
+    assert (tmp_path / "pendulum.nc").stat().st_size > 1000
+
+
+def test_the_two_commands() -> None:
+    run, tests = re.findall(r"```sh\n(.*?)\n```", README, re.DOTALL)
+    assert run.startswith(
+        "python3.11 -m venv .venv && .venv/bin/pip install . && .venv/bin/freebody run gyroscope"
+    )
+    assert tests == "python3.11 -m venv .venv && .venv/bin/pip install '.[test]' && .venv/bin/pytest"
+    ci = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    assert "pip\" install --quiet '.[test]'" in ci
+    assert re.search(r'^step "\$bin/pytest"', ci, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    "page",
+    ["README.md", "CONTRIBUTING.md", "docs/conventions.md", "docs/decisions.md", "docs/model-files.md"],
+)
+def test_links_lead_somewhere(page: str) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)#]+)\)", text):
+        if not target.startswith("http"):
+            assert ((ROOT / page).parent / target).exists(), f"{page} links to {target}"
+
+
+def test_one_version() -> None:
+    with (ROOT / "pyproject.toml").open("rb") as stream:
+        assert tomllib.load(stream)["project"]["version"] == fb.__version__
