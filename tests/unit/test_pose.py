@@ -54,7 +54,9 @@ def test_functions_of_plain_tuples():
 def test_refusals():
     with pytest.raises(ModelError, match=r"three components of the position, got 2 components"):
         Pose(Rotation.identity(), (1, 2))
-    with pytest.raises(ModelError, match=r"a pose on the right of @, got \(1, 2, 3\).*\.point\(p\) for a point"):
+    with pytest.raises(
+        ModelError, match=r"a pose on the right of @, got \(1, 2, 3\).*\.point\(p\) for a point"
+    ):
         X_AB @ (1, 2, 3)
     with pytest.raises(ModelError, match="rotation matrix with shape"):
         Pose([1, 2, 3])

@@ -58,7 +58,7 @@ def test_turn_about_an_exact_axis_is_sparse():
             return {"sin": s, "cos": c}[function]
 
     R = matrix_about((0, 0, 1), sympy.Symbol("a"), Recorded())
-    assert R == ((c, -s, 0), (s, c, 0), (0, 0, 1))
+    assert ((c, -s, 0), (s, c, 0), (0, 0, 1)) == R
     assert matrix_about((0, -1, 0), sympy.Symbol("a"), Recorded()) == ((c, 0, -s), (0, 1, 0), (s, 0, c))
     assert matrix_about((1, 0, 0), 0.3, floats)[0] == (1, 0, 0)
 
@@ -171,7 +171,10 @@ def test_quaternions_agree_with_scipy():
     for q in random_quaternions(20):
         expected = SciPyRotation.from_quat([q[1], q[2], q[3], q[0]])
         assert np.abs(np.array(matrix_from_quaternion(q)) - expected.as_matrix()).max() <= 8 * EPS
-        assert np.abs(np.array(Rotation.quaternion(q).to_scipy().as_matrix()) - expected.as_matrix()).max() <= 8 * EPS
+        assert (
+            np.abs(np.array(Rotation.quaternion(q).to_scipy().as_matrix()) - expected.as_matrix()).max()
+            <= 8 * EPS
+        )
         R = Rotation.from_scipy(expected)
         back = R.as_quaternion()
         assert abs(abs(np.dot(back, q)) - 1) <= 8 * EPS and back[0] >= 0
@@ -180,7 +183,9 @@ def test_quaternions_agree_with_scipy():
 def test_quaternion_product_is_the_matrix_product():
     for p, q in zip(random_quaternions(10), random_quaternions(10)[::-1], strict=True):
         R = multiply(matrix_from_quaternion(p), matrix_from_quaternion(q))
-        assert np.abs(np.array(matrix_from_quaternion(quaternion_product(p, q))) - np.array(R)).max() <= 16 * EPS
+        assert (
+            np.abs(np.array(matrix_from_quaternion(quaternion_product(p, q))) - np.array(R)).max() <= 16 * EPS
+        )
         assert quaternion_product(q, quaternion_conjugate(q)) == pytest.approx((1, 0, 0, 0), abs=4 * EPS)
         inverse = matrix_from_quaternion(quaternion_conjugate(q))
         assert np.abs(np.array(inverse) - np.array(transpose(matrix_from_quaternion(q)))).max() <= 4 * EPS
@@ -202,7 +207,9 @@ def test_quaternion_rate_by_differentiating_the_matrix():
     S = sympy.Matrix([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
     # Ṙ = R [ω]× on the unit sphere of q
     difference = (Rdot - R * S).applyfunc(lambda e: sympy.expand(sympy.expand(e).subs(unit)))
-    assert difference.applyfunc(lambda e: sympy.expand(e.subs(q[0] ** 3, q[0] * unit[q[0] ** 2]))) == sympy.zeros(3, 3)
+    assert difference.applyfunc(
+        lambda e: sympy.expand(e.subs(q[0] ** 3, q[0] * unit[q[0] ** 2]))
+    ) == sympy.zeros(3, 3)
     assert sympy.expand(sum(e * r for e, r in zip(q, rate, strict=True))) == 0
 
 
@@ -246,24 +253,39 @@ def test_nearest_mends_rounded_numbers():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Rotation([[1, 0], [0, 1]]), r"Expected rotation matrix with shape \(3, 3\), got .* shape \(2, 2\)"),
+        (
+            lambda: Rotation([[1, 0], [0, 1]]),
+            r"Expected rotation matrix with shape \(3, 3\), got .* shape \(2, 2\)",
+        ),
         (lambda: Rotation([1, 0, 0]), r"Expected rotation matrix with shape \(3, 3\), got .* shape \(3,\)"),
         (lambda: Rotation(np.diag([1.0, 1, -1])), r"determinant \+1, got -1: it is a rotoreflection"),
-        (lambda: Rotation(np.diag([1.0, 1, 1.1])), r"column 3 has the squared length 1.21, 0.21 from 1.*nearest"),
+        (
+            lambda: Rotation(np.diag([1.0, 1, 1.1])),
+            r"column 3 has the squared length 1.21, 0.21 from 1.*nearest",
+        ),
         (lambda: Rotation([[1, 0.1, 0], [0, 1, 0], [0, 0, 1]]), r"columns 1 and 2 have the dot product 0.1"),
         (lambda: Rotation(sympy.diag(1, 1, sympy.Symbol("a"))), "orthonormal columns, but column 3"),
         (lambda: Rotation.quaternion(0, 0, 0, 0), r"unit quaternion \(w, x, y, z\), got 0"),
         (lambda: Rotation.quaternion(1, 1, 0, 0), "got one of length 1.41421.*normalize=True"),
         (lambda: Rotation.quaternion((1, 0, 0)), r"four components \(w, x, y, z\).*got 3"),
-        (lambda: Rotation.euler("zxz", 1, 2, 3), "capitals, got 'zxz'.*space-fixed.*'ZXZ' with the angles in reverse"),
+        (
+            lambda: Rotation.euler("zxz", 1, 2, 3),
+            "capitals, got 'zxz'.*space-fixed.*'ZXZ' with the angles in reverse",
+        ),
         (lambda: Rotation.euler("ZZX", 1, 2, 3), "one of the 12 sequences XYZ, .*got 'ZZX'"),
         (lambda: Rotation.euler("ZXZ", 1, 2), "three angles for the sequence ZXZ, got 2"),
-        (lambda: Rotation.euler("ZXZ", 1, "b", 3), "angle 2 of ZXZ as a number or a SymPy expression, got the text 'b'"),
+        (
+            lambda: Rotation.euler("ZXZ", 1, "b", 3),
+            "angle 2 of ZXZ as a number or a SymPy expression, got the text 'b'",
+        ),
         (lambda: Rotation.axis_angle((0, 0, 0), 1), r"length that is not zero, got \(0, 0, 0\)"),
         (lambda: Rotation.axis_angle("X", 1), "'x', 'y', 'z' or three components, got 'X'"),
         (lambda: Rotation.axis_angle("x", math.nan), "the angle to be finite, got nan"),
         (lambda: Rotation.identity() @ (1, 2), "three components of the vector, got 2 components"),
-        (lambda: Rotation.axis_angle("x", sympy.Symbol("a")).as_euler("XYZ"), r"for as_euler, got symbols \(a\).*\.at"),
+        (
+            lambda: Rotation.axis_angle("x", sympy.Symbol("a")).as_euler("XYZ"),
+            r"for as_euler, got symbols \(a\).*\.at",
+        ),
         (lambda: Rotation.from_scipy(SciPyRotation.identity(2)), "single SciPy rotation, got a stack of 2"),
         (lambda: Rotation.nearest(np.diag([1.0, 1, -1])), "determinant .1, got -1"),
         (lambda: Rotation.nearest(np.zeros((3, 3))), "near a rotation, got a singular one"),

@@ -96,7 +96,7 @@ def _triangle(moments: Vector | tuple[float, ...], what: str, bound: Any) -> Non
         value = value_of(excess)
         if value is not None and value > bound:
             if is_symbolic(a, b, c):
-                seen = f"{text(a)} = {text(b)} + {text(c)} + {text(excess)}"
+                seen = f"{text(a)} exceeds ({text(b)}) + ({text(c)}) by {text(excess)}"
             else:
                 seen = f"no body has {text(a)} > {text(b)} + {text(c)}, too large by {text(excess)}"
             raise MassError(

@@ -186,8 +186,14 @@ class MassProperties:
         center = _weighted(self, hole, -1, mass)
         inertia = subtract_matrices(self.about(center), hole.about(center))
         shape = compound(self.shape, hole.shape, hole=True)
-        # The numbers are checked here: a hole that sticks out of its body leaves what no body can have.
-        return MassProperties(mass, center, inertia, shape, self.positive + hole.positive + (mass,))
+        known = self.positive + hole.positive + (mass,)
+        try:  # a hole that sticks out of its body can leave what no body can have
+            return MassProperties(mass, center, inertia, shape, known)
+        except MassError as problem:
+            raise MassError(
+                f"Expected a hole inside the body, got a rest that no body can be: {problem} "
+                "Move the hole inside the body, or correct its mass."
+            ) from problem
 
     # --- what is asked of them ----------------------------------------------------------------
 

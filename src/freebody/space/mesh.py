@@ -11,6 +11,7 @@ and the sum over an outward surface is the solid's integral, exact but for round
 from __future__ import annotations
 
 from os import PathLike, fspath
+from os.path import isfile, splitext
 from typing import TYPE_CHECKING, Any
 
 from ..errors import FormatError, MassError
@@ -216,11 +217,13 @@ def _read(path: str) -> tuple[Any, Any]:
             "Expected trimesh for reading a mesh file, but it is not installed: pip install "
             "'freebody[mesh]'. Arrays of vertices and faces do without it."
         ) from None
+    if not isfile(path):
+        raise FormatError(f"Expected a triangle mesh in '{path}', but there is no such file.")
     try:
-        read = trimesh.load(path, force="mesh")
+        # An open file, not its name: trimesh would follow a name that is a URL, and files named in the file.
+        with open(path, "rb") as file:
+            read = trimesh.load(file, file_type=splitext(path)[1].lower(), force="mesh")
         vertices, faces = read.vertices, read.faces
-    except FileNotFoundError:
-        raise
     except Exception as problem:  # every reader of trimesh has its own
         raise FormatError(
             f"Expected a triangle mesh in '{path}', but it cannot be read: {problem}"
