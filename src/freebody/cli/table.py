@@ -34,8 +34,8 @@ class Grid:
         console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else 200, highlight=False)
         with console.capture() as capture:
             console.print(self._table)
-        lines = (line.rstrip() for line in capture.get().rstrip().splitlines())
-        click.echo("\n".join(lines))
+        lines = (line.rstrip() for line in capture.get().splitlines())
+        click.echo("\n".join(lines).strip("\n") + "\n")
 
 
 def significant(value: object, digits: int = 6) -> str:

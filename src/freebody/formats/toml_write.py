@@ -122,18 +122,14 @@ class _Writer:
         return "\n".join(parts)
 
     def declared_first(self) -> list[str]:
-        """Coordinates that must be declared before the joints, so that all come in the same order again.
+        """Coordinates to declare before the joints, so that all come in the same order again.
 
-        A joint declares its own coordinates when it is read, so this is the shortest list that leaves
-        the others in the order of the system.
+        A joint declares its own coordinates when it is read. Where that gives another order, or an
+        expression with a name that is not known yet, all that can be declared are.
         """
-        names = self.system.names
-        wanted = [text for text, kind in names.kinds.items() if kind == "coordinate"]
-        scalars = list(self.system.declared)
-        for count in range(len(scalars) + 1):
-            if wanted[:count] == scalars[:count] and self.order_after(scalars[:count]) == wanted:
-                return scalars[:count]
-        return scalars
+        kinds = self.system.names.kinds
+        wanted = [text for text, kind in kinds.items() if kind == "coordinate"]
+        return [] if self.order_after([]) == wanted else list(self.system.declared)
 
     def order_after(self, first: list[str]) -> list[str] | None:
         """Order of the coordinates when these are declared first; None if a joint then finds one unknown."""
