@@ -1,0 +1,214 @@
+"""Truncated power series in time over any field: exact time derivatives of anything an algorithm computes.
+
+    x(t + τ) = x_0 + x_1 τ + x_2 τ² + ...          x_k = x^(k) / k!
+
+An algorithm run on series gives the derivatives of its result along a motion; no difference quotients, and the same
+code on floats, polynomials and traces.
+
+Source: Griewank & Walther, Evaluating Derivatives (2008), §13.2 (the recurrences of table 13.2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+from ..errors import FreebodyError
+from .algebra import Field, divide
+
+
+class SeriesField(Field):
+    """Series of a given order over a field."""
+
+    def __init__(self, base: Field, order: int) -> None:
+        self.base = base
+        self.order = order
+
+    def constant(self, value: int | Fraction | float | str) -> Any:
+        return self.base.constant(value)
+
+    def series(self, coefficients: Sequence[Any]) -> Series:
+        """The series with the given Taylor coefficients; missing ones are zero."""
+        missing = self.order + 1 - len(coefficients)
+        return Series(self, (*coefficients[: self.order + 1], *(0,) * missing))
+
+    def apply(self, function: str, *arguments: Any) -> Any:
+        if not any(isinstance(x, Series) for x in arguments):
+            return self.base.apply(function, *arguments)
+        rule = _RULES.get(function)
+        if rule is None:
+            raise FreebodyError(
+                f"The time derivative of '{function}' is not known here. Known: {', '.join(sorted(_RULES))}. "
+                f"Write it by these."
+            )
+        return rule(self, *(x if isinstance(x, Series) else self.series([x]) for x in arguments))
+
+
+class Series:
+    """One truncated series; made by :meth:`SeriesField.series`."""
+
+    __slots__ = ("c", "field")
+
+    def __init__(self, field: SeriesField, coefficients: tuple[Any, ...]) -> None:
+        self.field = field
+        self.c = coefficients
+
+    def derivative(self, k: int = 1) -> Any:
+        """k-th time derivative, k! x_k."""
+        factor = 1
+        for i in range(2, k + 1):
+            factor *= i
+        return factor * self.c[k]
+
+    def _of(self, other: Any) -> tuple[Any, ...]:
+        return other.c if isinstance(other, Series) else (other, *(0,) * self.field.order)
+
+    def __add__(self, other: Any) -> Series:
+        return Series(self.field, tuple(a + b for a, b in zip(self.c, self._of(other), strict=True)))
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Series:
+        return Series(self.field, tuple(-a for a in self.c))
+
+    def __sub__(self, other: Any) -> Series:
+        return Series(self.field, tuple(a - b for a, b in zip(self.c, self._of(other), strict=True)))
+
+    def __rsub__(self, other: Any) -> Series:
+        return (-self) + other
+
+    def __mul__(self, other: Any) -> Any:
+        if not isinstance(other, Series):
+            if isinstance(other, int) and other == 0:
+                return 0
+            return Series(self.field, tuple(a * other for a in self.c))
+        return Series(self.field, tuple(_convolution(self.c, other.c, k) for k in range(self.field.order + 1)))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Series:
+        if not isinstance(other, Series):
+            return Series(self.field, tuple(divide(a, other) for a in self.c))
+        quotient: list[Any] = []
+        for k in range(self.field.order + 1):
+            rest = self.c[k]
+            for i in range(1, k + 1):
+                rest = rest - other.c[i] * quotient[k - i]
+            quotient.append(divide(rest, other.c[0]))
+        return Series(self.field, tuple(quotient))
+
+    def __rtruediv__(self, other: Any) -> Series:
+        return self.field.series([other]) / self
+
+    def __pow__(self, n: int) -> Any:
+        if not isinstance(n, int):
+            return self.field.apply("pow", self, n)
+        if n < 0:
+            return 1 / self**-n
+        result: Any = 1
+        for _ in range(n):
+            result = result * self
+        return result
+
+    def __repr__(self) -> str:
+        return f"Series{self.c}"
+
+
+def _convolution(a: Sequence[Any], b: Sequence[Any], k: int) -> Any:
+    total: Any = 0
+    for i in range(k + 1):
+        total = total + a[i] * b[k - i]
+    return total
+
+
+def _sin_cos(field: SeriesField, x: Series) -> tuple[Series, Series]:
+    """k s_k = Σ i x_i c_(k-i),  k c_k = -Σ i x_i s_(k-i)."""
+    s, c = [field.base.apply("sin", x.c[0])], [field.base.apply("cos", x.c[0])]
+    for k in range(1, field.order + 1):
+        sine: Any = 0
+        cosine: Any = 0
+        for i in range(1, k + 1):
+            sine = sine + i * x.c[i] * c[k - i]
+            cosine = cosine - i * x.c[i] * s[k - i]
+        s.append(divide(sine, k))
+        c.append(divide(cosine, k))
+    return Series(field, tuple(s)), Series(field, tuple(c))
+
+
+def _sqrt(field: SeriesField, x: Series) -> Series:
+    """2 r_0 r_k = x_k - Σ r_i r_(k-i), 0 < i < k."""
+    r = [field.base.apply("sqrt", x.c[0])]
+    for k in range(1, field.order + 1):
+        rest = x.c[k]
+        for i in range(1, k):
+            rest = rest - r[i] * r[k - i]
+        r.append(divide(rest, 2 * r[0]))
+    return Series(field, tuple(r))
+
+
+def _integrated(field: SeriesField, first: Any, rate: Any, x: Series) -> Series:
+    """y with y_0 = first and y' = rate x', where ``rate`` is a series or a constant."""
+    r = rate.c if isinstance(rate, Series) else (rate, *(0,) * field.order)
+    y = [first]
+    for k in range(1, field.order + 1):
+        total: Any = 0
+        for i in range(1, k + 1):
+            total = total + i * x.c[i] * r[k - i]
+        y.append(divide(total, k))
+    return Series(field, tuple(y))
+
+
+def _exp(field: SeriesField, x: Series) -> Series:
+    y = [field.base.apply("exp", x.c[0])]
+    for k in range(1, field.order + 1):
+        total: Any = 0
+        for i in range(1, k + 1):
+            total = total + i * x.c[i] * y[k - i]
+        y.append(divide(total, k))
+    return Series(field, tuple(y))
+
+
+def _rule(name: str, rate: Any) -> Any:
+    """Rule of a function of one argument from its derivative, an expression of the argument."""
+
+    def rule(field: SeriesField, x: Series) -> Series:
+        return _integrated(field, field.base.apply(name, x.c[0]), rate(field, x), x)
+
+    return rule
+
+
+def _atan2(field: SeriesField, y: Series, x: Series) -> Series:
+    """d atan2(y, x) = (x dy - y dx) / (x² + y²)."""
+    square = x * x + y * y
+    along = _integrated(field, 0, x / square, y) - _integrated(field, 0, y / square, x)
+    return Series(field, (field.base.apply("atan2", y.c[0], x.c[0]), *along.c[1:]))
+
+
+def _abs(field: SeriesField, x: Series) -> Series:
+    return _integrated(field, field.base.apply("abs", x.c[0]), field.base.apply("sign", x.c[0]), x)
+
+
+def _pow(field: SeriesField, x: Series, y: Series) -> Series:
+    """x^y = exp(y log x)."""
+    power = _exp(field, y * _RULES["log"](field, x))
+    return power
+
+
+_RULES: dict[str, Any] = {
+    "sin": lambda f, x: _sin_cos(f, x)[0],
+    "cos": lambda f, x: _sin_cos(f, x)[1],
+    "tan": lambda f, x: _sin_cos(f, x)[0] / _sin_cos(f, x)[1],
+    "sqrt": _sqrt,
+    "exp": _exp,
+    "log": _rule("log", lambda f, x: 1 / x),
+    "atan": _rule("atan", lambda f, x: 1 / (x * x + 1)),
+    "asin": _rule("asin", lambda f, x: 1 / _sqrt(f, 1 - x * x)),
+    "acos": _rule("acos", lambda f, x: -1 / _sqrt(f, 1 - x * x)),
+    "sinh": lambda f, x: (_exp(f, x) - _exp(f, -x)) / 2,
+    "cosh": lambda f, x: (_exp(f, x) + _exp(f, -x)) / 2,
+    "tanh": lambda f, x: 1 - 2 / (_exp(f, 2 * x) + 1),
+    "atan2": _atan2,
+    "abs": _abs,
+    "pow": _pow,
+}

@@ -1,0 +1,62 @@
+"""Truncated series: every rule against SymPy's derivatives at a point."""
+
+import math
+
+import pytest
+import sympy
+
+from freebody.errors import FreebodyError
+from freebody.scalar.algebra import floats
+from freebody.scalar.series import SeriesField
+
+t = sympy.Symbol("t")
+X = sympy.Rational(3, 10) + t / 2 - t**2 / 3 + t**3 / 5
+Y = sympy.Rational(7, 10) - t / 4 + t**2 + t**3 / 7
+ORDER = 5
+
+
+def series(expression, order=ORDER):
+    field = SeriesField(floats, order)
+    taylor = [float(sympy.diff(expression, t, k).subs(t, 0)) / math.factorial(k) for k in range(order + 1)]
+    return field, field.series(taylor)
+
+
+CASES = {
+    "sin": sympy.sin, "cos": sympy.cos, "tan": sympy.tan, "sqrt": sympy.sqrt, "exp": sympy.exp, "log": sympy.log,
+    "atan": sympy.atan, "asin": sympy.asin, "acos": sympy.acos, "sinh": sympy.sinh, "cosh": sympy.cosh,
+    "tanh": sympy.tanh, "abs": sympy.Abs,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_function_of_one_argument(name):
+    field, x = series(X)
+    result = field.apply(name, x)
+    expected = (X if name == "abs" else CASES[name](X))
+    for k in range(ORDER + 1):
+        exact = float(sympy.diff(expected, t, k).subs(t, 0))
+        assert result.derivative(k) == pytest.approx(exact, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("name, exact", [("atan2", sympy.atan2(X, Y)), ("pow", X**Y)])
+def test_function_of_two_arguments(name, exact):
+    field, x = series(X)
+    result = field.apply(name, x, series(Y)[1])
+    for k in range(ORDER + 1):
+        assert result.derivative(k) == pytest.approx(float(sympy.diff(exact, t, k).subs(t, 0)), rel=1e-11)
+
+
+@pytest.mark.parametrize(
+    "operation", [lambda x, y: x * y, lambda x, y: x / y, lambda x, y: 2 - x, lambda x, y: 1 / y, lambda x, y: x**3]
+)
+def test_arithmetic(operation):
+    x, y = series(X)[1], series(Y)[1]
+    result, exact = operation(x, y), operation(X, Y)
+    for k in range(ORDER + 1):
+        assert result.derivative(k) == pytest.approx(float(sympy.diff(exact, t, k).subs(t, 0)), rel=1e-12, abs=1e-13)
+
+
+def test_unknown_function_is_named():
+    field, x = series(X)
+    with pytest.raises(FreebodyError, match="time derivative of 'max' is not known.*Known: .*atan2"):
+        field.apply("max", x, x)
