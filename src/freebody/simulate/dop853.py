@@ -14,9 +14,10 @@ and f is taken at the corrected state, so that order 8 is kept. The dense output
 the start of the step to its uncorrected end, with each quaternion divided by its norm where it is evaluated: it
 meets the corrected state at the end of the step and is continuous.
 
-The dense output is not stored. `sample` does a step again from its stored start and length, bit by bit the same, and
-only the steps that are asked for: a run keeps n numbers per step and not 8n, and pays for three more evaluations of f
-only where somebody looks.
+Neither is the dense output stored nor do the results depend on it: its error may exceed the tolerance, because the
+steps are long. It serves to find events, and a state inside a step, of an event or for output (`sample`), is
+the end of a shorter step from the same start: of order 8, and at the end of the step the very result of the run. So a run
+keeps n numbers per step and not 8n.
 
 Everything here is compiled by numba with fixed signatures and lies in numba's cache on disk. Kernels are called by
 address (`machine.call`). No step allocates.
@@ -28,7 +29,7 @@ import math
 from functools import partial
 
 import numpy as np
-from numba import njit
+from numba import int64, njit
 
 from . import tableau
 from .machine import call, linear
@@ -58,11 +59,12 @@ _a13, _a14, _a15 = (linear(row) for row in tableau.A[13:16])
 _b, _e5, _e3 = linear(tableau.B), linear(tableau.E5), linear(tableau.E3)
 _d3, _d4, _d5, _d6 = (linear(row) for row in tableau.D)
 
-_public = partial(njit, cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
-_compiled = partial(_public, no_cpython_wrapper=True)  # called from compiled code only
+_outer = partial(njit, cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+# no signature: when the callers come from the cache, these are not even loaded
+_inner = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
-@_compiled("void(float64[::1],int64,int64[::1])")
+@_inner
 def _normalise(work, row, quaternions):
     for k in range(quaternions.size):
         i = row + quaternions[k]
@@ -71,7 +73,7 @@ def _normalise(work, row, quaternions):
             work[i + j] /= s
 
 
-@_compiled("void(int64,float64,float64,float64[::1],int64,float64[::1])")
+@_inner
 def attempt(rates, t, h, work, w, c):
     """One step of length ``h`` from STATE, whose rates are row 0: fills rows 1 to 11, RAW, ERROR5 and ERROR3."""
     a = ARGUMENT * w
@@ -102,7 +104,7 @@ def attempt(rates, t, h, work, w, c):
     _e3(work, w, ERROR3, -1, h)
 
 
-@_compiled("void(int64,float64,float64,float64[::1],int64,float64[::1])")
+@_inner
 def densify(rates, t, h, work, w, c):
     """Rows DENSE to DENSE + 6 of the dense output of the step in ``work``, whose row 12 holds the rates at its end."""
     a = ARGUMENT * w
@@ -124,7 +126,7 @@ def densify(rates, t, h, work, w, c):
     _d6(work, w, DENSE + 6, -1, h)
 
 
-@_compiled("void(float64,float64[::1],int64,int64[::1])")
+@_inner
 def interpolate(x, work, w, quaternions):
     """Row POINT: the dense output at the part ``x`` (0 to 1) of the step."""
     z = 1.0 - x
@@ -137,7 +139,7 @@ def interpolate(x, work, w, quaternions):
     _normalise(work, POINT * w, quaternions)
 
 
-@_compiled("int64(float64[::1],int64,int64,int64,int64)")
+@_inner
 def _first_not_finite(work, w, n, row, rows):
     """The first component that is not finite in the first of ``rows`` rows that has one, or -1."""
     for k in range(row, row + rows):
@@ -147,9 +149,7 @@ def _first_not_finite(work, w, n, row, rows):
     return -1
 
 
-@_compiled(
-    "float64(int64,int64,float64,float64,float64,float64[::1],int64,float64[::1],int64[::1],float64[::1])"
-)
+@_inner
 def _value(kernel, e, x, t, h, work, w, c, quaternions, g):
     """Event function ``e`` at the part ``x`` of the step."""
     interpolate(x, work, w, quaternions)
@@ -157,7 +157,7 @@ def _value(kernel, e, x, t, h, work, w, c, quaternions, g):
     return g[e]
 
 
-@_compiled(f"float64(int64,int64,{'float64,' * 6}float64[::1],int64,float64[::1],int64[::1],float64[::1])")
+@_inner
 def _root(kernel, e, before, after, g_before, g_after, t, h, work, w, c, quaternions, g):
     """The part of the step where event function ``e`` has just changed its sign (method of Chandrupatla, 1997).
 
@@ -194,7 +194,7 @@ def _root(kernel, e, before, after, g_before, g_after, t, h, work, w, c, quatern
     return max(a, b)
 
 
-@_compiled(f"float64(int64,int64,{'float64,' * 8}float64[::1],int64,float64[::1],int64[::1],float64[::1])")
+@_inner
 def _dip(kernel, e, x0, x1, x2, g0, g1, g2, t, h, work, w, c, quaternions, g):
     """Where between ``x0`` and ``x2`` an event function that dips towards zero at ``x1`` reaches it, or -1.
 
@@ -235,7 +235,7 @@ def _dip(kernel, e, x0, x1, x2, g0, g1, g2, t, h, work, w, c, quaternions, g):
     return -1.0
 
 
-@_compiled("int64(float64[:,::1],int64,float64,int64,int64,int64[::1])")
+@_inner
 def _note(found, count, x, e, sign, directions):
     """Insert an event of this step, in order of time, if its direction is asked for."""
     if directions[e] != 0 and directions[e] != sign:
@@ -251,10 +251,7 @@ def _note(found, count, x, e, sign, directions):
     return count + 1
 
 
-@_compiled(
-    "int64(int64,float64,float64,float64[::1],int64,float64[::1],int64[::1],"
-    "float64[:,::1],float64[::1],int64[::1],int64[::1],float64[:,::1])",
-)
+@_inner
 def find_events(kernel, t, h, work, w, c, quaternions, table, g, last, directions, found):
     """Zeros of the event functions in the step in ``work``; their number, described in ``found`` in order of time.
 
@@ -311,7 +308,7 @@ def find_events(kernel, t, h, work, w, c, quaternions, table, g, last, direction
     return count
 
 
-@_compiled("float64(int64,float64[::1],int64,int64[::1],float64[::1],float64[::1],int64[::1])")
+@_inner
 def _judge(n, work, w, quaternions, relative, absolute, integers):
     """Error of the attempted step in units of the tolerance, nan if it is not finite; fills row END."""
     error5, error3 = 0.0, 0.0
@@ -333,35 +330,85 @@ def _judge(n, work, w, quaternions, relative, absolute, integers):
     return error5 * error5 / math.sqrt(error5 * error5 + 0.01 * error3 * error3)
 
 
-@_compiled("void(float64[::1],int64,float64[::1],int64)")
+@_inner
 def _copy(work, row, target, n):
     for i in range(n):
         target[i] = work[row + i]
 
 
-@_compiled(
-    "float64(int64,float64,float64,float64,float64,int64,float64[::1],int64,int64[::1],"
-    "float64[:,::1],int64[::1],float64[:,::1],float64[:,::1],int64)"
-)
+@_inner
+def _part(rates, x, t, h, work, w, c, quaternions, integers):
+    """Row POINT: the state at the part ``x`` of the step, by a step of its own from the same start."""
+    attempt(rates, t, x * h, work, w, c)
+    integers[EVALUATED] += 11
+    for i in range(w):
+        work[POINT * w + i] = work[RAW * w + i]
+    _normalise(work, POINT * w, quaternions)
+
+
+@_inner
+def _refine(rates, events, e, sign, x, t, h, work, w, c, ce, quaternions, g, integers):
+    """An event at the part ``x`` of the step, moved from the zero on the dense output to that on `_part`.
+
+    Newton's method with the slope of the dense output; where that is of no use, in a grazing pass, ``x`` stays.
+    The result lies where the sign has changed, so that a run that starts again there does not find it once more.
+    """
+    d = min(1e-4, x, 1.0 - x)
+    if d <= 0.0:
+        return x
+    high = _value(events, e, x + d, t, h, work, w, ce, quaternions, g)
+    low = _value(events, e, x - d, t, h, work, w, ce, quaternions, g)
+    slope = (high - low) / (2.0 * d)
+    if not sign * slope > 0.0:
+        return x
+    width = 2.0 * _EPS * max(1.0, abs(t / h))
+    best = x
+    for k in range(16):
+        _part(rates, best, t, h, work, w, c, quaternions, integers)
+        call(events, t + best * h, work, POINT * w, ce, g, 0)
+        shift = -g[e] / slope
+        if k < 6 and abs(shift) > width:
+            if abs(best + shift - x) > 0.02:
+                return x
+            best = min(1.0, max(0.0, best + shift))
+        elif sign * g[e] >= 0.0:
+            return best
+        else:
+            best = min(1.0, best + width)
+            width *= 2.0
+    return x
+
+
+@_inner
 def _log_events(
-    count, t, h, after, start, n, work, w, quaternions, found, terminal, event_log, event_states, logged
+    rates, events, count, t, h, after, start, n, work, w, c, ce, quaternions, g, found, terminal,
+    event_log, event_states, logged, integers,
 ):  # fmt: skip
     """Copy the events of a step to the log, up to the first terminal one, whose part of the step is returned (or -1).
 
     Events within 1e-12 of the terminal one happen together with it and are kept. A terminal event at the very start
     does not stop: a motion could not be started again from it. ``found[0, 3]`` becomes the number that was kept.
     """
+    for k in range(count):
+        x, e, sign = found[k, 0], found[k, 1], found[k, 2]
+        x = _refine(rates, events, int(e), sign, x, t, h, work, w, c, ce, quaternions, g, integers)
+        i = k
+        while i > 0 and found[i - 1, 0] > x:
+            for j in range(3):
+                found[i, j] = found[i - 1, j]
+            i -= 1
+        found[i, 0] = x
+        found[i, 1] = e
+        found[i, 2] = sign
     stop, latest, kept = -1.0, 2.0, 0
     for k in range(count):
         x = found[k, 0]
         if x > latest:
             break
-        moment = after if x == 1.0 else t + x * h
-        row = POINT * w
-        if x == 1.0:
-            row = END * w
-        else:
-            interpolate(x, work, w, quaternions)
+        moment, row = after, END * w
+        if x != 1.0:
+            moment, row = t + x * h, POINT * w
+            _part(rates, x, t, h, work, w, c, quaternions, integers)
         event_log[logged + k, 0] = moment
         event_log[logged + k, 1] = found[k, 1]
         event_log[logged + k, 2] = found[k, 2]
@@ -370,9 +417,10 @@ def _log_events(
         if stop < 0.0 and terminal[int(found[k, 1])] != 0 and moment != start:
             stop = x
             latest = x + 1e-12 * max(1.0, abs(t / h))
-            if x != 1.0:
-                for i in range(w):
-                    work[END * w + i] = work[POINT * w + i]
+    if 0.0 <= stop < 1.0:
+        _part(rates, stop, t, h, work, w, c, quaternions, integers)
+        for i in range(w):
+            work[END * w + i] = work[POINT * w + i]
     found[0, 3] = kept
     return stop
 
@@ -380,12 +428,12 @@ def _log_events(
 _INT, _REAL, _MATRIX = "int64[::1]", "float64[::1]", "float64[:,::1]"
 
 
-@_public(
-    f"int64(int64,int64,int64,{_REAL},{_REAL},int64,{_INT},{_REAL},{_REAL},{_REAL},{_INT},"
+@_outer(
+    f"int64(int64,int64,int64,{_REAL},{_REAL},{_REAL},int64,{_INT},{_REAL},{_REAL},{_REAL},{_INT},"
     f"{_INT},{_INT},{_INT},{_MATRIX},{_REAL},{_MATRIX},{_REAL},{_REAL},{_MATRIX},{_MATRIX},{_MATRIX})",
 )
 def advance(
-    rates, events, n, c, work, w, quaternions, relative, absolute, reals, integers,
+    rates, events, n, c, ce, work, w, quaternions, relative, absolute, reals, integers,
     directions, terminal, last, table, g, found, times, lengths, states, event_log, event_states,
 ):  # fmt: skip
     """Step until the end, a terminal event, a failure, or until the buffers are full.
@@ -393,7 +441,8 @@ def advance(
     Parameters
     ----------
     rates, events        addresses of the kernels (``events`` is not called when ``directions`` is empty)
-    n, c, work, w        components; constants of the kernels; rows of length ``w``, row STATE holds y
+    n, c, ce             components; constants of the kernels of the rates and of the events
+    work, w              rows of length ``w``, row STATE holds y
     quaternions          places of the unit quaternions in y
     relative, absolute   tolerance of each component
     reals, integers      what is carried from call to call (see the names above)
@@ -430,7 +479,7 @@ def advance(
         if error <= 1.0:  # also the rates at the end must be numbers: a state without rates is no state
             call(rates, after, work, END * w, c, work, 12 * w)
             integers[EVALUATED] += 1
-            if _first_not_finite(work, w, n, 12, 1) >= 0:
+            if _first_not_finite(work, w, n, int64(12), int64(1)) >= 0:
                 error = math.nan
         if not error <= 1.0:
             integers[REJECTED] += 1
@@ -438,9 +487,9 @@ def advance(
             if error == error:
                 h *= max(_SMALLEST, _SAFETY / error ** (0.125 - 0.2 * _BETA))
                 continue
-            integers[BLAME] = _first_not_finite(work, w, n, 1, 12)
+            integers[BLAME] = _first_not_finite(work, w, n, int64(1), int64(12))
             if integers[BLAME] < 0:
-                integers[BLAME] = _first_not_finite(work, w, n, RAW, 3)
+                integers[BLAME] = _first_not_finite(work, w, n, int64(RAW), int64(3))
             h *= 0.25
             if abs(h) <= 16.0 * _EPS * abs(t) or abs(h) < _TINY:
                 status = NOT_FINITE
@@ -454,10 +503,10 @@ def advance(
         if directions.size > 0:
             densify(rates, t, h, work, w, c)
             integers[EVALUATED] += 3
-            count = find_events(events, t, h, work, w, c, quaternions, table, g, last, directions, found)
+            count = find_events(events, t, h, work, w, ce, quaternions, table, g, last, directions, found)
             stop = _log_events(
-                count, t, h, after, reals[START], n, work, w, quaternions, found, terminal,
-                event_log, event_states, logged,
+                rates, events, count, t, h, after, reals[START], n, work, w, c, ce, quaternions, g, found,
+                terminal, event_log, event_states, logged, integers,
             )  # fmt: skip
             logged += int(found[0, 3])
             if stop >= 0.0:
@@ -486,9 +535,13 @@ def advance(
     return status
 
 
-@_public(f"void(int64,int64,{_REAL},{_REAL},int64,{_INT},{_REAL},{_REAL},{_MATRIX},{_REAL},{_MATRIX})")
-def sample(rates, n, c, work, w, quaternions, times, lengths, states, wanted, result):
-    """States at the times ``wanted``, each within the run; fastest when they are in the order of the run."""
+@_outer(f"void(int64,int64,{_REAL},{_REAL},int64,{_INT},{_REAL},{_REAL},{_MATRIX},int64,{_REAL},{_MATRIX})")
+def sample(rates, n, c, work, w, quaternions, times, lengths, states, dense, wanted, result):
+    """States at the times ``wanted``, each within the run.
+
+    With ``dense`` 0 each is the end of a shorter step from the start of the step it lies in; otherwise it is taken
+    from the dense output, which is faster where many lie in one step and come in the order of the run.
+    """
     steps = lengths.size
     direction = 1.0 if times[steps] >= times[0] else -1.0
     current = -1
@@ -509,23 +562,28 @@ def sample(rates, n, c, work, w, quaternions, times, lengths, states, wanted, re
                 result[k, i] = states[row, i]
             continue
         start, h = times[low], lengths[low]
-        if low != current:
+        fresh = low != current
+        if fresh:
             current = low
             for i in range(n):
                 work[STATE * w + i] = states[low, i]
             call(rates, start, work, STATE * w, c, work, 0)
-            attempt(rates, start, h, work, w, c)
+        x = (t - start) / h
+        if dense == 0 or fresh:
+            attempt(rates, start, h if dense != 0 else x * h, work, w, c)
             for i in range(w):
-                work[END * w + i] = work[RAW * w + i]
-            _normalise(work, END * w, quaternions)
-            call(rates, start + h, work, END * w, c, work, 12 * w)
-            densify(rates, start, h, work, w, c)
-        interpolate((t - start) / h, work, w, quaternions)
+                work[POINT * w + i] = work[RAW * w + i]
+            _normalise(work, POINT * w, quaternions)
+        if dense != 0:
+            if fresh:
+                call(rates, start + h, work, POINT * w, c, work, 12 * w)
+                densify(rates, start, h, work, w, c)
+            interpolate(x, work, w, quaternions)
         for i in range(n):
             result[k, i] = work[POINT * w + i]
 
 
-@_public(f"void(int64,{_REAL},{_REAL},int64,{_REAL},{_REAL},int64)")
+@_outer(f"void(int64,{_REAL},{_REAL},int64,{_REAL},{_REAL},int64)")
 def observe(kernel, times, states, n, c, result, outputs):
     """Row k of ``result`` (length ``outputs``): what ``kernel`` gives at ``times[k]`` and row k of ``states``."""
     for k in range(times.size):

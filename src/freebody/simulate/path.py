@@ -7,7 +7,7 @@ progress, notice an interruption, and lengthen the buffers; within a step there 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
@@ -57,11 +57,15 @@ class Rates:
 
 @dataclass(frozen=True)
 class Watch:
-    """Event functions g(t, y, c) as machine code; ``directions`` -1, 0 or +1 and ``terminal`` of each."""
+    """Event functions g(t, y, c) as machine code; ``directions`` -1, 0 or +1 and ``terminal`` of each.
+
+    ``constants`` None: those of the rates.
+    """
 
     address: int
     directions: tuple[int, ...]
     terminal: tuple[bool, ...]
+    constants: Array | None = None
     keep: Any = None
 
 
@@ -106,8 +110,11 @@ class Path:
     def steps(self) -> int:
         return self.lengths.size
 
-    def sample(self, times: ArrayLike) -> Array:
+    def sample(self, times: ArrayLike, dense: bool = False) -> Array:
         """States, shape (k, n), at ``times``, shape (k,), each between the start and the end of the run.
+
+        They are as accurate as the steps, at the price of a step each. ``dense`` takes them from the dense
+        output of order 7: less accurate, and faster where many times lie in one step.
 
         Raises
         ------
@@ -125,7 +132,8 @@ class Path:
         width = padded(self.rates.size)
         dop853.sample(
             self.rates.address, self.rates.size, self.rates.constants, np.zeros(dop853.ROWS * width), width,
-            np.array(self.rates.quaternions, dtype=np.int64), self.times, self.lengths, self.states, wanted, result,
+            np.array(self.rates.quaternions, dtype=np.int64), self.times, self.lengths, self.states, int(dense), wanted,
+            result,
         )  # fmt: skip
         return result
 
@@ -225,8 +233,9 @@ def integrate(
     terminal = np.array(watch.terminal, dtype=np.int64)
     table = np.zeros((dop853.PARTS + 3, m + 1))
     g = np.zeros(m)
+    event_constants = rates.constants if watch.constants is None else watch.constants
     if m:
-        table[0, :m] = observe(watch.address, m, np.array([start]), y[None], rates.constants)[0]
+        table[0, :m] = observe(watch.address, m, np.array([start]), y[None], event_constants)[0]
     last_sign = np.sign(table[0, :m]).astype(np.int64)
     # in a step each function can be recorded twice between two points, and each point can be a zero
     found = np.zeros((3 * (dop853.PARTS + 2) * max(m, 1), 4))
@@ -247,7 +256,7 @@ def integrate(
             event_log, event_states = np.empty((event_room, 3)), np.empty((event_room, n))
             clock = perf_counter()
             code = dop853.advance(
-                rates.address, watch.address, n, rates.constants, work, width, quaternions, rtol, atol,
+                rates.address, watch.address, n, rates.constants, event_constants, work, width, quaternions, rtol, atol,
                 reals, integers, directions, terminal, last_sign, table, g, found,
                 times, lengths, states, event_log, event_states,
             )  # fmt: skip
@@ -305,12 +314,3 @@ def _first_step(
     steepest = max(slope, curve)
     other = max(1e-6, guess * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1 / 8)
     return min(100 * guess, other, longest)
-
-
-def outputs_at(path: Path, samples: int | None, times: Sequence[float] | Array | None) -> Array:
-    """Output times of a run: ``times`` as given, or a regular grid of ``samples`` points that includes both ends."""
-    if times is not None:
-        return np.atleast_1d(np.asarray(times, dtype=float))
-    if path.steps == 0:
-        return np.array([path.start])
-    return np.linspace(path.start, path.end, samples or min(2001, max(401, 2 * path.steps + 1)))

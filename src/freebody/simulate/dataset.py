@@ -1,0 +1,130 @@
+"""A trajectory as an xarray dataset, and that dataset as a netCDF file."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import SimulationError
+from .trajectory import Trajectory, unit_of
+
+if TYPE_CHECKING:
+    import xarray
+
+_ENERGIES = {
+    "kinetic_energy": ("kinetic", "kinetic energy of all bodies"),
+    "potential_energy": ("potential", "potential energy of weight and springs"),
+    "work": ("work", "work done since the start by loads without potential and by drives"),
+    "energy_residual": ("residual", "what the energy ledger fails to balance"),
+}
+
+
+def dataset(trajectory: Trajectory) -> xarray.Dataset:
+    """Coordinates, speeds, poses, energies and reactions over ``time``; events over ``event``.
+
+    The pose of body b is in ``b.position`` (time, axis) and ``b.quaternion`` (time, component), the reaction of
+    joint j in ``j.force`` and ``j.moment`` (time, axis), all in ground axes. Each variable has ``units`` and
+    ``long_name``; values of the parameters, as JSON, and the origin of the data are attributes.
+    """
+    import xarray
+
+    from .. import __version__
+
+    model = trajectory.kernels.model
+    variables: dict[str, Any] = {}
+    for i, name in enumerate(trajectory.names):
+        about = model.about.get(name.rstrip("'"), ("", ""))[1] or name.rstrip("'")
+        text = f"rate of {about}" if name.endswith("'") else about
+        variables[name] = (
+            "time",
+            trajectory.states[:, i],
+            {"units": unit_of(trajectory, name), "long_name": text},
+        )
+    for name, (attribute, text) in _ENERGIES.items():
+        variables[name] = ("time", getattr(trajectory.energy, attribute), {"units": "J", "long_name": text})
+    for name, pose in trajectory.poses.items():
+        variables[f"{name}.position"] = (
+            ("time", "axis"),
+            pose.position,
+            {"units": "m", "long_name": f"position of the origin of {name} in ground axes"},
+        )
+        variables[f"{name}.quaternion"] = (
+            ("time", "component"),
+            pose.quaternion,
+            {"units": "1", "long_name": f"unit quaternion, ground from {name}"},
+        )
+    for name, reaction in trajectory.reactions.items():
+        where = f"on {reaction.on}, in {reaction.frame} axes"
+        variables[f"{name}.force"] = (
+            ("time", "axis"),
+            reaction.force,
+            {"units": "N", "long_name": f"reaction force of joint {name} {where}"},
+        )
+        variables[f"{name}.moment"] = (
+            ("time", "axis"),
+            reaction.moment,
+            {"units": "N m", "long_name": f"reaction moment of joint {name} {where}, about {reaction.about}"},
+        )
+    if trajectory.specs:
+        events = trajectory.events
+        variables["event_time"] = (
+            "event",
+            np.array([event.time for event in events], dtype=float),
+            {"units": "s", "long_name": "time of the event"},
+        )
+        variables["event_name"] = ("event", np.array([event.name for event in events], dtype=object))
+        variables["event_direction"] = (
+            "event",
+            np.array([event.direction for event in events], dtype=np.int64),
+        )
+    return xarray.Dataset(
+        variables,
+        coords={
+            "time": ("time", trajectory.t, {"units": "s", "long_name": "time"}),
+            "axis": list("xyz"),
+            "component": list("wxyz"),
+        },
+        attrs={
+            "title": f"Motion of {trajectory.name}",
+            "status": trajectory.status,
+            "method": "Dormand-Prince 8(5,3), dense output of order 7",
+            "tolerance": float(np.min(trajectory.tolerances)),
+            "steps": trajectory.steps,
+            "parameters": json.dumps(trajectory.values),
+            "source": f"freebody {__version__}",
+        },
+    )
+
+
+def save(data: xarray.Dataset, path: str | os.PathLike[str]) -> None:
+    """Write a dataset to a netCDF-4 file: under another name first, so that no half-written file is left."""
+    target = Path(path)
+    if not target.parent.is_dir():
+        raise SimulationError(
+            f"Can not write '{target}': there is no folder '{target.parent}'. Make it, or choose another path."
+        )
+    new = target.with_name(f".{target.name}.{os.getpid()}.new")
+    try:
+        data.to_netcdf(new, engine="h5netcdf")
+        os.replace(new, target)
+    finally:
+        new.unlink(missing_ok=True)
+
+
+def load(path: str | os.PathLike[str]) -> xarray.Dataset:
+    """The dataset that :func:`save` wrote, read into memory."""
+    import xarray
+
+    source = Path(path)
+    if not source.is_file():
+        raise SimulationError(f"There is no file '{source}' to read a trajectory from.")
+    try:
+        return xarray.load_dataset(source, engine="h5netcdf")
+    except (OSError, ValueError) as error:
+        raise SimulationError(
+            f"Expected a trajectory in netCDF format in '{source}', but it can not be read: {error}"
+        ) from None

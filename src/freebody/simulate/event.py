@@ -1,0 +1,105 @@
+"""Events: moments at which an expression of the state passes through zero."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import SimulationError
+from ..model import Model
+
+
+@dataclass(frozen=True)
+class EventSpec:
+    """An event to watch for. Made by :func:`event`."""
+
+    expression: Any
+    name: str
+    direction: int = 0
+    terminal: bool = False
+
+
+@dataclass(frozen=True)
+class Event:
+    """An event that happened.
+
+    Attributes
+    ----------
+    time : float
+        When [s].
+    name : str
+        Of the event that was asked for.
+    direction : int
+        +1 when the expression rose through zero, -1 when it fell.
+    state : mapping of str to float
+        Coordinates and speeds at that moment, by name.
+    """
+
+    time: float
+    name: str
+    direction: int
+    state: Mapping[str, float]
+
+
+def event(expression: Any, name: str | None = None, direction: int = 0, terminal: bool = False) -> EventSpec:
+    """An event to watch for in a simulation: ``expression`` passes through zero.
+
+    Parameters
+    ----------
+    expression : SymPy expression or text
+        Of coordinates, speeds, time and parameters, such as ``"theta - pi/2"`` or ``"x'"``.
+    name : str, optional
+        By which it is found again; the expression's text if it is not given.
+    direction : {0, 1, -1}
+        Only where the expression rises (+1) or falls (-1) in the direction of the run; both at 0.
+    terminal : bool
+        Whether the run stops there. An event at the very start of a run is recorded but does not stop it.
+
+    Returns
+    -------
+    EventSpec
+
+    Examples
+    --------
+    >>> event("theta'", name="turning point", direction=-1)
+    EventSpec(expression="theta'", name='turning point', direction=-1, terminal=False)
+    """
+    if callable(expression) and not hasattr(expression, "free_symbols"):
+        raise SimulationError(
+            f"Expected an expression for an event, got the Python function {_called(expression)}. No Python runs "
+            'inside a step; write what becomes zero as an expression, such as fb.event("theta - pi/2").'
+        )
+    if direction not in (-1, 0, 1):
+        raise SimulationError(
+            f"Expected direction -1 (falling), 0 (both) or +1 (rising) for event '{name or expression}', "
+            f"got {direction!r}."
+        )
+    return EventSpec(
+        expression, str(expression) if name is None else str(name), int(direction), bool(terminal)
+    )
+
+
+def specs_of(events: Any) -> tuple[EventSpec, ...]:
+    """The events asked for; a bare expression stands for an event of its text."""
+    if isinstance(events, EventSpec | str) or not isinstance(events, Iterable):
+        events = [events]
+    return tuple(one if isinstance(one, EventSpec) else event(one) for one in events)
+
+
+def expressions_of(model: Model, specs: Iterable[EventSpec]) -> tuple[Any, ...]:
+    """The expressions of events, read against the names of the model."""
+    result = []
+    for spec in specs:
+        value = model.names.expression(spec.expression, f"event '{spec.name}'")
+        if not model.names.depends(value, "coordinate", "speed", "time"):
+            raise SimulationError(
+                f"Expected an expression that changes for event '{spec.name}', but '{value}' depends on no "
+                "coordinate, no speed and not on the time t: it never passes through zero."
+            )
+        result.append(value)
+    return tuple(result)
+
+
+def _called(function: Any) -> str:
+    return f"'{getattr(function, '__name__', function)}'"

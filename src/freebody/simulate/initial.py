@@ -1,0 +1,130 @@
+"""Where a run begins: names and values of the user become the state (q, u)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from ..dynamics import rest_coordinates
+from ..errors import SimulationError, nearest
+from ..model import Model
+from ..scalar.algebra import floats
+from ..scalar.expression import evaluate
+from ..space.rotation import Rotation
+
+
+def number(model: Model, values: Mapping[str, float], given: Any, what: str) -> float:
+    """A finite number from a number, or an expression or text of the parameters."""
+    expression = model.names.expression(given, what)
+    if isinstance(expression, sympy.Basic):
+        moving = model.names.depends(expression, "coordinate", "speed", "time")
+        if moving:
+            raise SimulationError(
+                f"Expected a number or an expression of parameters for {what}, "
+                f"but '{expression}' depends on {', '.join(moving)}."
+            )
+        lookup = {parameter.symbol: values[parameter.name] for parameter in model.parameters}
+        try:
+            expression = evaluate(expression, lookup, floats)
+        except (ValueError, ZeroDivisionError, OverflowError) as error:
+            raise SimulationError(
+                f"Expected a number for {what}, but '{given}' has no value: {error}."
+            ) from None
+    result = float(expression)
+    if not math.isfinite(result):
+        raise SimulationError(f"Expected a finite number for {what}, got {given!r}.")
+    return result
+
+
+def initial_state(
+    model: Model, values: Mapping[str, float], initial: Mapping[Any, Any]
+) -> NDArray[np.float64]:
+    """The state (q, u), shape (n_q + n_u,), in which what is not named is zero and unturned.
+
+    Parameters
+    ----------
+    model : Model
+    values : mapping of str to float
+        Of all parameters.
+    initial : mapping
+        By name or SymPy atom of a coordinate or speed: a number, or an expression or text of parameters. By
+        name of a ball or free joint: its quaternion (w, x, y, z), or a Rotation (parent from child axes).
+
+    Raises
+    ------
+    SimulationError
+        An unknown name (with the nearest known one), a value given twice, a quaternion of length zero.
+    """
+    if not isinstance(initial, Mapping):
+        raise SimulationError(f"Expected initial values by name, such as {{'theta': 0.1}}, got {initial!r}.")
+    names = [*model.coordinate_names, *model.speed_names]
+    place = {name: i for i, name in enumerate(names)}
+    turned = _quaternions_by_joint(model)
+    y = np.array([*rest_coordinates(model), *([0.0] * model.n_u)], dtype=float)
+    begun: set[int] = set()  # quaternions of which single components were given
+    given: dict[int, Any] = {}
+
+    def put(i: int, value: float, key: Any) -> None:
+        if i in given:
+            raise SimulationError(
+                f"The initial value of '{names[i]}' is given twice, as '{given[i]}' and as '{key}'. Leave one out."
+            )
+        given[i] = key
+        y[i] = value
+
+    for key, value in initial.items():
+        name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
+        if name in place:
+            i = place[name]
+            put(i, number(model, values, value, f"the initial value of '{name}'"), key)
+            begun.update(start for start in model.quaternions if start <= i < start + 4)
+        elif name in turned:
+            for k, part in enumerate(_quaternion(model, values, value, name)):
+                put(turned[name] + k, part, key)
+        else:
+            raise SimulationError(
+                f"Unknown name '{name}' in initial; {nearest(name, [*names, *turned])}{_cure(name, place)}"
+            )
+    for start in model.quaternions:
+        four = y[start : start + 4]
+        for i in range(start, start + 4):
+            if start in begun and i not in given:
+                y[i] = 0.0
+        length = float(np.linalg.norm(four))
+        if length == 0:
+            raise SimulationError(
+                f"Expected a quaternion ({', '.join(names[start : start + 4])}) of length 1, got all zeros. "
+                "Leave it out for no rotation, or give (1, 0, 0, 0)."
+            )
+        y[start : start + 4] = four / length
+    return y
+
+
+def _quaternions_by_joint(model: Model) -> dict[str, int]:
+    return {
+        link.joint: link.q + (3 if link.kind == "free" else 0)
+        for link in model.links
+        if link.kind in ("ball", "free")
+    }
+
+
+def _quaternion(model: Model, values: Mapping[str, float], given: Any, joint: str) -> list[float]:
+    if isinstance(given, Rotation):
+        return [float(part) for part in given.as_quaternion()]
+    if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray) or len(given) != 4:
+        raise SimulationError(
+            f"Expected a quaternion (w, x, y, z) or a Rotation for joint '{joint}' in initial, got {given!r}. "
+            "For angles: fb.Rotation.euler('ZXZ', psi, theta, phi)."
+        )
+    return [number(model, values, part, f"the initial quaternion of joint '{joint}'") for part in given]
+
+
+def _cure(name: str, place: Mapping[str, int]) -> str:
+    if name.endswith("_dot") and name[:-4] + "'" in place:
+        return f' A speed is written with a prime: "{name[:-4]}\'".'
+    return ""

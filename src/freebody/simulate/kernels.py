@@ -1,0 +1,182 @@
+"""The machine code of a model, compiled as it is asked for and kept for the next call.
+
+    rates        q', u' and, where loads without potential or drives do work, the power P = W'
+    energy       T and V                            (in one program with the rates, whose parts it shares)
+    poses        position and rotation of every body
+    reactions    force and moment of every joint
+    expressions  whatever a user asks for: event functions, quantities to plot
+
+The state of a run is y = (q, u) or (q, u, W).
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..compile import compile_tape
+from ..describe.system import System
+from ..dynamics import (
+    State,
+    coordinate_rates,
+    forward_dynamics,
+    kinetic_energy,
+    mechanical_power,
+    poses,
+    potential_energy,
+    reactions,
+    traced_state,
+)
+from ..errors import ModelError
+from ..model import Model, assemble
+from ..scalar.trace import Tape
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Program:
+    """A compiled set of functions of (t, y) and the parameters."""
+
+    compiled: Any
+
+    def address(self, name: str) -> int:
+        return int(self.compiled[name].address)
+
+    def outputs(self, name: str) -> int:
+        return int(self.compiled[name].outputs)
+
+    def constants(self, parameters: Array) -> Array:
+        """What the kernels need of the parameters, computed once for a run."""
+        return np.ascontiguousarray(self.compiled.constants(parameters), dtype=float)
+
+
+class Kernels:
+    """Programs of one model."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self._programs: dict[Any, Program] = {}
+        self._work: bool | None = None
+
+    @property
+    def works(self) -> bool:
+        """Whether power goes in or out of the machine, so that the work is part of the state."""
+        self.motion()
+        assert self._work is not None
+        return self._work
+
+    @property
+    def size(self) -> int:
+        """Number of components of y."""
+        return self.model.n_q + self.model.n_u + self.works
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the components of y."""
+        work = ("work",) if self.works else ()
+        return (*self.model.coordinate_names, *self.model.speed_names, *work)
+
+    def parameters(self, values: Mapping[str, float]) -> Array:
+        """Values in the order of the model's parameters."""
+        return np.array([values[parameter.name] for parameter in self.model.parameters], dtype=float)
+
+    def _program(self, key: Any, functions: Callable[[State], Mapping[str, Sequence[Any]]]) -> Program:
+        if key not in self._programs:
+            tape = Tape()
+            state = traced_state(self.model, tape)
+            parameters = [state.values[parameter.symbol] for parameter in self.model.parameters]
+            given = {name: list(outputs) for name, outputs in functions(state).items()}
+            compiled = compile_tape(tape, given, state.t, [*state.q, *state.u], parameters)
+            self._programs[key] = Program(compiled)
+        return self._programs[key]
+
+    def motion(self) -> Program:
+        """Functions ``rates`` and ``energy`` (kinetic, potential)."""
+
+        def functions(state: State) -> dict[str, Sequence[Any]]:
+            udot = forward_dynamics(self.model, state)
+            power = mechanical_power(self.model, state, udot)
+            self._work = not _is_zero(power)
+            rates = [*coordinate_rates(self.model, state), *udot]
+            energy = [kinetic_energy(self.model, state), potential_energy(self.model, state)]
+            return {"rates": [*rates, power] if self._work else rates, "energy": energy}
+
+        return self._program("motion", functions)
+
+    def poses(self) -> Program:
+        """Function ``poses``: of each body, position (3) and rotation to ground axes (9, by rows)."""
+
+        def functions(state: State) -> dict[str, Sequence[Any]]:
+            postures = poses(self.model, state)
+            return {
+                "poses": [
+                    x
+                    for name in self.model.bodies
+                    for x in (*postures[name].position, *(x for row in postures[name].rotation for x in row))
+                ]
+            }
+
+        return self._program("poses", functions)
+
+    def reactions(self) -> Program:
+        """Function ``reactions``: of each joint, force (3) and moment (3)."""
+
+        def functions(state: State) -> dict[str, Sequence[Any]]:
+            found = reactions(self.model, state, forward_dynamics(self.model, state))
+            return {"reactions": [x for name in self.model.joints for vector in found[name] for x in vector]}
+
+        return self._program("reactions", functions)
+
+    def expressions(self, given: Sequence[Any]) -> Program:
+        """Function ``values`` of expressions of the model's names."""
+        return self._program(("values", tuple(given)), lambda state: {"values": [state(e) for e in given]})
+
+
+def _is_zero(value: Any) -> bool:
+    return isinstance(value, int) and value == 0
+
+
+_KEPT = 16
+_recent: OrderedDict[int, tuple[Any, tuple[Any, ...], Kernels]] = OrderedDict()
+
+
+def kernels_of(machine: System | Model) -> Kernels:
+    """The programs of a system as it is described now, or of a model; those used last are kept."""
+    if not isinstance(machine, System | Model):
+        raise ModelError(
+            f"Expected a System or a Model to simulate, got {machine!r}. "
+            "A machine is described first: s = fb.System('name')."
+        )
+    parts = _parts(machine) if isinstance(machine, System) else ()
+    known = _recent.get(id(machine))
+    if known is not None and len(known[1]) == len(parts) and all(map(_same, known[1], parts)):
+        _recent.move_to_end(id(machine))
+        return known[2]
+    kernels = Kernels(assemble(machine) if isinstance(machine, System) else machine)
+    _recent[id(machine)] = (machine, parts, kernels)
+    while len(_recent) > _KEPT:
+        _recent.popitem(last=False)
+    return kernels
+
+
+def _parts(system: System) -> tuple[Any, ...]:
+    """Everything a description consists of; the parts themselves never change."""
+    return (
+        *system.parameter_list,
+        *system.declared.values(),
+        *system.bodies.values(),
+        *system.joints.values(),
+        *system.loads.values(),
+        *system.about.values(),
+        system.gravity,
+    )
+
+
+def _same(a: Any, b: Any) -> bool:
+    return a is b

@@ -1,0 +1,54 @@
+"""A progress bar for runs that take longer than a second."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from time import perf_counter
+from types import TracebackType
+from typing import Any
+
+_PATIENCE = 1.0  # seconds before the bar appears
+
+
+class Progress:
+    """Context in which ``progress(t)`` shows how far a run from ``start`` to ``until`` has come.
+
+    ``wanted`` None shows it on a terminal only; a function is called with the part that is done, 0 to 1.
+    """
+
+    def __init__(self, start: float, until: float, wanted: bool | Callable[[float], Any] | None) -> None:
+        self.start, self.until = start, until
+        self.call = wanted if callable(wanted) else None
+        self.shown = not callable(wanted) and (sys.stderr.isatty() if wanted is None else bool(wanted))
+        self.clock = perf_counter()
+        self.bar: Any = None
+        self.task: Any = None
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __call__(self, t: float) -> None:
+        part = (t - self.start) / (self.until - self.start)
+        if self.call is not None:
+            self.call(part)
+        if not self.shown or perf_counter() - self.clock < _PATIENCE:
+            return
+        if self.bar is None:
+            from rich.console import Console
+            from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+            from rich.progress import Progress as Bar
+
+            columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+            self.bar = Bar(*columns, console=Console(stderr=True), transient=True)
+            self.bar.start()
+            self.task = self.bar.add_task("simulating", total=1.0)
+        self.bar.update(
+            self.task, completed=part, description=f"simulating, t = {t:.4g} of {self.until:.4g} s"
+        )
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self.bar is not None:
+            self.bar.stop()

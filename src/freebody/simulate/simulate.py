@@ -1,0 +1,238 @@
+"""simulate: from a machine and a start to its motion.
+
+    q' = q'(q, u),   u' = u'(t, q, u),   W' = P(t, q, u)
+
+The rates are machine code made from the algorithms (`kernels`), the loop around them is compiled too (`dop853`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import SimulationError, nearest
+from . import path as runs
+from .event import expressions_of, specs_of
+from .initial import initial_state, number
+from .kernels import Kernels, kernels_of
+from .path import Path, Rates, Watch, integrate, observe
+from .progress import Progress
+from .trajectory import Trajectory
+
+METHODS = ("auto", "dop853")
+FINEST = 1e-15
+"""Smallest tolerance that can be asked for: below it, double precision has no digits."""
+
+
+def simulate(
+    s: Any,
+    until: Any,
+    *,
+    initial: Mapping[Any, Any] | None = None,
+    values: Mapping[Any, Any] | None = None,
+    tolerance: float | Mapping[Any, float] = 1e-9,
+    events: Any = (),
+    method: str = "auto",
+    times: ArrayLike | None = None,
+    samples: int | None = None,
+    start: Any = 0,
+    max_step: float | None = None,
+    max_steps: int | None = None,
+    progress: bool | Callable[[float], Any] | None = None,
+) -> Trajectory:
+    """The motion of a machine from an initial state.
+
+    Parameters
+    ----------
+    s : System or Model
+    until : number, expression or text
+        Time at which the run ends [s]; earlier than ``start`` it runs backwards.
+    initial : mapping, optional
+        Start, by name or SymPy atom: ``{"theta": "30deg", "theta'": 2}``. A number, or an expression of
+        parameters. What is not named is zero. The name of a ball or free joint stands for its quaternion
+        (w, x, y, z), or a :class:`freebody.Rotation`.
+    values : mapping, optional
+        Values of parameters, by name or symbol, in place of their defaults.
+    tolerance : float or mapping of name to float
+        Bound ε of the error of one step: |error| <= ε (1 + |value|) for each coordinate and speed in its own
+        unit, and ε (E + |work|), E the energy at the start, for the work. The error at the end of a run is a
+        multiple of it that depends on the motion. By name where coordinates need different ones (1e-9 for the
+        rest).
+    events : list, optional
+        :func:`freebody.event`, or bare expressions, that are located where they pass through zero.
+    method : {"auto", "dop853"}
+        Both stand for the explicit method of order 8 of Dormand and Prince with step control.
+    times : array, optional
+        Output times, within the run; those after a terminal event are left out.
+    samples : int, optional
+        Number of output times at equal distances, both ends included (at least 401 if neither is given).
+    start : number, expression or text
+        Time of the initial state [s].
+    max_step : float, optional
+        Longest step [s]: for loads that act so briefly that a step could jump over them.
+    max_steps : int, optional
+        Stop with an error after so many steps.
+    progress : bool or function, optional
+        Whether to show a progress bar once a second has passed (on a terminal, if not given). A function is
+        called several times a second with the part of the run that is done.
+
+    Returns
+    -------
+    Trajectory
+        Flagged ``interrupted`` when the keyboard (Ctrl-C) stopped it.
+
+    Raises
+    ------
+    SimulationError
+        Unknown names, or a motion that can not be continued: with the time, the coordinate and the last good
+        state, and with the motion so far as ``error.trajectory``.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("pendulum")
+    >>> m, L, g = s.parameters(m=1.0, L=2.0, g=9.81)
+    >>> s.gravity = (0, -g, 0)
+    >>> bar = s.body("bar", fb.slender_bar(m, L, axis="y"))
+    >>> pin = s.hinge("pin", s.ground, bar, to=(0, L/2, 0), axis="z", coordinate="theta")
+    >>> motion = fb.simulate(s, until=10, initial={"theta": "30deg"}, events=["theta'"])
+    >>> motion
+    Trajectory of 'pendulum': t = 0 to 10 s, 1 coordinate, 9 events, finished
+    """
+    if method not in METHODS:
+        raise SimulationError(f"Unknown method {method!r}; {nearest(str(method), METHODS)}")
+    kernels = kernels_of(s)
+    model = kernels.model
+    numbers = model.values(values)
+    begin = number(model, numbers, start, "start")
+    end = number(model, numbers, until, "until")
+    if times is not None and samples is not None:
+        raise SimulationError("Expected times= or samples=, got both. Leave one out.")
+    wanted = _times(times, begin, end)
+    if samples is not None and (isinstance(samples, bool) or int(samples) != samples or samples < 2):
+        raise SimulationError(f"Expected a number of samples of at least 2, got {samples!r}.")
+    if max_step is not None and not max_step > 0:
+        raise SimulationError(f"Expected a longest step greater than 0 s, got max_step={max_step!r}.")
+    specs = specs_of(events)
+    expressions = expressions_of(model, specs)
+    state = initial_state(model, numbers, initial or {})
+    tolerances = _tolerances(kernels, tolerance)
+
+    parameters = kernels.parameters(numbers)
+    program = kernels.motion()
+    if kernels.works:
+        state = np.append(state, 0.0)
+    quaternions = tuple(model.quaternions)
+    rates = Rates(program.address("rates"), state.size, program.constants(parameters), quaternions, program)
+    watch, constants = None, rates.constants
+    if specs:
+        observer = kernels.expressions(expressions)
+        constants = observer.constants(parameters)
+        watch = Watch(
+            observer.address("values"),
+            tuple(spec.direction for spec in specs),
+            tuple(spec.terminal for spec in specs),
+            constants,
+            observer,
+        )
+    absolute = tolerances.copy()
+    if kernels.works:
+        first = observe(program.address("energy"), 2, np.array([begin]), state[None], rates.constants)[0]
+        energy = float(np.max(np.abs(first)))
+        absolute[-1] *= energy if 0 < energy < math.inf else 1.0
+    with Progress(begin, end, progress) as between:
+        path = integrate(
+            rates,
+            state,
+            begin,
+            end,
+            relative=tolerances,
+            absolute=absolute,
+            watch=watch,
+            max_step=math.inf if max_step is None else float(max_step),
+            max_steps=max_steps,
+            between=between,
+        )
+    trajectory = Trajectory(kernels, numbers, path, specs, tolerances, wanted, samples)
+    if path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.TOO_MANY_STEPS):
+        raise _failure(trajectory, path, kernels, end)
+    return trajectory
+
+
+def _times(times: ArrayLike | None, begin: float, end: float) -> Any:
+    if times is None:
+        return None
+    wanted = np.atleast_1d(np.array(times, dtype=float))
+    first, last = min(begin, end), max(begin, end)
+    if wanted.ndim != 1 or wanted.size == 0:
+        raise SimulationError(f"Expected a list of output times, got an array of shape {np.shape(times)}.")
+    outside = ~((wanted >= first) & (wanted <= last))
+    if outside.any():
+        raise SimulationError(
+            f"Expected output times from {first:g} to {last:g} s, got {wanted[outside][0]:g}. "
+            "Leave it out, or simulate further."
+        )
+    return wanted
+
+
+def _tolerances(kernels: Kernels, tolerance: Any) -> Any:
+    names = kernels.names
+    by_name: dict[str, Any] = {}
+    common = 1e-9
+    if isinstance(tolerance, Mapping):
+        texts = kernels.model.names.texts
+        by_name = {
+            key if isinstance(key, str) else texts.get(key, str(key)): v for key, v in tolerance.items()
+        }
+        for name in by_name:
+            if name not in names:
+                raise SimulationError(f"Unknown name '{name}' in tolerance; {nearest(name, names)}")
+    else:
+        common = tolerance
+    result = np.array([_tolerance(by_name.get(name, common)) for name in names])
+    return result
+
+
+def _tolerance(value: Any) -> float:
+    number = (
+        value if isinstance(value, int | float | np.floating) and not isinstance(value, bool) else math.nan
+    )
+    if not FINEST <= number < 1:
+        raise SimulationError(
+            f"Expected a tolerance between {FINEST:g} and 1, got {value!r}. "
+            "1e-9 suits most purposes; below 1e-14 rounding errors dominate."
+        )
+    return float(number)
+
+
+def _failure(trajectory: Trajectory, path: Path, kernels: Kernels, end: float) -> SimulationError:
+    name = kernels.names[path.blame]
+    if path.status == runs.NOT_FINITE:
+        what = (
+            f"the rate of '{name}' is not a finite number just after t = {path.end:.9g} s. A division by zero, a "
+            "root or logarithm of a negative number, or a singular mass matrix does this: check the loads, masses "
+            "and angles there, or stop before with a terminal event."
+        )
+    elif path.status == runs.COLLAPSED:
+        what = (
+            f"the step collapsed at t = {path.end:.9g} s: '{name}' changes faster than any step can follow. A "
+            "quantity that grows without bound, or a load that jumps, does this; stop before with a terminal "
+            "event, or loosen the tolerance."
+        )
+    else:
+        what = (
+            f"max_steps = {path.steps} steps reached only t = {path.end:.9g} s of {end:g} s, with the smallest "
+            f"errors left to '{name}'. Raise max_steps, or loosen the tolerance."
+        )
+    state = ", ".join(f"{n} = {x:.9g}" for n, x in zip(kernels.names[:12], path.states[-1], strict=False))
+    more = ", ..." if len(kernels.names) > 12 else ""
+    error = SimulationError(
+        f"The motion of '{kernels.model.name}' can not be continued: {what} "
+        f"Last good state: {state}{more}. The motion up to there is error.trajectory."
+    )
+    error.trajectory = trajectory  # type: ignore[attr-defined]
+    return error

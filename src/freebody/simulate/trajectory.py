@@ -1,0 +1,412 @@
+"""The motion of a machine: what was computed, and everything that follows from it when it is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import sympy
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import ExpressionError, SimulationError, nearest
+from .event import Event, EventSpec
+from .kernels import Kernels, Program
+from .path import INTERRUPTED, TERMINAL, Path, observe
+
+if TYPE_CHECKING:
+    from pathlib import Path as FilePath
+
+    import xarray
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+_FEWEST, _MOST = 401, 4001  # output times when none are asked for
+
+
+@dataclass(frozen=True, eq=False)
+class Energy:
+    """The energy ledger at the output times, each of shape (n,) [J].
+
+    ``work`` is done since the start by loads without potential and by drives; ``residual`` is what the ledger
+    fails to balance, (T + V) - (T₀ + V₀) - W, zero but for the error of the integration.
+    """
+
+    kinetic: Array
+    potential: Array
+    work: Array
+    residual: Array
+
+    @property
+    def total(self) -> Array:
+        """Kinetic and potential energy."""
+        return self.kinetic + self.potential
+
+    @property
+    def relative_residual(self) -> float:
+        """Greatest residual, in parts of the greatest kinetic energy, potential energy or work."""
+        scale = max(float(np.max(np.abs(part))) for part in (self.kinetic, self.potential, self.work))
+        worst = float(np.max(np.abs(self.residual)))
+        return worst / scale if scale > 0 else worst
+
+
+@dataclass(frozen=True, eq=False)
+class Reaction:
+    """What a joint transmits, at the output times.
+
+    ``force`` [N] and ``moment`` [N m], shape (n, 3), act **on** the body ``on``; the moment is **about** the point
+    ``about``; components in the axes of ``frame``.
+    """
+
+    force: Array
+    moment: Array
+    on: str
+    about: str
+    frame: str = "ground"
+
+
+@dataclass(frozen=True, eq=False)
+class BodyPose:
+    """Of a body at the output times: ``position`` (n, 3) of its origin in ground axes [m], ``rotation`` R_NB
+    (n, 3, 3), and the unit ``quaternion`` (n, 4), scalar first, continuous in time."""
+
+    position: Array
+    rotation: Array
+
+    @cached_property
+    def quaternion(self) -> Array:
+        return quaternions(self.rotation)
+
+
+class StateView(Mapping[str, Any]):
+    """Coordinates and speeds by name, at one time or at several."""
+
+    def __init__(self, trajectory: Trajectory, t: Any, y: Array) -> None:
+        model = trajectory.kernels.model
+        self.t = t
+        self.q = y[..., : model.n_q]
+        self.u = y[..., model.n_q : model.n_q + model.n_u]
+        self._trajectory = trajectory
+        self._y = y
+
+    def __getitem__(self, name: Any) -> Any:
+        value = self._y[..., self._trajectory.place(name)]
+        return float(value) if value.ndim == 0 else value
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._trajectory.names)
+
+    def __len__(self) -> int:
+        return len(self._trajectory.names)
+
+    def __repr__(self) -> str:
+        if np.ndim(self.t):
+            return f"<States at {len(self.t)} times of {', '.join(self)}>"
+        return f"<State at t = {self.t:g} s: {', '.join(f'{name} = {self[name]:g}' for name in self)}>"
+
+
+class Trajectory:
+    """The motion of a machine. Made by :func:`freebody.simulate`.
+
+    ``trajectory["theta"]``, ``["theta'"]``, or any expression of the machine's names, gives an array over the output
+    times ``t``. Energies, poses and reactions are computed when they are asked for.
+
+    Attributes
+    ----------
+    t : ndarray (n,)
+        Output times [s].
+    values : dict
+        Values of all parameters.
+    tolerances : ndarray
+        Relative tolerance of each coordinate and speed.
+    """
+
+    def __init__(
+        self,
+        kernels: Kernels,
+        values: Mapping[str, float],
+        path: Path,
+        specs: Sequence[EventSpec],
+        tolerances: Array,
+        times: Array | None = None,
+        samples: int | None = None,
+    ) -> None:
+        self.kernels = kernels
+        self.values = dict(values)
+        self.path = path
+        self.specs = tuple(specs)
+        self.tolerances = tolerances
+        self._parameters = kernels.parameters(self.values)
+        self.t = _output_times(path, times, samples)
+
+    # -- states -----------------------------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        """Of the machine."""
+        return self.kernels.model.name
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the coordinates and speeds."""
+        return (*self.kernels.model.coordinate_names, *self.kernels.model.speed_names)
+
+    @property
+    def status(self) -> str:
+        """How the run ended: finished, terminal event, interrupted, or why it failed."""
+        return self.path.status
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the keyboard stopped the run before its end."""
+        return self.path.status == INTERRUPTED
+
+    @property
+    def steps(self) -> int:
+        """Number of accepted steps."""
+        return self.path.steps
+
+    @cached_property
+    def states(self) -> Array:
+        """Coordinates, speeds (and work) at the output times, shape (n, ...)."""
+        return self.path.sample(self.t)
+
+    def place(self, name: Any) -> int:
+        """Where a coordinate or speed, by name or SymPy atom, stands in the state."""
+        text = name if isinstance(name, str) else self.kernels.model.names.texts.get(name, str(name))
+        if text not in self.names:
+            raise SimulationError(f"Unknown name '{text}'; {nearest(text, self.names)}")
+        return self.names.index(text)
+
+    def __getitem__(self, name: Any) -> Array:
+        """A coordinate, speed or expression (SymPy or text) at the output times."""
+        text = name if isinstance(name, str) else self.kernels.model.names.texts.get(name)
+        if text in self.names:
+            return self.states[:, self.names.index(text)]
+        if isinstance(name, str) and name in ("t", "time"):
+            return self.t
+        if isinstance(name, str) and name in _PRODUCTS:
+            return getattr(self.energy, _PRODUCTS[name])
+        try:
+            expression = self.kernels.model.names.expression(name, "trajectory[...]")
+        except ExpressionError as error:
+            raise SimulationError(
+                f"Expected a coordinate, a speed or an expression of them. {error}"
+            ) from None
+        program = self.kernels.expressions((expression,))
+        return self._observed(program, "values", self.t, self.states)[:, 0]
+
+    def at(self, t: ArrayLike) -> StateView:
+        """Coordinates and speeds at any time of the run, as accurate as the steps of the run.
+
+        Parameters
+        ----------
+        t : float or array (k,)
+            Within the run [s].
+
+        Returns
+        -------
+        StateView
+            By name, ``["theta"]``; ``.q`` and ``.u`` hold all.
+        """
+        times = np.asarray(t, dtype=float)
+        try:
+            y = self.path.sample(times.reshape(-1))
+        except ValueError as error:
+            raise SimulationError(str(error)) from None
+        y = y.reshape(*times.shape, y.shape[-1])
+        return StateView(self, float(times) if times.ndim == 0 else times, y)
+
+    @cached_property
+    def events(self) -> list[Event]:
+        """The events that happened, in their order."""
+        return [
+            Event(
+                crossing.time,
+                self.specs[crossing.number].name,
+                crossing.sign,
+                dict(zip(self.names, crossing.state.tolist(), strict=False)),
+            )
+            for crossing in self.path.crossings
+        ]
+
+    # -- what follows -------------------------------------------------------------------------------------------
+
+    def _observed(self, program: Program, function: str, times: Array, states: Array) -> Array:
+        constants = program.constants(self._parameters)
+        return observe(program.address(function), program.outputs(function), times, states, constants)
+
+    @cached_property
+    def energy(self) -> Energy:
+        """The energy ledger."""
+        times = np.concatenate([[self.path.start], self.t])
+        states = np.concatenate([self.path.states[:1], self.states])
+        both = self._observed(self.kernels.motion(), "energy", times, states)
+        work = states[:, -1] if self.kernels.works else np.zeros(len(times))
+        residual = both.sum(axis=1) - both[0].sum() - work
+        return Energy(both[1:, 0], both[1:, 1], work[1:], residual[1:])
+
+    @cached_property
+    def poses(self) -> dict[str, BodyPose]:
+        """Position and rotation of every body."""
+        found = self._observed(self.kernels.poses(), "poses", self.t, self.states)
+        n = len(self.t)
+        return {
+            name: BodyPose(found[:, 12 * i : 12 * i + 3], found[:, 12 * i + 3 : 12 * i + 12].reshape(n, 3, 3))
+            for i, name in enumerate(self.kernels.model.bodies)
+        }
+
+    @cached_property
+    def reactions(self) -> dict[str, Reaction]:
+        """What every joint transmits to its child, about the joint's point on the child, in ground axes."""
+        found = self._observed(self.kernels.reactions(), "reactions", self.t, self.states)
+        return _ByName(
+            "joint",
+            {
+                name: Reaction(
+                    found[:, 6 * i : 6 * i + 3],
+                    found[:, 6 * i + 3 : 6 * i + 6],
+                    joint.child,
+                    f"the point of joint '{name}' on '{joint.child}'",
+                )
+                for i, (name, joint) in enumerate(self.kernels.model.joints.items())
+            },
+        )
+
+    @cached_property
+    def data(self) -> xarray.Dataset:
+        """Everything at the output times, with units, as one dataset with the dimension ``time``."""
+        from .dataset import dataset
+
+        return dataset(self)
+
+    def save(self, path: str | FilePath) -> None:
+        """Write :attr:`data` to a netCDF file, whole or not at all. :func:`load` reads it."""
+        from .dataset import save
+
+        save(self.data, path)
+
+    @staticmethod
+    def load(path: str | FilePath) -> xarray.Dataset:
+        """The dataset that :meth:`save` wrote."""
+        from .dataset import load
+
+        return load(path)
+
+    def plot(self, names: Sequence[Any] | None = None, path: str | FilePath | None = None) -> Figure:
+        """Coordinates (or any other quantities) over time, one panel each, with the events marked.
+
+        Parameters
+        ----------
+        names : sequence, optional
+            Names or expressions, as for ``trajectory[...]``; all coordinates if not given.
+        path : path, optional
+            Also write the picture to this file.
+
+        Returns
+        -------
+        matplotlib Figure
+        """
+        from .plot import plot
+
+        return plot(self, names, path)
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __repr__(self) -> str:
+        n = len(self.kernels.model.coordinates)
+        events = len(self.path.crossings)
+        ended = {TERMINAL: f"stopped by '{self.events[-1].name}'" if events else ""}.get(
+            self.status, self.status
+        )
+        return (
+            f"Trajectory of '{self.name}': t = {self.path.start:g} to {self.path.end:g} s, "
+            f"{n} coordinate{'s' * (n != 1)}, {events} event{'s' * (events != 1)}, {ended}"
+        )
+
+
+_PRODUCTS = {
+    "kinetic_energy": "kinetic",
+    "potential_energy": "potential",
+    "work": "work",
+    "energy_residual": "residual",
+}
+
+
+class _ByName(dict[str, Any]):
+    """A dictionary that offers the nearest name."""
+
+    def __init__(self, what: str, items: Mapping[str, Any]) -> None:
+        super().__init__(items)
+        self.what = what
+
+    def __missing__(self, name: Any) -> Any:
+        raise SimulationError(f"Unknown {self.what} '{name}'; {nearest(str(name), self)}")
+
+
+def _output_times(path: Path, times: Array | None, samples: int | None) -> Array:
+    """Output times within the run: those asked for, or a regular grid with both ends."""
+    if times is not None:
+        first, last = min(path.start, path.end), max(path.start, path.end)
+        return times[(times >= first) & (times <= last)]
+    if path.start == path.end:
+        return np.array([path.start])
+    return np.linspace(path.start, path.end, samples or min(_MOST, max(_FEWEST, path.steps + 1)))
+
+
+def quaternions(rotation: Array) -> Array:
+    """Unit quaternions (n, 4), scalar first, of rotation matrices (n, 3, 3), without jumps of sign along n.
+
+    Of the four columns of 4 e eᵀ, whose diagonal is 1 + a R₁₁ + b R₂₂ + c R₃₃, that with the greatest diagonal is
+    taken: none is divided by a small number. Source: Shepperd (1978).
+    """
+    R = rotation
+    x, y, z = R[:, 0, 0], R[:, 1, 1], R[:, 2, 2]
+    a, b, c = R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]
+    d, e, f = R[:, 1, 0] + R[:, 0, 1], R[:, 0, 2] + R[:, 2, 0], R[:, 2, 1] + R[:, 1, 2]
+    columns = np.array(
+        [
+            [1 + x + y + z, a, b, c],
+            [a, 1 + x - y - z, d, e],
+            [b, d, 1 - x + y - z, f],
+            [c, e, f, 1 - x - y + z],
+        ]
+    )
+    best = np.argmax(np.einsum("iin->in", columns), axis=0)
+    q = columns[best, :, np.arange(len(R))]
+    q /= np.linalg.norm(q, axis=1, keepdims=True)
+    if len(q):
+        turns = np.sign(np.einsum("ni,ni->n", q[1:], q[:-1]))
+        turns[turns == 0] = 1
+        first = -1.0 if q[0, 0] < 0 else 1.0
+        q *= (first * np.concatenate([[1.0], np.cumprod(turns)]))[:, None]
+    return q
+
+
+def unit_of(trajectory: Trajectory, name: str) -> str:
+    """Unit of a coordinate or speed: as described, else that of the joint it moves."""
+    model = trajectory.kernels.model
+    base = name.rstrip("'")
+    if base in model.about and model.about[base][0]:
+        unit = model.about[base][0]
+    else:
+        unit = _unit(model, name, base)
+    return f"{unit}/s" if name.endswith("'") and unit else unit
+
+
+def _unit(model: Any, name: str, base: str) -> str:
+    for coordinate in model.coordinates:
+        if coordinate.name == base and coordinate.kind != "scalar":
+            return "m" if coordinate.kind == "position" else "1"
+    atom = model.names.atoms[base]
+    if base == name and name not in model.coordinate_names:  # a component of an angular or linear velocity
+        return "rad/s" if name[-2:-1] == "w" else "m/s"
+    units = {
+        "m" if link.kind == "slider" else "rad"
+        for link in model.links
+        if link.one_dof and isinstance(link.displacement, sympy.Basic) and link.displacement.has(atom)
+    }
+    return units.pop() if len(units) == 1 else ""
