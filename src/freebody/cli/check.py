@@ -34,7 +34,7 @@ def check(model: str) -> None:
             grid.row(name, type(load).__name__)
         grid.print()
     if any(component != 0 for component in system.gravity):
-        click.echo(f"Gravity: ({', '.join(map(text, system.gravity))})")
+        click.echo(f"Gravity: ({', '.join(map(text, system.gravity))})\n")
     _parameters(system)
     coordinates = ", ".join(coordinate.name for coordinate in assembled.coordinates)
     click.echo(f"Coordinates: {coordinates or 'none'}")
