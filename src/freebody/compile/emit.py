@@ -1,0 +1,416 @@
+"""A lowered program as LLVM IR text.
+
+Text and not a builder: one line costs a tenth of what an object costs. Every function is straight-line code on
+``double`` or on vectors of 8. A long function is cut into pieces, since the time LLVM takes grows faster than the
+length of a block; what crosses a cut lives in a frame on the stack.
+
+Arithmetic carries the flag ``contract`` only: a product and a sum may become one fused multiply-add. NaN and
+infinity keep their meaning, and nothing is reordered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..scalar.trace import ADD, CODES, DIV, INPUT, MUL, NAMES, NEG, SUB
+from . import sincos
+from .lower import COS, FIXED, HOISTED, PROLOGUE, RECIPROCAL, SIN, TIME, WIDTH, Body, Group, Program
+from .text import literal, splat
+
+PIECE = 2500
+"""Operations of one piece of a long function."""
+
+FLAGS = "contract "
+_ARITHMETIC = {
+    ADD: f"fadd {FLAGS}", SUB: f"fsub {FLAGS}", MUL: f"fmul {FLAGS}", DIV: f"fdiv {FLAGS}",
+}  # fmt: skip
+_INTRINSICS = {
+    CODES["sqrt"]: "sqrt", CODES["abs"]: "fabs", CODES["min"]: "minimum", CODES["max"]: "maximum",
+}  # fmt: skip
+_SIGN = CODES["sign"]
+
+
+class Module:
+    """Collects functions; :meth:`text` is the whole module."""
+
+    def __init__(self, triple: str, layout: str, fused: bool) -> None:
+        self.triple = triple
+        self.layout = layout
+        self.fused = fused
+        self.functions: list[str] = []
+        self.declarations: set[str] = set()
+        self.helpers: dict[str, str] = {}
+
+    def text(self) -> str:
+        """The module."""
+        defined = set(self.declarations)
+        head = [f'target triple = "{self.triple}"']
+        if self.layout:
+            head.append(f'target datalayout = "{self.layout}"')
+        head.append('!0 = !{!"branch_weights", i32 1, i32 1048575}')
+        return "\n".join([*head, *sorted(defined), *self.helpers.values(), *self.functions]) + "\n"
+
+    def need_sincos(self, lanes: int) -> str:
+        """The name of the function, defined on first need."""
+        name = sincos.name(lanes)
+        if name not in self.helpers:
+            self.helpers[name] = sincos.definition(lanes, self.fused)
+            self.declarations.update(sincos.declarations(lanes))
+        return name
+
+    def need_intrinsic(self, name: str, lanes: int, arguments: int) -> str:
+        """The name of an LLVM intrinsic, declared on first need."""
+        T, suffix = ("double", "f64") if lanes == 1 else (f"<{lanes} x double>", f"v{lanes}f64")
+        self.declarations.add(f"declare {T} @llvm.{name}.{suffix}({', '.join([T] * arguments)})")
+        return f"@llvm.{name}.{suffix}"
+
+    def need_library(self, name: str, lanes: int, arguments: int) -> str:
+        """A function of the C library; for a vector, one that applies it lane by lane."""
+        self.declarations.add(f"declare double @{name}({', '.join(['double'] * arguments)})")
+        if lanes == 1:
+            return f"@{name}"
+        key = f"@{name}.{lanes}"
+        if key not in self.helpers:
+            T = f"<{lanes} x double>"
+            letters = "xy"[:arguments]
+            lines = [f"define internal {T} {key}({', '.join(f'{T} %{z}' for z in letters)}) nounwind noinline {{"]
+            last = "poison"
+            for i in range(lanes):
+                lines += [f"  %{z}{i} = extractelement {T} %{z}, i32 {i}" for z in letters]
+                lines.append(f"  %f{i} = call double @{name}({', '.join(f'double %{z}{i}' for z in letters)})")
+                lines.append(f"  %r{i} = insertelement {T} {last}, double %f{i}, i32 {i}")
+                last = f"%r{i}"
+            lines += [f"  ret {T} {last}", "}", ""]
+            self.helpers[key] = "\n".join(lines)
+        return key
+
+    def add(self, program: Program, body: Body, name: str, lanes: int = 1, piece: int = PIECE) -> None:
+        """The function ``name``: of the kernel's signature for one lane, of pointers to vectors for 8."""
+        self.functions.append(_Writer(self, program, body, name, lanes, piece).text())
+
+    def add_batch(self, name: str, state: int, hoisted: int, outputs: int, lanes: int = WIDTH) -> None:
+        """The loop over a batch: rows in, 8 lanes at a time through ``name.lanes``, rows out."""
+        if "@gather" not in self.helpers:
+            self.helpers["@gather"] = _GATHER.replace("LANES", str(lanes))
+            self.helpers["@scatter"] = _SCATTER.replace("LANES", str(lanes))
+        T = f"<{lanes} x double>"
+        self.functions.append(
+            f"""define void @{name}.batch(i64 %n, ptr %t, i64 %ts, ptr %y, ptr %c, i64 %cs, ptr %out) nounwind {{
+entry:
+  %tt = alloca {T}, align 64
+  %yy = alloca {T}, i64 {max(state, 1)}, align 64
+  %cc = alloca {T}, i64 {max(hoisted, 1)}, align 64
+  %oo = alloca {T}, i64 {max(outputs, 1)}, align 64
+  %some = icmp sgt i64 %n, 0
+  br i1 %some, label %first, label %done
+first:
+  call void @gather(ptr %t, i64 0, i64 %n, i64 1, i64 %ts, ptr %tt)
+  call void @gather(ptr %c, i64 0, i64 %n, i64 {hoisted}, i64 %cs, ptr %cc)
+  br label %block
+block:
+  %row = phi i64 [0, %first], [%next, %advance]
+  call void @gather(ptr %y, i64 %row, i64 %n, i64 {state}, i64 {state}, ptr %yy)
+  call void @{name}.lanes(ptr %tt, ptr %yy, ptr %cc, ptr %oo)
+  call void @scatter(ptr %oo, i64 %row, i64 %n, i64 {outputs}, ptr %out)
+  %next = add i64 %row, {lanes}
+  %more = icmp slt i64 %next, %n
+  br i1 %more, label %time, label %done
+time:
+  %timed = icmp ne i64 %ts, 0
+  br i1 %timed, label %times, label %constants
+times:
+  call void @gather(ptr %t, i64 %next, i64 %n, i64 1, i64 %ts, ptr %tt)
+  br label %constants
+constants:
+  %varied = icmp ne i64 %cs, 0
+  br i1 %varied, label %vary, label %advance
+vary:
+  call void @gather(ptr %c, i64 %next, i64 %n, i64 {hoisted}, i64 %cs, ptr %cc)
+  br label %advance
+advance:
+  br label %block
+done:
+  ret void
+}}
+"""
+        )
+
+
+class _Writer:
+    """One function."""
+
+    def __init__(self, module: Module, program: Program, body: Body, name: str, lanes: int, piece: int) -> None:
+        self.module = module
+        self.program = program
+        self.body = body
+        self.name = name if lanes == 1 else f"{name}.lanes"
+        self.lanes = lanes
+        self.T = "double" if lanes == 1 else f"<{lanes} x double>"
+        self.align = 8 if lanes == 1 else 64
+        self.pieces = _cut(body.order, piece)
+        self.owner = {i: k for k, part in enumerate(self.pieces) for i in part if i >= 0}
+        # in a batch each argument is a vector of its own
+        sines = 2 * sum(g.lanes if lanes == 1 else len(g.arguments) for g in body.groups)
+        self.trig = self._places_of_sines()
+        self.frame_size = sines
+        self.slots = self._slots(sines)
+        self.lines: list[str] = []
+        self.known: dict[int, str] = {}
+        self.count = 0
+
+    def _places_of_sines(self) -> dict[int, tuple[int, int]]:
+        """Argument -> places of its sine and cosine in the frame."""
+        places: dict[int, tuple[int, int]] = {}
+        if self.lanes == 1:
+            for g in self.body.groups:
+                for k, i in enumerate(g.arguments):
+                    places[i] = (g.place + k, g.place + g.lanes + k)
+        else:
+            for g in self.body.groups:
+                for i in g.arguments:
+                    places[i] = (2 * len(places), 2 * len(places) + 1)
+        return places
+
+    def _slots(self, start: int) -> dict[int, int]:
+        """Places in the frame of the values that cross a cut; a place is used again once its value is dead."""
+        if len(self.pieces) == 1:
+            return {}
+        program, owner = self.program, self.owner
+        last: dict[int, int] = {}
+        for k, part in enumerate(self.pieces):
+            for i in part:
+                operands = (program.a[i], program.b[i]) if i >= 0 else self.body.groups[-1 - i].arguments
+                for p in operands:
+                    if p in owner and owner[p] < k:
+                        last[p] = k
+        leaving: dict[int, list[int]] = {}
+        slots: dict[int, int] = {}
+        free: list[int] = []
+        size = start
+        for k, part in enumerate(self.pieces):
+            for i in part:
+                if i in last:
+                    if free:
+                        slots[i] = free.pop()
+                    else:
+                        slots[i] = size
+                        size += 1
+                    leaving.setdefault(last[i], []).append(slots[i])
+            free.extend(leaving.pop(k, ()))
+        self.frame_size = size
+        return slots
+
+    def text(self) -> str:
+        """The function and its pieces."""
+        T, lanes = self.T, self.lanes
+        time = "double %t" if lanes == 1 else "ptr noalias %t"
+        arguments = f"{time}, ptr noalias %y, ptr noalias %c, ptr noalias %out"
+        linkage = "" if lanes == 1 else "internal "
+        frame = f"  %frame = alloca {T}, i64 {self.frame_size}, align 64" if self.frame_size else ""
+        stored: dict[int, list[int]] = {}
+        for k, i in enumerate(self.body.outputs):
+            stored.setdefault(self.owner.get(i, len(self.pieces) - 1), []).append(k)
+        if len(self.pieces) == 1:
+            self._start()
+            self._piece(0, stored.get(0, []))
+            head = f"define {linkage}void @{self.name}({arguments}) nounwind {{"
+            return "\n".join([head, frame, *self.lines, "  ret void", "}", ""])
+        result = []
+        call = "double %t" if lanes == 1 else "ptr %t"
+        main = [f"define {linkage}void @{self.name}({arguments}) nounwind {{", frame]
+        for k in range(len(self.pieces)):
+            self._start()
+            self._piece(k, stored.get(k, []))
+            head = f"define internal void @{self.name}.{k}({arguments}, ptr noalias %frame) nounwind noinline {{"
+            result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
+            main.append(f"  call void @{self.name}.{k}({call}, ptr %y, ptr %c, ptr %out, ptr %frame)")
+        result.append("\n".join([*main, "  ret void", "}", ""]))
+        return "\n".join(result)
+
+    def _start(self) -> None:
+        self.lines = []
+        self.known = {}
+        self.count = 0
+
+    def _piece(self, k: int, outputs: Sequence[int]) -> None:
+        for i in self.pieces[k]:
+            if i >= 0:
+                self._node(i)
+            elif self.lanes == 1:
+                self._group(self.body.groups[-1 - i])
+            else:
+                for x in self.body.groups[-1 - i].arguments:
+                    self._sincos(x)
+        for place in outputs:
+            value = self._ref(self.body.outputs[place])
+            target = self._pointer("%out", place)
+            self.lines.append(f"  store {self.T} {value}, ptr {target}, align {self.align}")
+
+    def _pointer(self, base: str, place: int) -> str:
+        if place == 0:
+            return base
+        self.count += 1
+        self.lines.append(f"  %p{self.count} = getelementptr {self.T}, ptr {base}, i64 {place}")
+        return f"%p{self.count}"
+
+    def _load(self, base: str, place: int) -> str:
+        pointer = self._pointer(base, place)
+        self.count += 1
+        self.lines.append(f"  %l{self.count} = load {self.T}, ptr {pointer}, align {self.align}")
+        return f"%l{self.count}"
+
+    def _ref(self, i: int) -> str:
+        """The operand that stands for node ``i`` here; loads it on first use."""
+        value = self.known.get(i)
+        if value is not None:
+            return value
+        program = self.program
+        code = program.op[i]
+        if program.kind[i] == FIXED:
+            value = splat(literal(program.constants[program.a[i]]), self.lanes)
+        elif program.kind[i] == HOISTED and self.body.name != PROLOGUE:
+            value = self._load("%c", program.hoisted[i])
+        elif code == INPUT:
+            if program.a[i] == TIME:
+                value = "%t" if self.lanes == 1 else self._load("%t", 0)
+            else:
+                value = self._load("%y", program.a[i])
+        elif code == SIN or code == COS:
+            value = self._load("%frame", self.trig[program.a[i]][code == COS])
+        else:
+            value = self._load("%frame", self.slots[i])
+        self.known[i] = value
+        return value
+
+    def _node(self, i: int) -> None:
+        program, T = self.program, self.T
+        code = program.op[i]
+        x = self._ref(program.a[i])
+        if code in _ARITHMETIC:
+            y = self._ref(program.b[i])
+            operation = f"{_ARITHMETIC[code]}{T} {x}, {y}"
+        elif code == NEG:
+            operation = f"fneg {T} {x}"
+        elif code == RECIPROCAL:
+            operation = f"fdiv {FLAGS}{T} {splat(literal(1.0), self.lanes)}, {x}"
+        elif code == _SIGN:
+            B = f"<{self.lanes} x i1>" if self.lanes > 1 else "i1"
+            zero, one, minus = (splat(literal(v), self.lanes) for v in (0.0, 1.0, -1.0))
+            self.lines += [
+                f"  %g{i} = fcmp ogt {T} {x}, {zero}",
+                f"  %h{i} = fcmp olt {T} {x}, {zero}",
+                f"  %s{i} = select {B} %h{i}, {T} {minus}, {T} {x}",  # zero and NaN stay
+            ]
+            operation = f"select {B} %g{i}, {T} {one}, {T} %s{i}"
+        else:
+            operands = [x] + ([self._ref(program.b[i])] if program.b[i] >= 0 else [])
+            if code in _INTRINSICS:
+                function = self.module.need_intrinsic(_INTRINSICS[code], self.lanes, len(operands))
+            else:
+                function = self.module.need_library(NAMES[code], self.lanes, len(operands))
+            operation = f"call {T} {function}({', '.join(f'{T} {z}' for z in operands)})"
+        self.lines.append(f"  %v{i} = {operation}")
+        self.known[i] = f"%v{i}"
+        if i in self.slots:
+            pointer = self._pointer("%frame", self.slots[i])
+            self.lines.append(f"  store {T} %v{i}, ptr {pointer}, align {self.align}")
+
+    def _group(self, group: Group) -> None:
+        """Sines and cosines of up to 8 scalars in one vector."""
+        lanes = group.lanes
+        function = self.module.need_sincos(lanes)
+        operands = [self._ref(i) for i in group.arguments]
+        operands += [operands[-1]] * (lanes - len(operands))
+        vector, T = operands[0], "double"
+        if lanes > 1:
+            T = f"<{lanes} x double>"
+            vector = "poison"
+            for k, x in enumerate(operands):
+                self.count += 1
+                self.lines.append(f"  %i{self.count} = insertelement {T} {vector}, double {x}, i32 {k}")
+                vector = f"%i{self.count}"
+        s, c = self._pointer("%frame", group.place), self._pointer("%frame", group.place + lanes)
+        self.lines.append(f"  call void {function}({T} {vector}, ptr {s}, ptr {c})")
+
+    def _sincos(self, argument: int) -> None:
+        """Sine and cosine of one vector."""
+        function = self.module.need_sincos(self.lanes)
+        x = self._ref(argument)
+        s, c = (self._pointer("%frame", place) for place in self.trig[argument])
+        self.lines.append(f"  call void {function}({self.T} {x}, ptr {s}, ptr {c})")
+
+
+def _cut(order: list[int], piece: int) -> list[list[int]]:
+    """Equal pieces no longer than ``piece``; at least one."""
+    count = max(1, -(-len(order) // piece))
+    size = -(-len(order) // count) if order else 1
+    return [order[k * size : (k + 1) * size] for k in range(count)]
+
+
+# Lanes past the last row repeat it. A stride of 0 gives every lane the same row.
+_GATHER = """define internal void @gather(
+  ptr noalias %source, i64 %row, i64 %n, i64 %width, i64 %stride, ptr noalias %target) nounwind noinline {
+entry:
+  %last = sub i64 %n, 1
+  %any = icmp sgt i64 %width, 0
+  br i1 %any, label %lane, label %done
+lane:
+  %k = phi i64 [0, %entry], [%k1, %after]
+  %r = add i64 %row, %k
+  %in = icmp slt i64 %r, %last
+  %r1 = select i1 %in, i64 %r, i64 %last
+  %start = mul i64 %r1, %stride
+  %from = getelementptr double, ptr %source, i64 %start
+  %to = getelementptr double, ptr %target, i64 %k
+  br label %column
+column:
+  %j = phi i64 [0, %lane], [%j1, %column]
+  %p = getelementptr double, ptr %from, i64 %j
+  %x = load double, ptr %p, align 8
+  %j8 = mul i64 %j, LANES
+  %q = getelementptr double, ptr %to, i64 %j8
+  store double %x, ptr %q, align 8
+  %j1 = add i64 %j, 1
+  %more = icmp slt i64 %j1, %width
+  br i1 %more, label %column, label %after
+after:
+  %k1 = add i64 %k, 1
+  %lanes = icmp slt i64 %k1, LANES
+  br i1 %lanes, label %lane, label %done
+done:
+  ret void
+}
+"""
+_SCATTER = """define internal void @scatter(
+  ptr noalias %source, i64 %row, i64 %n, i64 %width, ptr noalias %target) nounwind noinline {
+entry:
+  %left = sub i64 %n, %row
+  %few = icmp slt i64 %left, LANES
+  %count = select i1 %few, i64 %left, i64 LANES
+  %any = icmp sgt i64 %width, 0
+  br i1 %any, label %lane, label %done
+lane:
+  %k = phi i64 [0, %entry], [%k1, %after]
+  %r = add i64 %row, %k
+  %start = mul i64 %r, %width
+  %to = getelementptr double, ptr %target, i64 %start
+  %from = getelementptr double, ptr %source, i64 %k
+  br label %column
+column:
+  %j = phi i64 [0, %lane], [%j1, %column]
+  %j8 = mul i64 %j, LANES
+  %p = getelementptr double, ptr %from, i64 %j8
+  %x = load double, ptr %p, align 8
+  %q = getelementptr double, ptr %to, i64 %j
+  store double %x, ptr %q, align 8
+  %j1 = add i64 %j, 1
+  %more = icmp slt i64 %j1, %width
+  br i1 %more, label %column, label %after
+after:
+  %k1 = add i64 %k, 1
+  %lanes = icmp slt i64 %k1, %count
+  br i1 %lanes, label %lane, label %done
+done:
+  ret void
+}
+"""

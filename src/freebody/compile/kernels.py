@@ -1,0 +1,305 @@
+"""Tapes as machine code.
+
+    void f(double t, const double *y, const double *c, double *out)
+
+is the signature of every kernel: y is the state, c holds what depends on parameters only and is computed once per
+set of parameters by :meth:`KernelSet.constants`. Kernels are pure functions of these; they may run in any thread.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+from array import array
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..errors import ExpressionError
+from ..scalar.trace import NAMES, Tape, Traced
+from . import cache, native
+from .emit import Module
+from .lower import PROLOGUE, RECIPROCAL, Program, lower
+
+_Scalar = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
+_Batch = ctypes.CFUNCTYPE(
+    None, ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64,
+    ctypes.c_void_p,
+)  # fmt: skip
+
+
+def compile_tape(
+    tape: Tape,
+    functions: Mapping[str, Sequence[Any]],
+    time: Traced | None,
+    state: Sequence[Traced],
+    parameters: Sequence[Traced],
+    batch: Sequence[str] = (),
+) -> KernelSet:
+    """Machine code of functions of time, state and parameters.
+
+    Parameters
+    ----------
+    tape : Tape
+    functions : mapping
+        Name -> outputs, scalars of the tape or numbers.
+    time, state, parameters
+        Inputs of the tape. Each input that the outputs need is among them.
+    batch : sequence of names
+        Functions that also get code for many states at once.
+
+    Returns
+    -------
+    KernelSet
+        Taken from the disk if the same program was compiled before.
+    """
+    names = list(functions)
+    unknown = [name for name in batch if name not in functions]
+    if unknown:
+        raise ExpressionError(f"Expected names of functions in batch, got {unknown}. Known: {', '.join(names)}.")
+    key = _key(tape, functions, time, state, parameters, batch)
+    found = cache.load(key)
+    if found is None:
+        header, code = _compile(tape, functions, time, state, parameters, batch)
+        cache.store(key, header, code)
+    else:
+        header, code = found
+    return KernelSet(header, native.Library(code), names, len(state), len(parameters), batch, found is not None)
+
+
+class KernelSet:
+    """Kernels compiled together: one prologue, one vector of hoisted constants.
+
+    Attributes
+    ----------
+    kernels : dict
+        Name -> :class:`Kernel`.
+    hoisted : int
+        Length of the vector of hoisted constants.
+    from_disk : bool
+        Whether the code was found compiled.
+    """
+
+    def __init__(
+        self,
+        header: Mapping[str, Any],
+        library: native.Library,
+        names: Sequence[str],
+        state: int,
+        parameters: int,
+        batch: Sequence[str],
+        from_disk: bool,
+    ) -> None:
+        self.hoisted: int = header["hoisted"]
+        self.from_disk = from_disk
+        symbols = [f"f{k}" for k in range(len(names))]
+        batches = [f"{s}.batch" for s, name in zip(symbols, names, strict=True) if name in batch]
+        if batches:
+            batches.append("prologue.batch")
+        addresses = library.addresses(["prologue", *symbols, *batches])
+        self._prologue = Kernel(
+            "parameters", library, addresses["prologue"], addresses.get("prologue.batch"), parameters, 0,
+            self.hoisted, header["operations"][PROLOGUE],
+        )  # fmt: skip
+        self.kernels: dict[str, Kernel] = {
+            name: Kernel(
+                name, library, addresses[s], addresses.get(f"{s}.batch"), state, self.hoisted,
+                header["outputs"][name], header["operations"][name],
+            )
+            for s, name in zip(symbols, names, strict=True)
+        }  # fmt: skip
+
+    def __getitem__(self, name: str) -> Kernel:
+        return self.kernels[name]
+
+    def constants(self, parameters: Any) -> np.ndarray:
+        """The vector c of hoisted constants, shape (hoisted,).
+
+        Parameters
+        ----------
+        parameters : array-like, shape (parameters,) or (N, parameters)
+            The second gives shape (N, hoisted), for a batch in which each state has its own.
+        """
+        p = np.ascontiguousarray(parameters, dtype=float)
+        if p.ndim == 2:
+            if self._prologue.batch_address is None:
+                return np.stack([self._prologue(0.0, row, ()) for row in p])
+            return self._prologue.batch(0.0, p, ())
+        return self._prologue(0.0, p, ())
+
+    @property
+    def operations(self) -> dict[str, dict[str, int]]:
+        """Counts of operations by kernel; those done once per set of parameters under ``"parameters"``."""
+        return {k.name: dict(k.operations) for k in (self._prologue, *self.kernels.values())}
+
+
+class Kernel:
+    """One compiled function.
+
+    Attributes
+    ----------
+    address : int
+        Of ``void f(double t, const double *y, const double *c, double *out)``, valid while this object lives.
+    batch_address : int or None
+        Of ``void f(int64 n, const double *t, int64 t_step, const double *y, const double *c, int64 c_step,
+        double *out)`` over rows; a step of 0 shares t or c between all.
+    outputs : int
+        Length of ``out``.
+    operations : dict
+        Operation -> how many.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        library: native.Library,
+        address: int,
+        batch_address: int | None,
+        state: int,
+        hoisted: int,
+        outputs: int,
+        operations: Mapping[str, int],
+    ) -> None:
+        self.name = name
+        self.address = address
+        self.batch_address = batch_address
+        self.state = state
+        self.hoisted = hoisted
+        self.outputs = outputs
+        self.operations = operations
+        self._library = library  # keeps the code in memory
+        self._function = _Scalar(address)
+        self._batch = None if batch_address is None else _Batch(batch_address)
+
+    def __repr__(self) -> str:
+        return f"<Kernel {self.name}: {self.state} -> {self.outputs}, {sum(self.operations.values())} operations>"
+
+    def __call__(self, t: float, y: Any, c: Any, out: np.ndarray | None = None) -> np.ndarray:
+        """Outputs, shape (outputs,), at time ``t``, state ``y`` and hoisted constants ``c``."""
+        y = self._checked(y, (self.state,), "y")
+        c = self._checked(c, (self.hoisted,), "c")
+        if out is None:
+            out = np.empty(self.outputs)
+        else:
+            self._check_out(out, (self.outputs,))
+        self._function(t, _pointer(y), _pointer(c), _pointer(out))
+        return out
+
+    def batch(self, t: Any, Y: Any, C: Any, out: np.ndarray | None = None) -> np.ndarray:
+        """Outputs of N states at once, shape (N, outputs); other threads run meanwhile.
+
+        Parameters
+        ----------
+        t : float or array, shape (N,)
+        Y : array, shape (N, state)
+        C : array, shape (hoisted,), shared, or (N, hoisted)
+        out : array, shape (N, outputs), optional
+        """
+        if self._batch is None:
+            raise ExpressionError(
+                f"Expected a kernel compiled for batches, got '{self.name}'. Name it in batch= of compile_tape."
+            )
+        Y = np.ascontiguousarray(Y, dtype=float)
+        n = len(Y)
+        Y = self._checked(Y, (n, self.state), "Y")
+        C = np.ascontiguousarray(C, dtype=float)
+        C = self._checked(C, (self.hoisted,) if C.ndim < 2 else (n, self.hoisted), "C")
+        t = np.asarray(t, dtype=float)
+        if t.ndim:
+            t = self._checked(t, (n,), "t")
+        if out is None:
+            out = np.empty((n, self.outputs))
+        else:
+            self._check_out(out, (n, self.outputs))
+        self._batch(
+            n, _pointer(t), int(t.ndim), _pointer(Y), _pointer(C), self.hoisted if C.ndim == 2 else 0, _pointer(out)
+        )
+        return out
+
+    def _checked(self, values: Any, shape: tuple[int, ...], name: str) -> np.ndarray:
+        values = np.ascontiguousarray(values, dtype=float)
+        if values.shape != shape:
+            raise ExpressionError(
+                f"Expected {name} of shape {shape} for kernel '{self.name}', got shape {values.shape}."
+            )
+        return values
+
+    def _check_out(self, out: Any, shape: tuple[int, ...]) -> None:
+        good = isinstance(out, np.ndarray) and out.shape == shape and out.dtype == float and out.flags.c_contiguous
+        if not good or not out.flags.writeable:
+            got = f"{out.dtype} of shape {out.shape}" if isinstance(out, np.ndarray) else type(out).__name__
+            raise ExpressionError(
+                f"Expected out to be a writeable contiguous array of doubles of shape {shape} for kernel "
+                f"'{self.name}', got {got}."
+            )
+
+
+def _pointer(values: np.ndarray) -> int:
+    return values.__array_interface__["data"][0]
+
+
+def _compile(
+    tape: Tape,
+    functions: Mapping[str, Sequence[Any]],
+    time: Traced | None,
+    state: Sequence[Traced],
+    parameters: Sequence[Traced],
+    batch: Sequence[str],
+) -> tuple[dict[str, Any], bytes]:
+    """What the cache keeps: a description, and the object code."""
+    program = lower(tape, functions, time, state, parameters)
+    module = Module(native.processor()[0], native.layout(), native.fused())
+    hoisted = len(program.hoisted)
+    prologue = program.bodies[PROLOGUE]
+    module.add(program, prologue, "prologue")
+    if batch:
+        module.add(program, prologue, "prologue", lanes=8)
+        module.add_batch("prologue", len(parameters), 0, hoisted)
+    for k, (name, outputs) in enumerate(functions.items()):
+        module.add(program, program.bodies[name], f"f{k}")
+        if name in batch:
+            module.add(program, program.bodies[name], f"f{k}", lanes=8)
+            module.add_batch(f"f{k}", len(state), hoisted, len(outputs))
+    header = {
+        "hoisted": hoisted,
+        "outputs": {name: len(outputs) for name, outputs in functions.items()},
+        "operations": {name: _operations(program, name) for name in program.bodies},
+    }
+    return header, native.object_code(module.text())
+
+
+def _operations(program: Program, name: str) -> dict[str, int]:
+    body = program.bodies[name]
+    counts = Counter(program.op[i] for i in body.order if i >= 0)
+    named = {("div" if code == RECIPROCAL else NAMES[code]): 0 for code in counts}
+    for code, count in counts.items():
+        named["div" if code == RECIPROCAL else NAMES[code]] += count
+    sines = sum(len(g.arguments) for g in body.groups)
+    if sines:
+        named["sincos"] = sines
+    return dict(sorted(named.items()))
+
+
+def _key(
+    tape: Tape,
+    functions: Mapping[str, Sequence[Any]],
+    time: Traced | None,
+    state: Sequence[Traced],
+    parameters: Sequence[Traced],
+    batch: Sequence[str],
+) -> str:
+    """Hash of the program and of what compiles it."""
+    digest = hashlib.sha256(f"{cache.VERSION} {native.version()} {NAMES}".encode())
+    for values in (tape.op, tape.a, tape.b):
+        digest.update(array("i", values).tobytes())
+    digest.update(array("d", map(float, tape.constants)).tobytes())
+    inputs = [-1 if time is None else time.index, *(x.index for x in state), -2, *(x.index for x in parameters)]
+    digest.update(array("i", inputs).tobytes())
+    for name, outputs in functions.items():
+        places = [x.index if type(x) is Traced else -1 for x in outputs]
+        numbers = [0.0 if type(x) is Traced else float(x) for x in outputs]
+        digest.update(f"{name!r} {name in batch} {len(outputs)}".encode())
+        digest.update(array("i", places).tobytes() + array("d", numbers).tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,94 @@
+"""LLVM through llvmlite: IR text -> object code -> functions in memory."""
+
+from __future__ import annotations
+
+import ctypes
+import ctypes.util
+import os
+from collections.abc import Iterable
+from functools import lru_cache
+from typing import Any
+
+import llvmlite
+import llvmlite.binding as llvm
+
+OPTIMISATION = 1
+"""Level of code generation: 2 and 3 give the same code here, a tenth later."""
+
+
+@lru_cache(maxsize=1)
+def _initialize() -> None:
+    if tuple(map(int, llvmlite.__version__.split(".")[:2])) < (0, 45):
+        llvm.initialize()
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    library: Any = None
+    for function in ("sin", "cos", "exp", "log", "pow", "sinh", "cosh", "tanh", "asin", "acos", "atan", "atan2"):
+        if not llvm.address_of_symbol(function):
+            if library is None:
+                found = ctypes.util.find_library("msvcrt" if os.name == "nt" else "m")
+                library = ctypes.CDLL(found)
+            llvm.add_symbol(function, ctypes.cast(getattr(library, function), ctypes.c_void_p).value)
+
+
+@lru_cache(maxsize=1)
+def processor() -> tuple[str, str, str]:
+    """Target triple, name and features of this processor."""
+    _initialize()
+    return llvm.get_process_triple(), llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+
+
+@lru_cache(maxsize=1)
+def fused() -> bool:
+    """Whether this processor has a fused multiply-add."""
+    triple, _, features = processor()
+    if triple.startswith(("x86", "i386", "i686", "amd64")):
+        return "+fma" in features.split(",")
+    return triple.startswith(("aarch64", "arm64", "powerpc64", "ppc64", "riscv64"))
+
+
+def _new_machine(optimisation: int = OPTIMISATION) -> Any:
+    triple, name, features = processor()
+    target = llvm.Target.from_triple(triple)
+    return target.create_target_machine(
+        cpu=name, features=features, opt=optimisation, reloc="pic", codemodel="jitdefault", jit=True
+    )
+
+
+_machine = lru_cache(maxsize=4)(_new_machine)
+
+
+def layout() -> str:
+    """Data layout of this processor, as LLVM writes it."""
+    return str(_machine().target_data)
+
+
+def version() -> str:
+    """Of everything that shapes the object code."""
+    return f"{llvmlite.__version__} {llvm.llvm_version_info} {' '.join(processor())} O{OPTIMISATION}"
+
+
+def object_code(text: str, optimisation: int = OPTIMISATION) -> bytes:
+    """Object code of a module.
+
+    No passes run on the IR: the tape has already shared and folded what they would find, and code generation
+    itself contracts, schedules and allocates.
+    """
+    _initialize()
+    module = llvm.parse_assembly(text, context=llvm.create_context())
+    return _machine(optimisation).emit_object(module)
+
+
+class Library:
+    """Object code in memory. It is unloaded with this object: keep it as long as its addresses are called."""
+
+    def __init__(self, code: bytes) -> None:
+        _initialize()
+        # the engine owns its machine and frees it
+        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _new_machine())
+        self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+        self._engine.finalize_object()
+
+    def addresses(self, names: Iterable[str]) -> dict[str, int]:
+        """Addresses of functions by name."""
+        return {name: self._engine.get_function_address(name) for name in names}
