@@ -29,7 +29,8 @@ def body(*moments, products=(0, 0, 0), mass=1):
         (lambda: body(1, -0.5, 1), "moments of inertia that are not negative, got -0.5 about y"),
         (
             lambda: body(1, 1, 3),
-            r"about x, y, z that satisfy the triangle inequality, got \(1, 1, 3\): no body has 3 > 1 \+ 1, too large by 1\. "
+            r"about x, y, z that satisfy the triangle inequality, got \(1, 1, 3\): "
+            r"no body has 3 > 1 \+ 1, too large by 1\. "
             "Check the unit, the order of the axes, and that the inertia is about the mass centre",
         ),
         (
@@ -38,7 +39,8 @@ def body(*moments, products=(0, 0, 0), mass=1):
         ),
         (
             lambda: body(2, 2, 2, products=(-1, -1, -1)),
-            r"principal moments of inertia that satisfy the triangle inequality, got \(1, 1, 4\): no body has 4 > 1 \+ 1, "
+            r"principal moments of inertia that satisfy the triangle inequality, got \(1, 1, 4\): "
+            r"no body has 4 > 1 \+ 1, "
             "too large by 2",
         ),
         (
@@ -85,7 +87,8 @@ def body(*moments, products=(0, 0, 0), mass=1):
         ),
         (
             lambda: box(3, (1, 2, 3)) - particle(1).moved((0, 5, 0)),
-            "a hole inside the body, got a rest that no body can be: Expected moments .* got -[0-9.]+ about .* Move the hole",
+            "a hole inside the body, got a rest that no body can be: Expected moments .* "
+            "got -[0-9.]+ about .* Move the hole",
         ),
     ],
 )

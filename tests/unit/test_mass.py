@@ -151,6 +151,9 @@ def test_degenerate_axes_are_chosen_the_same_way_every_time():
     root = np.sqrt(1 / 2)
     assert moments == pytest.approx((0.25, 0.25, 0.5))
     assert array(axes) == pytest.approx(np.array([[1, 0, 0], [0, root, root], [0, -root, root]]))
+    oblique = array(disk(1, 1, axis=(1, 1, 1)).principal().axes)
+    assert oblique[:, 2] == pytest.approx(np.ones(3) / np.sqrt(3))
+    assert oblique[:, 0] == pytest.approx(np.array([2, -1, -1]) / np.sqrt(6))
     bar = slender_bar(1, 1, axis=(0, 1, 1))
     assert array(bar.principal().axes) == pytest.approx(
         np.array([[0, 1, 0], [root, 0, root], [root, 0, -root]])
