@@ -9,6 +9,7 @@ import sympy
 from ..errors import ModelError
 from ..scalar.algebra import IDENTITY, Matrix, Vector
 from ..scalar.expression import exact
+from ..space.rotation import Rotation
 
 UNIT: dict[str, Vector] = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 
@@ -42,23 +43,34 @@ def orientation(system: Any, axes: Any, what: str) -> Matrix:
     """A rotation matrix from None, a Rotation or nine entries."""
     if axes is None:
         return IDENTITY
-    rows = getattr(axes, "rows", axes)
+    rows = axes.matrix if isinstance(axes, Rotation) else axes
     rows = rows.tolist() if hasattr(rows, "tolist") else rows
     if (
         isinstance(rows, str)
         or not hasattr(rows, "__len__")
         or len(rows) != 3
-        or any(len(row) != 3 for row in rows)
+        or any(isinstance(row, str) or not hasattr(row, "__len__") or len(row) != 3 for row in rows)
     ):
         raise ModelError(f"Expected a Rotation or a 3 x 3 rotation matrix for {what}, got {axes!r}.")
     matrix = tuple(system.vector(row, what) for row in rows)
-    product = sympy.Matrix(matrix) * sympy.Matrix(matrix).T
-    if not product.free_symbols:
-        error = max(abs(float(entry)) for entry in product - sympy.eye(3))
-        determinant = float(sympy.Matrix(matrix).det())
-        if error > 1e-12 or determinant < 0:
+    for entry in (entry for row in matrix for entry in row):
+        moving = system.names.depends(entry, "coordinate", "speed", "time")
+        if moving:
             raise ModelError(
-                f"Expected a rotation matrix for {what}: its rows are orthonormal to {error:.2g} only "
-                f"and its determinant is {determinant:.6g}, not 1."
+                f"Axes fixed in the bodies can not depend on {', '.join(moving)} ({what}). "
+                f"A turn that moves is a joint's coordinate."
             )
+    # a matrix of symbols is checked at numbers drawn at random
+    A = sympy.Matrix(matrix)
+    sample = {
+        symbol: sympy.Rational(i + 2, 3 * i + 7) for i, symbol in enumerate(sorted(A.free_symbols, key=str))
+    }
+    A = A.subs(sample).evalf(30)
+    error = max(abs(float(entry)) for entry in A * A.T - sympy.eye(3))
+    determinant = float(A.det())
+    if error > 1e-12 or determinant < 0:
+        raise ModelError(
+            f"Expected a rotation matrix for {what}: its rows are orthonormal to {error:.2g} only "
+            f"and its determinant is {determinant:.6g}, not 1."
+        )
     return matrix

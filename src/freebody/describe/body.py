@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from ..errors import ModelError
+
 if TYPE_CHECKING:
     from ..space.mass import MassProperties
     from .system import System
@@ -33,7 +35,15 @@ class Body:
         point (0, -1, 0) of bar
         """
         given = components[0] if len(components) == 1 else components
-        return Point(self, self.system.vector(given, f"the point of body '{self.name}'"))
+        vector = self.system.vector(given, f"the point of body '{self.name}'")
+        for component in vector:
+            moving = self.system.names.depends(component, "coordinate", "speed", "time")
+            if moving:
+                raise ModelError(
+                    f"A point of body '{self.name}' is fixed in it and can not depend on {', '.join(moving)}. "
+                    f"A point that moves belongs to a body of its own."
+                )
+        return Point(self, vector)
 
     @property
     def origin(self) -> Point:

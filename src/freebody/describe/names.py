@@ -7,6 +7,7 @@ derivative, the same objects as ``sympy.physics.mechanics.dynamicsymbols`` makes
 from __future__ import annotations
 
 import keyword
+import math
 import re
 from collections.abc import Iterable
 from typing import Any
@@ -18,6 +19,7 @@ from ..scalar.expression import exact
 from .parser import parse
 
 TIME = sympy.Symbol("t")
+_NOT_REAL = (sympy.I, sympy.oo, -sympy.oo, sympy.zoo, sympy.nan)
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
 
@@ -38,6 +40,17 @@ def check_name(name: Any, what: str) -> str:
     return name
 
 
+def finite(number: Any, what: str) -> float:
+    """A number as a float, if it is within the range of floats."""
+    try:
+        value = float(number)
+    except OverflowError:
+        value = math.inf
+    if not math.isfinite(value):
+        raise ModelError(f"Expected a finite number for {what}, got {number}.")
+    return value
+
+
 class Names:
     """Symbols by name: what each is, and the text of the user read against them."""
 
@@ -46,6 +59,17 @@ class Names:
         self.atoms: dict[str, Any] = {"t": TIME}
         self.texts: dict[Any, str] = {TIME: "t"}
         self._accelerations: set[Any] = set()
+
+    def mark(self) -> int:
+        """How many names there are, to return to by :meth:`forget`."""
+        return len(self.kinds)
+
+    def forget(self, mark: int) -> None:
+        """Take back the names made since ``mark``."""
+        for text in list(self.kinds)[mark:]:
+            del self.kinds[text]
+            atom = self.atoms.pop(text, None)
+            self.texts.pop(atom, None)
 
     def _claim(self, name: str, kind: str) -> None:
         if name in self.kinds:
@@ -105,7 +129,7 @@ class Names:
             ) from None
         if not isinstance(result, sympy.Basic):
             return result
-        if not isinstance(result, sympy.Expr) or result.has(sympy.I, sympy.oo, sympy.zoo, sympy.nan):
+        if not isinstance(result, sympy.Expr) or result.has(*_NOT_REAL):
             raise ExpressionError(f"In {what}: expected a real expression, got '{result}'.")
         self._check_atoms(result, what)
         return result

@@ -15,6 +15,7 @@ from typing import Any
 
 from ..model.model import Model
 from ..scalar.algebra import divide
+from .joint_freedom import free_displacements
 from .state import State
 
 
@@ -56,6 +57,26 @@ def forces_on_displacements(model: Model, state: State, forces: Mapping[int, Any
             else:
                 rest = rest - state(partial) * tau[k]
         tau[i] = rest if pivot == 1 else divide(rest, pivot)
+    return tau
+
+
+def forces_on_free_displacements(model: Model, state: State, speed: int, force: Any) -> dict[int, Any]:
+    """τ along the displacements that can change alone, equivalent to a ``force`` conjugate to one speed.
+
+    What acts on displacements that share coordinates is not among them: it is part of their joints' reactions.
+    """
+    having: dict[int, list[tuple[int, Any]]] = {}
+    for i, link in enumerate(model.links):
+        for j, partial in link.partials:
+            having.setdefault(j, []).append((i, partial))
+    tau: dict[int, Any] = {}
+    for i, j in free_displacements(model):
+        rest = force if j == speed else 0
+        for k, partial in having[j]:
+            if k != i:
+                rest = rest - state(partial) * tau.get(k, 0)
+        pivot = dict(having[j])[i]
+        tau[i] = rest if pivot == 1 else divide(rest, state(pivot))
     return tau
 
 

@@ -56,7 +56,7 @@ def loading(model: Model, state: State, only: set[str] | None = None) -> Loading
                     moment = apply_transpose(rotation(model, state, link), moment_N)
                     result.wrenches[link] = plus(result.wrench(link), (moment, (0, 0, 0)))
         elif isinstance(load, GeneralizedForce):
-            j = _speed(model, load)
+            j = speed_of(model, load)
             result.generalized[j] = result.generalized.get(j, 0) + state(load.value)
         else:
             link = model.joints[load.joint.name].links[load.index]
@@ -65,7 +65,8 @@ def loading(model: Model, state: State, only: set[str] | None = None) -> Loading
     return result
 
 
-def _speed(model: Model, load: GeneralizedForce) -> int:
+def speed_of(model: Model, load: GeneralizedForce) -> int:
+    """Index of the speed that a generalized force is conjugate to."""
     name = model.names.texts[load.coordinate] + "'"
     return model.speed_names.index(name)
 
@@ -147,7 +148,7 @@ def load_power(model: Model, state: State) -> Any:
             for body, moment in couples(model, state, load):
                 total = total + dot(moment, angular_velocity(model, state, body))
         elif isinstance(load, GeneralizedForce):
-            total = total + state(load.value) * state.u[_speed(model, load)]
+            total = total + state(load.value) * state.u[speed_of(model, load)]
         elif isinstance(load, JointForce | JointDamper):
             link = model.links[model.joints[load.joint.name].links[load.index]]
             total = total + along(model, state, load) * state.rate(link)

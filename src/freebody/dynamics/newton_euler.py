@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..model.model import GROUND, Model
-from ..scalar.algebra import Vector, apply, dot, negate, scale, subtract
+from ..scalar.algebra import Vector, apply, negate
 from ..space.spatial import (
     Spatial,
     force_cross,
@@ -26,6 +26,7 @@ from ..space.spatial import (
     power,
 )
 from .coordinates import forces_on_coordinates
+from .joint_freedom import loads_on_child, transmissible
 from .kinematics import accelerations, rotation, velocities
 from .loading import Loading, loading
 from .state import State
@@ -107,34 +108,13 @@ def reactions(model: Model, state: State, udot: Sequence[Any]) -> dict[str, tupl
 def _on_children(model: Model, state: State, udot: Sequence[Any]) -> dict[str, tuple[Any, Vector, Vector]]:
     loads = loading(model, state)
     F = transmitted(model, state, udot, loads)
-    free = {i for i, _ in model.order} if model.order is not None else set()
     result = {}
     for name, joint in model.joints.items():
-        i = joint.links[-1]
-        n, f = F[i]
-        link = model.links[i]
-        if link.kind in ("ball", "free"):
-            n, f = (0, 0, 0), (f if link.kind == "ball" else (0, 0, 0))
-        elif link.one_dof:
-            n, f = _constraint(state, i, (n, f), loads.along.get(i, 0), i in free)
-        result[name] = (rotation(model, state, i), f, n)
+        last = joint.links[-1]
+        wrench = minus(F[last], loads_on_child(model, state, joint, loads.along))
+        n, f = transmissible(model, state, joint, wrench)
+        result[name] = (rotation(model, state, last), f, n)
     return result
-
-
-def _constraint(state: State, i: int, F: Spatial, along: Any, free: bool) -> Spatial:
-    """The wrench less what acts along the displacement: all of it where the joint is free to move."""
-    n, f = F
-    link = state.model.links[i]
-    axis = state.vector(link.axis)
-    if link.kind == "slider":
-        pull = dot(axis, f) if free else along
-        return (n, subtract(f, scale(pull, axis)))
-    if link.kind == "hinge":
-        turn = dot(axis, n) if free else along
-        return (subtract(n, scale(turn, axis)), f)
-    # screw: the motor's moment acts about the axis; the thread carries the rest
-    turn = power(state.subspace(i), F) if free else along
-    return (subtract(n, scale(turn, axis)), f)
 
 
 def drive_power(model: Model, state: State, udot: Sequence[Any]) -> Any:

@@ -14,6 +14,7 @@ from typing import Any
 
 import sympy
 
+from ..describe.body import Body, Point
 from ..describe.load import Damper, JointDamper, JointSpring, Spring
 from ..describe.system import System
 from ..dynamics.energy import kinetic_energy, potential_energy
@@ -28,7 +29,7 @@ from ..model.model import Model
 from ..scalar.algebra import Vector, add, apply, cross
 from ..scalar.polynomial import Ring
 from .display import displayed, equation_latex, equation_mathml, equation_text
-from .free_body import FreeBody
+from .free_body import FreeBody, own_body
 from .reaction import Reaction, unknowns
 
 
@@ -227,7 +228,7 @@ class Equations:
         frame : str or Body, optional
             The axes of the components; ground axes if not given.
         """
-        name = body if isinstance(body, str) else getattr(body, "name", body)
+        name = body if isinstance(body, str) else own_body(self.model, body, "a free body").name
         if name not in self.model.bodies:
             raise ModelError(f"Unknown body '{name}'; {nearest(str(name), self.model.bodies)}")
         return FreeBody(self, name, about, frame)
@@ -342,9 +343,12 @@ class MomentumOf:
             The ground's origin if not given; a point of a body is taken where it is at the instant.
         """
         e = self._e
+        if isinstance(about, Body):
+            about = about.origin
         if about is None:
             where: Any = (0, 0, 0)
-        elif hasattr(about, "components"):
+        elif isinstance(about, Point):
+            own_body(e.model, about.body, "a point to take momentum about")
             where = point_position(e.model, e.state, about)
         else:
             if isinstance(about, str) or not hasattr(about, "__len__") or len(about) != 3:

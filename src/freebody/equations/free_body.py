@@ -25,9 +25,12 @@ from ..describe.load import (
     Spring,
     Torque,
 )
+from ..dynamics.coordinates import forces_on_free_displacements
+from ..dynamics.joint_freedom import pressing
 from ..dynamics.kinematics import accelerations, point_position, rotation, velocities
-from ..dynamics.loading import along, couples, point_forces, weight
+from ..dynamics.loading import along, couples, point_forces, speed_of, weight
 from ..errors import ModelError, nearest
+from ..model.model import Model
 from ..scalar.algebra import IDENTITY, ZERO, Vector, add, apply, apply_transpose, cross, scale, subtract
 from .display import equation_latex, equation_text, text
 from .reaction import unknowns
@@ -62,6 +65,18 @@ class Action:
     by: str
 
 
+def own_body(model: Model, body: Any, what: str) -> Body:
+    """``body``, if it is a body of the system that the model was made from."""
+    if not isinstance(body, Body):
+        raise ModelError(f"Expected a body for {what}, got {body!r}.")
+    if body.system.names is not model.names:
+        raise ModelError(
+            f"Body '{body.name}', given for {what}, belongs to the system '{body.system.name}', "
+            f"not to '{model.name}'. Name a body of '{model.name}'."
+        )
+    return body
+
+
 class FreeBody:
     """Free-body diagram and kinetic diagram of one body, as equations. Made by :meth:`Equations.free_body`."""
 
@@ -80,7 +95,7 @@ class FreeBody:
         self.frame = "ground"
         self._axes = IDENTITY
         if frame is not None:
-            name = frame if isinstance(frame, str) else frame.name
+            name = frame if isinstance(frame, str) else self._own(frame, "a frame").name
             if name != "ground":
                 if name not in model.bodies:
                     raise ModelError(f"Unknown frame '{name}'; {nearest(name, [*model.bodies, 'ground'])}")
@@ -94,11 +109,11 @@ class FreeBody:
             raise ModelError(
                 f"Expected a point, such as bar.point(0, 1, 0), to take moments about, got {about!r}."
             )
-        if about.body.name != "ground" and about.body.name not in self._e.model.bodies:
-            raise ModelError(
-                f"Point of unknown body '{about.body.name}'; {nearest(about.body.name, self._e.model.bodies)}"
-            )
+        self._own(about.body, "a point to take moments about")
         return point_position(self._e.model, self._e.state, about)
+
+    def _own(self, body: Any, what: str) -> Body:
+        return own_body(self._e.model, body, what)
 
     @cached_property
     def actions(self) -> tuple[Action, ...]:
@@ -106,10 +121,9 @@ class FreeBody:
         e, model, state = self._e, self._e.model, self._e.state
         result = []
         if self._place.mass != 0 and any(g != 0 for g in model.gravity):
+            name = "gravity" if "weight" in model.loads else "weight"
             result.append(
-                Action(
-                    "weight", "weight", weight(model, state, self._place.mass), ZERO, self._centre, "gravity"
-                )
+                Action(name, "weight", weight(model, state, self._place.mass), ZERO, self._centre, "gravity")
             )
         for load in model.loads.values():
             result.extend(self._of_load(load))
@@ -141,27 +155,35 @@ class FreeBody:
                 if body.name == self.body
             ]
         if isinstance(load, GeneralizedForce):
-            return []
+            return self._of_generalized(load)
         assert isinstance(load, JointSpring | JointDamper | JointForce)
-        joint = model.joints[load.joint.name]
         kind = {JointSpring: "spring", JointDamper: "damper", JointForce: "motor"}[type(load)]
-        i = joint.links[load.index]
-        # inside a joint of several motions the load acts on its massless links
-        sides = ((joint.links[-1], joint.child, 1), (joint.links[0], joint.parent, -1))
-        at = self._e.joint_points[load.joint.name]
-        return [
-            self._along_joint(load, i, sign, at, kind)
-            for end, body, sign in sides
-            if body == self.body and end == i
-        ]
+        link = model.joints[load.joint.name].links[load.index]
+        return self._along_joint(load.name, load.joint.name, link, along(model, state, load), kind)
 
-    def _along_joint(self, load: Any, i: int, sign: int, at: Vector, kind: str) -> Action:
+    def _of_generalized(self, load: GeneralizedForce) -> list[Action]:
+        """A generalized force as loads along the free displacements, whose power is the same."""
         model, state = self._e.model, self._e.state
-        link = model.links[i]
-        axis = apply(rotation(model, state, i), state.vector(link.axis))
-        vector = scale(sign * along(model, state, load), axis)
-        force, moment = (vector, ZERO) if link.kind == "slider" else (ZERO, vector)
-        return Action(load.name, kind, force, moment, at, f"joint '{load.joint.name}'")
+        tau = forces_on_free_displacements(model, state, speed_of(model, load), state(load.value))
+        result = []
+        for name, joint in model.joints.items():
+            for i in joint.links:
+                if tau.get(i, 0) != 0:
+                    result += self._along_joint(load.name, name, i, tau[i], "load")
+        return result
+
+    def _along_joint(self, load: str, name: str, link: int, value: Any, kind: str) -> list[Action]:
+        """A load along a displacement, on the child of the joint or with opposite sign on its parent."""
+        model, state = self._e.model, self._e.state
+        joint = model.joints[name]
+        sign = 1 if joint.child == self.body else -1 if joint.parent == self.body else 0
+        if sign == 0:
+            return []
+        # the massless links inside the joint pass it on whole
+        moment, force = pressing(model, state, joint, link)
+        R = rotation(model, state, joint.links[-1])
+        force, moment = (scale(sign * value, apply(R, v)) for v in (force, moment))
+        return [Action(load, kind, force, moment, self._e.joint_points[name], f"joint '{name}'")]
 
     @cached_property
     def mass_acceleration(self) -> Vector:

@@ -12,6 +12,7 @@ from typing import Any
 
 import sympy
 
+from ..dynamics.joint_freedom import joint_axes
 from ..dynamics.kinematics import rotation
 from ..dynamics.state import State
 from ..model.model import Model
@@ -22,7 +23,6 @@ from ..scalar.algebra import (
     Vector,
     add,
     apply,
-    apply_transpose,
     cross,
     divide,
     dot,
@@ -75,22 +75,22 @@ def unknowns(model: Model, state: State, name: str) -> list[Component]:
     joint = model.joints[name]
     last = joint.links[-1]
     R = rotation(model, state, last)
-    axes, pitch = _free_axes(model, state, name)
+    free = [axis for axis in joint_axes(model, state, joint) if axis.free]
     kinds = [model.links[i].kind for i in joint.links]
-    slides = [axis for kind, axis in axes if kind == "slider"]
-    turns = [axis for kind, axis in axes if kind in ("hinge", "screw")]
+    slides = [axis.direction for axis in free if axis.kind == "slider"]
+    turns = [axis.direction for axis in free if axis.kind != "slider"]
     result: list[Component] = []
     if "free" in kinds:
         return result
     for letter, along in _across(model, state, slides, R):
-        result.append(_component(state, f"{name}_{letter}", along, ZERO))
+        result.append(_component(model, state, f"{name}_{letter}", along, ZERO))
     if "ball" not in kinds and len(turns) < 3:
         for letter, along in _across(model, state, turns, R):
-            result.append(_component(state, f"{name}_M{letter}", ZERO, along))
+            result.append(_component(model, state, f"{name}_M{letter}", ZERO, along))
     if "screw" in kinds and turns:
         # the thread carries an axial force f and the moment -h f, which together do no work
         n = apply(R, turns[0])
-        result = [_threaded(c, n, pitch) for c in result]
+        result = [_threaded(c, n, free[0].pitch) for c in result]
     return result
 
 
@@ -101,26 +101,12 @@ def _threaded(component: Component, n: Vector, pitch: Any) -> Component:
     return Component(component.name, component.symbol, component.force, add(component.moment, couple))
 
 
-def _component(state: State, name: str, force: Vector, moment: Vector) -> Component:
+def _component(model: Model, state: State, name: str, force: Vector, moment: Vector) -> Component:
+    while name in model.names.kinds or name in model.loads:
+        name += "_"
     symbol = sympy.Symbol(name, real=True)
     state.field.generator(symbol, "reaction")  # type: ignore[attr-defined]
     return Component(name, symbol, force, moment)
-
-
-def _free_axes(model: Model, state: State, name: str) -> tuple[list[tuple[str, Vector]], Any]:
-    """(kind, axis) of the displacements that the joint leaves free, in axes of its last link; pitch of a screw."""
-    joint = model.joints[name]
-    determined = {i for i, _ in model.order} if model.order is not None else set()
-    axes: list[tuple[str, Vector]] = []
-    pitch: Any = 0
-    for i in joint.links:
-        link = model.links[i]
-        R, _, _ = state.joint(i)
-        axes = [(kind, apply_transpose(R, axis)) for kind, axis in axes]
-        if link.one_dof and i in determined:
-            axes.append((link.kind, state.vector(link.axis)))
-            pitch = state(link.pitch)
-    return axes, pitch
 
 
 def _across(model: Model, state: State, free: list[Vector], R: Matrix) -> list[tuple[str, Vector]]:

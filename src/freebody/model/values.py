@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from ..describe.names import finite
 from ..errors import ModelError, nearest
 
 if TYPE_CHECKING:
@@ -36,7 +36,4 @@ def _number(value: Any, name: str, model: Model) -> float:
     expression = model.names.expression(value, f"the value of parameter '{name}'")
     if isinstance(expression, sympy.Basic) and expression.free_symbols:
         raise ModelError(f"Expected a number for parameter '{name}', got '{value}'.")
-    number = float(expression)
-    if not math.isfinite(number):
-        raise ModelError(f"Expected a finite number for parameter '{name}', got {value!r}.")
-    return number
+    return finite(expression, f"parameter '{name}'")

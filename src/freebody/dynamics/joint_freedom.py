@@ -1,0 +1,142 @@
+"""What a joint leaves free, and what it can therefore transmit.
+
+The reaction of an ideal joint does no work in any of its free motions. Of the wrench (n, f) on the child about
+the joint's point it is what remains at right angles to the free turns (of n) and the free slides (of f):
+
+    n_R = n - P n,        f_R = f - P f,        P onto the span of the free axes.
+
+A load along one free motion presses on the child with the wrench that has power in that motion alone.
+A displacement that shares its coordinate with another one, or is a function of time, is not free: the joint
+transmits what keeps it so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from ..model.model import JointPlace, Model
+from ..scalar.algebra import ZERO, Vector, add, apply_transpose, cross, divide, dot, scale, subtract
+from ..space.spatial import Spatial
+from .state import State
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One motion of a joint: its link, kind, axis in the axes of the joint's last link, and pitch."""
+
+    link: int
+    kind: str  # hinge, slider, screw
+    direction: Vector
+    pitch: Any
+    free: bool
+
+
+def free_displacements(model: Model) -> tuple[tuple[int, int], ...]:
+    """(link, speed) of the displacements that can change alone, each with a speed by which it does so.
+
+    A speed that stands in one displacement only frees it; without that displacement, other speeds may stand in
+    one only.
+    """
+    rows = {i: dict(link.partials) for i, link in enumerate(model.links) if link.partials}
+    having: dict[int, set[int]] = {}
+    for i, row in rows.items():
+        for j in row:
+            having.setdefault(j, set()).add(i)
+    ready = [j for j, links in having.items() if len(links) == 1]
+    result = []
+    while ready:
+        j = ready.pop()
+        if len(having[j]) != 1:
+            continue
+        (i,) = having[j]
+        if isinstance(rows[i][j], sympy.Basic):
+            continue  # it may vanish somewhere
+        result.append((i, j))
+        for k in rows[i]:
+            having[k].discard(i)
+            if len(having[k]) == 1:
+                ready.append(k)
+    return tuple(result)
+
+
+def joint_axes(model: Model, state: State, joint: JointPlace) -> list[Axis]:
+    """The 1-dof motions of a joint, first to last, in the axes of its last link."""
+    if "free" not in state.cache:
+        state.cache["free"] = {i for i, _ in free_displacements(model)}
+    axes: list[Axis] = []
+    for i in joint.links:
+        link = model.links[i]
+        R, _, _ = state.joint(i)
+        axes = [Axis(a.link, a.kind, apply_transpose(R, a.direction), a.pitch, a.free) for a in axes]
+        if link.one_dof:
+            free = i in state.cache["free"]
+            axes.append(Axis(i, link.kind, state.vector(link.axis), state(link.pitch), free))
+    return axes
+
+
+def transmissible(model: Model, state: State, joint: JointPlace, wrench: Spatial) -> Spatial:
+    """The part of a wrench on the child, about the joint's point in the last link's axes, that the joint can carry."""
+    n, f = wrench
+    kinds = {model.links[i].kind for i in joint.links}
+    if "free" in kinds:
+        return (ZERO, ZERO)
+    if "ball" in kinds:
+        return (ZERO, f)
+    free = [axis for axis in joint_axes(model, state, joint) if axis.free]
+    slides = [axis.direction for axis in free if axis.kind == "slider"]
+    turns = [axis.direction for axis in free if axis.kind == "hinge"]
+    for axis in free:
+        if axis.kind == "screw":
+            # the thread carries the axial force f with the moment -h f about the axis
+            power = dot(axis.direction, n) + axis.pitch * dot(axis.direction, f)
+            n = subtract(n, scale(power, axis.direction))
+    return (_across(n, turns), _across(f, slides))
+
+
+def _across(v: Vector, free: list[Vector]) -> Vector:
+    """v less its projection on the span of the free directions, unit vectors."""
+    if not free:
+        return v
+    if len(free) == 1:
+        return subtract(v, scale(dot(free[0], v), free[0]))
+    if len(free) == 2:
+        normal = cross(free[0], free[1])
+        return scale(divide(dot(normal, v), dot(normal, normal)), normal)
+    return ZERO
+
+
+def pressing(model: Model, state: State, joint: JointPlace, link: int) -> Spatial:
+    """Wrench on the child of a unit load along one displacement, about the joint's point in the last link's axes.
+
+    It has power one in that displacement and none in the other free ones.
+    """
+    axes = joint_axes(model, state, joint)
+    (own,) = [axis for axis in axes if axis.link == link]
+    if own.kind == "slider":
+        slides = [
+            axis.direction for axis in axes if axis.kind == "slider" and axis.free and axis.link != link
+        ]
+        return (ZERO, own.direction if own.free else _across(own.direction, slides))
+    if own.kind == "screw":
+        return (own.direction, ZERO)
+    others = [axis.direction for axis in axes if axis.kind == "hinge" and axis.free and axis.link != link]
+    across = _across(own.direction, others)
+    if own.free and others:
+        across = scale(divide(1, dot(own.direction, across)), across)
+    return (across, ZERO)
+
+
+def loads_on_child(model: Model, state: State, joint: JointPlace, along: Mapping[int, Any]) -> Spatial:
+    """Wrench on the child of the loads ``along`` the joint's displacements that are not free."""
+    n: Vector = ZERO
+    f: Vector = ZERO
+    for axis in joint_axes(model, state, joint):
+        if not axis.free and axis.link in along:
+            moment, force = pressing(model, state, joint, axis.link)
+            n = add(n, scale(along[axis.link], moment))
+            f = add(f, scale(along[axis.link], force))
+    return (n, f)
