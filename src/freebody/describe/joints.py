@@ -8,9 +8,14 @@ zero the joint axes on both bodies coincide.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from functools import wraps
+from typing import TYPE_CHECKING, Any, ParamSpec
+
+import sympy
 
 from ..errors import ModelError
+from ..scalar.algebra import cross
 from .axes import UNIT, direction, orientation
 from .body import Body, Point
 from .joint import Joint, Primitive
@@ -19,7 +24,28 @@ from .names import is_identifier
 if TYPE_CHECKING:
     from .system import System
 
+Arguments = ParamSpec("Arguments")
 
+
+def _whole(make: Callable[Arguments, Joint]) -> Callable[Arguments, Joint]:
+    """A joint is made whole or not at all: when it is refused, its coordinates are not left behind."""
+
+    @wraps(make)
+    def attempt(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Joint:
+        system: Any = args[0]
+        mark = system.names.mark()
+        try:
+            return make(*args, **kwargs)
+        except Exception:
+            system.names.forget(mark)
+            for name in [name for name in system.declared if name not in system.names.kinds]:
+                del system.declared[name]
+            raise
+
+    return attempt
+
+
+@_whole
 def hinge(
     system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "z",
     parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
@@ -58,6 +84,7 @@ def hinge(
                 {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
 
+@_whole
 def slider(
     system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "x",
     parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
@@ -69,6 +96,7 @@ def slider(
                 [Primitive("slider", n, slide)], {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
 
+@_whole
 def cylindrical(
     system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "z",
     parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
@@ -81,6 +109,7 @@ def cylindrical(
                 {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
 
+@_whole
 def screw(
     system: System, name: str, parent: Body, child: Body, *, pitch: Any, at: Any = None, to: Any = None,
     axis: Any = "z", parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
@@ -99,22 +128,28 @@ def screw(
                 {"axis": axis, "coordinate": coordinate, "pitch": pitch})  # fmt: skip
 
 
+@_whole
 def universal(
     system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
     axis: Any = ("x", "y"), parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
 ) -> Joint:  # fmt: skip
     """Two turns: about the first ``axis``, fixed in the parent, then about the second, fixed in the child."""
-    if isinstance(axis, str) or len(axis) != 2:
+    if isinstance(axis, str) or not hasattr(axis, "__len__") or len(axis) != 2:
         raise ModelError(
             f"Expected two axes, such as ('x', 'y'), for universal joint '{name}', got {axis!r}."
         )
     axes = [direction(system, one, f"the axis of universal joint '{name}'") for one in axis]
+    if all(sympy.sympify(component) == 0 for component in cross(*axes)):
+        raise ModelError(
+            f"The two axes of universal joint '{name}' are parallel: {axis!r}. Give two directions, or make a hinge."
+        )
     angles = _coordinates(system, name, coordinate, [f"{name}_1", f"{name}_2"])
     return _add(system, "universal", name, parent, child, at, to, parent_axes, child_axes,
                 [Primitive("hinge", n, angle) for n, angle in zip(axes, angles, strict=True)],
                 {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
 
+@_whole
 def gimbal(
     system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: str = "ZXZ",
     parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
@@ -139,6 +174,7 @@ def gimbal(
                 {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
 
+@_whole
 def planar(
     system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "z",
     parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
@@ -149,7 +185,7 @@ def planar(
     reached by ``parent_axes``.
     """
     order = {"x": "yz", "y": "zx", "z": "xy"}
-    if axis not in order:
+    if not isinstance(axis, str) or axis not in order:
         raise ModelError(
             f"Expected 'x', 'y' or 'z' for the normal of planar joint '{name}', got {axis!r}. "
             f"Turn the joint by parent_axes for another plane."
@@ -164,6 +200,7 @@ def planar(
                 {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
 
+@_whole
 def ball(
     system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
     parent_axes: Any = None, child_axes: Any = None, coordinate: str | None = None,
@@ -179,6 +216,7 @@ def ball(
                 [Primitive("ball", coordinate=tuple(q))], {"coordinate": coordinate})  # fmt: skip
 
 
+@_whole
 def free(
     system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
     parent_axes: Any = None, child_axes: Any = None, coordinate: str | None = None,
@@ -196,6 +234,7 @@ def free(
                 [Primitive("free", coordinate=tuple(q))], {"coordinate": coordinate})  # fmt: skip
 
 
+@_whole
 def weld(
     system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
     parent_axes: Any = None, child_axes: Any = None,
@@ -238,6 +277,12 @@ def _coordinates(system: System, name: str, given: Any, defaults: list[str]) -> 
         if speeds:
             raise ModelError(
                 f"In {what}: a displacement may depend on coordinates, parameters and time, not on {', '.join(speeds)}."
+            )
+        foreign = [n for n in system.names.depends(value, "coordinate") if n not in system.declared]
+        if foreign:
+            raise ModelError(
+                f"In {what}: {', '.join(foreign)} is a component of a ball or free joint; a displacement may depend on "
+                f"coordinates of the other joints only. Use a gimbal, or sliders and hinges, to couple joints."
             )
         result.append(value)
     return result

@@ -15,7 +15,7 @@ from . import loads as _loads
 from .body import Body, Point
 from .joint import Joint
 from .load import Load
-from .names import TIME, Names, check_name
+from .names import TIME, Names, check_name, finite
 
 
 @dataclass(frozen=True)
@@ -81,9 +81,7 @@ class System:
         Symbol or tuple of Symbol
             Real SymPy symbols, in the order given.
         """
-        symbols = []
-        for name in names.replace(",", " ").split():
-            symbols.append(self._parameter(name, None))
+        values: list[tuple[str, float | None]] = [(name, None) for name in names.replace(",", " ").split()]
         for name, value in defaults.items():
             number = self.names.expression(value, f"the default of parameter '{name}'")
             if isinstance(number, sympy.Basic) and number.free_symbols:
@@ -91,15 +89,18 @@ class System:
                     f"The default value of parameter '{name}' must be a number, got '{number}'. "
                     f"Write expressions of parameters where they are used."
                 )
-            symbols.append(self._parameter(name, float(number)))
+            values.append((name, finite(number, f"the default of parameter '{name}'")))
+        mark = self.names.mark()
+        try:
+            symbols = [self.names.parameter(name) for name, _ in values]
+        except ModelError:
+            self.names.forget(mark)
+            raise
+        for symbol, (name, default) in zip(symbols, values, strict=True):
+            self._parameters[name] = Parameter(name, symbol, default)
         if not symbols:
             raise ModelError("Expected at least one parameter, such as parameters(m=1.0).")
         return symbols[0] if len(symbols) == 1 else tuple(symbols)
-
-    def _parameter(self, name: str, default: float | None) -> Any:
-        symbol = self.names.parameter(name)
-        self._parameters[name] = Parameter(name, symbol, default)
-        return symbol
 
     def coordinates(self, names: str) -> Any:
         """Declare coordinates to be used in the expressions of joints, ``"theta1 theta2"``.
@@ -109,7 +110,13 @@ class System:
         function of time, or tuple of them
             Their time derivatives, ``theta.diff(s.t)`` or the text ``"theta'"``, are the speeds.
         """
-        atoms = [self.declare_coordinate(name) for name in str(names).replace(",", " ").split()]
+        mark = self.names.mark()
+        try:
+            atoms = [self.names.coordinate(name) for name in str(names).replace(",", " ").split()]
+        except ModelError:
+            self.names.forget(mark)
+            raise
+        self.declared.update((self.names.texts[atom], atom) for atom in atoms)
         if not atoms:
             raise ModelError("Expected at least one coordinate name, such as coordinates('theta').")
         return atoms[0] if len(atoms) == 1 else tuple(atoms)
@@ -158,7 +165,9 @@ class System:
         """
         for condition in conditions:
             if isinstance(condition, sympy.StrictGreaterThan | sympy.StrictLessThan):
-                self.positive.add(condition.gts - condition.lts)
+                self.positive.add(
+                    self.expression(condition.gts - condition.lts, f"the condition {condition}")
+                )
             elif condition is not sympy.true and condition is not True:
                 raise ModelError(f"Expected a condition such as k > 0, got {condition!r}.")
 
