@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from . import testing as testing
     from .compile.program import compile_system as compile  # noqa: F401
     from .describe.system import System as System
-    from .equations import equations as equations
+    from .equations.equations import equations as equations
     from .formats import read as read
     from .formats import write as write
-    from .model import Model as Model
-    from .model import assemble as assemble
-    from .simulate import Trajectory as Trajectory
-    from .simulate import event as event
-    from .simulate import simulate as simulate
+    from .model.assemble import assemble as assemble
+    from .model.model import Model as Model
+    from .simulate.event import event as event
+    from .simulate.simulate import simulate as simulate
+    from .simulate.trajectory import Trajectory as Trajectory
     from .space.density import from_density as from_density
     from .space.density import revolve as revolve
     from .space.mass import MassProperties as MassProperties
@@ -55,21 +55,21 @@ __version__ = "0.1.0"
 # public name -> module that holds it, "module:attribute" where the attribute is named otherwise
 _EXPORTS = {
     "MassProperties": "space.mass",
-    "Model": "model",
+    "Model": "model.model",
     "Pose": "space.pose",
     "Rotation": "space.rotation",
     "System": "describe.system",
-    "Trajectory": "simulate",
-    "assemble": "model",
+    "Trajectory": "simulate.trajectory",
+    "assemble": "model.assemble",
     "box": "space.solids",
     "compile": "compile.program:compile_system",
     "cone": "space.solids",
     "cylinder": "space.solids",
     "disk": "space.solids",
     "ellipsoid": "space.solids",
-    "equations": "equations",
+    "equations": "equations.equations",
     "errors": "errors",
-    "event": "simulate",
+    "event": "simulate.event",
     "from_density": "space.density",
     "mesh": "space.mesh",
     "particle": "space.solids",
@@ -77,7 +77,7 @@ _EXPORTS = {
     "read": "formats",
     "revolve": "space.density",
     "ring": "space.solids",
-    "simulate": "simulate",
+    "simulate": "simulate.simulate",
     "slender_bar": "space.solids",
     "sphere": "space.solids",
     "spherical_shell": "space.solids",
