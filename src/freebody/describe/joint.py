@@ -41,6 +41,8 @@ class Joint:
     child_axes: Any
     primitives: tuple[Primitive, ...]
     given: dict[str, Any]
+    closes: bool = False
+    """Whether the joint closes a loop, because its child hangs on an earlier joint or is the ground."""
 
     def __repr__(self) -> str:
         return f"{self.type} '{self.name}' ({self.parent.name} -> {self.child.name})"

@@ -79,7 +79,7 @@ def hinge(
     hinge 'shaft' (ground -> crank)
     """
     n = direction(system, axis, f"the axis of hinge '{name}'")
-    (angle,) = _coordinates(system, name, coordinate, [name])
+    (angle,) = _coordinates(system, child, name, coordinate, [name])
     return _add(system, "hinge", name, parent, child, at, to, parent_axes, child_axes, [Primitive("hinge", n, angle)],
                 {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
@@ -91,7 +91,7 @@ def slider(
 ) -> Joint:  # fmt: skip
     """One displacement ``coordinate`` [m] along ``axis``, without turning. Arguments as :meth:`hinge`."""
     n = direction(system, axis, f"the axis of slider '{name}'")
-    (slide,) = _coordinates(system, name, coordinate, [name])
+    (slide,) = _coordinates(system, child, name, coordinate, [name])
     return _add(system, "slider", name, parent, child, at, to, parent_axes, child_axes,
                 [Primitive("slider", n, slide)], {"axis": axis, "coordinate": coordinate})  # fmt: skip
 
@@ -103,7 +103,7 @@ def cylindrical(
 ) -> Joint:  # fmt: skip
     """A displacement along ``axis`` and a turn about it; ``coordinate`` is (displacement, angle)."""
     n = direction(system, axis, f"the axis of cylindrical joint '{name}'")
-    slide, turn = _coordinates(system, name, coordinate, [f"{name}_slide", f"{name}_turn"])
+    slide, turn = _coordinates(system, child, name, coordinate, [f"{name}_slide", f"{name}_turn"])
     return _add(system, "cylindrical", name, parent, child, at, to, parent_axes, child_axes,
                 [Primitive("slider", n, slide), Primitive("hinge", n, turn)],
                 {"axis": axis, "coordinate": coordinate})  # fmt: skip
@@ -116,7 +116,7 @@ def screw(
 ) -> Joint:  # fmt: skip
     """A turn by ``coordinate`` [rad] about ``axis`` that advances ``pitch`` [m] per radian along it."""
     n = direction(system, axis, f"the axis of screw '{name}'")
-    (turn,) = _coordinates(system, name, coordinate, [name])
+    (turn,) = _coordinates(system, child, name, coordinate, [name])
     advance = system.expression(pitch, f"the pitch of screw '{name}'")
     moving = system.names.depends(advance, "coordinate", "speed", "time")
     if moving:
@@ -143,7 +143,7 @@ def universal(
         raise ModelError(
             f"The two axes of universal joint '{name}' are parallel: {axis!r}. Give two directions, or make a hinge."
         )
-    angles = _coordinates(system, name, coordinate, [f"{name}_1", f"{name}_2"])
+    angles = _coordinates(system, child, name, coordinate, [f"{name}_1", f"{name}_2"])
     return _add(system, "universal", name, parent, child, at, to, parent_axes, child_axes,
                 [Primitive("hinge", n, angle) for n, angle in zip(axes, angles, strict=True)],
                 {"axis": axis, "coordinate": coordinate})  # fmt: skip
@@ -168,7 +168,7 @@ def gimbal(
         raise ModelError(
             f"Gimbal '{name}': '{axis}' is not an Euler sequence; use three of X, Y, Z with neighbours different."
         )
-    angles = _coordinates(system, name, coordinate, [f"{name}_1", f"{name}_2", f"{name}_3"])
+    angles = _coordinates(system, child, name, coordinate, [f"{name}_1", f"{name}_2", f"{name}_3"])
     return _add(system, "gimbal", name, parent, child, at, to, parent_axes, child_axes,
                 [Primitive("hinge", UNIT[letter.lower()], angle) for letter, angle in zip(axis, angles, strict=True)],
                 {"axis": axis, "coordinate": coordinate})  # fmt: skip
@@ -192,7 +192,7 @@ def planar(
         )
     first, second = order[axis][0], order[axis][1]
     a, b, turn = _coordinates(
-        system, name, coordinate, [f"{name}_{first}", f"{name}_{second}", f"{name}_turn"]
+        system, child, name, coordinate, [f"{name}_{first}", f"{name}_{second}", f"{name}_turn"]
     )
     return _add(system, "planar", name, parent, child, at, to, parent_axes, child_axes,
                 [Primitive("slider", UNIT[first], a), Primitive("slider", UNIT[second], b),
@@ -210,8 +210,10 @@ def ball(
     Coordinates ``NAME_e0 … NAME_e3`` (scalar first), speeds ``NAME_wx, NAME_wy, NAME_wz``: the angular
     velocity of the child in the parent, components in the child's joint axes. ``coordinate`` replaces NAME.
     """
-    q = _components(system, coordinate or name, ["e0", "e1", "e2", "e3"], "coordinate")
-    _components(system, coordinate or name, ["wx", "wy", "wz"], "speed")
+    q: list[Any] = []
+    if not closes_loop(system, child):
+        q = _components(system, coordinate or name, ["e0", "e1", "e2", "e3"], "coordinate")
+        _components(system, coordinate or name, ["wx", "wy", "wz"], "speed")
     return _add(system, "ball", name, parent, child, at, to, parent_axes, child_axes,
                 [Primitive("ball", coordinate=tuple(q))], {"coordinate": coordinate})  # fmt: skip
 
@@ -227,6 +229,10 @@ def free(
     quaternion ``NAME_e0 … NAME_e3``; speeds ``NAME_wx …`` and ``NAME_vx …``: angular velocity of the child
     and velocity of the point ``to``, both relative to the parent and in the child's joint axes.
     """
+    if closes_loop(system, child):
+        raise ModelError(
+            f"Free joint '{name}' would leave '{child.name}', which another joint holds, free: it does nothing. Leave it out."
+        )
     prefix = coordinate or name
     q = _components(system, prefix, ["x", "y", "z", "e0", "e1", "e2", "e3"], "coordinate")
     _components(system, prefix, ["wx", "wy", "wz", "vx", "vy", "vz"], "speed")
@@ -243,11 +249,26 @@ def weld(
     return _add(system, "weld", name, parent, child, at, to, parent_axes, child_axes, [Primitive("weld")], {})
 
 
-def _coordinates(system: System, name: str, given: Any, defaults: list[str]) -> list[Any]:
-    """Displacements of a joint: new coordinates by name, or expressions."""
+def closes_loop(system: System, child: Any) -> bool:
+    """Whether a joint with this child closes a loop: the child is the ground, or hangs on an earlier joint."""
+    if not isinstance(child, Body):
+        return False
+    return child.is_ground or any(joint.child is child for joint in system.joints.values())
+
+
+def _coordinates(system: System, child: Any, name: str, given: Any, defaults: list[str]) -> list[Any]:
+    """Displacements of a joint: new coordinates by name, or expressions; none for a joint that closes a loop."""
     what = f"the coordinate of joint '{name}'"
     if name in system.joints:
         system.claim(name, system.joints, "joint")
+    if closes_loop(system, child):
+        if given is not None:
+            raise ModelError(
+                f"Joint '{name}' closes a loop, since '{child.name}' is already held by an earlier joint: its displacement "
+                f"follows from the other coordinates. Leave out coordinate=, or declare this joint before the one that "
+                f"shall close the loop."
+            )
+        return [None] * len(defaults)
     if given is None:
         given = defaults
     elif isinstance(given, str):
@@ -319,6 +340,7 @@ def _add(
         orientation(system, parent_axes, f"parent_axes= of {what}"),
         orientation(system, child_axes, f"child_axes= of {what}"),
         tuple(primitives), {**given, "parent_axes": parent_axes, "child_axes": child_axes},
+        closes_loop(system, child),
     )  # fmt: skip
     system.joints[name] = joint
     return joint

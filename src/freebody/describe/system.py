@@ -10,9 +10,11 @@ import sympy
 
 from ..errors import ModelError, nearest
 from ..space.mass import MassProperties
+from . import constraints as _constraints
 from . import joints as _joints
 from . import loads as _loads
 from .body import Body, Point
+from .constraint import Constraint
 from .joint import Joint
 from .load import Load
 from .names import TIME, Names, check_name, finite
@@ -53,6 +55,7 @@ class System:
         self.bodies: dict[str, Body] = {}
         self.joints: dict[str, Joint] = {}
         self.loads: dict[str, Load] = {}
+        self.constraints: dict[str, Constraint] = {}
         self.declared: dict[str, Any] = {}  # coordinates by name, in order of declaration
         self.about: dict[str, tuple[str, str]] = {}  # name -> (unit, what it is)
         self.positive: set[Any] = set()
@@ -206,6 +209,10 @@ class System:
     damper = _loads.damper
     torsion_spring = _loads.torsion_spring
     generalized_force = _loads.generalized_force
+    constrain = _constraints.constrain
+    constrain_speed = _constraints.constrain_speed
+    gear = _constraints.gear
+    rope = _constraints.rope
 
     # -- bodies ---------------------------------------------------------------------------------
 

@@ -11,26 +11,38 @@ from typing import Any
 from ..scalar.algebra import divide
 
 
+class Factorization:
+    """L D Lᵀ of a symmetric positive definite matrix, of which only the lower triangle is read."""
+
+    def __init__(self, A: Sequence[Sequence[Any]]) -> None:
+        n = len(A)
+        self.L: list[list[Any]] = [[0] * n for _ in range(n)]
+        self.D: list[Any] = [0] * n
+        L, D = self.L, self.D
+        for i in range(n):
+            for j in range(i):
+                c = A[i][j]
+                for k in range(j):
+                    c = c - L[i][k] * L[j][k] * D[k]
+                L[i][j] = divide(c, D[j])
+            D[i] = A[i][i]
+            for k in range(i):
+                D[i] = D[i] - L[i][k] * L[i][k] * D[k]
+
+    def solve(self, b: Sequence[Any]) -> list[Any]:
+        """x with A x = b."""
+        n = len(b)
+        x = list(b)
+        for i in range(n):
+            for k in range(i):
+                x[i] = x[i] - self.L[i][k] * x[k]
+        x = [divide(value, pivot) for value, pivot in zip(x, self.D, strict=True)]
+        for i in range(n - 1, -1, -1):
+            for k in range(i + 1, n):
+                x[i] = x[i] - self.L[k][i] * x[k]
+        return x
+
+
 def solve_symmetric(A: Sequence[Sequence[Any]], b: Sequence[Any]) -> list[Any]:
-    """x with A x = b. Only the lower triangle of A is read."""
-    n = len(b)
-    L: list[list[Any]] = [[0] * n for _ in range(n)]
-    D: list[Any] = [0] * n
-    for i in range(n):
-        for j in range(i):
-            c = A[i][j]
-            for k in range(j):
-                c = c - L[i][k] * L[j][k] * D[k]
-            L[i][j] = divide(c, D[j])
-        D[i] = A[i][i]
-        for k in range(i):
-            D[i] = D[i] - L[i][k] * L[i][k] * D[k]
-    x = list(b)
-    for i in range(n):
-        for k in range(i):
-            x[i] = x[i] - L[i][k] * x[k]
-    x = [divide(value, pivot) for value, pivot in zip(x, D, strict=True)]
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
-            x[i] = x[i] - L[k][i] * x[k]
-    return x
+    """x with A x = b."""
+    return Factorization(A).solve(b)

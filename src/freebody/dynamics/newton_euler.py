@@ -93,20 +93,24 @@ def bias(model: Model, state: State) -> tuple[Any, ...]:
     return inverse_dynamics(model, state, None)
 
 
-def reactions(model: Model, state: State, udot: Sequence[Any]) -> dict[str, tuple[Vector, Vector]]:
+def reactions(
+    model: Model, state: State, udot: Sequence[Any], loads: Loading | None = None
+) -> dict[str, tuple[Vector, Vector]]:
     """(force, moment) of every joint on its child, about the joint's point on the child, in ground axes.
 
     Loads along the joint (springs, dampers, motors) are not part of it; the force that drives a prescribed
-    displacement is.
+    displacement is. ``loads`` replaces the model's own where constraints act too.
     """
     return {
         name: (apply(R, force), apply(R, moment))
-        for name, (R, force, moment) in _on_children(model, state, udot).items()
+        for name, (R, force, moment) in _on_children(model, state, udot, loads).items()
     }
 
 
-def _on_children(model: Model, state: State, udot: Sequence[Any]) -> dict[str, tuple[Any, Vector, Vector]]:
-    loads = loading(model, state)
+def _on_children(
+    model: Model, state: State, udot: Sequence[Any], given: Loading | None
+) -> dict[str, tuple[Any, Vector, Vector]]:
+    loads = loading(model, state) if given is None else given
     F = transmitted(model, state, udot, loads)
     result = {}
     for name, joint in model.joints.items():
@@ -117,12 +121,12 @@ def _on_children(model: Model, state: State, udot: Sequence[Any]) -> dict[str, t
     return result
 
 
-def drive_power(model: Model, state: State, udot: Sequence[Any]) -> Any:
+def drive_power(model: Model, state: State, udot: Sequence[Any], given: Loading | None = None) -> Any:
     """Power that the drives of prescribed displacements put in: Σ (Sᵀ F - loads along) ∂y/∂t."""
     driven = [i for i, link in enumerate(model.links) if link.one_dof and link.drift != 0]
     if not driven:
         return 0
-    loads = loading(model, state)
+    loads = loading(model, state) if given is None else given
     F = transmitted(model, state, udot, loads)
     total: Any = 0
     for i in driven:

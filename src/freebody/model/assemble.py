@@ -13,6 +13,7 @@ from ..describe.system import System
 from ..errors import ModelError
 from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, multiply, subtract, transpose
 from ..scalar.expression import exact
+from .closure import closure
 from .model import GROUND, Coordinate, JointPlace, Link, Model, Place, Speed
 
 
@@ -90,13 +91,17 @@ def assemble(system: System) -> Model:
         speeds=speeds,
         links=tuple(links),
         bodies={name: bodies[name] for name in system.bodies},
-        joints={name: joints[name] for name in system.joints},
+        joints={name: joints[name] for name in system.joints if name in joints},
         loads=dict(system.loads),
         gravity=system.gravity,
         positive=tuple(system.positive),
         names=system.names,
         about=dict(system.about),
         order=_order(links, speeds, kinds),
+        constraints={
+            **{name: closure(joint) for name, joint in system.joints.items() if joint.closes},
+            **system.constraints,
+        },
     )
     _check_coordinates(model)
     _check_tips(model)
@@ -121,17 +126,8 @@ def _outward(system: System) -> list[Joint]:
     hangs: dict[str, Joint] = {}
     children: dict[str, list[Joint]] = {}
     for joint in system.joints.values():
-        if joint.child.is_ground:
-            raise ModelError(
-                f"The ground is the child of {joint.type} '{joint.name}'. Name it as the parent: "
-                f"parent=ground, child='{joint.parent.name}', with at= and to= exchanged."
-            )
-        if joint.child.name in hangs:
-            raise ModelError(
-                f"Joint '{joint.name}' closes a loop: body '{joint.child.name}' is already the child of joint "
-                f"'{hangs[joint.child.name].name}'. Closed loops can not be assembled yet; open the loop, or "
-                f"exchange parent and child if this joint was meant to carry '{joint.parent.name}'."
-            )
+        if joint.closes:
+            continue
         hangs[joint.child.name] = joint
         children.setdefault(joint.parent.name, []).append(joint)
     loose = [name for name in system.bodies if name not in hangs]

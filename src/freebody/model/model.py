@@ -111,6 +111,9 @@ class Model:
     order: tuple[tuple[int, int], ...] | None = field(default=None)
     """(link, speed) pairs: displacements that determine the coordinates one after another; None if they do not."""
 
+    constraints: Mapping[str, Any] = field(default_factory=dict)
+    """Closures of loops and constraints on coordinates and speeds, by name."""
+
     @property
     def n_q(self) -> int:
         """Number of coordinates."""

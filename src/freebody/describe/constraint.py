@@ -1,0 +1,47 @@
+"""Constraints besides the joints of the tree: closures of loops, conditions on coordinates and on speeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from .body import Point
+from .joint import Joint
+
+
+@dataclass(frozen=True)
+class Condition:
+    """An expression of coordinates and time that stays zero."""
+
+    name: str
+    expression: Any
+
+
+@dataclass(frozen=True)
+class SpeedCondition:
+    """An expression, linear in speeds, that stays zero: rolling without slip, a knife edge."""
+
+    name: str
+    expression: Any
+
+
+@dataclass(frozen=True)
+class Gear:
+    """Displacement of the first joint = ratio times that of the second."""
+
+    name: str
+    first: Joint
+    second: Joint
+    ratio: Any
+
+
+@dataclass(frozen=True)
+class Rope:
+    """A taut, massless rope of constant length that runs without friction over points."""
+
+    name: str
+    points: tuple[Point, ...]
+    length: Any
+
+
+Constraint = Condition | SpeedCondition | Gear | Rope

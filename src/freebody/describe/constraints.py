@@ -1,0 +1,135 @@
+"""The constraints of a system: conditions on coordinates and speeds, gears, ropes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from ..errors import ModelError
+from .constraint import Condition, Constraint, Gear, Rope, SpeedCondition
+from .joint import Joint
+
+if TYPE_CHECKING:
+    from .system import System
+
+
+def constrain(system: System, condition: Any, *, name: str | None = None) -> Constraint:
+    """Keep an expression of coordinates and time zero (a holonomic constraint).
+
+    Parameters
+    ----------
+    condition : expression, or SymPy ``Eq``
+        Of coordinates, parameters and time.
+    name : str, optional
+        Name of its multiplier in the equations.
+
+    Raises
+    ------
+    ModelError
+        An expression that holds speeds, or no coordinate.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("bead on a parabola")
+    >>> bead = s.body("bead", fb.particle(1))
+    >>> rail = s.planar("rail", s.ground, bead, coordinate="x y turn")
+    >>> c = s.constrain("y - x^2", name="wire")
+    """
+    name, expression = _named(system, condition, name, "constraint")
+    speeds = system.names.depends(expression, "speed")
+    if speeds:
+        raise ModelError(
+            f"Constraint '{name}' depends on {', '.join(speeds)}. A condition on speeds is given by s.constrain_speed."
+        )
+    if not system.names.depends(expression, "coordinate"):
+        raise ModelError(
+            f"Constraint '{name}' holds no coordinate: '{expression}' says nothing about the motion."
+        )
+    return _store(system, Condition(name, expression))
+
+
+def constrain_speed(system: System, condition: Any, *, name: str | None = None) -> Constraint:
+    """Keep an expression that is linear in the speeds zero (a non-holonomic constraint).
+
+    Parameters
+    ----------
+    condition : expression, or SymPy ``Eq``
+        Of speeds (linearly), coordinates, parameters and time, such as ``"x' - R*phi'"``.
+    name : str, optional
+        Name of its multiplier in the equations.
+    """
+    name, expression = _named(system, condition, name, "speed constraint")
+    speeds = system.names.depends(expression, "speed")
+    if not speeds:
+        raise ModelError(
+            f"Speed constraint '{name}' holds no speed: '{expression}'. A condition on coordinates is given by s.constrain."
+        )
+    atoms = [system.names.atoms[speed] for speed in speeds]
+    for one in atoms:
+        slope = sympy.diff(expression, one)
+        if any(sympy.simplify(sympy.diff(slope, other)) != 0 for other in atoms):
+            raise ModelError(
+                f"Speed constraint '{name}' must be linear in the speeds, but '{expression}' is not linear in "
+                f"{system.names.texts[one]}."
+            )
+    return _store(system, SpeedCondition(name, expression))
+
+
+def gear(system: System, first: Joint, second: Joint, ratio: Any, *, name: str | None = None) -> Constraint:
+    """Couple two joints: displacement of the first = ``ratio`` times that of the second.
+
+    Two wheels in outer mesh turn against each other, ratio -r2/r1; a rack and pinion have the ratio r.
+    """
+    for joint in (first, second):
+        if not isinstance(joint, Joint) or system.joints.get(joint.name) is not joint:
+            raise ModelError(f"Expected two joints of this system for a gear, got {joint!r}.")
+        if len(joint.primitives) != 1 or joint.primitives[0].kind not in ("hinge", "slider", "screw"):
+            raise ModelError(
+                f"A gear couples joints with one displacement, but '{joint.name}' is a {joint.type}. "
+                f"Use s.constrain on its coordinates."
+            )
+    if first is second:
+        raise ModelError(f"A gear couples two joints, got '{first.name}' twice.")
+    name = name or f"gear_{first.name}_{second.name}"
+    system.claim(name, system.constraints, "constraint")
+    factor = system.expression(ratio, f"the ratio of gear '{name}'")
+    return _store(system, Gear(name, first, second, factor))
+
+
+def rope(system: System, points: Sequence[Any], length: Any, *, name: str = "rope") -> Constraint:
+    """A taut rope of constant ``length`` from the first point over all others to the last, without friction.
+
+    Parameters
+    ----------
+    points : sequence of at least two Points
+        A rope that passes a point twice has it twice in the list.
+    length : expression [m]
+    """
+    system.claim(name, system.constraints, "constraint")
+    places = tuple(system.own_point(point, f"rope '{name}'") for point in points)
+    if len(places) < 2:
+        raise ModelError(f"Rope '{name}' needs at least two points, got {len(places)}.")
+    moving = [p for p in places if not p.body.is_ground]
+    if not moving:
+        raise ModelError(f"All points of rope '{name}' are on the ground, so it holds nothing.")
+    return _store(system, Rope(name, places, system.expression(length, f"the length of rope '{name}'")))
+
+
+def _named(system: System, condition: Any, name: str | None, what: str) -> tuple[str, Any]:
+    name = name or f"constraint_{len(system.constraints) + 1}"
+    system.claim(name, system.constraints, "constraint")
+    if isinstance(condition, sympy.Equality):
+        condition = condition.lhs - condition.rhs
+    if isinstance(condition, str) and condition.count("=") == 1:
+        left, right = condition.split("=")
+        condition = f"({left}) - ({right})"
+    expression = system.expression(condition, f"{what} '{name}'")
+    return name, sympy.sympify(expression)
+
+
+def _store(system: System, constraint: Any) -> Any:
+    system.constraints[constraint.name] = constraint
+    return constraint

@@ -1,0 +1,215 @@
+"""Motion under constraints: accelerations and multipliers together.
+
+    M u' = f + Gᵀ λ,   G u' = -γ      =>      (G M⁻¹ Gᵀ) λ = -γ - G M⁻¹ f
+
+Both matrices are symmetric positive definite once dependent conditions are left out (:func:`independent_rows`).
+
+Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §8.5 (method 2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..errors import ModelError
+from ..model.model import Model
+from ..scalar.algebra import Vector, apply_transpose, cross, scale, subtract
+from ..space.spatial import plus
+from .composite import mass_matrix
+from .constraints import linearized, residuals, rows, wrenches
+from .kinematics import coordinate_rates, link_postures, place_of, point_position
+from .linear import Factorization
+from .loading import Loading, loading
+from .newton_euler import bias
+from .state import State, float_state
+
+
+def constrained_dynamics(
+    model: Model, state: State, active: Sequence[int], forces: Sequence[Any] | None = None
+) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """Accelerations u' and multipliers λ of the ``active`` conditions (the others have multiplier zero).
+
+    Returns
+    -------
+    udot : tuple, length n_u
+    multipliers : tuple, one per condition of :func:`rows`
+    """
+    f = [-x for x in bias(model, state)]
+    if forces is not None:
+        f = [a + b for a, b in zip(f, forces, strict=True)]
+    M = Factorization(mass_matrix(model, state))
+    free = M.solve(f)
+    given = linearized(model, state)
+    G = [given.matrix[i] for i in active]
+    X = [M.solve(row) for row in G]
+    A = [[_dot(row, x) for x in X] for row in G]
+    right = [-(given.bias[i] + _dot(row, free)) for i, row in zip(active, G, strict=True)]
+    lam = Factorization(A).solve(right)
+    udot = list(free)
+    for x, multiplier in zip(X, lam, strict=True):
+        udot = [a + multiplier * b for a, b in zip(udot, x, strict=True)]
+    multipliers: list[Any] = [0] * len(given.bias)
+    for i, multiplier in zip(active, lam, strict=True):
+        multipliers[i] = multiplier
+    return tuple(udot), tuple(multipliers)
+
+
+def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    total: Any = 0
+    for x, y in zip(a, b, strict=True):
+        total = total + x * y
+    return total
+
+
+def constrained_loading(model: Model, state: State, multipliers: Sequence[Any]) -> Loading:
+    """The loads of the model together with the forces of its constraints."""
+    given = loading(model, state)
+    result = Loading(dict(given.wrenches), dict(given.along), dict(given.generalized))
+    matrix = linearized(model, state).matrix
+    for i, acting in enumerate(wrenches(model, state)):
+        value = multipliers[i]
+        if isinstance(value, int) and value == 0:
+            continue
+        for where, force, moment in acting:
+            _press(model, state, result, where, scale(value, force), scale(value, moment))
+        if not acting:
+            for j, entry in enumerate(matrix[i]):
+                result.generalized[j] = result.generalized.get(j, 0) + entry * value
+    return result
+
+
+def _press(model: Model, state: State, result: Loading, where: Any, force: Vector, moment: Vector) -> None:
+    """Add a wrench at a point; ``where`` may be (body, point) with a point that is not of the body."""
+    body, point = where if isinstance(where, tuple) else (where.body, where)
+    link, _ = place_of(model, body)
+    if link < 0:
+        return
+    posture = link_postures(model, state)[link]
+    arm = subtract(point_position(model, state, point), posture.position)
+    n = apply_transpose(posture.rotation, plus((moment, force), (cross(arm, force), (0, 0, 0)))[0])
+    f = apply_transpose(posture.rotation, force)
+    result.wrenches[link] = plus(result.wrench(link), (n, f))
+
+
+def constraint_power(model: Model, state: State, multipliers: Sequence[Any]) -> Any:
+    """Power that conditions with explicit time put in: -Σ λ g, where ψ = G u + g [W]."""
+    given = linearized(model, state)
+    total: Any = 0
+    for value, rate, row in zip(multipliers, given.rate, given.matrix, strict=True):
+        g = rate - _dot(row, state.u)
+        total = total - value * g
+    return total
+
+
+def position_correction(model: Model, state: State, active: Sequence[int]) -> tuple[Any, ...]:
+    """Coordinates after one Newton step to φ = 0 that moves the masses least: δ = -M⁻¹ Gᵀ (G M⁻¹ Gᵀ)⁻¹ φ."""
+    kinds = rows(model)
+    held = [i for i in active if not kinds[i].on_speeds]
+    given = linearized(model, state)
+    step = _least(model, state, [given.matrix[i] for i in held], [given.residual[i] for i in held])
+    moved = State(model, state.field, state.t, state.q, step, state.values)
+    return tuple(a + b for a, b in zip(state.q, coordinate_rates(model, moved), strict=True))
+
+
+def speed_correction(model: Model, state: State, active: Sequence[int]) -> tuple[Any, ...]:
+    """Speeds with ψ = 0 that change the motion of the masses least."""
+    given = linearized(model, state)
+    step = _least(model, state, [given.matrix[i] for i in active], [given.rate[i] for i in active])
+    return tuple(a + b for a, b in zip(state.u, step, strict=True))
+
+
+def _least(model: Model, state: State, G: list[Any], residual: list[Any]) -> list[Any]:
+    if not G:
+        return [0] * model.n_u
+    M = Factorization(mass_matrix(model, state))
+    X = [M.solve(row) for row in G]
+    lam = Factorization([[_dot(row, x) for x in X] for row in G]).solve([-r for r in residual])
+    step: list[Any] = [0] * model.n_u
+    for x, multiplier in zip(X, lam, strict=True):
+        step = [a + multiplier * b for a, b in zip(step, x, strict=True)]
+    return step
+
+
+# Rows of G are compared at unit length; what is left of a dependent row after Gram-Schmidt is round-off.
+DEPENDENT = 1e-9  # noqa: float tolerance of a rank decision, made once at set-up on floats
+
+
+def independent_rows(model: Model, state: State) -> tuple[int, ...]:
+    """The conditions that are independent at a state of floats, the earlier ones kept."""
+    G = np.array([[float(x) for x in row] for row in linearized(model, state).matrix]).reshape(-1, model.n_u)
+    M = np.array([[float(x) for x in row] for row in mass_matrix(model, state)])
+    scaled = G / np.sqrt(M.diagonal())
+    largest = np.linalg.norm(scaled, axis=1).max(initial=0)
+    basis: list[Any] = []
+    kept = []
+    for i, row in enumerate(scaled):
+        length = np.linalg.norm(row)
+        if length <= DEPENDENT * largest:
+            continue
+        rest = row / length
+        for _ in range(2):
+            for b in basis:
+                rest = rest - (b @ rest) * b
+        if np.linalg.norm(rest) > DEPENDENT:
+            basis.append(rest / np.linalg.norm(rest))
+            kept.append(i)
+    return tuple(kept)
+
+
+def closed_coordinates(
+    model: Model,
+    q: Sequence[float],
+    t: float = 0,
+    values: Mapping[Any, Any] | None = None,
+    held: Sequence[int] = (),
+    steps: int = 50,
+) -> list[float]:
+    """Coordinates near ``q`` that satisfy the conditions on coordinates, by Gauss-Newton steps.
+
+    Parameters
+    ----------
+    held : sequence of int
+        Speeds whose coordinates stay as given.
+
+    Raises
+    ------
+    ModelError
+        The conditions that can not be met, and by how much they are missed.
+    """
+    kinds = rows(model)
+    free = [j for j in range(model.n_u) if j not in set(held)]
+    q = [*map(float, q)]
+    best = float("inf")
+    stalled = 0
+    for _ in range(steps):
+        state = float_state(model, q, t=t, values=values)
+        given = linearized(model, state)
+        active = [i for i, kind in enumerate(kinds) if not kind.on_speeds]
+        phi = np.array([float(given.residual[i]) for i in active])
+        size = float(np.abs(phi).max(initial=0))
+        stalled = stalled + 1 if size >= best else 0
+        best = min(best, size)
+        if size == 0 or (stalled >= 2 and size < 1e-9):
+            return q
+        G = np.array([[float(given.matrix[i][j]) for j in free] for i in active])
+        step = np.zeros(model.n_u)
+        step[free] = -np.linalg.lstsq(G, phi, rcond=DEPENDENT)[0]
+        length = np.abs(step).max(initial=0)
+        step *= min(1, 1 / length) if length > 0 else 1
+        moved = State(model, state.field, t, q, [float(x) for x in step], state.values)
+        q = [a + float(b) for a, b in zip(q, coordinate_rates(model, moved), strict=True)]
+        for start in model.quaternions:
+            norm = np.linalg.norm(q[start : start + 4])
+            q[start : start + 4] = [x / norm for x in q[start : start + 4]]
+    final = residuals(model, float_state(model, q, t=t, values=values))
+    missed = {kind.name: float(r) for kind, r in zip(kinds, final, strict=True) if not kind.on_speeds}
+    worst = max(missed, key=lambda name: abs(missed[name]))
+    if abs(missed[worst]) < 1e-9:
+        return q
+    raise ModelError(
+        f"The constraints can not be met near the coordinates given: after {steps} steps '{worst}' is still missed by "
+        f"{missed[worst]:.3g}. Start nearer to a closed position, or check the lengths."
+    )

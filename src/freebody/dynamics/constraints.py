@@ -1,0 +1,201 @@
+"""Constraints: closures of loops, conditions on coordinates and on speeds, in one form.
+
+    φ(q, t) = 0,   ψ(u, q, t) = G u + g = 0,   G u' + γ = 0,   M u' + h = Q + Gᵀ λ
+
+Every condition is evaluated once, as a residual of any scalar; G, g and γ are derivatives of the residuals along a
+motion, taken by truncated series, so that no condition brings derivatives of its own.
+
+Source: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 8, with exact γ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..describe.constraint import Condition, Gear, Rope, SpeedCondition
+from ..model.closure import Closure
+from ..model.model import Model
+from ..scalar.algebra import (
+    ZERO,
+    Matrix,
+    Vector,
+    apply,
+    apply_transpose,
+    cross,
+    divide,
+    dot,
+    multiply,
+    negate,
+    scale,
+    subtract,
+)
+from ..scalar.series import Series, SeriesField
+from .kinematics import coordinate_rates, place_of, point_position, rotation
+from .state import State
+
+
+@dataclass(frozen=True)
+class Row:
+    """One scalar condition: its name, the constraint it belongs to, and whether it is on speeds."""
+
+    name: str
+    owner: str
+    on_speeds: bool = False
+
+
+def rows(model: Model) -> tuple[Row, ...]:
+    """Names of all scalar conditions, in order."""
+    result: list[Row] = []
+    for name, constraint in model.constraints.items():
+        if isinstance(constraint, Closure):
+            result += [Row(f"{name}_{letter}", name) for letter, _ in constraint.along]
+            result += [Row(f"{name}_M{letter}", name) for letter, _, _ in constraint.square]
+        else:
+            result.append(Row(name, name, isinstance(constraint, SpeedCondition)))
+    return tuple(result)
+
+
+def residuals(model: Model, state: State) -> list[Any]:
+    """Value of every condition at a state: φ of those on coordinates, ψ of those on speeds."""
+    result: list[Any] = []
+    for constraint in model.constraints.values():
+        if isinstance(constraint, Closure):
+            result += _closure(model, state, constraint)
+        elif isinstance(constraint, Rope):
+            points = [point_position(model, state, point) for point in constraint.points]
+            spans = [subtract(b, a) for a, b in zip(points, points[1:], strict=False)]
+            total: Any = -state(constraint.length)
+            for span in spans:
+                total = total + state.field.sqrt(dot(span, span))
+            result.append(total)
+        elif isinstance(constraint, Gear):
+            first, second = (_displacement(model, state, joint) for joint in (constraint.first, constraint.second))
+            result.append(first - state(constraint.ratio) * second)
+        else:
+            result.append(state(constraint.expression))
+    return result
+
+
+def _displacement(model: Model, state: State, joint: Any) -> Any:
+    return state(model.links[model.joints[joint.name].links[0]].displacement)
+
+
+def _frame(model: Model, state: State, body: Any, axes: Matrix) -> Matrix:
+    link, _ = place_of(model, body)
+    return multiply(rotation(model, state, link), state.matrix(axes))
+
+
+def _closure(model: Model, state: State, joint: Closure) -> list[Any]:
+    R_P = _frame(model, state, joint.parent, joint.parent_axes)
+    R_C = _frame(model, state, joint.child, joint.child_axes)
+    gap = subtract(
+        point_position(model, state, joint.child.point(*joint.to)),
+        point_position(model, state, joint.parent.point(*joint.at)),
+    )
+    d = gap if joint.in_ground else apply_transpose(R_P, gap)
+    result = [dot(e, d) for _, e in joint.along]
+    result += [dot(apply(R_P, a), apply(R_C, b)) for _, a, b in joint.square]
+    return result
+
+
+def wrenches(model: Model, state: State) -> list[list[tuple[Any, Vector, Vector]]]:
+    """Per condition, the (point, force, moment) per unit multiplier on bodies, in ground axes.
+
+    Empty for conditions on coordinates and speeds, whose multipliers are generalized forces.
+    """
+    result: list[list[tuple[Any, Vector, Vector]]] = []
+    for constraint in model.constraints.values():
+        if isinstance(constraint, Closure):
+            R_P = _frame(model, state, constraint.parent, constraint.parent_axes)
+            R_C = _frame(model, state, constraint.child, constraint.child_axes)
+            at = constraint.child.point(*constraint.to)
+            for _, e in constraint.along:
+                force = e if constraint.in_ground else apply(R_P, e)
+                # the parent feels the opposite force where the child's point is
+                result.append([(at, force, ZERO), ((constraint.parent, at), negate(force), ZERO)])
+            for _, a, b in constraint.square:
+                moment = cross(apply(R_C, b), apply(R_P, a))
+                result.append([(at, ZERO, moment), ((constraint.parent, at), ZERO, negate(moment))])
+        elif isinstance(constraint, Rope):
+            points = [point_position(model, state, point) for point in constraint.points]
+            one: list[tuple[Any, Vector, Vector]] = []
+            for k, (a, b) in enumerate(zip(points, points[1:], strict=False)):
+                span = subtract(b, a)
+                unit = scale(divide(1, state.field.sqrt(dot(span, span))), span)
+                one += [(constraint.points[k], negate(unit), ZERO), (constraint.points[k + 1], unit, ZERO)]
+            result.append(one)
+        else:
+            result.append([])
+    return result
+
+
+@dataclass(frozen=True)
+class Linearized:
+    """The conditions at a state: residual φ (or ψ), rate ψ, matrix G of the speeds and γ; one entry per row."""
+
+    residual: tuple[Any, ...]
+    rate: tuple[Any, ...]
+    matrix: tuple[tuple[Any, ...], ...]
+    bias: tuple[Any, ...]
+
+
+def linearized(model: Model, state: State) -> Linearized:
+    """φ, ψ, G and γ of all conditions."""
+    kinds = rows(model)
+    if not kinds:
+        return Linearized((), (), (), ())
+    if "constraints" in state.cache:
+        return state.cache["constraints"]
+    along = _along_motion(model, state, state.u, 1, 2)
+    rate = tuple(
+        _at(r, 0) if kind.on_speeds else _derivative(r, 1) for r, kind in zip(along, kinds, strict=True)
+    )
+    bias = tuple(_derivative(r, 1 if kind.on_speeds else 2) for r, kind in zip(along, kinds, strict=True))
+    columns = []
+    rest = [0] * model.n_u
+    still = residuals(model, _with(state, state.field, state.t, state.q, rest)) if _any_speed(kinds) else []
+    for j in range(model.n_u):
+        unit = [1 if k == j else 0 for k in range(model.n_u)]
+        direction = _along_motion(model, state, unit, 0, 1)
+        columns.append(
+            [
+                _at(r, 0) - still[i] if kind.on_speeds else _derivative(r, 1)
+                for i, (r, kind) in enumerate(zip(direction, kinds, strict=True))
+            ]
+        )
+    matrix = tuple(tuple(column[i] for column in columns) for i in range(len(kinds)))
+    result = Linearized(tuple(_at(r, 0) for r in along), rate, matrix, bias)
+    state.cache["constraints"] = result
+    return result
+
+
+def _any_speed(kinds: Sequence[Row]) -> bool:
+    return any(kind.on_speeds for kind in kinds)
+
+
+def _with(state: State, field: Any, t: Any, q: Sequence[Any], u: Sequence[Any]) -> State:
+    return State(state.model, field, t, q, u, state.values)
+
+
+def _along_motion(model: Model, state: State, u: Sequence[Any], clock: int, order: int) -> list[Any]:
+    """Residuals as series along q' = N(q) u with u constant; ``clock`` is the rate of the time."""
+    field = SeriesField(state.field, order)
+    first = coordinate_rates(model, _with(state, state.field, state.t, state.q, u))
+    taylor = [[a, b] for a, b in zip(state.q, first, strict=True)]
+    if order > 1:
+        short = SeriesField(state.field, 1)
+        moving = _with(state, short, state.t, [short.series(c) for c in taylor], u)
+        for coefficients, rate in zip(taylor, coordinate_rates(model, moving), strict=True):
+            coefficients.append(divide(_derivative(rate, 1), 2) if isinstance(rate, Series) else 0)
+    t = field.series([state.t, clock]) if clock else state.t
+    return residuals(model, _with(state, field, t, [field.series(c) for c in taylor], u))
+
+
+def _derivative(x: Any, k: int) -> Any:
+    return x.derivative(k) if isinstance(x, Series) else 0
+
+
+def _at(x: Any, k: int) -> Any:
+    return x.c[k] if isinstance(x, Series) else x
