@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import freebody as fb
 from freebody.errors import FormatError, FreebodyError
-from freebody.formats import MAX_SIZE, read_case
+from freebody.formats import MAX_SIZE
 from freebody.formats.toml_read import MAX_ENTITIES, case_from_text
 
 GOOD = """\
@@ -242,16 +242,3 @@ def test_damaged_files_are_read_or_refused_in_order(data: st.DataObject) -> None
     except FreebodyError as error:
         assert isinstance(error, FormatError)
         assert str(error).startswith("damaged.toml")
-
-
-def test_values_of_a_case(tmp_path: Path) -> None:
-    path = tmp_path / "good.toml"
-    path.write_text(GOOD.replace("k = 2.0", "k = {}"))
-    case = read_case(path)
-    with pytest.raises(
-        fb.errors.ModelError, match="Parameter 'k' has no default value. Give one, such as --set k=1"
-    ):
-        case.values()
-    with pytest.raises(fb.errors.ModelError, match="Unknown parameter 'kk'; did you mean 'k'"):
-        case.values({"kk": 1})
-    assert case.values({"k": 3}) == {"m": 1.0, "k": 3.0, "g": 9.81}
