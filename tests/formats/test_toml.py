@@ -13,6 +13,7 @@ from freebody.formats import read_case
 from freebody.formats.text import expression_text, toml_number
 from freebody.formats.toml_read import JOINTS, SOLIDS, case_from_text
 from freebody.formats.toml_write import toml_text
+from freebody.gallery import entries
 from freebody.scalar.algebra import IDENTITY
 from freebody.testing import random_system
 
@@ -223,6 +224,11 @@ def test_names_that_need_quotes() -> None:
 @pytest.mark.parametrize("seed", range(5))
 def test_random_machines_survive_a_round_trip(seed: int) -> None:
     again(random_system(seed, 6))
+
+
+@pytest.mark.parametrize("name", list(entries()))
+def test_round_trip_of_the_gallery(name: str) -> None:
+    again(entries()[name].build())
 
 
 # --- files ---

@@ -194,6 +194,13 @@ def test_the_gyroscope_from_the_command_line(freebody, tmp_path: Path) -> None: 
     assert "sound" in freebody("check", "gyroscope").out
 
 
+def test_equations_among_the_answers_stand_below_the_table(freebody) -> None:  # type: ignore[no-untyped-def]
+    lines = freebody("run", "double-pendulum").out.splitlines()
+    place = lines.index("equation of theta_1:")
+    assert lines[place + 1].endswith("= 0")
+    assert max(len(line) for line in lines[:place]) < 100
+
+
 # --- how it refuses ---
 
 REFUSALS = {

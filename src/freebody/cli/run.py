@@ -13,6 +13,8 @@ from ..errors import SimulationError
 from .model import Number, Setting, find, settings_of
 from .table import Grid, significant
 
+WIDEST = 50  # characters of an answer in the table; equations stand below it
+
 
 @click.command()
 @click.argument("model")
@@ -69,11 +71,18 @@ def run(
         click.echo(json.dumps(report, indent=2, ensure_ascii=False))
         return
     grid = Grid("Answer", "Value", "Unit", title=entry.title or outcome.system.name)
+    long = []
     for name, (value, unit) in outcome.answers.items():
-        grid.row(name, significant(value), unit)
+        shown = significant(value)
+        if len(shown) > WIDEST:
+            long.append(f"{name}:\n  {shown}")
+        else:
+            grid.row(name, shown, unit)
     grid.row("energy residual, relative", f"{residual:.1e}", "")
     grid.row("wall time", f"{elapsed:.2f}", "s")
     grid.print()
+    if long:
+        click.echo("\n".join([*long, ""]))
     for file in files:
         click.echo(f"wrote {file}")
     if outcome.trajectory.interrupted:
