@@ -14,10 +14,10 @@ and f is taken at the corrected state, so that order 8 is kept. The dense output
 the start of the step to its uncorrected end, with each quaternion divided by its norm where it is evaluated: it
 meets the corrected state at the end of the step and is continuous.
 
-Neither is the dense output stored nor do the results depend on it: its error may exceed the tolerance, because the
-steps are long. It serves to find events, and a state inside a step, of an event or for output (`sample`), is
-the end of a shorter step from the same start: of order 8, and at the end of the step the very result of the run. So a run
-keeps n numbers per step and not 8n.
+The dense output serves to find events. It is not stored, and no result depends on it: steps are long, and its error
+may exceed the tolerance. A state inside a step, of an event or for output (`sample`), is the end of a shorter step
+from the same start: of order 8, and at the end of the step the very result of the run. So a run keeps n numbers per
+step and not 8n.
 
 Everything here is compiled by numba with fixed signatures and lies in numba's cache on disk. Kernels are called by
 address (`machine.call`). No step allocates.

@@ -244,7 +244,7 @@ def integrate(
     reals[dop853.UNTIL], reals[dop853.MAX_STEP] = until, max_step
     reals[dop853.STEP], reals[dop853.OLD_ERROR] = direction * min(first_step, longest), 1e-4
     integers = np.zeros(dop853.INTEGERS, dtype=np.int64)
-    advance_watching = dop853.advance_watching() if m else None
+    advance = dop853.advance_watching() if m else dop853.advance
     largest = max(16, _MEMORY // (8 * (n + 2)))
     room = min(256, largest)
     left = math.inf if max_steps is None else max_steps
@@ -264,9 +264,9 @@ def integrate(
                     watch.address, event_constants, directions, terminal, last_sign, table, g, found, event_log,
                     event_states,
                 )  # fmt: skip
-                code = advance_watching(*arguments, watching)
+                code = advance(*arguments, watching)
             else:
-                code = dop853.advance(*arguments, None)
+                code = advance(*arguments, None)
             clock = perf_counter() - clock
             done, events = integers[dop853.ACCEPTED], integers[dop853.EVENTS]
             pieces.times.append(times[:done])
