@@ -120,6 +120,8 @@ CASES = {
     "generalized": ("[run]", '[generalized_forces.Q]\ncoordinate = "phi"\nvalue = 1\n[run]', "line 35, generalized_forces.Q", "Unknown coordinate 'phi'; known names: theta."),
     "describe": ("[run]", "[describe.x]\nunit = 'm'\n[run]", "line 35, describe.x", "Expected a known name, got 'x'"),
     "initial name": ('theta = "5deg"', "phi = 0", "line 32, initial.phi", "Unknown coordinate or speed 'phi'"),
+    "initial a list": ('theta = "5deg"', "theta = [1]", "line 32, initial.theta", "Expected a number or an expression in quotes, got a list: [1]."),
+    "initial attitude": ('type = "hinge"\nchild = "bar"\nto = [0, 0.5, 0]\naxis = "z"\ncoordinate = "theta"\n\n[springs.coil]\njoint = "pin"\nstiffness = "k"\n\n[forces.push]\nat = { body = "bar", point = [0, -0.5, 0] }\ncomponents = [1, 0, 0]\n\n[initial]\ntheta = "5deg"\n"theta\'" = 0', 'type = "ball"\nchild = "bar"\n[initial]\npin = [1, 0, 0]', "line 20, initial.pin", "Expected the quaternion [w, x, y, z] of joint 'pin', got [1, 0, 0]."),
     "initial moves": ('theta = "5deg"', "theta = \"theta'\"", "line 32, initial.theta", "Expected numbers and parameters only, got an expression of theta'."),
     "until zero": ("until = 2", "until = 0", "line 36, run.until", "Expected a time greater than 0, got 0."),
     "until a coordinate": ("until = 2", 'until = "theta"', "line 36, run.until", "Expected numbers and parameters only, got an expression of theta."),

@@ -205,6 +205,18 @@ def test_a_coordinate_used_by_two_joints() -> None:
     again(s)
 
 
+def test_the_start_of_a_ball_joint() -> None:
+    s = fb.System("top")
+    s.ball("pivot", s.ground, s.body("top", fb.sphere(1, 1)), to=(0, 0, -1))
+    start = {"pivot": (sympy.sqrt(2) / 2, 0.0, "sqrt(2)/2", 0), "pivot_wz": 30}
+    text = toml_text(s, initial=start)
+    assert 'pivot = ["sqrt(2)/2", 0, "sqrt(2)/2", 0]' in text
+    case = case_from_text(text)
+    assert case.initial == {"pivot": (sympy.sqrt(2) / 2, 0, sympy.sqrt(2) / 2, 0), "pivot_wz": 30}
+    motion = fb.simulate(case.system, 0.01, initial=case.initial)
+    assert motion["pivot_e2"][0] == pytest.approx(0.5**0.5)
+
+
 def test_a_driven_shaft_and_an_open_parameter() -> None:
     s = fb.System("shaft")
     omega = s.parameters("omega")
