@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import freebody as fb
 from freebody.errors import FormatError, FreebodyError
-from freebody.formats import MAX_SIZE, read_case
+from freebody.formats import MAX_SIZE
 from freebody.formats.toml_read import MAX_ENTITIES, case_from_text
 
 GOOD = """\
@@ -120,6 +120,8 @@ CASES = {
     "generalized": ("[run]", '[generalized_forces.Q]\ncoordinate = "phi"\nvalue = 1\n[run]', "line 35, generalized_forces.Q", "Unknown coordinate 'phi'; known names: theta."),
     "describe": ("[run]", "[describe.x]\nunit = 'm'\n[run]", "line 35, describe.x", "Expected a known name, got 'x'"),
     "initial name": ('theta = "5deg"', "phi = 0", "line 32, initial.phi", "Unknown coordinate or speed 'phi'"),
+    "initial a list": ('theta = "5deg"', "theta = [1]", "line 32, initial.theta", "Expected a number or an expression in quotes, got a list: [1]."),
+    "initial attitude": ('type = "hinge"\nchild = "bar"\nto = [0, 0.5, 0]\naxis = "z"\ncoordinate = "theta"\n\n[springs.coil]\njoint = "pin"\nstiffness = "k"\n\n[forces.push]\nat = { body = "bar", point = [0, -0.5, 0] }\ncomponents = [1, 0, 0]\n\n[initial]\ntheta = "5deg"\n"theta\'" = 0', 'type = "ball"\nchild = "bar"\n[initial]\npin = [1, 0, 0]', "line 20, initial.pin", "Expected the quaternion [w, x, y, z] of joint 'pin', got [1, 0, 0]."),
     "initial moves": ('theta = "5deg"', "theta = \"theta'\"", "line 32, initial.theta", "Expected numbers and parameters only, got an expression of theta'."),
     "until zero": ("until = 2", "until = 0", "line 36, run.until", "Expected a time greater than 0, got 0."),
     "until a coordinate": ("until = 2", 'until = "theta"', "line 36, run.until", "Expected numbers and parameters only, got an expression of theta."),
@@ -242,16 +244,3 @@ def test_damaged_files_are_read_or_refused_in_order(data: st.DataObject) -> None
     except FreebodyError as error:
         assert isinstance(error, FormatError)
         assert str(error).startswith("damaged.toml")
-
-
-def test_values_of_a_case(tmp_path: Path) -> None:
-    path = tmp_path / "good.toml"
-    path.write_text(GOOD.replace("k = 2.0", "k = {}"))
-    case = read_case(path)
-    with pytest.raises(
-        fb.errors.ModelError, match="Parameter 'k' has no default value. Give one, such as --set k=1"
-    ):
-        case.values()
-    with pytest.raises(fb.errors.ModelError, match="Unknown parameter 'kk'; did you mean 'k'"):
-        case.values({"kk": 1})
-    assert case.values({"k": 3}) == {"m": 1.0, "k": 3.0, "g": 9.81}

@@ -164,6 +164,18 @@ def test_assume_positive():
     assert ring.apply("abs", z) == z and ring.apply("sign", z) == 1
 
 
+def test_assume_positive_expressions():
+    ring = Ring()
+    ring.assume_positive(2 * m)  # says the same as m
+    assert ring.from_sympy(sp.sqrt(m**2)) == ring.generator(m)
+    ring.assume_positive(a - b)
+    assert ring.from_sympy(sp.Abs(a - b)) == ring.from_sympy(a - b)
+    assert ring.from_sympy(sp.Abs(b - a) + sp.sign(b - a)) == ring.from_sympy(a - b - 1)
+    assert ring.from_sympy(sp.sqrt((3 * a - 3 * b) ** 2)) == ring.from_sympy(3 * a - 3 * b)
+    ring.assume_positive(sp.Integer(3))  # says nothing
+    assert str(ring.from_sympy(sp.Abs(a))) == "Abs(a)"
+
+
 def test_angles_far_from_each_other_are_separate_atoms():
     # the documented limit: a multiple beyond 24 is not expanded
     ring = Ring()

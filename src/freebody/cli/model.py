@@ -44,39 +44,19 @@ class FileEntry:
         from ..simulate import simulate
 
         case = self.case
-        everything = case.values(values)
-        if until is None:
-            if case.until is None:
-                raise ModelError(
-                    f"Expected the length of the run, but neither --until nor [run] of {self.name} gives it. "
-                    f"Add --until 10."
-                )
-            until = case.number(case.until, everything)
+        if until is None and case.until is None:
+            raise ModelError(
+                f"Expected the length of the run, but neither --until nor [run] of {self.name} gives it. "
+                f"Add --until 10."
+            )
         if tolerance is None:
             tolerance = 1e-9 if case.tolerance is None else case.tolerance
-        start = case.start(everything)
-        trajectory = simulate(case.system, until, initial=start, values=everything, tolerance=tolerance)
-        plots = {"coordinates.png": lambda path: plot_coordinates(case.system, trajectory, path)}
+        length = case.until if until is None else until
+        trajectory = simulate(case.system, length, initial=case.initial, values=values, tolerance=tolerance)
+        plots: dict[str, Any] = {}
+        if trajectory.kernels.model.coordinates:
+            plots["coordinates.png"] = lambda path: trajectory.plot(path=path)
         return FileOutcome(case.system, equations(case.system), trajectory, {}, plots)
-
-
-def plot_coordinates(system: System, trajectory: Any, path: Any) -> None:
-    """Every coordinate over time, one picture below the other."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    names = [name for name, kind in system.names.kinds.items() if kind == "coordinate"]
-    figure = Figure(figsize=(7, 1 + 1.5 * len(names)), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
-    time = trajectory.data["time"].values
-    for axis, name in zip(axes, names, strict=True):
-        unit = system.about.get(name, ("", ""))[0]
-        axis.plot(time, trajectory.data[name].values)
-        axis.set_ylabel(f"{name} [{unit}]" if unit else name)
-        axis.grid(alpha=0.3)
-    axes[-1].set_xlabel("time [s]")
-    figure.savefig(path, dpi=150)
 
 
 def find(model: str) -> Any:

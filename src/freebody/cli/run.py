@@ -9,8 +9,11 @@ from typing import Any
 
 import click
 
+from ..errors import SimulationError
 from .model import Number, Setting, find, settings_of
 from .table import Grid, significant
+
+WIDEST = 50  # characters of an answer in the table; equations stand below it
 
 
 @click.command()
@@ -45,10 +48,14 @@ def run(
     start = perf_counter()
     entry = find(model)
     values = settings_of(entry.build(), settings)
-    outcome = entry.run(values, until, tolerance)
+    try:
+        outcome = entry.run(values, until, tolerance)
+    except SimulationError as error:
+        keep_motion(error, output)
+        raise
     files = [] if output is None else write_products(outcome, output)
     elapsed = perf_counter() - start
-    residual = energy_residual(outcome.trajectory)
+    residual = outcome.trajectory.energy.relative_residual
     if as_json:
         import json
 
@@ -64,16 +71,42 @@ def run(
         click.echo(json.dumps(report, indent=2, ensure_ascii=False))
         return
     grid = Grid("Answer", "Value", "Unit", title=entry.title or outcome.system.name)
+    long = []
     for name, (value, unit) in outcome.answers.items():
-        grid.row(name, significant(value), unit)
-    if residual is not None:
-        grid.row("energy residual, relative", f"{residual:.1e}", "")
+        shown = significant(value)
+        if len(shown) > WIDEST:
+            long.append(f"{name}:\n  {shown}")
+        else:
+            grid.row(name, shown, unit)
+    grid.row("energy residual, relative", f"{residual:.1e}", "")
     grid.row("wall time", f"{elapsed:.2f}", "s")
     grid.print()
+    if long:
+        click.echo("\n".join([*long, ""]))
     for file in files:
         click.echo(f"wrote {file}")
+    if outcome.trajectory.interrupted:
+        end = float(outcome.trajectory.t[-1])
+        click.echo(
+            f"Stopped by the keyboard at t = {end:g} s: everything above is for the motion until then.",
+            err=True,
+        )
+        raise click.exceptions.Exit(130)
     if output is None:
         click.echo("Add -o DIR to keep the equations, the trajectory and the plots.")
+
+
+def keep_motion(error: SimulationError, folder: Path | None) -> None:
+    """Keep the motion up to an error, if there is any and a folder for it."""
+    trajectory = getattr(error, "trajectory", None)
+    if trajectory is None or folder is None:
+        return
+    from ..formats.files import replacing
+
+    folder.mkdir(parents=True, exist_ok=True)
+    with replacing(folder / "trajectory.nc") as new:
+        trajectory.save(new)
+    click.echo(f"wrote {folder / 'trajectory.nc'}, the motion up to the error", err=True)
 
 
 def write_products(outcome: Any, folder: Path) -> list[Path]:
@@ -104,18 +137,6 @@ def write_products(outcome: Any, folder: Path) -> list[Path]:
             product(new)
         files.append(folder / name)
     return files
-
-
-def energy_residual(trajectory: Any) -> float | None:
-    """Largest imbalance of the energy ledger, relative to the largest energy; None without a motion."""
-    if trajectory is None:
-        return None
-    import numpy as np
-
-    energy = trajectory.energy
-    scale = max(float(np.max(np.abs(np.asarray(part)))) for part in (energy.kinetic, energy.potential))
-    worst = float(np.max(np.abs(np.asarray(energy.residual))))
-    return worst / scale if scale > 0 else worst
 
 
 def plain(value: Any) -> Any:

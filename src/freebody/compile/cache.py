@@ -60,7 +60,10 @@ def load(key: str) -> tuple[dict[str, Any], bytes] | None:
     except OSError:
         return None
     start = len(_MAGIC) + 32
-    if content[: len(_MAGIC)] != _MAGIC or hashlib.sha256(content[start:]).digest() != content[len(_MAGIC) : start]:
+    if (
+        content[: len(_MAGIC)] != _MAGIC
+        or hashlib.sha256(content[start:]).digest() != content[len(_MAGIC) : start]
+    ):
         with contextlib.suppress(OSError):
             path.unlink()
         return None

@@ -73,20 +73,24 @@ class Module:
         if key not in self.helpers:
             T = f"<{lanes} x double>"
             letters = "xy"[:arguments]
-            lines = [f"define internal {T} {key}({', '.join(f'{T} %{z}' for z in letters)}) nounwind noinline {{"]
+            lines = [
+                f"define internal {T} {key}({', '.join(f'{T} %{z}' for z in letters)}) nounwind noinline {{"
+            ]
             last = "poison"
             for i in range(lanes):
                 lines += [f"  %{z}{i} = extractelement {T} %{z}, i32 {i}" for z in letters]
-                lines.append(f"  %f{i} = call double @{name}({', '.join(f'double %{z}{i}' for z in letters)})")
+                lines.append(
+                    f"  %f{i} = call double @{name}({', '.join(f'double %{z}{i}' for z in letters)})"
+                )
                 lines.append(f"  %r{i} = insertelement {T} {last}, double %f{i}, i32 {i}")
                 last = f"%r{i}"
             lines += [f"  ret {T} {last}", "}", ""]
             self.helpers[key] = "\n".join(lines)
         return key
 
-    def add(self, program: Program, body: Body, name: str, lanes: int = 1, piece: int = PIECE) -> None:
+    def add(self, program: Program, body: Body, name: str, lanes: int = 1, piece: int | None = None) -> None:
         """The function ``name``: of the kernel's signature for one lane, of pointers to vectors for 8."""
-        self.functions.append(_Writer(self, program, body, name, lanes, piece).text())
+        self.functions.append(_Writer(self, program, body, name, lanes, piece or PIECE).text())
 
     def add_batch(self, name: str, state: int, hoisted: int, outputs: int, lanes: int = WIDTH) -> None:
         """The loop over a batch: rows in, 8 lanes at a time through ``name.lanes``, rows out."""
@@ -139,7 +143,9 @@ done:
 class _Writer:
     """One function."""
 
-    def __init__(self, module: Module, program: Program, body: Body, name: str, lanes: int, piece: int) -> None:
+    def __init__(
+        self, module: Module, program: Program, body: Body, name: str, lanes: int, piece: int
+    ) -> None:
         self.module = module
         self.program = program
         self.body = body
@@ -221,7 +227,9 @@ class _Writer:
         for k in range(len(self.pieces)):
             self._start()
             self._piece(k, stored.get(k, []))
-            head = f"define internal void @{self.name}.{k}({arguments}, ptr noalias %frame) nounwind noinline {{"
+            head = (
+                f"define internal void @{self.name}.{k}({arguments}, ptr noalias %frame) nounwind noinline {{"
+            )
             result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
             main.append(f"  call void @{self.name}.{k}({call}, ptr %y, ptr %c, ptr %out, ptr %frame)")
         result.append("\n".join([*main, "  ret void", "}", ""]))
@@ -275,7 +283,7 @@ class _Writer:
                 value = "%t" if self.lanes == 1 else self._load("%t", 0)
             else:
                 value = self._load("%y", program.a[i])
-        elif code == SIN or code == COS:
+        elif code in (SIN, COS):
             value = self._load("%frame", self.trig[program.a[i]][code == COS])
         else:
             value = self._load("%frame", self.slots[i])

@@ -13,7 +13,7 @@ import hashlib
 from array import array
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -58,7 +58,9 @@ def compile_tape(
     names = list(functions)
     unknown = [name for name in batch if name not in functions]
     if unknown:
-        raise ExpressionError(f"Expected names of functions in batch, got {unknown}. Known: {', '.join(names)}.")
+        raise ExpressionError(
+            f"Expected names of functions in batch, got {unknown}. Known: {', '.join(names)}."
+        )
     key = _key(tape, functions, time, state, parameters, batch)
     found = cache.load(key)
     if found is None:
@@ -66,7 +68,9 @@ def compile_tape(
         cache.store(key, header, code)
     else:
         header, code = found
-    return KernelSet(header, native.Library(code), names, len(state), len(parameters), batch, found is not None)
+    return KernelSet(
+        header, native.Library(code), names, len(state), len(parameters), batch, found is not None
+    )
 
 
 class KernelSet:
@@ -214,7 +218,13 @@ class Kernel:
         else:
             self._check_out(out, (n, self.outputs))
         self._batch(
-            n, _pointer(t), int(t.ndim), _pointer(Y), _pointer(C), self.hoisted if C.ndim == 2 else 0, _pointer(out)
+            n,
+            _pointer(t),
+            int(t.ndim),
+            _pointer(Y),
+            _pointer(C),
+            self.hoisted if C.ndim == 2 else 0,
+            _pointer(out),
         )
         return out
 
@@ -227,7 +237,12 @@ class Kernel:
         return values
 
     def _check_out(self, out: Any, shape: tuple[int, ...]) -> None:
-        good = isinstance(out, np.ndarray) and out.shape == shape and out.dtype == float and out.flags.c_contiguous
+        good = (
+            isinstance(out, np.ndarray)
+            and out.shape == shape
+            and out.dtype == float
+            and out.flags.c_contiguous
+        )
         if not good or not out.flags.writeable:
             got = f"{out.dtype} of shape {out.shape}" if isinstance(out, np.ndarray) else type(out).__name__
             raise ExpressionError(
@@ -237,7 +252,10 @@ class Kernel:
 
 
 def _pointer(values: np.ndarray) -> int:
-    return values.__array_interface__["data"][0]
+    """Address of the first number; `from_buffer` takes a third of the time of `values.ctypes`."""
+    if values.size and values.flags.writeable:
+        return ctypes.addressof(ctypes.c_double.from_buffer(cast(Any, values)))
+    return values.ctypes.data
 
 
 def _compile(
@@ -295,7 +313,12 @@ def _key(
     for values in (tape.op, tape.a, tape.b):
         digest.update(array("i", values).tobytes())
     digest.update(array("d", map(float, tape.constants)).tobytes())
-    inputs = [-1 if time is None else time.index, *(x.index for x in state), -2, *(x.index for x in parameters)]
+    inputs = [
+        -1 if time is None else time.index,
+        *(x.index for x in state),
+        -2,
+        *(x.index for x in parameters),
+    ]
     digest.update(array("i", inputs).tobytes())
     for name, outputs in functions.items():
         places = [x.index if type(x) is Traced else -1 for x in outputs]

@@ -110,10 +110,10 @@ def lower(
             p, q = new[a[i]], new[b[i]]
             kinds = program.kind
             one = program.op[p] == CONST and program.constants[program.a[p]] == 1
-            shared = divisions[b[i]] > 1 or kinds[q] == HOISTED
+            shared = divisions[b[i]] > 1 if kinds[q] == VARYING else kinds[q] < kinds[p]
             if one:
                 new[i] = add(RECIPROCAL, q, NONE, kinds[q])
-            elif shared and kinds[p] == VARYING:
+            elif shared:
                 new[i] = add(MUL, p, add(RECIPROCAL, q, NONE, kinds[q]), VARYING)
             else:
                 new[i] = add(DIV, p, q, max(kinds[p], kinds[q]))
@@ -246,4 +246,3 @@ def _schedule(program: Program, wanted: list[int], kind: int, done: bytearray, o
         done[i] = 1
         order.append(i)
         stack.pop()
-

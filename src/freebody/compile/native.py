@@ -23,7 +23,20 @@ def _initialize() -> None:
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     library: Any = None
-    for function in ("sin", "cos", "exp", "log", "pow", "sinh", "cosh", "tanh", "asin", "acos", "atan", "atan2"):
+    for function in (
+        "sin",
+        "cos",
+        "exp",
+        "log",
+        "pow",
+        "sinh",
+        "cosh",
+        "tanh",
+        "asin",
+        "acos",
+        "atan",
+        "atan2",
+    ):
         if not llvm.address_of_symbol(function):
             if library is None:
                 found = ctypes.util.find_library("msvcrt" if os.name == "nt" else "m")

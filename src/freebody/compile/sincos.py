@@ -48,10 +48,12 @@ def definition(lanes: int, fused: bool) -> str:
     Without fused multiply-add (``fused=False``) the whole function is the C library's.
     """
     T = "double" if lanes == 1 else f"<{lanes} x double>"
-    head = f"define internal void {name(lanes)}({T} %x, ptr noalias %s, ptr noalias %c) nounwind noinline {{\n"
+    head = (
+        f"define internal void {name(lanes)}({T} %x, ptr noalias %s, ptr noalias %c) nounwind noinline {{\n"
+    )
     if not fused:
         return head + _library(lanes, T) + "}\n"
-    I = "i64" if lanes == 1 else f"<{lanes} x i64>"
+    J = "i64" if lanes == 1 else f"<{lanes} x i64>"
     B = "i1" if lanes == 1 else f"<{lanes} x i1>"
     suffix = "f64" if lanes == 1 else f"v{lanes}f64"
     lines = [head + "entry:"]
@@ -117,17 +119,17 @@ def definition(lanes: int, fused: bool) -> str:
     fma("cr", "%zz", "%C", "%ry")
     emit("cos", f"fadd {T} %w, %cr")
     # the quadrant: swap when n is odd, signs from its second bit
-    emit("bits", f"bitcast {T} %shifted to {I}")
-    emit("low", f"and {I} %bits, {integer(1)}")
-    emit("swap", f"icmp ne {I} %low, {integer(0)}")
-    emit("next", f"add {I} %bits, {integer(1)}")
+    emit("bits", f"bitcast {T} %shifted to {J}")
+    emit("low", f"and {J} %bits, {integer(1)}")
+    emit("swap", f"icmp ne {J} %low, {integer(0)}")
+    emit("next", f"add {J} %bits, {integer(1)}")
     for target, source, first, second in (("s", "bits", "cos", "sin"), ("c", "next", "sin", "cos")):
         emit(f"{target}0", f"select {B} %swap, {T} %{first}, {T} %{second}")
-        emit(f"{target}1", f"bitcast {T} %{target}0 to {I}")
-        emit(f"{target}2", f"and {I} %{source}, {integer(2)}")
-        emit(f"{target}3", f"shl {I} %{target}2, {integer(62)}")
-        emit(f"{target}4", f"xor {I} %{target}1, %{target}3")
-        emit(f"{target}5", f"bitcast {I} %{target}4 to {T}")
+        emit(f"{target}1", f"bitcast {T} %{target}0 to {J}")
+        emit(f"{target}2", f"and {J} %{source}, {integer(2)}")
+        emit(f"{target}3", f"shl {J} %{target}2, {integer(62)}")
+        emit(f"{target}4", f"xor {J} %{target}1, %{target}3")
+        emit(f"{target}5", f"bitcast {J} %{target}4 to {T}")
         lines.append(f"  store {T} %{target}5, ptr %{target}, align 8")
     lines.append("  ret void")
     lines.append("library:")

@@ -71,7 +71,8 @@ class Equations:
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        self.ring = Ring()
+        # room for every symbol, sine and cosine from the start: growing a ring re-packs its elements
+        self.ring = Ring(capacity=64 + len(model.parameters) + 6 * model.n_q)
         self.state: State = polynomial_state(model, self.ring)
         self.udot = tuple(self.ring.generator(speed.acceleration, "acceleration") for speed in model.speeds)
 

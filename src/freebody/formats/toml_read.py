@@ -352,30 +352,34 @@ def _initial(system: System, root: Table) -> dict[str, Any]:
     table = root.table("initial")
     names = system.names
     known = [name for name, kind in names.kinds.items() if kind in ("coordinate", "speed")]
-    result = {}
-    for name in table.data:
-        if name not in known:
-            table.fail(f"Unknown coordinate or speed '{name}'; {nearest(name, known)}", name)
-        value = table.expression(name)
-        moving = names.depends(value, "coordinate", "speed", "time")
-        if moving:
-            table.fail(
-                f"Expected numbers and parameters only, got an expression of {', '.join(moving)}.", name
-            )
-        result[name] = value
+    turning = [joint.name for joint in system.joints.values() if joint.type in ("ball", "free")]
+    result: dict[str, Any] = {}
+    for name, value in table.data.items():
+        if name not in known and name not in turning:
+            table.fail(f"Unknown coordinate or speed '{name}'; {nearest(name, [*known, *turning])}", name)
+        if name in known:
+            result[name] = _constant(table, value, name)
+        elif isinstance(value, list) and len(value) == 4:
+            result[name] = tuple(_constant(table, part, name) for part in value)
+        else:
+            table.fail(f"Expected the quaternion [w, x, y, z] of joint '{name}', got {value!r}.", name)
     return result
+
+
+def _constant(table: Table, value: Any, name: str) -> Any:
+    """A number, or an expression of parameters."""
+    expression = table.read(value, name)
+    moving = table.system.names.depends(expression, "coordinate", "speed", "time")
+    if moving:
+        table.fail(f"Expected numbers and parameters only, got an expression of {', '.join(moving)}.", name)
+    return expression
 
 
 def _run(root: Table) -> tuple[Any, float | None]:
     table = root.table("run")
     until, tolerance = None, None
     if table.has("until"):
-        until = table.expression("until")
-        moving = root.system.names.depends(until, "coordinate", "speed", "time")
-        if moving:
-            table.fail(
-                f"Expected numbers and parameters only, got an expression of {', '.join(moving)}.", "until"
-            )
+        until = _constant(table, table.raw("until"), "until")
         if getattr(until, "is_number", True) and until <= 0:
             table.fail(f"Expected a time greater than 0, got {until}.", "until")
     if table.has("tolerance"):

@@ -107,10 +107,7 @@ class _Writer:
         if initial:
             known = system.names
             named = {known.texts.get(name, name): value for name, value in initial.items()}
-            values = {
-                name: self.value(known.expression(value, f"the initial value of '{name}'"))
-                for name, value in named.items()
-            }
+            values = {name: self.start(name, value) for name, value in named.items()}
             parts.append(block(("initial",), values))
         run = {}
         if until is not None:
@@ -120,6 +117,12 @@ class _Writer:
         if run:
             parts.append(block(("run",), run))
         return "\n".join(parts)
+
+    def start(self, name: str, value: Any) -> str:
+        """An initial value; four of them for the attitude of a ball or free joint."""
+        given = value if isinstance(value, tuple | list) else (value,)
+        read = [self.system.expression(one, f"the initial value of '{name}'") for one in given]
+        return self.row(read) if len(read) > 1 else self.value(read[0])
 
     def declared_first(self) -> list[str]:
         """Coordinates to declare before the joints, so that all come in the same order again.

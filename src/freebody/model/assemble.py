@@ -52,6 +52,8 @@ def assemble(system: System) -> Model:
     kinds = system.names.kinds
     coordinates, speeds = _state(system)
     index = {speed.symbol: i for i, speed in enumerate(speeds)}
+    # a scalar coordinate stands for its speed
+    index.update({c.symbol: index[c.symbol.diff(TIME)] for c in coordinates if c.kind == "scalar"})
     start = {coordinate.symbol: i for i, coordinate in enumerate(coordinates)}
     links: list[Link] = []
     bodies: dict[str, Place] = {}
@@ -173,14 +175,7 @@ def _link(
         prefix = str(y[0].func)[: -len("_e0" if primitive.kind == "ball" else "_x")]
         u = index[sympy.Function(f"{prefix}_wx")(TIME)]
     elif primitive.kind != "weld" and isinstance(y, sympy.Basic):
-        rate = y.diff(TIME)
-        if rate in index:
-            partials = ((index[rate], 1),)
-        else:
-            speeds = [v for v in index if rate.has(v)]
-            partials = tuple((index[v], exact(rate.diff(v))) for v in speeds)
-            drift = exact(rate.subs(dict.fromkeys(speeds, 0)))
-            bias = exact(sympy.expand(rate.diff(TIME).subs({v.diff(TIME): 0 for v in speeds})))
+        partials, drift, bias = _rates(y, index)
     mass: Any = 0
     center, inertia = ZERO, (ZERO, ZERO, ZERO)
     if body is not None:
@@ -191,6 +186,38 @@ def _link(
         primitive.pitch, y if primitive.kind in ("hinge", "slider", "screw") else 0, partials, drift, bias, q, u,
         mass, center, inertia,
     )  # fmt: skip
+
+
+def _rates(y: Any, index: dict[Any, int]) -> tuple[tuple[tuple[int, Any], ...], Any, Any]:
+    """Of a displacement y(q, t): the non-zero (j, ∂y/∂q_j), ∂y/∂t, and y'' less its part in accelerations:
+
+    Σ_jk ∂²y/∂q_j∂q_k u_j u_k + 2 Σ_j ∂²y/∂q_j∂t u_j + ∂²y/∂t².
+    """
+    linear = {}
+    for term in sympy.Add.make_args(y):
+        factor, rest = term.as_coeff_Mul()
+        if rest in index:
+            linear[index[rest]] = exact(factor)
+        elif TIME in term.free_symbols:
+            break
+    else:
+        return tuple(sorted(linear.items())), 0, 0
+    atoms = sorted(
+        (atom for atom in y.atoms(sympy.core.function.AppliedUndef) if atom in index), key=index.__getitem__
+    )
+    plain = {atom: sympy.Dummy() for atom in atoms}
+    back = {dummy: atom for atom, dummy in plain.items()}
+    z = y.xreplace(plain)
+    steps = [(index[atom], plain[atom], atom.diff(TIME)) for atom in atoms]
+    partials = tuple((j, exact(z.diff(x).xreplace(back))) for j, x, _ in steps)
+    drift = z.diff(TIME)
+    bias = drift.diff(TIME)
+    for _, x, speed in steps:
+        bias += 2 * drift.diff(x) * speed
+        for _, x2, speed2 in steps:
+            bias += z.diff(x, x2) * speed * speed2
+    nonzero = tuple((j, partial) for j, partial in partials if partial != 0)
+    return nonzero, exact(drift.xreplace(back)), exact(sympy.expand(bias.xreplace(back)))
 
 
 def _order(

@@ -111,7 +111,9 @@ def derivative(ring: Any, g: Any, atom: Any) -> Any:
 
 
 def is_positive(ring: Any, num: Any) -> bool:
-    """Whether an fmpz_mpoly is known to be nowhere negative."""
+    """Whether an fmpz_mpoly is known, or was assumed, to be nowhere negative."""
+    if ring.positive and element(ring, num // int(num.content()), 1, ring.support(num)) in ring.positive:
+        return True
     return all(
         c > 0 and all(e % 2 == 0 or _positive(ring, ring.generators[i]) for i, e in monomial)
         for monomial, c in ring.terms(num)
@@ -351,6 +353,9 @@ def _square_root(ring: Any, x: Polynomial) -> Any:
     for p, n in factors:
         n = int(n)
         known = is_positive(ring, p)
+        if not known and is_positive(ring, -p):
+            p, known = -p, True
+            radicand = radicand * (-1) ** n
         f = element(ring, p, 1, ring.support(p))
         if n >= 2:
             outside = outside * (f if known or (n // 2) % 2 == 0 else _absolute(ring, f)) ** (n // 2)
@@ -410,6 +415,9 @@ def _absolute(ring: Any, x: Polynomial) -> Any:
         if n % 2 == 0 or is_positive(ring, p):
             result = result * f**n
             continue
+        if is_positive(ring, -p):
+            result = result * (-f) ** n
+            continue
         result = result * f ** (n - 1) * _absolute_generator(ring, f)
     for d, n in divisor:
         result = _divide(ring, result, _absolute(ring, d) ** n)
@@ -433,7 +441,9 @@ def _absolute_generator(ring: Any, f: Polynomial) -> Polynomial:
 def _sign(ring: Any, x: Polynomial) -> Any:
     x = ring.coerce(x * x.den)
     x = ring.coerce(x / int(x.num.content()))
-    return 1 if is_positive(ring, x.num) else _opaque(ring, "sign", [x])
+    if is_positive(ring, x.num) or is_positive(ring, -x.num):
+        return 1 if is_positive(ring, x.num) else -1
+    return _opaque(ring, "sign", [x])
 
 
 # ---------------------------------------------------------------------- the rest

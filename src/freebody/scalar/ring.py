@@ -67,6 +67,7 @@ class Ring(Field):
         self.generators: list[Generator] = []
         self._index: dict[Any, int] = {}  # SymPy atom, or key of a derived generator -> index
         self._memo: dict[Any, Any] = {}
+        self.positive: set[Any] = set()  # polynomials assumed positive, primitive
         self.cache: dict[Any, Any] = {}  # of `functions` and of the display
         self._open(capacity)
         self.relations = Relations(self)
@@ -176,10 +177,20 @@ class Ring(Field):
         generator.depends = 1 << generator.index
         return self.variable(generator.index)
 
-    def assume_positive(self, atom: Any) -> None:
-        """From now on √(atom²) is atom."""
-        self.generator(atom)
-        self.generators[self._index[atom]].positive = True
+    def assume_positive(self, expr: Any) -> None:
+        """From now on √(expr²) is expr; an atom, or an expression such as ``2*a`` or ``a - b``."""
+        x = self.from_sympy(expr)
+        if type(x) is not Polynomial:
+            return
+        x.num = self.promoted(x.num)
+        _, factors = x.num.factor()
+        if len(x) == 1 and len(factors) == 1 and x.num.leading_coefficient() > 0:
+            self.used(x)[0].positive = True
+        else:
+            self.positive.add(self._primitive(x))
+
+    def _primitive(self, x: Polynomial) -> Any:
+        return element(self, x.num // int(x.num.content()), 1, x.mask)
 
     def unit_norm(self, e0: Any, e1: Any, e2: Any, e3: Any) -> None:
         """Declare e0² + e1² + e2² + e3² = 1 for four atoms (before they are computed with)."""

@@ -126,6 +126,17 @@ class Tape(Field):
             found = self._memo[CONST][x] = self._append(CONST, len(self.constants) - 1, NONE)
         return found
 
+    def scalar(self, i: int) -> Any:
+        """What node ``i`` holds: a number for a constant, else the traced scalar."""
+        code = self.op[i]
+        if code == CONST:
+            return self.constants[self.a[i]]
+        if code == INPUT:
+            return self._memo[INPUT][self.inputs[self.a[i]]]
+        if code == NEG:
+            return self._memo[NEG][self.a[i]]
+        return self._memo[code][self.a[i], self.b[i]]
+
     def used(self, outputs: Iterable[Any]) -> list[int]:
         """The nodes that the outputs need, operands first (increasing)."""
         op, a, b = self.op, self.a, self.b
@@ -218,7 +229,7 @@ class Tape(Field):
             c = c * self.constants[self.a[self.b[i]]]
             i = self.a[i]
             if c == 1:
-                return self._at(i)
+                return self.scalar(i)
         return self._record(MUL, i, self.node(c).index)
 
     def _plus_number(self, x: Traced, c: Any) -> Any:
@@ -230,19 +241,10 @@ class Tape(Field):
         code = self.op[i]
         if code in (ADD, SUB) and self.op[self.b[i]] == CONST:  # (x ± c') + c
             joined = self.constants[self.a[self.b[i]]]
-            return self._plus_number(self._at(self.a[i]), c + joined if code == ADD else c - joined)
+            return self._plus_number(self.scalar(self.a[i]), c + joined if code == ADD else c - joined)
         if c < 0:
             return self._record(SUB, i, self.node(-c).index)
         return self._record(ADD, i, self.node(c).index)
-
-    def _at(self, i: int) -> Traced:
-        """The scalar of node ``i``, which is no constant."""
-        code = self.op[i]
-        if code == INPUT:
-            return self._memo[INPUT][self.inputs[self.a[i]]]
-        if code == NEG:
-            return self._memo[NEG][self.a[i]]
-        return self._memo[code][self.a[i], self.b[i]]
 
     def _pow(self, x: Any, y: Any) -> Any:
         return self._record(POW, self.node(x).index, self.node(y).index)

@@ -14,10 +14,10 @@ and f is taken at the corrected state, so that order 8 is kept. The dense output
 the start of the step to its uncorrected end, with each quaternion divided by its norm where it is evaluated: it
 meets the corrected state at the end of the step and is continuous.
 
-Neither is the dense output stored nor do the results depend on it: its error may exceed the tolerance, because the
-steps are long. It serves to find events, and a state inside a step, of an event or for output (`sample`), is
-the end of a shorter step from the same start: of order 8, and at the end of the step the very result of the run. So a run
-keeps n numbers per step and not 8n.
+The dense output serves to find events. It is not stored, and no result depends on it: steps are long, and its error
+may exceed the tolerance. A state inside a step, of an event or for output (`sample`), is the end of a shorter step
+from the same start: of order 8, and at the end of the step the very result of the run. So a run keeps n numbers per
+step and not 8n.
 
 Everything here is compiled by numba with fixed signatures and lies in numba's cache on disk. Kernels are called by
 address (`machine.call`). No step allocates.
@@ -26,7 +26,7 @@ address (`machine.call`). No step allocates.
 from __future__ import annotations
 
 import math
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 from numba import int64, njit
@@ -273,7 +273,7 @@ def find_events(kernel, t, h, work, w, c, quaternions, table, g, last, direction
         for e in range(n):
             table[k, e] = g[e]
         table[k, n] = x
-    count = 0
+    count = int64(0)
     for e in range(n):
         for k in range(1, points + 1):
             a, b = table[k - 1, e], table[k, e]
@@ -400,7 +400,7 @@ def _log_events(
         found[i, 0] = x
         found[i, 1] = e
         found[i, 2] = sign
-    stop, latest, kept = -1.0, 2.0, 0
+    stop, latest, kept = -1.0, 2.0, int64(0)
     for k in range(count):
         x = found[k, 0]
         if x > latest:
@@ -425,45 +425,35 @@ def _log_events(
     return stop
 
 
-_INT, _REAL, _MATRIX = "int64[::1]", "float64[::1]", "float64[:,::1]"
-
-
-@_outer(
-    f"int64(int64,int64,int64,{_REAL},{_REAL},{_REAL},int64,{_INT},{_REAL},{_REAL},{_REAL},{_INT},"
-    f"{_INT},{_INT},{_INT},{_MATRIX},{_REAL},{_MATRIX},{_REAL},{_REAL},{_MATRIX},{_MATRIX},{_MATRIX})",
-)
-def advance(
-    rates, events, n, c, ce, work, w, quaternions, relative, absolute, reals, integers,
-    directions, terminal, last, table, g, found, times, lengths, states, event_log, event_states,
+def _advance(
+    rates, n, c, work, w, quaternions, relative, absolute, reals, integers, times, lengths, states, watch
 ):  # fmt: skip
     """Step until the end, a terminal event, a failure, or until the buffers are full.
 
     Parameters
     ----------
-    rates, events        addresses of the kernels (``events`` is not called when ``directions`` is empty)
-    n, c, ce             components; constants of the kernels of the rates and of the events
-    work, w              rows of length ``w``, row STATE holds y
+    rates, n, c          address of the kernel, number of components, constants of the kernel
+    work, w              rows of length ``w``; row STATE holds y, row 0 its rates
     quaternions          places of the unit quaternions in y
     relative, absolute   tolerance of each component
     reals, integers      what is carried from call to call (see the names above)
-    directions, terminal, last, table, g, found   see `find_events`
     times, lengths, states   buffers: time, length and state at the start of each accepted step
-    event_log, event_states  buffers: (time, number, sign) and state of each event
+    watch                None, or (events, ce, directions, terminal, last, table, g, found, event_log, event_states):
+                         address of the event functions and their constants, what is asked of each, room for the
+                         search (see `find_events`), and buffers for (time, number, sign) and state of each event
 
     Returns
     -------
     int                  RUNNING, FINISHED, TERMINAL, NOT_FINITE or COLLAPSED
     """
     room = times.size
-    event_room = event_log.shape[0]
-    most = found.shape[0]
     t, h, old = reals[TIME], reals[STEP], reals[OLD_ERROR]
     until, longest = reals[UNTIL], reals[MAX_STEP]
     direction = 1.0 if until >= t else -1.0
-    accepted, logged = 0, 0
+    accepted, logged, full = int64(0), int64(0), False
     integers[ACCEPTED] = integers[EVENTS] = 0
     status = RUNNING
-    while accepted < room and logged + most <= event_room:
+    while accepted < room and not full:
         if abs(h) > longest:
             h = direction * longest
         ends = (t + 1.01 * h - until) * direction >= 0.0
@@ -500,7 +490,8 @@ def advance(
         lengths[accepted] = h
         _copy(work, STATE * w, states[accepted], n)
         accepted += 1
-        if directions.size > 0:
+        if watch is not None:  # numba leaves this branch out of the code for None
+            events, ce, directions, terminal, last, table, g, found, event_log, event_states = watch
             densify(rates, t, h, work, w, c)
             integers[EVALUATED] += 3
             count = find_events(events, t, h, work, w, ce, quaternions, table, g, last, directions, found)
@@ -509,6 +500,7 @@ def advance(
                 terminal, event_log, event_states, logged, integers,
             )  # fmt: skip
             logged += int(found[0, 3])
+            full = logged + found.shape[0] > event_log.shape[0]
             if stop >= 0.0:
                 status = TERMINAL
                 after = after if stop == 1.0 else t + stop * h
@@ -533,6 +525,18 @@ def advance(
     reals[TIME], reals[STEP], reals[OLD_ERROR] = t, h, old
     integers[ACCEPTED], integers[EVENTS] = accepted, logged
     return status
+
+
+_INT, _REAL, _MATRIX = "int64[::1]", "float64[::1]", "float64[:,::1]"
+_SIGNATURE = f"int64(int64,int64,{_REAL},{_REAL},int64,{_INT},{_REAL},{_REAL},{_REAL},{_INT},{_REAL},{_REAL},{_MATRIX},%s)"
+advance = _outer(_SIGNATURE % "none")(_advance)
+
+
+@cache
+def advance_watching():
+    """`advance` with events: compiled, or loaded, only when there are any."""
+    watch = f"Tuple((int64,{_REAL},{_INT},{_INT},{_INT},{_MATRIX},{_REAL},{_MATRIX},{_MATRIX},{_MATRIX}))"
+    return _outer(_SIGNATURE % watch)(_advance)
 
 
 @_outer(f"void(int64,int64,{_REAL},{_REAL},int64,{_INT},{_REAL},{_REAL},{_MATRIX},int64,{_REAL},{_MATRIX})")

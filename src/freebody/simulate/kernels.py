@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compile import compile_tape
+from ..compile.kernels import compile_tape
 from ..describe.system import System
 from ..dynamics import (
     State,

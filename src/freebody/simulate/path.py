@@ -244,6 +244,7 @@ def integrate(
     reals[dop853.UNTIL], reals[dop853.MAX_STEP] = until, max_step
     reals[dop853.STEP], reals[dop853.OLD_ERROR] = direction * min(first_step, longest), 1e-4
     integers = np.zeros(dop853.INTEGERS, dtype=np.int64)
+    advance = dop853.advance_watching() if m else dop853.advance
     largest = max(16, _MEMORY // (8 * (n + 2)))
     room = min(256, largest)
     left = math.inf if max_steps is None else max_steps
@@ -252,25 +253,28 @@ def integrate(
         while status is None:
             room = int(min(room, left))
             times, lengths, states = np.empty(room), np.empty(room), np.empty((room, n))
-            event_room = len(found) + (room if m else 0)
-            event_log, event_states = np.empty((event_room, 3)), np.empty((event_room, n))
-            clock = perf_counter()
-            code = dop853.advance(
-                rates.address, watch.address, n, rates.constants, event_constants, work, width, quaternions, rtol, atol,
-                reals, integers, directions, terminal, last_sign, table, g, found,
-                times, lengths, states, event_log, event_states,
+            arguments = (
+                rates.address, n, rates.constants, work, width, quaternions, rtol, atol, reals, integers,
+                times, lengths, states,
             )  # fmt: skip
+            clock = perf_counter()
+            if m:
+                event_log, event_states = np.empty((len(found) + room, 3)), np.empty((len(found) + room, n))
+                watching = (
+                    watch.address, event_constants, directions, terminal, last_sign, table, g, found, event_log,
+                    event_states,
+                )  # fmt: skip
+                code = advance(*arguments, watching)
+            else:
+                code = advance(*arguments, None)
             clock = perf_counter() - clock
             done, events = integers[dop853.ACCEPTED], integers[dop853.EVENTS]
             pieces.times.append(times[:done])
             pieces.lengths.append(lengths[:done])
             pieces.states.append(states[:done])
-            pieces.crossings += [
-                Crossing(
-                    float(event_log[k, 0]), int(event_log[k, 1]), int(event_log[k, 2]), event_states[k].copy()
-                )
-                for k in range(events)
-            ]
+            for k in range(events):
+                time, number, sign = event_log[k]
+                pieces.crossings.append(Crossing(float(time), int(number), int(sign), event_states[k].copy()))
             left -= done
             if code != dop853.RUNNING:
                 status = _STATUS[code]

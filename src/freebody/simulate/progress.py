@@ -21,6 +21,7 @@ class Progress:
         self.start, self.until = start, until
         self.call = wanted if callable(wanted) else None
         self.shown = not callable(wanted) and (sys.stderr.isatty() if wanted is None else bool(wanted))
+        self.forced = wanted is True
         self.clock = perf_counter()
         self.bar: Any = None
         self.task: Any = None
@@ -39,8 +40,9 @@ class Progress:
             from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
             from rich.progress import Progress as Bar
 
+            console = Console(stderr=True, force_terminal=True if self.forced else None)
             columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-            self.bar = Bar(*columns, console=Console(stderr=True), transient=True)
+            self.bar = Bar(*columns, console=console, transient=True)
             self.bar.start()
             self.task = self.bar.add_task("simulating", total=1.0)
         self.bar.update(

@@ -209,8 +209,20 @@ def _tolerance(value: Any) -> float:
     return float(number)
 
 
+def _culprit(path: Path, kernels: Kernels) -> int:
+    """The component to blame; for the work, which has no motion of its own, the speed that changes fastest."""
+    n_q, n_u = kernels.model.n_q, kernels.model.n_u
+    if path.blame < n_q + n_u:
+        return path.blame
+    rates = observe(
+        path.rates.address, path.rates.size, path.times[-1:], path.states[-1:], path.rates.constants
+    )[0]
+    fast = np.abs(rates[n_q : n_q + n_u]) / (1 + np.abs(path.states[-1, n_q : n_q + n_u]))
+    return n_q + int(np.argmax(np.where(np.isfinite(fast), fast, math.inf)))
+
+
 def _failure(trajectory: Trajectory, path: Path, kernels: Kernels, end: float) -> SimulationError:
-    name = kernels.names[path.blame]
+    name = kernels.names[_culprit(path, kernels)]
     if path.status == runs.NOT_FINITE:
         what = (
             f"the rate of '{name}' is not a finite number just after t = {path.end:.9g} s. A division by zero, a "
@@ -225,8 +237,8 @@ def _failure(trajectory: Trajectory, path: Path, kernels: Kernels, end: float) -
         )
     else:
         what = (
-            f"max_steps = {path.steps} steps reached only t = {path.end:.9g} s of {end:g} s, with the smallest "
-            f"errors left to '{name}'. Raise max_steps, or loosen the tolerance."
+            f"max_steps = {path.steps} steps reached only t = {path.end:.9g} s of {end:g} s; '{name}' "
+            "asked for the smallest steps. Raise max_steps, or loosen the tolerance."
         )
     state = ", ".join(f"{n} = {x:.9g}" for n, x in zip(kernels.names[:12], path.states[-1], strict=False))
     more = ", ..." if len(kernels.names) > 12 else ""

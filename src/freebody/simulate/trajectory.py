@@ -253,10 +253,15 @@ class Trajectory:
         """Position and rotation of every body."""
         found = self._observed(self.kernels.poses(), "poses", self.t, self.states)
         n = len(self.t)
-        return {
-            name: BodyPose(found[:, 12 * i : 12 * i + 3], found[:, 12 * i + 3 : 12 * i + 12].reshape(n, 3, 3))
-            for i, name in enumerate(self.kernels.model.bodies)
-        }
+        return _ByName(
+            "body",
+            {
+                name: BodyPose(
+                    found[:, 12 * i : 12 * i + 3], found[:, 12 * i + 3 : 12 * i + 12].reshape(n, 3, 3)
+                )
+                for i, name in enumerate(self.kernels.model.bodies)
+            },
+        )
 
     @cached_property
     def reactions(self) -> dict[str, Reaction]:
@@ -390,10 +395,7 @@ def unit_of(trajectory: Trajectory, name: str) -> str:
     """Unit of a coordinate or speed: as described, else that of the joint it moves."""
     model = trajectory.kernels.model
     base = name.rstrip("'")
-    if base in model.about and model.about[base][0]:
-        unit = model.about[base][0]
-    else:
-        unit = _unit(model, name, base)
+    unit = model.about.get(base, ("", ""))[0] or _unit(model, name, base)
     return f"{unit}/s" if name.endswith("'") and unit else unit
 
 

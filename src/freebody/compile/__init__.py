@@ -1,0 +1,1 @@
+"""Programs: recorded computations as machine code for one state or for many at once."""

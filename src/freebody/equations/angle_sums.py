@@ -1,0 +1,231 @@
+"""The forms that a trigonometric coefficient can be shown in, on dictionaries of terms.
+
+A coefficient is ``{monomial: {parameters: integer}}`` over one power of two: the monomial holds
+sines, cosines and coordinates, the parameters what stands in front. Its canonical form has no
+sin². Readers want the shortest of
+
+- sines and cosines as they are, or with cos² = 1 - sin², or homogeneous (I₁ sin² + I₃ cos²);
+- sums of angles, cos a cos b = ½ cos(a - b) + ½ cos(a + b), which collapse for parallel axes.
+
+In a monomial a generator is ``(index, exponent)``, a sine or cosine of a sum of angles is
+``("sin" | "cos", ((index of the angle's cosine, multiple), ...))``.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import combinations, product
+from typing import Any
+
+Coefficient = dict[tuple[Any, ...], dict[Any, int]]
+
+# Beyond this many terms nobody reads a coefficient: it is shown in its canonical form.
+LARGEST = 4000
+_DEGREE = 12  # of a product of sines and cosines that is still turned into sums
+
+
+def shortest(ring: Any, coefficient: Coefficient) -> tuple[Coefficient, int]:
+    """The form with the fewest terms, and the power of two it is to be divided by.
+
+    Ties go to the earlier of: canonical, homogeneous, sin², angle sums.
+    """
+    size = _size(coefficient)
+    pairs = _pairs(ring, coefficient)
+    if size < 2 or size > LARGEST or not pairs:
+        return coefficient, 1
+    best, best_size = coefficient, size
+    for cosine, degree in pairs.items():
+        if degree < 2:
+            continue
+        sine = ring.generators[cosine].partner
+        for form in (_homogeneous, _without_cosines):
+            changed = form(best, cosine, sine)
+            n = _size(changed)
+            if n < best_size:
+                best, best_size = changed, n
+    power = 1
+    for angles in _sets(pairs, size):
+        sums, p = angle_sums(ring, coefficient, angles)
+        n = _size(sums)
+        if sums and n < best_size:
+            best, best_size, power = sums, n, p
+    return best, power
+
+
+def _size(coefficient: Coefficient) -> int:
+    return sum(map(len, coefficient.values()))
+
+
+def _pairs(ring: Any, coefficient: Coefficient) -> dict[int, int]:
+    """Index of each angle's cosine -> largest degree of its sine and cosine together."""
+    generators = ring.generators
+    result: dict[int, int] = {}
+    divided = set()
+    for monomial in coefficient:
+        degrees: dict[int, int] = {}
+        for index, e in monomial:
+            g = generators[index]
+            if g.kind not in ("sin", "cos"):
+                continue
+            cosine = index if g.kind == "cos" else g.partner
+            degrees[cosine] = degrees.get(cosine, 0) + e
+            if e < 0:  # 1/cos stays as it is
+                divided.add(cosine)
+        for index, d in degrees.items():
+            if d > result.get(index, 0):
+                result[index] = d
+    return {index: d for index, d in result.items() if index not in divided}
+
+
+def _sets(pairs: dict[int, int], size: int) -> list[frozenset[int]]:
+    """Sets of angles to turn into sums: all of them; for a short coefficient also every two."""
+    if len(pairs) < 2 and max(pairs.values()) < 2:
+        return []
+    sets = [frozenset(pairs)]
+    if 2 < len(pairs) <= 8 and size <= 400:
+        sets += map(frozenset, combinations(pairs, 2))
+    return sets
+
+
+def _split(monomial: tuple[Any, ...], cosine: int, sine: int) -> tuple[int, int, tuple[Any, ...]]:
+    s = c = 0
+    rest = []
+    for factor in monomial:
+        if factor[0] == cosine:
+            c = factor[1]
+        elif factor[0] == sine:
+            s = factor[1]
+        else:
+            rest.append(factor)
+    return s, c, tuple(rest)
+
+
+def _join(s: int, c: int, rest: tuple[Any, ...], cosine: int, sine: int) -> tuple[Any, ...]:
+    new = list(rest)
+    if s:
+        new.append((sine, s))
+    if c:
+        new.append((cosine, c))
+    new.sort(reverse=True)
+    return tuple(new)
+
+
+def _without_cosines(coefficient: Coefficient, cosine: int, sine: int) -> Coefficient:
+    """cos² = 1 - sin² for one angle."""
+    result: Coefficient = {}
+    for monomial, parameters in coefficient.items():
+        s, c, rest = _split(monomial, cosine, sine)
+        for k, binomial in enumerate(_binomials(c // 2)):
+            _add(result, _join(s + 2 * k, c % 2, rest, cosine, sine), parameters, (-1) ** k * binomial)
+    return result
+
+
+def _homogeneous(coefficient: Coefficient, cosine: int, sine: int) -> Coefficient:
+    """1 = sin² + cos² for one angle, up to the largest degree of the same parity."""
+    split = [(_split(m, cosine, sine), p) for m, p in coefficient.items()]
+    largest = [0, 0]
+    for (s, c, _), _ in split:
+        largest[(s + c) % 2] = max(largest[(s + c) % 2], s + c)
+    result: Coefficient = {}
+    for (s, c, rest), parameters in split:
+        missing = (largest[(s + c) % 2] - s - c) // 2
+        for k, binomial in enumerate(_binomials(missing)):
+            _add(result, _join(s + 2 * k, c + 2 * (missing - k), rest, cosine, sine), parameters, binomial)
+    return result
+
+
+@cache
+def _binomials(n: int) -> tuple[int, ...]:
+    row = [1]
+    for k in range(n):
+        row.append(row[-1] * (n - k) // (k + 1))
+    return tuple(row)
+
+
+def _add(result: Coefficient, monomial: tuple[Any, ...], parameters: dict[Any, int], factor: int) -> None:
+    row = result.setdefault(monomial, {})
+    for key, value in parameters.items():
+        total = row.get(key, 0) + factor * value
+        if total:
+            row[key] = total
+        else:
+            del row[key]
+    if not row:
+        del result[monomial]
+
+
+def angle_sums(ring: Any, coefficient: Coefficient, angles: frozenset[int]) -> tuple[Coefficient, int]:
+    """The coefficient with products of sines and cosines of ``angles`` as sums, and its power of two.
+
+    sinᵃx cosᵇx = Σ_n z_n exp(i n x), with exact z_n; products multiply, and what belongs to
+    n and -n is a sine or a cosine.
+    """
+    generators = ring.generators
+    split = []
+    largest = 0
+    for monomial, parameters in coefficient.items():
+        rest = []
+        powers: dict[int, list[int]] = {}
+        for factor in monomial:
+            g = generators[factor[0]]
+            if g.kind == "cos" and factor[0] in angles:
+                powers.setdefault(factor[0], [0, 0])[1] = factor[1]
+            elif g.kind == "sin" and g.partner in angles:
+                powers.setdefault(g.partner, [0, 0])[0] = factor[1]
+            else:
+                rest.append(factor)
+        key = tuple((index, s, c) for index, (s, c) in sorted(powers.items()))
+        degree = sum(s + c for _, s, c in key)
+        if degree > _DEGREE:
+            return {}, 1
+        largest = max(largest, degree)
+        split.append((key, degree, tuple(rest), parameters))
+    result: Coefficient = {}
+    for key, degree, rest_key, parameters in split:
+        scale = 2 ** (largest - degree)
+        for wave, value in _waves(key):
+            _add(result, (*rest_key, wave) if wave else rest_key, parameters, scale * value)
+    return result, 2**largest
+
+
+@cache
+def _waves(powers: tuple[tuple[int, int, int], ...]) -> tuple[tuple[Any, int], ...]:
+    """Π sinˢ cosᶜ times 2^degree as ((wave, integer), ...); wave () is the constant 1."""
+    spectra = []
+    odd = 0
+    for index, s, c in powers:
+        odd += s
+        spectra.append([(index, n, z) for n, z in _spectrum(s, c)])
+    # (1/i)^odd: the sum of exp(i a) is a sum of (-1)^(odd/2) cos a, or of (-1)^((odd-1)/2) sin a
+    sign = (-1) ** (odd // 2)
+    found: dict[Any, int] = {}
+    for parts in product(*spectra):
+        value = sign
+        angle = []
+        for index, n, z in parts:
+            value *= z
+            if n:
+                angle.append((index, n))
+        if not angle:
+            if odd % 2 == 0:
+                found[()] = found.get((), 0) + value
+            continue
+        if angle[0][1] < 0:
+            angle = [(index, -n) for index, n in angle]
+            value = -value if odd % 2 else value
+        wave = ("sin" if odd % 2 else "cos", tuple(angle))
+        found[wave] = found.get(wave, 0) + value
+    return tuple((wave, value) for wave, value in found.items() if value)
+
+
+@cache
+def _spectrum(s: int, c: int) -> tuple[tuple[int, int], ...]:
+    """(z - 1/z)ˢ (z + 1/z)ᶜ as ((power of z, integer), ...)."""
+    row = {0: 1}
+    for sign in (-1,) * s + (1,) * c:
+        new: dict[int, int] = {}
+        for n, value in row.items():
+            new[n + 1] = new.get(n + 1, 0) + value
+            new[n - 1] = new.get(n - 1, 0) + sign * value
+        row = new
+    return tuple((n, value) for n, value in row.items() if value)

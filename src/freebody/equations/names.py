@@ -1,0 +1,28 @@
+"""Names as typesetters write them: Greek letters, subscripts, words upright."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+
+GREEK = {
+    "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "epsilon": "ε", "zeta": "ζ", "eta": "η",
+    "theta": "θ", "iota": "ι", "kappa": "κ", "lambda": "λ", "mu": "μ", "nu": "ν", "xi": "ξ", "pi": "π",
+    "rho": "ρ", "sigma": "σ", "tau": "τ", "upsilon": "υ", "phi": "φ", "chi": "χ", "psi": "ψ", "omega": "ω",
+    "Gamma": "Γ", "Delta": "Δ", "Theta": "Θ", "Lambda": "Λ", "Xi": "Ξ", "Pi": "Π", "Sigma": "Σ",
+    "Upsilon": "Υ", "Phi": "Φ", "Psi": "Ψ", "Omega": "Ω",
+}  # fmt: skip
+
+
+@cache
+def parts(name: str) -> tuple[str, str]:
+    """(base, subscript): ``theta_1`` and ``theta1`` are θ with subscript 1, ``j_wx`` is j with wx.
+
+    >>> parts("theta1"), parts("I_xx"), parts("arm_2_x"), parts("mass")
+    (('theta', '1'), ('I', 'xx'), ('arm', '2, x'), ('mass', ''))
+    """
+    base, _, rest = name.strip("_").partition("_")
+    if not rest:
+        match = re.fullmatch(r"([A-Za-z]+?)(\d+)", base)
+        return (match.group(1), match.group(2)) if match else (base, "")
+    return base, rest.strip("_").replace("_", ", ")

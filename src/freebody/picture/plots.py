@@ -1,0 +1,228 @@
+"""Plots of a motion: quantities over time, reactions, the energy ledger, paths of directions in space.
+
+Every function takes a trajectory and gives matplotlib axes; ``ax=`` draws into axes that exist. Nothing is shown or
+saved: ``axes.figure.savefig(path)`` does that. Figures are made without pyplot, so that no window opens and no
+figure is kept alive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import SimulationError, nearest
+from ..simulate.trajectory import unit_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..simulate.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+COLORS = ("#1f5fa8", "#c8452d", "#3a8f5c", "#7b4ca0", "#b58a1b", "#3b8ea5")
+INK, PALE = "0.25", "0.75"
+
+
+def figure(width: float, height: float) -> Any:
+    """A new figure of so many inches, without a window."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    result = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(result)
+    return result
+
+
+def saved(draw: Callable[[], Any], dpi: int = 150) -> Callable[[Any], None]:
+    """A function that draws to a path, whatever ``draw`` gives axes of."""
+
+    def write(path: Any) -> None:
+        axes = np.ravel(np.asarray(draw(), dtype=object))[0]
+        axes.figure.savefig(path, dpi=dpi, format="png")
+
+    return write
+
+
+def history(
+    trajectory: Trajectory, names: Any = None, ax: Any = None, *, title: str | None = None, events: bool = True
+) -> Any:
+    """Quantities over time, with the events marked.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    names : name, expression or sequence of them, optional
+        As for ``trajectory[...]``; all coordinates if not given. Those of one unit share a panel.
+    ax : Axes, optional
+        Draw all quantities here.
+    title : str, optional
+    events : bool
+        Whether the events are marked: by dots on the curves, and by name.
+
+    Returns
+    -------
+    Axes, or array of Axes when there are several panels
+        An angle has a second scale, in degrees, on the right.
+    """
+    listed = _listed(trajectory, names)
+    groups: dict[str, list[Any]] = {}
+    for name in listed:
+        groups.setdefault(_unit(trajectory, name) if ax is None else "", []).append(name)
+    if ax is not None:
+        panels = [ax]
+    else:
+        new = figure(8, 1.4 + 2.6 * len(groups))
+        panels = list(new.subplots(len(groups), 1, sharex=True, squeeze=False)[:, 0])
+    color = iter(COLORS * (1 + len(listed) // len(COLORS)))
+    kinds = _event_kinds(trajectory) if events else {}
+    for panel, group in zip(panels, groups.values(), strict=True):
+        handles = []
+        for name in group:
+            (curve,) = panel.plot(
+                trajectory.t, trajectory[name], color=next(color), linewidth=1.6, label=_text(trajectory, name)
+            )
+            handles.append(curve)
+            _mark(panel, trajectory, name, kinds, curve.get_color())
+        units = {_unit(trajectory, name) for name in group}
+        _finish(panel, ", ".join(_text(trajectory, name) for name in group), units)
+        _legend(panel, (handles if len(group) > 1 else []) + (_event_handles(kinds) if panel is panels[0] else []))
+    panels[-1].set_xlabel("time [s]")
+    if title:
+        _title(panels[0], title)
+    return panels[0] if len(panels) == 1 else np.array(panels, dtype=object)
+
+
+def reaction(trajectory: Trajectory, joint: str, ax: Axes | None = None, *, axes: str = "xyz") -> Any:
+    """Force of a joint on its child body over time, components in ground axes.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    joint : str
+    ax : Axes, optional
+    axes : str
+        Which components, such as "xy".
+
+    Returns
+    -------
+    Axes
+    """
+    found = trajectory.reactions[joint]
+    ax = figure(8, 4).subplots() if ax is None else ax
+    for axis, color in zip(axes, COLORS, strict=False):
+        ax.plot(trajectory.t, found.force[:, "xyz".index(axis)], color=color, linewidth=1.6, label=f"{joint}_{axis}")
+    _finish(ax, f"force on {found.on}", {"N"})
+    _legend(ax, ax.get_legend_handles_labels()[0] if len(axes) > 1 else [])
+    ax.set_xlabel("time [s]")
+    _title(ax, f"Reaction of joint {joint}, on {found.on}")
+    return ax
+
+
+def energy_residual(trajectory: Trajectory, ax: Axes | None = None) -> Any:
+    """What the energy ledger fails to balance, (T + V) - (T₀ + V₀) - W, relative to the greatest of T, V and W.
+
+    Returns
+    -------
+    Axes
+    """
+    ledger = trajectory.energy
+    scale = max(float(np.max(np.abs(part))) for part in (ledger.kinetic, ledger.potential, ledger.work)) or 1.0
+    ax = figure(8, 3.6).subplots() if ax is None else ax
+    ax.axhline(0, color=PALE, linewidth=1)
+    ax.plot(trajectory.t, ledger.residual / scale, color=COLORS[0], linewidth=1.2)
+    _finish(ax, "residual / greatest energy", set())
+    ax.ticklabel_format(axis="y", style="sci", scilimits=(0, 0), useMathText=True)
+    ax.set_xlabel("time [s]")
+    ax.set_title("Energy ledger: what is left unbalanced", loc="left", fontsize=12, fontweight="bold", pad=24)
+    return ax
+
+
+# -- parts of the plots ---------------------------------------------------------------------------------------
+
+
+def _listed(trajectory: Trajectory, names: Any) -> list[Any]:
+    if names is None:
+        return list(trajectory.kernels.model.coordinate_names)
+    if isinstance(names, str) or not isinstance(names, Sequence):
+        return [names]
+    if not names:
+        raise SimulationError("Expected at least one name to plot, got none. Leave names out for all coordinates.")
+    return list(names)
+
+
+def _text(trajectory: Trajectory, name: Any) -> str:
+    return name if isinstance(name, str) else trajectory.kernels.model.names.texts.get(name, str(name))
+
+
+def _unit(trajectory: Trajectory, name: Any) -> str:
+    text = _text(trajectory, name)
+    return unit_of(trajectory, text) if text in trajectory.names else ""
+
+
+def _finish(ax: Any, label: str, units: set[str]) -> None:
+    unit = units.pop() if len(units) == 1 else ""
+    ax.set_ylabel(f"{label} [{unit}]" if unit and unit != "1" else label, fontsize=11)
+    ax.grid(color="0.9", linewidth=0.8)
+    ax.set_axisbelow(True)
+    ax.margins(x=0)
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(False)
+    if unit == "rad":
+        degrees = ax.secondary_yaxis("right", functions=(np.rad2deg, np.deg2rad))
+        degrees.set_ylabel("[deg]", fontsize=11)
+        degrees.spines["right"].set_visible(False)
+
+
+def _title(ax: Any, title: str) -> None:
+    """Above the panel, and above its legend where it has one."""
+    ax.set_title(title, loc="left", fontsize=12, fontweight="bold", pad=30 if ax.get_legend() else 10)
+
+
+def _legend(ax: Any, handles: list[Any]) -> None:
+    """One row above the panel, where it covers no curve."""
+    if handles:
+        ax.legend(
+            handles=handles, loc="lower left", bbox_to_anchor=(0, 1), ncols=6, frameon=False, borderaxespad=0.2,
+            borderpad=0.2, handletextpad=0.5, handlelength=1.4, columnspacing=1.6, fontsize=10,
+        )  # fmt: skip
+
+
+_MARKS = "ovsD^P"
+
+
+def _event_kinds(trajectory: Trajectory) -> dict[str, str]:
+    """Mark of the events of each name."""
+    names = dict.fromkeys(event.name for event in trajectory.events)
+    return {name: _MARKS[i % len(_MARKS)] for i, name in enumerate(names)}
+
+
+def _mark(ax: Any, trajectory: Trajectory, name: Any, kinds: dict[str, str], color: str) -> None:
+    """A mark on the curve at each event."""
+    text = _text(trajectory, name)
+    if text not in trajectory.names:
+        return
+    for kind, marker in kinds.items():
+        found = [event for event in trajectory.events if event.name == kind]
+        ax.plot(
+            [event.time for event in found], [event.state[text] for event in found],
+            linestyle="none", marker=marker, markersize=5, markerfacecolor="white",
+            markeredgecolor=color, markeredgewidth=1.2, clip_on=False, zorder=3,
+        )  # fmt: skip
+
+
+def _event_handles(kinds: dict[str, str]) -> list[Any]:
+    from matplotlib.lines import Line2D
+
+    style = {"linestyle": "none", "markersize": 5, "markerfacecolor": "white", "markeredgecolor": INK}
+    return [Line2D([], [], marker=marker, label=kind, **style) for kind, marker in kinds.items()]
+
+
+def body_rotation(trajectory: Trajectory, body: str) -> Array:
+    """R_NB of a body at the output times, shape (n, 3, 3)."""
+    if body not in trajectory.poses:
+        raise SimulationError(f"Unknown body '{body}'; {nearest(str(body), trajectory.poses)}")
+    return trajectory.poses[body].rotation

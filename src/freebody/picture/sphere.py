@@ -1,0 +1,291 @@
+"""Paths on closed surfaces in 3-D: the axis of a body on the unit sphere, the angular velocity on its ellipsoid."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import SimulationError
+from .plots import INK, body_rotation, figure
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ..simulate.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+MAP = "plasma"
+BACK = 0.22
+"""Opacity of what lies on the far side."""
+
+
+def axis_path(
+    trajectory: Trajectory,
+    body: str,
+    ax: Any = None,
+    *,
+    axis: str = "z",
+    title: str | None = None,
+    view: tuple[float, float] = (24.0, -58.0),
+) -> Any:
+    """Path of a body axis on the unit sphere, coloured by time.
+
+    The dashed circles are the smallest and the largest angle from the upward vertical Z that the axis takes.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    body : str
+    ax : Axes3D, optional
+    axis : 'x', 'y' or 'z'
+        Body axis.
+    title : str, optional
+    view : (elevation, azimuth)
+        Where it is seen from [deg].
+
+    Returns
+    -------
+    Axes3D
+    """
+    if axis not in ("x", "y", "z"):
+        raise SimulationError(f"Expected the body axis 'x', 'y' or 'z', got {axis!r}.")
+    points = body_rotation(trajectory, body)[:, :, "xyz".index(axis)]
+    ax = _axes(ax, view)
+    _surface(ax, np.ones(3))
+    low, high = points[:, 2].min(), points[:, 2].max()
+    for height in (low, high) if high - low > 1e-6 else (high,):
+        _circle(ax, height)
+    _frame(ax)
+    _line(ax, np.array([[0.0, 0.0, 0.0], points[-1]]), np.ones(3), inside=True, color=INK, linewidths=2.2)
+    _colored(ax, trajectory.t, points, np.ones(3))
+    _tip(ax, points[0], "start", hollow=True)
+    _tip(ax, points[-1], f"{axis} axis of {body}")
+    smallest, largest = np.rad2deg(np.arccos(np.clip([high, low], -1, 1)))
+    _heading(ax, title or f"Path of the {axis} axis of {body}", f"{smallest:.4g}° to {largest:.4g}° from the vertical Z")
+    return ax
+
+
+def polhode(
+    trajectory: Trajectory,
+    speeds: Sequence[str],
+    moments: Any,
+    ax: Any = None,
+    *,
+    title: str = "Polhode: path of the angular velocity in the body",
+    view: tuple[float, float] = (20.0, 40.0),
+) -> Any:
+    """Path of a torque-free body's angular velocity on the ellipsoid of its energy, 2 T = Σ I_i w_i².
+
+    The thin lines are the paths of other motions of the same energy; the dashed ones pass through the middle axis and
+    part those that circle the axis of the largest moment from those that circle that of the smallest.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    speeds : three names
+        Angular velocity along the principal axes x, y, z of the body.
+    moments : three numbers
+        Principal moments of inertia [kg m²].
+    ax : Axes3D, optional
+    title : str, optional
+    view : (elevation, azimuth)
+        [deg]
+
+    Returns
+    -------
+    Axes3D
+    """
+    inertia = np.asarray(moments, dtype=float)
+    w = np.stack([trajectory[name] for name in speeds], axis=-1)
+    twice_T = float(inertia @ w[0] ** 2)
+    radii = np.sqrt(twice_T / inertia)
+    ax = _axes(ax, view, size=float(radii.max()))
+    _surface(ax, radii)
+    _family(ax, inertia, radii)
+    for i, letter in enumerate("xyz"):
+        end = np.zeros(3)
+        end[i] = 1.25 * radii[i]
+        start = np.zeros(3)
+        start[i] = radii[i]
+        ax.plot(*np.array([start, end]).T, color=INK, linewidth=1.2, zorder=INSIDE if end @ _toward(ax) < 0 else FRONT)
+        ax.text(*(1.08 * end), f"$\\omega_{letter}$", fontsize=13, color=INK, ha="center", va="center", zorder=TEXT)
+    _colored(ax, trajectory.t, w, radii)
+    _tip(ax, w[0], "start", hollow=True)
+    _heading(ax, title, "thin: other motions of this energy; dark: those through the middle axis")
+    return ax
+
+
+# -- parts ----------------------------------------------------------------------------------------------------
+
+
+# Drawn in this order; matplotlib's own order by depth lets long lines cover short ones.
+SURFACE, FAR, INSIDE, FRONT, PATH, TEXT = 0, 1, 2, 3, 4, 5
+
+
+def _axes(ax: Any, view: tuple[float, float], size: float = 1.0) -> Any:
+    if ax is None:
+        new = figure(7.6, 6.8)
+        new.set_layout_engine("none")
+        ax = new.add_axes((0.0, 0.0, 0.86, 0.9), projection="3d")
+    ax.computed_zorder = False
+    ax.view_init(*view)
+    ax.set_proj_type("ortho")
+    ax.set_box_aspect((1, 1, 1), zoom=1.55)
+    for limits in (ax.set_xlim, ax.set_ylim, ax.set_zlim):
+        limits(-1.15 * size, 1.15 * size)
+    ax.set_axis_off()
+    return ax
+
+
+def _heading(ax: Any, title: str, remark: str) -> None:
+    place = {"transform": ax.figure.transFigure, "va": "top"}
+    ax.text2D(0.03, 0.975, title, fontsize=13, fontweight="bold", **place)
+    ax.text2D(0.03, 0.933, remark, fontsize=10.5, color=INK, **place)
+
+
+def _toward(ax: Any) -> Array:
+    """Unit vector from the picture to the eye."""
+    elevation, azimuth = np.deg2rad([ax.elev, ax.azim])
+    return np.array(
+        [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
+    )
+
+
+def _facing(ax: Any, points: Array, radii: Array) -> NDArray[np.bool_]:
+    """Whether points of an ellipsoid lie on the near side: its normal there is (x_i / radius_i²)."""
+    return np.asarray((points / radii**2) @ _toward(ax) >= 0)
+
+
+def _segments(points: Array) -> Array:
+    return np.stack([points[:-1], points[1:]], axis=1)
+
+
+def _line(ax: Any, points: Array, radii: Array, inside: bool = False, alpha: float = 1.0, **style: Any) -> None:
+    """A line on the surface, pale on the far side; one inside is drawn plain."""
+    from matplotlib.colors import to_rgba
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+    segments = _segments(points)
+    near = _facing(ax, segments.mean(axis=1), radii)
+    rgb = to_rgba(style.pop("color"))[:3]
+    parts = [(np.ones(len(segments), bool), alpha, INSIDE)] if inside else [(~near, BACK * alpha, FAR), (near, alpha, FRONT)]
+    for chosen, opacity, order in parts:
+        if chosen.any():
+            ax.add_collection3d(Line3DCollection(segments[chosen], colors=[(*rgb, opacity)], zorder=order, **style))
+
+
+def _colored(ax: Any, t: Array, points: Array, radii: Array) -> None:
+    """The path, pale on the far side, and the bar that tells the time."""
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+    # without the brightest yellow, which is lost on white
+    shades = ListedColormap(colormaps[MAP](np.linspace(0, 0.88, 256)))
+    norm = Normalize(float(t[0]), float(t[-1]))
+    segments = _segments(points)
+    near = _facing(ax, segments.mean(axis=1), radii)
+    colors = shades(norm((t[:-1] + t[1:]) / 2))
+    for side, opacity, order in ((~near, 0.35, FAR), (near, 1.0, PATH)):
+        if side.any():
+            chosen = colors[side].copy()
+            chosen[:, 3] = opacity
+            ax.add_collection3d(
+                Line3DCollection(segments[side], colors=chosen, linewidths=2.2, capstyle="round", zorder=order)
+            )
+    box = ax.get_position()
+    where = ax.figure.add_axes((box.x1 + 0.02, box.y0 + 0.22 * box.height, 0.018, 0.56 * box.height))
+    bar = ax.figure.colorbar(ScalarMappable(norm, shades), cax=where, ticks=_ticks(float(t[0]), float(t[-1])))
+    bar.set_label("time [s]", fontsize=11)
+    bar.outline.set_visible(False)
+
+
+def _ticks(first: float, last: float) -> Array:
+    from matplotlib.ticker import MaxNLocator
+
+    found = MaxNLocator(6).tick_values(first, last)
+    return found[(found >= first - 1e-12) & (found <= last + 1e-12)]
+
+
+def _surface(ax: Any, radii: Array) -> None:
+    """Meridians and parallels every 30 and 15 degrees, on a faint body."""
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    around, up = np.linspace(0, 2 * np.pi, 145), np.linspace(0, np.pi, 73)
+    style = {"color": "0.55", "linewidths": 0.6, "alpha": 0.8}
+    for angle in np.deg2rad(np.arange(0, 360, 30)):
+        meridian = np.stack([np.sin(up) * np.cos(angle), np.sin(up) * np.sin(angle), np.cos(up)], axis=-1)
+        _line(ax, radii * meridian, radii, **style)
+    for angle in np.deg2rad(np.arange(30, 180, 30)):
+        parallel = np.stack(
+            [np.sin(angle) * np.cos(around), np.sin(angle) * np.sin(around), np.full_like(around, np.cos(angle))],
+            axis=-1,
+        )
+        _line(ax, radii * parallel, radii, **style)
+    # outline, where the surface turns away: x = D s, |s| = 1, has the normal D⁻¹ s, so D⁻¹ s · toward = 0
+    e = _toward(ax) / radii
+    first = np.cross(e, [0.0, 0.0, 1.0] if abs(e[2]) < 0.9 * np.linalg.norm(e) else [1.0, 0.0, 0.0])
+    first /= np.linalg.norm(first)
+    second = np.cross(e, first) / np.linalg.norm(e)
+    rim = radii * (np.cos(around)[:, None] * first + np.sin(around)[:, None] * second)
+    ax.add_collection3d(
+        Poly3DCollection([rim], facecolor="#eef3fa", edgecolor="0.45", linewidths=1.1, zorder=SURFACE)
+    )
+
+
+def _circle(ax: Any, height: float) -> None:
+    """The horizontal circle at a height on the unit sphere, with its angle from the vertical."""
+    around = np.linspace(0, 2 * np.pi, 181)
+    radius = np.sqrt(max(0.0, 1 - height**2))
+    points = np.stack([radius * np.cos(around), radius * np.sin(around), np.full_like(around, height)], axis=-1)
+    near = _facing(ax, points, np.ones(3))
+    for side, alpha, order in ((near, 0.9, FRONT), (~near, 0.35, FAR)):
+        part = np.where(side[:, None], points, np.nan)
+        ax.plot(*part.T, color=INK, linewidth=1.0, linestyle=(0, (4, 3)), alpha=alpha, zorder=order)
+
+
+def _frame(ax: Any) -> None:
+    """The vertical through the centre, and the ends of the ground axes X, Y."""
+    dashes = {"color": INK, "linewidth": 1.2, "linestyle": (0, (7, 2, 1, 2))}
+    ax.plot([0, 0], [0, 0], [-1, 1], zorder=INSIDE, alpha=0.6, **dashes)
+    ax.plot([0, 0], [0, 0], [1, 1.2], zorder=FRONT, color=INK, linewidth=1.2)
+    ends = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.12)}
+    for name, end in ends.items():
+        tip = np.array(end)
+        front = tip @ _toward(ax) > 0
+        ax.plot(*np.array([tip, 1.1 * tip]).T, color=INK, linewidth=1.2, zorder=FRONT if front else FAR, alpha=1 if front else 0.5)
+        ax.text(*(1.17 * tip), name, fontsize=12, color=INK, ha="center", va="center", zorder=TEXT)
+
+
+def _tip(ax: Any, point: Array, name: str, hollow: bool = False) -> None:
+    """A mark with its name above it, on a white ground where lines pass below."""
+    from matplotlib.patheffects import withStroke
+
+    face = "white" if hollow else INK
+    ax.plot(*point[:, None], marker="o", markersize=6.5, markerfacecolor=face, markeredgecolor=INK, zorder=TEXT)
+    up = np.array([0.0, 0.0, 0.1 * float(np.max(np.abs(ax.get_zlim())))])
+    ax.text(*(point + up), name, fontsize=10.5, color=INK, ha="center", va="center", zorder=TEXT,
+            path_effects=[withStroke(linewidth=3, foreground="#eef3fa")])  # fmt: skip
+
+
+def _family(ax: Any, inertia: Array, radii: Array) -> None:
+    """Lines of equal H² = Σ I_i² w_i² on the ellipsoid; that through the middle axis is dashed."""
+    import contourpy
+
+    around, up = np.linspace(0, 2 * np.pi, 241), np.linspace(0, np.pi, 121)
+    a, b = np.meshgrid(around, up)
+    unit = np.stack([np.sin(b) * np.cos(a), np.sin(b) * np.sin(a), np.cos(b)], axis=-1)
+    # on the ellipsoid, H² / 2T = Σ I_i s_i²
+    find = contourpy.contour_generator(a, b, (unit**2) @ inertia)
+    low, middle, high = np.sort(inertia)
+    levels = [low + (middle - low) * f for f in (0.15, 0.5, 0.85)] + [middle] + [middle + (high - middle) * f for f in (0.15, 0.5, 0.85)]
+    for level in levels:
+        for line in find.lines(level):
+            s = np.stack([np.sin(line[:, 1]) * np.cos(line[:, 0]), np.sin(line[:, 1]) * np.sin(line[:, 0]),
+                          np.cos(line[:, 1])], axis=-1)  # fmt: skip
+            dashed = {"linewidths": 1.4, "color": INK} if level == middle else {"linewidths": 0.9, "color": "#1f5fa8"}
+            _line(ax, radii * s, radii, alpha=0.9 if level == middle else 0.55, **dashed)
