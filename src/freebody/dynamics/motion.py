@@ -1,0 +1,50 @@
+"""The motion of a model at a state, constrained or not: accelerations, multipliers, and all forces that act."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..model.model import Model
+from .articulated import forward_dynamics
+from .constrained import constrained_dynamics, constrained_loading, constraint_power
+from .constraints import rows
+from .loading import Loading, load_power, loading
+from .newton_euler import drive_power, reactions
+from .state import State
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Accelerations u', multipliers of all conditions in the order of ``rows``, loads with constraint forces."""
+
+    udot: tuple[Any, ...]
+    multipliers: tuple[Any, ...]
+    loads: Loading
+
+
+def motion(model: Model, state: State, active: Sequence[int] | None = None) -> Motion:
+    """Accelerations and constraint forces.
+
+    Parameters
+    ----------
+    active : sequence of int, optional
+        The independent conditions (:func:`freebody.dynamics.constrained.independent_rows`); all if not given.
+    """
+    if not model.constraints:
+        return Motion(forward_dynamics(model, state), (), loading(model, state))
+    held = range(len(rows(model))) if active is None else active
+    udot, multipliers = constrained_dynamics(model, state, held)
+    return Motion(udot, multipliers, constrained_loading(model, state, multipliers))
+
+
+def total_power(model: Model, state: State, moving: Motion) -> Any:
+    """Rate of change of the total energy: loads without potential, drives, conditions with explicit time [W]."""
+    power = load_power(model, state) + drive_power(model, state, moving.udot, moving.loads)
+    return power + constraint_power(model, state, moving.multipliers)
+
+
+def all_reactions(model: Model, state: State, moving: Motion) -> dict[str, tuple[Any, Any]]:
+    """(force, moment) of every joint of the tree on its child, in ground axes."""
+    return reactions(model, state, moving.udot, moving.loads)
