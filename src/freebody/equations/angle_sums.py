@@ -13,6 +13,7 @@ In a monomial a generator is ``(index, exponent)``, a sine or cosine of a sum of
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from itertools import combinations, product
 from typing import Any
@@ -24,9 +25,10 @@ LARGEST = 4000
 _DEGREE = 12  # of a product of sines and cosines that is still turned into sums
 
 
-def shortest(ring: Any, coefficient: Coefficient) -> tuple[Coefficient, int]:
+def shortest(ring: Any, coefficient: Coefficient, rank: Callable[[int], Any]) -> tuple[Coefficient, int]:
     """The form with the fewest terms, and the power of two it is to be divided by.
 
+    ``rank`` orders generators; the first angle of a sum is positive.
     Ties go to the earlier of: canonical, homogeneous, sin², angle sums.
     """
     size = _size(coefficient)
@@ -45,7 +47,7 @@ def shortest(ring: Any, coefficient: Coefficient) -> tuple[Coefficient, int]:
                 best, best_size = changed, n
     power = 1
     for angles in _sets(pairs, size):
-        sums, p = angle_sums(ring, coefficient, angles)
+        sums, p = angle_sums(ring, coefficient, angles, rank)
         n = _size(sums)
         if sums and n < best_size:
             best, best_size, power = sums, n, p
@@ -154,7 +156,9 @@ def _add(result: Coefficient, monomial: tuple[Any, ...], parameters: dict[Any, i
         del result[monomial]
 
 
-def angle_sums(ring: Any, coefficient: Coefficient, angles: frozenset[int]) -> tuple[Coefficient, int]:
+def angle_sums(
+    ring: Any, coefficient: Coefficient, angles: frozenset[int], rank: Callable[[int], Any]
+) -> tuple[Coefficient, int]:
     """The coefficient with products of sines and cosines of ``angles`` as sums, and its power of two.
 
     sinᵃx cosᵇx = Σ_n z_n exp(i n x), with exact z_n; products multiply, and what belongs to
@@ -174,7 +178,7 @@ def angle_sums(ring: Any, coefficient: Coefficient, angles: frozenset[int]) -> t
                 powers.setdefault(g.partner, [0, 0])[0] = factor[1]
             else:
                 rest.append(factor)
-        key = tuple((index, s, c) for index, (s, c) in sorted(powers.items()))
+        key = tuple((index, s, c) for index, (s, c) in sorted(powers.items(), key=lambda item: rank(item[0])))
         degree = sum(s + c for _, s, c in key)
         if degree > _DEGREE:
             return {}, 1
