@@ -83,9 +83,7 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
     """Print the table."""
     del limit
     repeats = 1 if quick else max(1, min(3, repeats))
-    samples: dict[str, list[tuple[float, float]]] = {
-        name: [] for name in ("import", "cold", "unseen", "seen")
-    }
+    samples: dict[str, list[tuple[float, float]]] = {name: [] for name in TITLES}
     for _ in range(repeats):
         with tempfile.TemporaryDirectory() as folder:
             samples["import"].append(run(IMPORT, folder))
