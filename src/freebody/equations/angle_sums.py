@@ -35,23 +35,29 @@ def shortest(ring: Any, coefficient: Coefficient, rank: Callable[[int], Any]) ->
     pairs = _pairs(ring, coefficient)
     if size < 2 or size > LARGEST or not pairs:
         return coefficient, 1
-    best, best_size = coefficient, size
-    for cosine, degree in pairs.items():
-        if degree < 2:
-            continue
-        sine = ring.generators[cosine].partner
-        for form in (_homogeneous, _without_cosines):
-            changed = form(best, cosine, sine)
-            n = _size(changed)
-            if n < best_size:
-                best, best_size = changed, n
-    power = 1
+    best = _squares(ring, coefficient, {c: d for c, d in pairs.items() if d > 1})
+    best_size, power = _size(best), 1
     for angles in _sets(pairs, size):
         sums, p = angle_sums(ring, coefficient, angles, rank)
-        n = _size(sums)
-        if sums and n < best_size:
-            best, best_size, power = sums, n, p
+        if sums:
+            sums = _squares(ring, sums, {c: d for c, d in pairs.items() if d > 1 and c not in angles})
+            n = _size(sums)
+            if n < best_size:
+                best, best_size, power = sums, n, p
     return best, power
+
+
+def _squares(ring: Any, coefficient: Coefficient, pairs: dict[int, int]) -> Coefficient:
+    """The shortest that sin² + cos² = 1 gives, angle by angle."""
+    size = _size(coefficient)
+    for cosine in pairs:
+        sine = ring.generators[cosine].partner
+        for form in (_homogeneous, _without_cosines):
+            changed = form(coefficient, cosine, sine)
+            n = _size(changed)
+            if n < size:
+                coefficient, size = changed, n
+    return coefficient
 
 
 def _size(coefficient: Coefficient) -> int:
@@ -108,8 +114,12 @@ def _join(s: int, c: int, rest: tuple[Any, ...], cosine: int, sine: int) -> tupl
         new.append((sine, s))
     if c:
         new.append((cosine, c))
-    new.sort(reverse=True)
+    new.sort(key=_newest_first)
     return tuple(new)
+
+
+def _newest_first(factor: tuple[Any, Any]) -> Any:
+    return (1, 0) if isinstance(factor[0], str) else (0, -factor[0])
 
 
 def _without_cosines(coefficient: Coefficient, cosine: int, sine: int) -> Coefficient:

@@ -254,9 +254,17 @@ class _Arrangement:
 
     def _separate(self, parameters: Key, rest: list[tuple[Fraction, Key]]) -> list[Term]:
         """Terms without speeds: one factored product, or several if nothing is gained."""
-        if len(rest) == 1 or parameters == ONE:
-            return [self._product(parameters, (), [r]) for r in rest]
-        return [self._product(parameters, (), rest)]
+        if len(rest) > 1 and parameters != ONE:
+            return [self._product(parameters, (), rest)]
+        terms = []
+        for r in rest:
+            term = self._product(parameters, (), [r])
+            if len(term.factors) == 1 and term.factors[0][1] == 1 and isinstance(term.factors[0][0], Sum):
+                inner = [Term(t.coefficient * term.coefficient, t.factors) for t in term.factors[0][0].terms]
+                terms += sorted(inner, key=lambda t: t.coefficient < 0)  # F - m g, not -m g + F
+            else:
+                terms.append(term)
+        return terms
 
     def _product(self, parameters: Key, moving: Key, rest: list[tuple[Fraction, Key]]) -> Term:
         """parameters · coordinates · moving · trigonometry."""
@@ -344,17 +352,19 @@ class _Arrangement:
 
     def _parameters(self, key: Key, number: Fraction) -> tuple[Fraction | int, list[tuple[Any, int]]]:
         """A polynomial of parameters times a number, as number and factors."""
-        if len(key) == 1:
-            ((monomial, c),) = key
-            return number * c, self._ordered(monomial)
         fixed = self._fraction(key)
         if fixed is not None:
             return fixed.coefficient * number, fixed.factors
+        if len(key) == 1:
+            ((monomial, c),) = key
+            return number * c, self._ordered(monomial)
         if self.lumps is not None:
             element = self._element(key)
             return number, [(self.lumps.name(self.ring, key, element), 1)]
         common = common_divisor([m for m, _ in key])
         inner = [(without(m, common), c) for m, c in key]
+        if common:
+            inner.sort(key=self._order_of_parameters)
         kept = number
         if number.denominator != 1:  # (m/3 + M), not (m + 3 M)/3: the one with fewer numbers
             spread = [Fraction(c) * number for _, c in inner]
