@@ -31,16 +31,23 @@ class Link:
 
 
 def alternating_chain(n: int) -> list[Link]:
-    """``n`` bodies that hang one below the other; the hinge axes are x, y, x, y, ..."""
+    """``n`` bodies that hang one below the other; the hinge axes are x, y, x, y, ...; no two bodies are alike."""
+    random = np.random.default_rng(7)
     links = []
     for i in range(n):
+        arm = np.array([0.01, -0.02, -0.3]) + random.uniform(-0.01, 0.01, 3)
+        center = np.array([0.02, -0.01, -0.14]) + random.uniform(-0.01, 0.01, 3)
+        inertia = np.diag([0.011, 0.0125, 0.0045])
+        inertia[np.triu_indices(3, 1)] = [0.0004, -0.0003, 0.0002]
+        inertia = np.triu(inertia * random.uniform(0.9, 1.1, (3, 3)))
+        inertia = inertia + np.triu(inertia, 1).T
         links.append(
             Link(
                 axis="xy"[i % 2],
-                at=(0.0, 0.0, 0.0) if i == 0 else (0.01, -0.02, -0.3),
-                mass=1.0 + 0.25 * (i % 3),
-                center=(0.02, -0.01, -0.14),
-                inertia=((0.011, 0.0004, -0.0003), (0.0004, 0.0125, 0.0002), (-0.0003, 0.0002, 0.003)),
+                at=(0.0, 0.0, 0.0) if i == 0 else tuple(arm.tolist()),
+                mass=float(random.uniform(0.8, 1.6)),
+                center=tuple(center.tolist()),
+                inertia=tuple(map(tuple, inertia.tolist())),
             )
         )
     return links

@@ -6,12 +6,17 @@ and MuJoCo; their accelerations must agree before anything is timed.
 
 from __future__ import annotations
 
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
 from .chains import alternating_chain, chain_state, mujoco_chain, pinocchio_chain
-from .tables import per_call
+from .loop import repeater
+from .tables import NOT_INSTALLED, module, per_call, ratio_text, seconds, show, time_text
 
 SIZES = (1, 2, 7, 30, 100)
 AGREEMENT = 1e-9
@@ -75,3 +80,125 @@ class MuJoCo:
 def agreement(found: np.ndarray, expected: np.ndarray) -> float:
     """Largest difference relative to the largest acceleration."""
     return float(abs(found - expected).max() / abs(expected).max())
+
+
+class Freebody:
+    """Forward dynamics by the compiled kernel's address, in a loop of machine code; batches through its array call."""
+
+    def __init__(self, n: int) -> None:
+        from .models import numeric_chain
+
+        self.n = n
+        self.system = numeric_chain(alternating_chain(n))
+        self.kernels = self.compiled(batch=True)
+        self.y = np.concatenate(chain_state(n))
+        self.c = np.ascontiguousarray(self.kernels.constants([]), dtype=float)
+
+    def compiled(self, batch: bool) -> Any:
+        from .models import forward_dynamics_kernels
+
+        return forward_dynamics_kernels(self.system, batch)
+
+    def accelerations(self) -> np.ndarray:
+        return self.kernels["accelerations"](0.0, self.y, self.c)
+
+    def time(self, repeats: int) -> float:
+        kernel = self.kernels["accelerations"]
+        return per_call(repeater(kernel.address, self.y, self.c, np.zeros(self.n)), repeats)
+
+    def batch_time(self, repeats: int) -> float:
+        kernel = self.kernels["accelerations"]
+        states = np.random.default_rng(1).uniform(-1, 1, (BATCH, 2 * self.n))
+        out = np.empty((BATCH, self.n))
+        kernel.batch(0.0, states, self.c, out)
+        return seconds(lambda: kernel.batch(0.0, states, self.c, out), repeats) / BATCH
+
+    def compile_time(self, repeats: int) -> float:
+        return seconds(lambda: self.compiled(batch=False), repeats)
+
+    def simulation_time(self) -> float:
+        """From the description to the first step of a simulation: rates, energies and the integrator."""
+        import freebody as fb
+
+        from .models import numeric_chain
+
+        system = numeric_chain(alternating_chain(self.n))
+        start = time.perf_counter()
+        fb.simulate(system, until=1e-6)
+        return time.perf_counter() - start
+
+
+@contextmanager
+def without_cache() -> Iterator[None]:
+    """Compile anew: no object code is taken from the disk."""
+    before = os.environ.get("FREEBODY_CACHE")
+    os.environ["FREEBODY_CACHE"] = "off"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["FREEBODY_CACHE"]
+        else:
+            os.environ["FREEBODY_CACHE"] = before
+
+
+COLUMNS = (
+    "n", "freebody call", "in a batch", "compile", "to simulate",
+    "Pinocchio aba", "ratio", "MuJoCo step", "ratio", "differ",
+)  # fmt: skip
+PEERS = {"pinocchio": Pinocchio, "mujoco": MuJoCo}
+
+
+def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
+    """Print the table."""
+    del limit
+    rows: list[list[Any]] = []
+    import freebody as fb
+
+    from .models import numeric_chain
+
+    fb.simulate(numeric_chain(alternating_chain(1)), until=1e-6)  # imports, and the integrator's own code
+    for n in (1, 2, 7, 30) if quick else SIZES:
+        with without_cache():
+            ours = Freebody(n)
+            compile_time = ours.compile_time(1 if n > 10 else repeats)
+            ready = ours.simulation_time()
+        found = ours.accelerations()
+        call, batch = ours.time(repeats), ours.batch_time(repeats)
+        row = [n, time_text(call), time_text(batch), time_text(compile_time), time_text(ready)]
+        worst = 0.0
+        for name, make in PEERS.items():
+            if module(name) is None:
+                row += [NOT_INSTALLED, "-"]
+                continue
+            peer = make(n)
+            difference = agreement(found, peer.accelerations())
+            if not difference < AGREEMENT:
+                raise ArithmeticError(f"{n} bodies: accelerations differ from {name}'s by {difference:.1e}")
+            worst = max(worst, difference)
+            theirs = peer.time(repeats)
+            row += [time_text(theirs), ratio_text(theirs, call)]
+        rows.append([*row, f"{worst:.0e}"])
+    show(
+        "Forward dynamics of chains of n bodies, hinge axes x, y, x, ...",
+        [
+            "n",
+            "freebody call",
+            "in a batch",
+            "compile",
+            "to simulate",
+            "Pinocchio aba",
+            "ratio",
+            "MuJoCo step",
+            "ratio",
+            "differ",
+        ],
+        rows,
+        [
+            f"freebody: kernel called by its address in a compiled loop; batch of {BATCH} states, per state;",
+            "compile: from the description, nothing cached; to simulate: to fb.simulate's first step.",
+            "Pinocchio: loop of aba calls in Python less the same loop on a model without joints (call, conversions).",
+            "MuJoCo: mj_step looped in C (nstep), Euler, contacts and constraints off; integration included.",
+            "differ: largest difference of the accelerations relative to the largest; above 1e-9 the run stops.",
+        ],
+    )

@@ -69,7 +69,8 @@ def difference(kind: str, n: int) -> float:
                 if name not in numbers:
                     numbers[name] = choose.uniform(0.3, 1.5)
                 atoms[atom] = numbers[name]
-        order = sorted(atoms, key=lambda atom: not atom.is_Derivative)  # derivatives before what they derive
+        # derivatives before what they derive, functions of time before the time
+        order = sorted(atoms, key=lambda atom: (not atom.is_Derivative, not atom.is_Function))
         found = []
         for expression in expressions:
             for atom in order:

@@ -75,3 +75,18 @@ def tumbling_body(parameters: dict[str, Any]) -> Any:
     body = s.body("body", fb.MassProperties(1, (0, 0, 0), ((A, 0, 0), (0, B, 0), (0, 0, C))))
     s.ball("turn", s.ground, body)
     return s
+
+
+def forward_dynamics_kernels(system: Any, batch: bool = False) -> Any:
+    """Machine code of u' = forward dynamics, from the description: assembled, traced, compiled."""
+    from freebody.compile.kernels import compile_tape
+    from freebody.dynamics import forward_dynamics, traced_state
+    from freebody.scalar.trace import Tape
+
+    model = fb.assemble(system)
+    tape = Tape()
+    state = traced_state(model, tape)
+    functions = {"accelerations": list(forward_dynamics(model, state))}
+    return compile_tape(
+        tape, functions, state.t, [*state.q, *state.u], [], batch=list(functions) if batch else ()
+    )

@@ -46,7 +46,7 @@ def refused(match, *arguments, kind=SimulationError, **options):
         fb.simulate(*arguments, **options)
 
 
-# --- what is asked -----------------------------------------------------------------------------------------------------
+# --- what is asked ---------------------------------------------------------------------------------
 
 
 def test_not_a_system():
@@ -167,7 +167,7 @@ def test_max_step(pendulum):
     refused(r"Expected a longest step greater than 0 s, got max_step=0", pendulum, 1, max_step=0)
 
 
-# --- events --------------------------------------------------------------------------------------------------------------
+# --- events ----------------------------------------------------------------------------------------
 
 
 def test_event_of_a_python_function(pendulum):
@@ -194,7 +194,7 @@ def test_direction_of_an_event():
         fb.event("theta", "hit", direction="up")
 
 
-# --- what is asked of a trajectory -----------------------------------------------------------------------------------------
+# --- what is asked of a trajectory -----------------------------------------------------------------
 
 
 def test_unknown_name_in_a_trajectory(swing):
@@ -238,7 +238,7 @@ def test_no_file_to_read(swing, tmp_path):
         swing.load(tmp_path / "x.nc")
 
 
-# --- motions that can not be continued ---------------------------------------------------------------------------------------
+# --- motions that can not be continued -------------------------------------------------------------
 
 
 def stopped(s, until, **options):

@@ -57,7 +57,7 @@ def swing():
     return fb.simulate(pendulum(), 10, initial={"theta": "60deg"}, tolerance=1e-10, events=events)
 
 
-# --- the motion ----------------------------------------------------------------------------------------------------
+# --- the motion ------------------------------------------------------------------------------------
 
 
 def test_oscillator_follows_the_cosine(motion):
@@ -174,7 +174,7 @@ def test_max_step_is_kept():
     assert motion.steps >= 99
 
 
-# --- ball and free joints --------------------------------------------------------------------------------------------
+# --- ball and free joints --------------------------------------------------------------------------
 
 
 def test_free_flight():
@@ -210,7 +210,7 @@ def test_quaternions_of_matrices_do_not_jump():
     assert quaternions(R) == pytest.approx(expected, abs=4e-16 * 8)
 
 
-# --- trajectory ------------------------------------------------------------------------------------------------------
+# --- trajectory ------------------------------------------------------------------------------------
 
 
 def test_any_expression_can_be_asked_for(swing):
@@ -305,7 +305,7 @@ def test_plot_writes_a_picture(swing, tmp_path):
     assert len(swing.plot("theta'").axes) == 1
 
 
-# --- dataset -----------------------------------------------------------------------------------------------------------
+# --- dataset ---------------------------------------------------------------------------------------
 
 
 def test_dataset_has_everything_with_units(swing):
@@ -365,7 +365,7 @@ def test_nothing_is_left_of_a_failed_save(swing, tmp_path, monkeypatch):
     assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("swing.nc", "kept")]
 
 
-# --- events ------------------------------------------------------------------------------------------------------------
+# --- events ----------------------------------------------------------------------------------------
 
 
 def test_events_of_a_pendulum(swing):
@@ -405,7 +405,7 @@ def test_a_single_event_needs_no_list():
     assert fb.event("x") == EventSpec("x", "x")
 
 
-# --- interruption and progress -------------------------------------------------------------------------------------------
+# --- interruption and progress ---------------------------------------------------------------------
 
 
 def test_interrupted_run_returns_what_was_computed():

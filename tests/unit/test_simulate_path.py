@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import _thread
 import math
+import threading
 
 import numpy as np
 import pytest
@@ -10,7 +12,8 @@ from numba import cfunc, types
 
 from freebody.simulate import path as runs
 from freebody.simulate import tableau
-from freebody.simulate.path import Rates, Watch, integrate
+from freebody.simulate.integrate import integrate
+from freebody.simulate.path import Rates, Watch
 
 POINTER = types.CPointer(types.float64)
 KERNEL = types.void(types.float64, POINTER, POINTER, POINTER)
@@ -121,7 +124,7 @@ def symmetric_body_exact(t, w0, transverse, axial):
     )
 
 
-# --- the method ------------------------------------------------------------------------------------------------
+# --- the method ------------------------------------------------------------------------------------
 
 
 def test_tableau_rows_sum_to_their_nodes():
@@ -178,7 +181,7 @@ def test_states_between_steps_keep_the_order_of_quaternions(dense, order):
     assert slope(errors) > order
 
 
-# --- error control -----------------------------------------------------------------------------------------------
+# --- error control ---------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
@@ -272,7 +275,7 @@ def test_no_time_passes():
     assert path.sample([3.0]).tolist() == [[1.0, 0.0]]
 
 
-# --- quaternions and dense output ----------------------------------------------------------------------------------
+# --- quaternions and dense output ------------------------------------------------------------------
 
 
 def test_quaternion_is_unit_at_and_between_steps():
@@ -317,7 +320,7 @@ def test_a_time_outside_the_run_is_refused():
         path.sample([math.nan])
 
 
-# --- events --------------------------------------------------------------------------------------------------------
+# --- events ----------------------------------------------------------------------------------------
 
 
 def watch(kernel, n=1, directions=None, terminal=None):
@@ -455,7 +458,7 @@ def test_many_events_overflow_no_buffer():
     assert len(path.crossings) == int(30 * 100 / math.pi + 0.5) + int(30 * 100 / math.pi) + 1
 
 
-# --- ends other than the wanted one -----------------------------------------------------------------------------------
+# --- ends other than the wanted one ----------------------------------------------------------------
 
 
 def test_a_motion_that_leaves_every_bound_collapses_and_names_its_component():
@@ -498,6 +501,19 @@ def test_an_interruption_keeps_what_was_computed():
     assert path.end == reached[-1] > reached[0]
     t = path.end / 2
     assert path.sample([t])[0, 0] == pytest.approx(math.cos(t), abs=1e-9 * path.steps * 2)
+
+
+def test_ctrl_c_at_any_moment_keeps_a_path_that_fits_together():
+    """The keyboard interrupts while machine code runs; Python notices when it returns."""
+    timer = threading.Timer(0.25, _thread.interrupt_main)
+    timer.start()
+    path = integrate(OSCILLATOR, [1, 0], 0, 1e9)
+    timer.join()
+    assert path.status == runs.INTERRUPTED
+    assert 0 < path.end < 1e9
+    assert path.times[:-1] + path.lengths == pytest.approx(path.times[1:], rel=1e-15)
+    times = path.end - np.linspace(0, 10, 50)
+    assert np.hypot(*path.sample(times).T) == pytest.approx(1, abs=2e-9 * path.steps)
 
 
 def test_pieces_do_not_change_the_result():

@@ -13,6 +13,7 @@ In a monomial a generator is ``(index, exponent)``, a sine or cosine of a sum of
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from itertools import combinations, product
 from typing import Any
@@ -24,32 +25,39 @@ LARGEST = 4000
 _DEGREE = 12  # of a product of sines and cosines that is still turned into sums
 
 
-def shortest(ring: Any, coefficient: Coefficient) -> tuple[Coefficient, int]:
+def shortest(ring: Any, coefficient: Coefficient, rank: Callable[[int], Any]) -> tuple[Coefficient, int]:
     """The form with the fewest terms, and the power of two it is to be divided by.
 
+    ``rank`` orders generators; the first angle of a sum is positive.
     Ties go to the earlier of: canonical, homogeneous, sin², angle sums.
     """
     size = _size(coefficient)
     pairs = _pairs(ring, coefficient)
     if size < 2 or size > LARGEST or not pairs:
         return coefficient, 1
-    best, best_size = coefficient, size
-    for cosine, degree in pairs.items():
-        if degree < 2:
-            continue
+    best = _squares(ring, coefficient, {c: d for c, d in pairs.items() if d > 1})
+    best_size, power = _size(best), 1
+    for angles in _sets(pairs, size):
+        sums, p = angle_sums(ring, coefficient, angles, rank)
+        if sums:
+            sums = _squares(ring, sums, {c: d for c, d in pairs.items() if d > 1 and c not in angles})
+            n = _size(sums)
+            if n < best_size:
+                best, best_size, power = sums, n, p
+    return best, power
+
+
+def _squares(ring: Any, coefficient: Coefficient, pairs: dict[int, int]) -> Coefficient:
+    """The shortest that sin² + cos² = 1 gives, angle by angle."""
+    size = _size(coefficient)
+    for cosine in pairs:
         sine = ring.generators[cosine].partner
         for form in (_homogeneous, _without_cosines):
-            changed = form(best, cosine, sine)
+            changed = form(coefficient, cosine, sine)
             n = _size(changed)
-            if n < best_size:
-                best, best_size = changed, n
-    power = 1
-    for angles in _sets(pairs, size):
-        sums, p = angle_sums(ring, coefficient, angles)
-        n = _size(sums)
-        if sums and n < best_size:
-            best, best_size, power = sums, n, p
-    return best, power
+            if n < size:
+                coefficient, size = changed, n
+    return coefficient
 
 
 def _size(coefficient: Coefficient) -> int:
@@ -106,8 +114,12 @@ def _join(s: int, c: int, rest: tuple[Any, ...], cosine: int, sine: int) -> tupl
         new.append((sine, s))
     if c:
         new.append((cosine, c))
-    new.sort(reverse=True)
+    new.sort(key=_newest_first)
     return tuple(new)
+
+
+def _newest_first(factor: tuple[Any, Any]) -> Any:
+    return (1, 0) if isinstance(factor[0], str) else (0, -factor[0])
 
 
 def _without_cosines(coefficient: Coefficient, cosine: int, sine: int) -> Coefficient:
@@ -154,7 +166,9 @@ def _add(result: Coefficient, monomial: tuple[Any, ...], parameters: dict[Any, i
         del result[monomial]
 
 
-def angle_sums(ring: Any, coefficient: Coefficient, angles: frozenset[int]) -> tuple[Coefficient, int]:
+def angle_sums(
+    ring: Any, coefficient: Coefficient, angles: frozenset[int], rank: Callable[[int], Any]
+) -> tuple[Coefficient, int]:
     """The coefficient with products of sines and cosines of ``angles`` as sums, and its power of two.
 
     sinᵃx cosᵇx = Σ_n z_n exp(i n x), with exact z_n; products multiply, and what belongs to
@@ -174,7 +188,7 @@ def angle_sums(ring: Any, coefficient: Coefficient, angles: frozenset[int]) -> t
                 powers.setdefault(g.partner, [0, 0])[0] = factor[1]
             else:
                 rest.append(factor)
-        key = tuple((index, s, c) for index, (s, c) in sorted(powers.items()))
+        key = tuple((index, s, c) for index, (s, c) in sorted(powers.items(), key=lambda item: rank(item[0])))
         degree = sum(s + c for _, s, c in key)
         if degree > _DEGREE:
             return {}, 1

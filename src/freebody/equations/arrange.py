@@ -15,30 +15,28 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from fractions import Fraction
-from math import gcd, lcm
+from functools import partial
+from math import gcd
 from typing import Any
 
 from ..scalar.polynomial import Polynomial, Ring
 from .angle_sums import shortest
+from .terms import (
+    ONE,
+    Key,
+    Sum,
+    Term,
+    common_divisor,
+    common_part,
+    content_of,
+    fold,
+    made_positive,
+    negative,
+    without,
+)
 
 _MOVING = {"reaction": 0, "acceleration": 1, "speed": 2}
 _FIXED = ("parameter", "constant", "load")
-Key = tuple[Any, ...]
-
-
-@dataclass(slots=True)
-class Term:
-    """coefficient · Π nodeᵉ; the coefficient is an int or a Fraction."""
-
-    coefficient: Any
-    factors: list[tuple[Any, int]]
-
-
-@dataclass(slots=True)
-class Sum:
-    """Terms in the order in which they are printed."""
-
-    terms: list[Term]
 
 
 @dataclass
@@ -79,6 +77,22 @@ class _Arrangement:
         self.ring = ring
         self.lumps = lumps
         self.classes: dict[int, int] = {}
+        self.ranks: dict[int, Any] = {}
+
+    def rank(self, index: int) -> Any:
+        """Sorting key of a generator: atoms as declared, what is derived from them like they are."""
+        found = self.ranks.get(index)
+        if found is None:
+            g = self.ring.generators[index]
+            atoms = sorted(a.rank for a in self.ring.of_mask(g.depends))
+            found = self.ranks[index] = (*atoms, index) if g.arguments else (g.rank,)
+        return found
+
+    def _of_factor(self, factor: tuple[int, int]) -> Any:
+        return self.rank(factor[0])
+
+    def _ordered(self, monomial: Key) -> list[tuple[Any, int]]:
+        return sorted(monomial, key=self._of_factor)
 
     # 0 moving (reactions, accelerations, speeds), 1 parameters, 2 all else
     def class_of(self, index: int) -> int:
@@ -124,11 +138,11 @@ class _Arrangement:
         for d, n in denominators:
             shown = self.groups(d)
             if shown.terms[0].coefficient < 0:
-                shown = _negative(shown)
+                shown = negative(shown)
                 sign *= (-1) ** n
             below.append((shown, -n))
         if sign < 0:
-            body = _negative(body)
+            body = negative(body)
         if len(body.terms) == 1:
             return Sum([Term(body.terms[0].coefficient, body.terms[0].factors + below)])
         return Sum([Term(1, [(body, 1), *below])])
@@ -150,14 +164,14 @@ class _Arrangement:
                 else:
                     moving.append(f)
             if folded:
-                parameters = _fold(parameters, folded)
-                other = _fold(other, folded)
+                parameters = fold(parameters, folded)
+                other = fold(other, folded)
             row = table.setdefault(tuple(moving), {}).setdefault(tuple(other), {})
             key = tuple(parameters)
             row[key] = row.get(key, 0) + c
         groups = []
         for moving_key in sorted(table, key=self._order_of_moving):
-            coefficient, power = shortest(self.ring, table[moving_key])
+            coefficient, power = shortest(self.ring, table[moving_key], self.rank)
             if coefficient:
                 groups.append((moving_key, self._by_parameters(coefficient, x.den * power)))
         return Sum(self._assembled(groups))
@@ -176,7 +190,7 @@ class _Arrangement:
             return (9,)
         kinds = [_MOVING[self.ring.generators[i].kind] for i, _ in key]
         degree = sum(e for _, e in key)
-        indices = sorted(i for i, e in key for _ in range(e))
+        indices = sorted(self.rank(i) for i, e in key for _ in range(e))
         return (min(kinds), -degree, indices)
 
     def _by_parameters(self, coefficient: Any, den: int) -> dict[Key, list[tuple[Fraction, Key]]]:
@@ -185,7 +199,7 @@ class _Arrangement:
         for other in sorted(coefficient, key=self._order_of_other):
             parameters = coefficient[other]
             content = gcd(*parameters.values())
-            items = sorted(parameters.items(), key=_order_of_parameters)
+            items = sorted(parameters.items(), key=self._order_of_parameters)
             if items[0][1] < 0:
                 content = -content
             key = tuple((m, c // content) for m, c in items)
@@ -199,14 +213,14 @@ class _Arrangement:
         for i, e in key:
             if isinstance(i, str):
                 degree += 1
-                order.append((1, e, i != "sin"))
+                order.append((1, tuple((self.rank(j), n) for j, n in e), i != "sin"))
                 continue
             g = self.ring.generators[i]
             degree += abs(e)
             if g.kind in ("sin", "cos"):
-                order.append((1, ((min(g.index, g.partner), e),), g.kind != "sin"))
+                order.append((1, ((self.rank(min(g.index, g.partner)), e),), g.kind != "sin"))
             else:
-                order.append((0, ((i, e),), False))
+                order.append((0, ((self.rank(i), e),), False))
         return (degree, sorted(order))
 
     # ------------------------------------------------------------------ assembly
@@ -216,7 +230,7 @@ class _Arrangement:
         for moving, by_parameters in groups:
             if moving and len(by_parameters) == 1:
                 ((parameters, rest),) = by_parameters.items()
-                if parameters != _ONE:
+                if parameters != ONE:
                     joined.setdefault(parameters, []).append((moving, rest))
         terms: list[Term] = []
         done: set[Key] = set()
@@ -240,64 +254,72 @@ class _Arrangement:
 
     def _separate(self, parameters: Key, rest: list[tuple[Fraction, Key]]) -> list[Term]:
         """Terms without speeds: one factored product, or several if nothing is gained."""
-        if len(rest) == 1 or parameters == _ONE:
-            return [self._product(parameters, (), [r]) for r in rest]
-        return [self._product(parameters, (), rest)]
+        if len(rest) > 1 and parameters != ONE:
+            return [self._product(parameters, (), rest)]
+        terms = []
+        for r in rest:
+            term = self._product(parameters, (), [r])
+            if len(term.factors) == 1 and term.factors[0][1] == 1 and isinstance(term.factors[0][0], Sum):
+                inner = [Term(t.coefficient * term.coefficient, t.factors) for t in term.factors[0][0].terms]
+                terms += sorted(inner, key=lambda t: t.coefficient < 0)  # F - m g, not -m g + F
+            else:
+                terms.append(term)
+        return terms
 
     def _product(self, parameters: Key, moving: Key, rest: list[tuple[Fraction, Key]]) -> Term:
         """parameters · coordinates · moving · trigonometry."""
-        content, common, inner = _common(rest)
+        content, common, inner = common_part(rest)
         number, factors = self._parameters(parameters, content)
         before, after = self._sides(common)
         factors += before
         if len(inner) > 1:
             body = Sum([Term(c, self._flat(other)) for c, other in inner])
-            number = _positive(body, number)
+            number = made_positive(body, number)
             factors.append((body, 1))
         return Term(number, factors + self._moving(moving) + after)
 
     def _joined(self, parameters: Key, parts: list[tuple[Key, list[tuple[Fraction, Key]]]]) -> Term:
         """parameters · common · (moving · trigonometry + ...)."""
         flat = [entry for _, rest in parts for entry in rest]
-        content, common, _ = _common(flat)
+        content, common, _ = common_part(flat)
         inner = []
         for moving, rest in parts:
-            left = [(c / content, _quotient(other, common)) for c, other in rest]
+            left = [(c / content, without(other, common)) for c, other in rest]
             if len(left) == 1:
                 c, other = left[0]
                 before, after = self._sides(other)
                 inner.append(Term(c, before + self._moving(moving) + after))
             else:
-                inner.append(self._product(_ONE, moving, left))
+                inner.append(self._product(ONE, moving, left))
         number, factors = self._parameters(parameters, content)
         before, after = self._sides(common)
         body = Sum(inner)
-        number = _positive(body, number)
+        number = made_positive(body, number)
         return Term(number, factors + before + after + [(body, 1)])
 
     def _mixed(self, moving: Key, by_parameters: dict[Key, list[tuple[Fraction, Key]]]) -> Term:
         """common · (parameters · trigonometry + ...) · moving."""
         everything = [entry for rest in by_parameters.values() for entry in rest]
-        _, common, _ = _common(everything)
-        shared = () if self.lumps else _least([m for key in by_parameters for m, _ in key])
+        _, common, _ = common_part(everything)
+        shared = () if self.lumps else common_divisor([m for key in by_parameters for m, _ in key])
         inner = []
         for parameters, rest in by_parameters.items():
-            own = tuple((_quotient(m, shared), c) for m, c in parameters)
-            left = [(c, _quotient(other, common)) for c, other in rest]
+            own = tuple((without(m, shared), c) for m, c in parameters)
+            left = [(c, without(other, common)) for c, other in rest]
             term = self._product(own, (), left)
             if len(term.factors) == 1 and term.factors[0][1] == 1 and isinstance(term.factors[0][0], Sum):
                 # parameters alone: their terms stand beside the others
                 inner += [Term(t.coefficient * term.coefficient, t.factors) for t in term.factors[0][0].terms]
             else:
                 inner.append(term)
-        number: Any = _content([Fraction(t.coefficient) for t in inner])
+        number: Any = content_of([Fraction(t.coefficient) for t in inner])
         if number != 1:
             for t in inner:
                 t.coefficient = t.coefficient / number
         body = Sum(inner)
-        number = _positive(body, number)
+        number = made_positive(body, number)
         before, after = self._sides(common)
-        front = [(i, e) for i, e in reversed(shared)]
+        front = self._ordered(shared)
         return Term(number, front + before + [(body, 1)] + self._moving(moving) + after)
 
     def _flat(self, other: Key) -> list[tuple[Any, int]]:
@@ -305,7 +327,7 @@ class _Arrangement:
         return before + after
 
     def _moving(self, key: Key) -> list[tuple[Any, int]]:
-        return sorted(key)
+        return self._ordered(key)
 
     def _sides(self, other: Key) -> tuple[list[tuple[Any, int]], list[tuple[Any, int]]]:
         """Coordinates, which stand before accelerations and speeds; functions, which stand after."""
@@ -322,19 +344,27 @@ class _Arrangement:
         return before, after
 
     # ------------------------------------------------------------------ parameters
+    def _order_of_parameters(self, item: tuple[Key, int]) -> Any:
+        """By the oldest generators; a plain number last."""
+        monomial = self._ordered(item[0])
+        ranks = [self.rank(i) for i, e in monomial for _ in range(abs(e))]
+        return not monomial, ranks, [-e for _, e in monomial]
+
     def _parameters(self, key: Key, number: Fraction) -> tuple[Fraction | int, list[tuple[Any, int]]]:
         """A polynomial of parameters times a number, as number and factors."""
-        if len(key) == 1:
-            ((monomial, c),) = key
-            return number * c, _oldest_first(monomial)
         fixed = self._fraction(key)
         if fixed is not None:
             return fixed.coefficient * number, fixed.factors
+        if len(key) == 1:
+            ((monomial, c),) = key
+            return number * c, self._ordered(monomial)
         if self.lumps is not None:
             element = self._element(key)
             return number, [(self.lumps.name(self.ring, key, element), 1)]
-        common = _least([m for m, _ in key])
-        inner = [(_quotient(m, common), c) for m, c in key]
+        common = common_divisor([m for m, _ in key])
+        inner = [(without(m, common), c) for m, c in key]
+        if common:
+            inner.sort(key=self._order_of_parameters)
         kept = number
         if number.denominator != 1:  # (m/3 + M), not (m + 3 M)/3: the one with fewer numbers
             spread = [Fraction(c) * number for _, c in inner]
@@ -342,19 +372,25 @@ class _Arrangement:
                 inner = [(m, c) for (m, _), c in zip(inner, spread, strict=True)]
                 kept = Fraction(1)
         body = self._collected(inner)
-        kept = _positive(body, kept)
-        front = _oldest_first(common)
-        first = min((i for m, _ in inner for i, _ in m), default=0)
-        at = sum(i < first for i, _ in front)
+        kept = made_positive(body, kept)
+        front = self._ordered(common)
+        at = self._place(front, [m for m, _ in inner])
         return kept, front[:at] + [(body, 1)] + front[at:]
+
+    def _place(self, factors: list[tuple[Any, int]], bracket: list[Key]) -> int:
+        """Where a bracket stands: after the factors if all are older, else before them."""
+        ranks = [self.rank(i) for m in bracket for i, _ in m]
+        first = all(self.rank(i) < min(ranks) for i, _ in factors) if ranks else False
+        return len(factors) if first else 0
 
     def _collected(self, inner: list[tuple[Key, Any]]) -> Sum:
         """m₁ L² + m₂ L² as (m₁ + m₂) L² where that makes fewer terms."""
-        plain = Sum([Term(c, _oldest_first(m)) for m, c in inner])
+        plain = Sum([Term(c, self._ordered(m)) for m, c in inner])
         if len(inner) < 3 or len(inner) > 200:
             return plain
         best = None
-        for pick in (min, max):
+        oldest_linear = partial(min, key=lambda f: (abs(f[1]), self.rank(f[0])))
+        for pick in (oldest_linear, partial(min, key=self._of_factor), partial(max, key=self._of_factor)):
             rows: dict[Key, list[tuple[Key, Any]]] = {}
             for m, c in inner:
                 if not m:
@@ -371,14 +407,16 @@ class _Arrangement:
         for left, own in best.items():
             if len(own) == 1:
                 ((m, c),) = own
-                terms.append(Term(c, _oldest_first(tuple(sorted(m + left, reverse=True)))))
+                terms.append(Term(c, self._ordered(tuple(sorted(m + left, reverse=True)))))
                 continue
-            number = _content([Fraction(c) for _, c in own])
-            body = Sum([Term(c / number, _oldest_first(m)) for m, c in own])
-            number = _positive(body, number)
-            factors = _oldest_first(left)
-            first = min(m[0][0] for m, _ in own if m) if all(m for m, _ in own) else 0
-            at = sum(i < first for i, _ in factors)
+            if not left:
+                terms += [Term(c, self._ordered(m)) for m, c in own]
+                continue
+            number = content_of([Fraction(c) for _, c in own])
+            body = Sum([Term(c / number, self._ordered(m)) for m, c in own])
+            number = made_positive(body, number)
+            factors = self._ordered(left)
+            at = self._place(factors, [m for m, _ in own])
             terms.append(Term(number, factors[:at] + [(body, 1)] + factors[at:]))
         return Sum(terms)
 
@@ -411,95 +449,3 @@ class _Arrangement:
         if len(top.terms) == 1:
             return Term(top.terms[0].coefficient, top.terms[0].factors + below)
         return Term(1, [(top, 1), *below])
-
-
-_ONE: Key = (((), 1),)
-
-
-def _order_of_parameters(item: tuple[Key, int]) -> Any:
-    # by the oldest generator, a plain number last
-    return not item[0], sorted((i for i, e in item[0] for _ in range(abs(e)))), [-e for _, e in item[0]]
-
-
-def _oldest_first(monomial: Key) -> list[tuple[Any, int]]:
-    return sorted(monomial)
-
-
-def _fold(factors: list[tuple[int, int]], folded: dict[int, int]) -> list[tuple[int, int]]:
-    if not any(i in folded for i, _ in factors):
-        return factors
-    return sorted(((folded[i], -e) if i in folded else (i, e) for i, e in factors), reverse=True)
-
-
-def _negative(s: Sum) -> Sum:
-    return Sum([Term(-t.coefficient, t.factors) for t in s.terms])
-
-
-def _positive(body: Sum, number: Any) -> Any:
-    """Make the first term of a bracket positive, and give its sign to the number in front."""
-    if body.terms and body.terms[0].coefficient < 0:
-        for t in body.terms:
-            t.coefficient = -t.coefficient
-        return -number
-    return number
-
-
-def _content(values: list[Fraction]) -> Fraction:
-    """The number to take out of a bracket so that the fewest numbers are left to print."""
-    numerator = gcd(*(v.numerator for v in values)) or 1
-    best, least = Fraction(1), sum(abs(v) != 1 for v in values)
-    for content in (Fraction(numerator, lcm(*(v.denominator for v in values))), Fraction(numerator)):
-        n = (content != 1) + sum(abs(v) != content for v in values)
-        if n < least or n == least and best == 1:
-            best, least = content, n
-    return best
-
-
-def _common(entries: list[tuple[Fraction, Key]]) -> tuple[Fraction, Key, list[tuple[Fraction, Key]]]:
-    """(rational content, common monomial, what is left) of a list of terms."""
-    if len(entries) == 1:
-        return entries[0][0], entries[0][1], [(Fraction(1), ())]
-    content = _content([c for c, _ in entries])
-    common = _least([other for _, other in entries])
-    return content, common, [(c / content, _quotient(other, common)) for c, other in entries]
-
-
-def _least(monomials: list[Key]) -> Key:
-    """The largest common divisor of monomials (negative powers divide as they are)."""
-    if len(monomials) == 1:
-        return monomials[0]
-    common = dict(monomials[0])
-    for m in monomials[1:]:
-        if not common:
-            break
-        powers = dict(m)
-        left = {}
-        for i, e in common.items():
-            f = powers.get(i)
-            if f is None:
-                continue
-            if isinstance(i, str):  # a wave: all or nothing
-                if f == e:
-                    left[i] = e
-            elif e > 0 and f > 0:
-                left[i] = min(e, f)
-            elif e < 0 and f < 0:
-                left[i] = max(e, f)
-        common = left
-    return tuple(f for f in monomials[0] if f[0] in common for f in [(f[0], common[f[0]])])
-
-
-def _quotient(monomial: Key, divisor: Key) -> Key:
-    if not divisor:
-        return monomial
-    powers = dict(divisor)
-    result = []
-    for i, e in monomial:
-        if isinstance(i, str):
-            if i not in powers:
-                result.append((i, e))
-            continue
-        left = e - powers.get(i, 0)
-        if left:
-            result.append((i, left))
-    return tuple(result)

@@ -10,7 +10,8 @@ from abc import ABC, abstractmethod
 from typing import Any
 
 from ..scalar.polynomial import Ring
-from .arrange import Lumps, Sum, Term, arrange
+from .arrange import Lumps, arrange
+from .terms import Sum, Term
 
 
 class Printer(ABC):

@@ -46,7 +46,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
         f"equation of {name}": (text, "")
         for name, text in zip(("x", "theta"), case.equations.text().splitlines(), strict=True)
     }
-    for i, label in enumerate(("t_1", "t_2")):
+    for label in ("t_1", "t_2"):
         at = case.simulate_to([case[label]])
         answers |= states(at, 0, {"x": "m", "theta": "rad", "x'": "m/s", "theta'": "rad/s"}, label)
         # the pin's reaction is that on the bar; the particle feels the opposite

@@ -22,7 +22,9 @@ def build() -> fb.System:
     link_1 = s.body("link_1", fb.slender_bar(m1, L1, axis="y"))
     link_2 = s.body("link_2", fb.slender_bar(m2, L2, axis="y"))
     s.hinge("O", s.ground, link_1, to=(0, L1 / 2, 0), axis="z", coordinate=theta_1)
-    s.hinge("J", link_1, link_2, at=(0, -L1 / 2, 0), to=(0, L2 / 2, 0), axis="z", coordinate=theta_2 - theta_1)
+    s.hinge(
+        "J", link_1, link_2, at=(0, -L1 / 2, 0), to=(0, L2 / 2, 0), axis="z", coordinate=theta_2 - theta_1
+    )
     explain(
         s,
         m1="kg: mass of link 1",

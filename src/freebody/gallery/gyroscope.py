@@ -26,9 +26,7 @@ def build(axis: str = "ZXZ", angles: str = "psi theta phi") -> fb.System:
     """The gyroscope in Euler angles, or in another sequence of angles."""
     s = fb.System("gyroscope")
     m, R, L, g = s.parameters(m=1.2, R=0.06, L=0.1, g=9.81)
-    s.parameters(
-        theta_0="60deg", theta_low="120deg", Omega_zeta=300.0, t_1=0.4
-    )
+    s.parameters(theta_0="60deg", theta_low="120deg", Omega_zeta=300.0, t_1=0.4)
     s.gravity = (0, 0, -g)
     rotor = s.body("rotor", fb.disk(m, R))
     s.gimbal("pivot", s.ground, rotor, to=(0, 0, -L), axis=axis, coordinate=angles)
@@ -68,12 +66,11 @@ def steady_rates(case: Case, theta: str) -> tuple[Any, Any]:
 
 
 def least_spin(case: Case) -> float:
-    """Smallest spin with a steady precession at theta_0: the discriminant, a multiple of Omega² less a constant, is 0."""
+    """Smallest spin with a steady precession at theta_0: B² = 4 A C there, and B is a multiple of the spin."""
+    here = {"theta": case.atoms["theta_0"]}
     C, B, A = steady_balance(case)
-    Omega = case.atoms["Omega_zeta"]
-    b = case.number(B.diff(Omega), {"theta": case.atoms["theta_0"]})
-    product = case.number(A, {"theta": case.atoms["theta_0"]}) * case.number(C, {"theta": case.atoms["theta_0"]})
-    return math.sqrt(max(0.0, 4 * product)) / abs(b)
+    slope = case.number(B.diff(case.atoms["Omega_zeta"]), here)
+    return 2 * math.sqrt(max(0.0, case.number(A, here) * case.number(C, here))) / abs(slope)
 
 
 def sleeping_spin(case: Case) -> float:

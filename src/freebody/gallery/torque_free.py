@@ -7,6 +7,7 @@ symmetry axis. Case (a) is a flat body, case (b) a slender one, case (c) the ear
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -82,12 +83,22 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
     # Omega in revolutions per day, as the spin is given
     answers["(c) period of the wobble"] = (1 / rate_in_body(earth, case["earth_spin"]), "days")
     flat, thin = (one.simulate(initial=START, samples=2001) for one in (case, slender))
-    speeds = ["C_wx", "C_wy", "C_wz"]
+    momentum = case.equations.momentum.angular()
+
+    def cone(motion: fb.Trajectory, title: str) -> Any:
+        H = [motion[part][0] for part in momentum]
+        return axis_path(
+            motion, "body", about=H, about_name="the angular momentum H", title=title, view=(48.0, -58.0)
+        )
+
+    def omega(motion: fb.Trajectory, title: str) -> Any:
+        return history(motion, ["C_wx", "C_wy", "C_wz"], title=title)
+
     plots: Plots = {
-        "omega.png": saved(lambda: history(flat, speeds, title="(a) Flat body: angular velocity in body axes")),
-        "omega_b.png": saved(lambda: history(thin, speeds, title="(b) Slender body: angular velocity in body axes")),
-        "axis_3.png": saved(lambda: axis_path(flat, "body", title="(a) Flat body: path of axis 3")),
-        "axis_3_b.png": saved(lambda: axis_path(thin, "body", title="(b) Slender body: path of axis 3")),
+        "omega.png": saved(lambda: omega(flat, "(a) Flat body: angular velocity in body axes")),
+        "omega_b.png": saved(lambda: omega(thin, "(b) Slender body: angular velocity in body axes")),
+        "axis_3.png": saved(lambda: cone(flat, "(a) Flat body: path of axis 3")),
+        "axis_3_b.png": saved(lambda: cone(thin, "(b) Slender body: path of axis 3")),
         "energy.png": saved(lambda: energy_residual(flat)),
     }
     return flat, answers, plots

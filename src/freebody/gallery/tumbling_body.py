@@ -37,9 +37,9 @@ def build() -> fb.System:
 
 
 def circled(case: Case, moments: np.ndarray, H: float, T: float) -> str:
-    """The axis that omega circles in the body: of the largest moment if H² > 2 T I_middle, else of the smallest."""
+    """The axis that omega circles in the body: of the smallest moment if H² < 2 T I_middle, else of the largest."""
     low, middle, high = np.argsort(moments, kind="stable")
-    return "xyz"[high if H**2 > 2 * T * moments[middle] else low]
+    return "xyz"[low if 2 * T * moments[middle] > H**2 else high]
 
 
 def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
@@ -74,10 +74,19 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
     }
     speeds = ["flight_wx", "flight_wy", "flight_wz"]
     plots: Plots = {
-        "omega.png": saved(lambda: history(trajectory, speeds, title="Tumbling box: angular velocity in body axes")),
+        "omega.png": saved(
+            lambda: history(trajectory, speeds, title="Tumbling box: angular velocity in body axes")
+        ),
         "polhode.png": saved(lambda: polhode(trajectory, speeds, moments)),
-        "y_axis.png": saved(
-            lambda: axis_path(trajectory, "box", axis="y", title="Tumbling box: path of its middle axis")
+        "middle_axis.png": saved(
+            lambda: axis_path(
+                trajectory,
+                "box",
+                axis=middle,
+                about=H[0],
+                about_name="the angular momentum H",
+                title="Tumbling box: path of its middle axis",
+            )
         ),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
@@ -91,5 +100,5 @@ TUMBLING_BODY = Entry(
     ("energy and angular momentum, and how well they keep", "axis circled by omega, period", "omega at t_1"),
     build,
     solve,
-    until=20.0,
+    until=10.0,
 )

@@ -48,7 +48,12 @@ def saved(draw: Callable[[], Any], dpi: int = 150) -> Callable[[Any], None]:
 
 
 def history(
-    trajectory: Trajectory, names: Any = None, ax: Any = None, *, title: str | None = None, events: bool = True
+    trajectory: Trajectory,
+    names: Any = None,
+    ax: Any = None,
+    *,
+    title: str | None = None,
+    events: bool = True,
 ) -> Any:
     """Quantities over time, with the events marked.
 
@@ -83,13 +88,19 @@ def history(
         handles = []
         for name in group:
             (curve,) = panel.plot(
-                trajectory.t, trajectory[name], color=next(color), linewidth=1.6, label=_text(trajectory, name)
+                trajectory.t,
+                trajectory[name],
+                color=next(color),
+                linewidth=1.6,
+                label=_text(trajectory, name),
             )
             handles.append(curve)
             _mark(panel, trajectory, name, kinds, curve.get_color())
         units = {_unit(trajectory, name) for name in group}
-        _finish(panel, ", ".join(_text(trajectory, name) for name in group), units)
-        _legend(panel, (handles if len(group) > 1 else []) + (_event_handles(kinds) if panel is panels[0] else []))
+        _finish(panel, _text(trajectory, group[0]) if len(group) == 1 else "", units)
+        _legend(
+            panel, (handles if len(group) > 1 else []) + (_event_handles(kinds) if panel is panels[0] else [])
+        )
     panels[-1].set_xlabel("time [s]")
     if title:
         _title(panels[0], title)
@@ -114,7 +125,13 @@ def reaction(trajectory: Trajectory, joint: str, ax: Axes | None = None, *, axes
     found = trajectory.reactions[joint]
     ax = figure(8, 4).subplots() if ax is None else ax
     for axis, color in zip(axes, COLORS, strict=False):
-        ax.plot(trajectory.t, found.force[:, "xyz".index(axis)], color=color, linewidth=1.6, label=f"{joint}_{axis}")
+        ax.plot(
+            trajectory.t,
+            found.force[:, "xyz".index(axis)],
+            color=color,
+            linewidth=1.6,
+            label=f"{joint}_{axis}",
+        )
     _finish(ax, f"force on {found.on}", {"N"})
     _legend(ax, ax.get_legend_handles_labels()[0] if len(axes) > 1 else [])
     ax.set_xlabel("time [s]")
@@ -130,7 +147,9 @@ def energy_residual(trajectory: Trajectory, ax: Axes | None = None) -> Any:
     Axes
     """
     ledger = trajectory.energy
-    scale = max(float(np.max(np.abs(part))) for part in (ledger.kinetic, ledger.potential, ledger.work)) or 1.0
+    scale = (
+        max(float(np.max(np.abs(part))) for part in (ledger.kinetic, ledger.potential, ledger.work)) or 1.0
+    )
     ax = figure(8, 3.6).subplots() if ax is None else ax
     ax.axhline(0, color=PALE, linewidth=1)
     ax.plot(trajectory.t, ledger.residual / scale, color=COLORS[0], linewidth=1.2)
@@ -150,7 +169,9 @@ def _listed(trajectory: Trajectory, names: Any) -> list[Any]:
     if isinstance(names, str) or not isinstance(names, Sequence):
         return [names]
     if not names:
-        raise SimulationError("Expected at least one name to plot, got none. Leave names out for all coordinates.")
+        raise SimulationError(
+            "Expected at least one name to plot, got none. Leave names out for all coordinates."
+        )
     return list(names)
 
 
@@ -165,7 +186,7 @@ def _unit(trajectory: Trajectory, name: Any) -> str:
 
 def _finish(ax: Any, label: str, units: set[str]) -> None:
     unit = units.pop() if len(units) == 1 else ""
-    ax.set_ylabel(f"{label} [{unit}]" if unit and unit != "1" else label, fontsize=11)
+    ax.set_ylabel(f"{label} [{unit}]".lstrip() if unit and unit != "1" else label, fontsize=11)
     ax.grid(color="0.9", linewidth=0.8)
     ax.set_axisbelow(True)
     ax.margins(x=0)

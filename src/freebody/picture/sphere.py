@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SimulationError
-from .plots import INK, body_rotation, figure
+from .plots import COLORS, INK, body_rotation, figure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,12 +28,14 @@ def axis_path(
     ax: Any = None,
     *,
     axis: str = "z",
+    about: Any = (0, 0, 1),
+    about_name: str = "the vertical Z",
     title: str | None = None,
     view: tuple[float, float] = (24.0, -58.0),
 ) -> Any:
-    """Path of a body axis on the unit sphere, coloured by time.
+    """Path of a body axis on the unit sphere, coloured by time; pale on the far side.
 
-    The dashed circles are the smallest and the largest angle from the upward vertical Z that the axis takes.
+    The dashed circles are the smallest and the largest angle that the axis makes with a fixed direction.
 
     Parameters
     ----------
@@ -42,6 +44,10 @@ def axis_path(
     ax : Axes3D, optional
     axis : 'x', 'y' or 'z'
         Body axis.
+    about : three numbers
+        The direction from which the angle is taken, in ground axes, of any length.
+    about_name : str
+        What to call it.
     title : str, optional
     view : (elevation, azimuth)
         Where it is seen from [deg].
@@ -49,22 +55,34 @@ def axis_path(
     Returns
     -------
     Axes3D
+
+    Raises
+    ------
+    SimulationError
+        An unknown body or axis.
     """
     if axis not in ("x", "y", "z"):
         raise SimulationError(f"Expected the body axis 'x', 'y' or 'z', got {axis!r}.")
     points = body_rotation(trajectory, body)[:, :, "xyz".index(axis)]
+    n = np.asarray(about, dtype=float) / np.linalg.norm(about)
     ax = _axes(ax, view)
     _surface(ax, np.ones(3))
-    low, high = points[:, 2].min(), points[:, 2].max()
-    for height in (low, high) if high - low > 1e-6 else (high,):
-        _circle(ax, height)
     _frame(ax)
+    angles = np.arctan2(np.linalg.norm(np.cross(points, n), axis=1), points @ n)
+    smallest, largest = float(angles.min()), float(angles.max())
+    one = largest - smallest < 1e-6
+    for angle in (largest,) if one else (smallest, largest):
+        _circle(ax, n, angle)
+    if n[2] < 1:
+        _stick(ax, n, about_name)
     _line(ax, np.array([[0.0, 0.0, 0.0], points[-1]]), np.ones(3), inside=True, color=INK, linewidths=2.2)
     _colored(ax, trajectory.t, points, np.ones(3))
-    _tip(ax, points[0], "start", hollow=True)
+    _tip(ax, points[0], "" if np.linalg.norm(points[0] - points[-1]) < 0.35 else "start", hollow=True)
     _tip(ax, points[-1], f"{axis} axis of {body}")
-    smallest, largest = np.rad2deg(np.arccos(np.clip([high, low], -1, 1)))
-    _heading(ax, title or f"Path of the {axis} axis of {body}", f"{smallest:.4g}° to {largest:.4g}° from the vertical Z")
+    remark = (
+        f"{np.rad2deg(largest):.4g}°" if one else f"{np.rad2deg(smallest):.4g}° to {np.rad2deg(largest):.4g}°"
+    )
+    _heading(ax, title or f"Path of the {axis} axis of {body}", f"{remark} from {about_name}")
     return ax
 
 
@@ -102,7 +120,7 @@ def polhode(
     w = np.stack([trajectory[name] for name in speeds], axis=-1)
     twice_T = float(inertia @ w[0] ** 2)
     radii = np.sqrt(twice_T / inertia)
-    ax = _axes(ax, view, size=float(radii.max()))
+    ax = _axes(ax, view, size=0.88 * float(radii.max()), height=5.4)
     _surface(ax, radii)
     _family(ax, inertia, radii)
     for i, letter in enumerate("xyz"):
@@ -110,11 +128,14 @@ def polhode(
         end[i] = 1.25 * radii[i]
         start = np.zeros(3)
         start[i] = radii[i]
-        ax.plot(*np.array([start, end]).T, color=INK, linewidth=1.2, zorder=INSIDE if end @ _toward(ax) < 0 else FRONT)
-        ax.text(*(1.08 * end), f"$\\omega_{letter}$", fontsize=13, color=INK, ha="center", va="center", zorder=TEXT)
+        order = INSIDE if end @ _toward(ax) < 0 else FRONT
+        ax.plot(*np.array([start, end]).T, color=INK, linewidth=1.2, zorder=order)
+        ax.text(*(1.08 * end), f"$\\omega_{letter}$", fontsize=13, color=INK, zorder=TEXT, **LABEL)
     _colored(ax, trajectory.t, w, radii)
-    _tip(ax, w[0], "start", hollow=True)
-    _heading(ax, title, "thin: other motions of this energy; dark: those through the middle axis")
+    _tip(ax, w[0], "", hollow=True)
+    _heading(
+        ax, title, "circle: start; thin: other motions of this energy; dark: those through the middle axis"
+    )
     return ax
 
 
@@ -124,12 +145,21 @@ def polhode(
 # Drawn in this order; matplotlib's own order by depth lets long lines cover short ones.
 SURFACE, FAR, INSIDE, FRONT, PATH, TEXT = 0, 1, 2, 3, 4, 5
 
+GROUND = "#eef3fa"
+LABEL: dict[str, Any] = {
+    "ha": "center",
+    "va": "center",
+    "bbox": {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none", "alpha": 0.6},
+}
 
-def _axes(ax: Any, view: tuple[float, float], size: float = 1.0) -> Any:
+
+def _axes(ax: Any, view: tuple[float, float], size: float = 1.0, height: float = 6.8) -> Any:
+    """A square for the picture, 6.5 inches wide; what a lower figure cuts off is empty."""
     if ax is None:
-        new = figure(7.6, 6.8)
+        new = figure(7.6, height)
         new.set_layout_engine("none")
-        ax = new.add_axes((0.0, 0.0, 0.86, 0.9), projection="3d")
+        bottom = 0.44 - 3.25 / height
+        ax = new.add_axes((0.0, bottom, 6.5 / 7.6, 6.5 / height), projection="3d")
     ax.computed_zorder = False
     ax.view_init(*view)
     ax.set_proj_type("ortho")
@@ -142,8 +172,9 @@ def _axes(ax: Any, view: tuple[float, float], size: float = 1.0) -> Any:
 
 def _heading(ax: Any, title: str, remark: str) -> None:
     place = {"transform": ax.figure.transFigure, "va": "top"}
-    ax.text2D(0.03, 0.975, title, fontsize=13, fontweight="bold", **place)
-    ax.text2D(0.03, 0.933, remark, fontsize=10.5, color=INK, **place)
+    inch = 1 / ax.figure.get_figheight()
+    ax.text2D(0.03, 1 - 0.16 * inch, title, fontsize=13, fontweight="bold", **place)
+    ax.text2D(0.03, 1 - 0.45 * inch, remark, fontsize=10.5, color=INK, **place)
 
 
 def _toward(ax: Any) -> Array:
@@ -163,7 +194,9 @@ def _segments(points: Array) -> Array:
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
-def _line(ax: Any, points: Array, radii: Array, inside: bool = False, alpha: float = 1.0, **style: Any) -> None:
+def _line(
+    ax: Any, points: Array, radii: Array, inside: bool = False, alpha: float = 1.0, **style: Any
+) -> None:
     """A line on the surface, pale on the far side; one inside is drawn plain."""
     from matplotlib.colors import to_rgba
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
@@ -171,10 +204,14 @@ def _line(ax: Any, points: Array, radii: Array, inside: bool = False, alpha: flo
     segments = _segments(points)
     near = _facing(ax, segments.mean(axis=1), radii)
     rgb = to_rgba(style.pop("color"))[:3]
-    parts = [(np.ones(len(segments), bool), alpha, INSIDE)] if inside else [(~near, BACK * alpha, FAR), (near, alpha, FRONT)]
+    parts = [(~near, BACK * alpha, FAR), (near, alpha, FRONT)]
+    if inside:
+        parts = [(np.ones(len(segments), bool), alpha, INSIDE)]
     for chosen, opacity, order in parts:
         if chosen.any():
-            ax.add_collection3d(Line3DCollection(segments[chosen], colors=[(*rgb, opacity)], zorder=order, **style))
+            ax.add_collection3d(
+                Line3DCollection(segments[chosen], colors=[(*rgb, opacity)], zorder=order, **style)
+            )
 
 
 def _colored(ax: Any, t: Array, points: Array, radii: Array) -> None:
@@ -190,15 +227,16 @@ def _colored(ax: Any, t: Array, points: Array, radii: Array) -> None:
     segments = _segments(points)
     near = _facing(ax, segments.mean(axis=1), radii)
     colors = shades(norm((t[:-1] + t[1:]) / 2))
-    for side, opacity, order in ((~near, 0.35, FAR), (near, 1.0, PATH)):
+    # round ends that overlap would show as dots where the line is clear
+    for side, opacity, order, caps in ((~near, 0.55, FAR, "butt"), (near, 1.0, PATH, "round")):
         if side.any():
             chosen = colors[side].copy()
             chosen[:, 3] = opacity
             ax.add_collection3d(
-                Line3DCollection(segments[side], colors=chosen, linewidths=2.2, capstyle="round", zorder=order)
+                Line3DCollection(segments[side], colors=chosen, linewidths=2.2, capstyle=caps, zorder=order)
             )
     box = ax.get_position()
-    where = ax.figure.add_axes((box.x1 + 0.02, box.y0 + 0.22 * box.height, 0.018, 0.56 * box.height))
+    where = ax.figure.add_axes((box.x1 + 0.02, 0.2, 0.018, 0.5))
     bar = ax.figure.colorbar(ScalarMappable(norm, shades), cax=where, ticks=_ticks(float(t[0]), float(t[-1])))
     bar.set_label("time [s]", fontsize=11)
     bar.outline.set_visible(False)
@@ -222,30 +260,45 @@ def _surface(ax: Any, radii: Array) -> None:
         _line(ax, radii * meridian, radii, **style)
     for angle in np.deg2rad(np.arange(30, 180, 30)):
         parallel = np.stack(
-            [np.sin(angle) * np.cos(around), np.sin(angle) * np.sin(around), np.full_like(around, np.cos(angle))],
+            [
+                np.sin(angle) * np.cos(around),
+                np.sin(angle) * np.sin(around),
+                np.full_like(around, np.cos(angle)),
+            ],
             axis=-1,
         )
         _line(ax, radii * parallel, radii, **style)
     # outline, where the surface turns away: x = D s, |s| = 1, has the normal D⁻¹ s, so D⁻¹ s · toward = 0
-    e = _toward(ax) / radii
-    first = np.cross(e, [0.0, 0.0, 1.0] if abs(e[2]) < 0.9 * np.linalg.norm(e) else [1.0, 0.0, 0.0])
-    first /= np.linalg.norm(first)
-    second = np.cross(e, first) / np.linalg.norm(e)
+    first, second = _across(_toward(ax) / radii)
     rim = radii * (np.cos(around)[:, None] * first + np.sin(around)[:, None] * second)
     ax.add_collection3d(
-        Poly3DCollection([rim], facecolor="#eef3fa", edgecolor="0.45", linewidths=1.1, zorder=SURFACE)
+        Poly3DCollection([rim], facecolor=GROUND, edgecolor="0.45", linewidths=1.1, zorder=SURFACE)
     )
 
 
-def _circle(ax: Any, height: float) -> None:
-    """The horizontal circle at a height on the unit sphere, with its angle from the vertical."""
-    around = np.linspace(0, 2 * np.pi, 181)
-    radius = np.sqrt(max(0.0, 1 - height**2))
-    points = np.stack([radius * np.cos(around), radius * np.sin(around), np.full_like(around, height)], axis=-1)
+def _circle(ax: Any, n: Array, angle: float) -> None:
+    """The circle on the unit sphere at an angle from a unit vector."""
+    first, second = _across(n)
+    turn = np.linspace(0, 2 * np.pi, 181)[:, None]
+    points = np.cos(angle) * n + np.sin(angle) * (np.cos(turn) * first + np.sin(turn) * second)
     near = _facing(ax, points, np.ones(3))
     for side, alpha, order in ((near, 0.9, FRONT), (~near, 0.35, FAR)):
         part = np.where(side[:, None], points, np.nan)
         ax.plot(*part.T, color=INK, linewidth=1.0, linestyle=(0, (4, 3)), alpha=alpha, zorder=order)
+
+
+def _stick(ax: Any, n: Array, name: str) -> None:
+    """A direction: a line from the surface outward, with its name."""
+    ax.plot(*np.array([n, 1.2 * n]).T, color=COLORS[1], linewidth=2, zorder=FRONT)
+    ax.text(*(1.28 * n), name, fontsize=11, color=COLORS[1], zorder=TEXT, **LABEL)
+
+
+def _across(n: Array) -> tuple[Array, Array]:
+    """Two unit vectors at right angles to a vector and to each other."""
+    first = np.cross(n, np.eye(3)[np.argmin(np.abs(n))])
+    first /= np.linalg.norm(first)
+    second = np.cross(n, first)
+    return first, second / np.linalg.norm(second)
 
 
 def _frame(ax: Any) -> None:
@@ -256,20 +309,21 @@ def _frame(ax: Any) -> None:
     ends = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.12)}
     for name, end in ends.items():
         tip = np.array(end)
-        front = tip @ _toward(ax) > 0
-        ax.plot(*np.array([tip, 1.1 * tip]).T, color=INK, linewidth=1.2, zorder=FRONT if front else FAR, alpha=1 if front else 0.5)
+        order, alpha = (FRONT, 1.0) if tip @ _toward(ax) > 0 else (FAR, 0.5)
+        ax.plot(*np.array([tip, 1.1 * tip]).T, color=INK, linewidth=1.2, zorder=order, alpha=alpha)
         ax.text(*(1.17 * tip), name, fontsize=12, color=INK, ha="center", va="center", zorder=TEXT)
 
 
 def _tip(ax: Any, point: Array, name: str, hollow: bool = False) -> None:
-    """A mark with its name above it, on a white ground where lines pass below."""
-    from matplotlib.patheffects import withStroke
-
+    """A mark with its name above it."""
     face = "white" if hollow else INK
-    ax.plot(*point[:, None], marker="o", markersize=6.5, markerfacecolor=face, markeredgecolor=INK, zorder=TEXT)
+    ax.plot(
+        *point[:, None], marker="o", markersize=6.5, markerfacecolor=face, markeredgecolor=INK, zorder=TEXT
+    )
+    if not name:
+        return
     up = np.array([0.0, 0.0, 0.1 * float(np.max(np.abs(ax.get_zlim())))])
-    ax.text(*(point + up), name, fontsize=10.5, color=INK, ha="center", va="center", zorder=TEXT,
-            path_effects=[withStroke(linewidth=3, foreground="#eef3fa")])  # fmt: skip
+    ax.text(*(point + up), name, fontsize=10.5, color=INK, zorder=TEXT, **LABEL)
 
 
 def _family(ax: Any, inertia: Array, radii: Array) -> None:
@@ -282,10 +336,12 @@ def _family(ax: Any, inertia: Array, radii: Array) -> None:
     # on the ellipsoid, H² / 2T = Σ I_i s_i²
     find = contourpy.contour_generator(a, b, (unit**2) @ inertia)
     low, middle, high = np.sort(inertia)
-    levels = [low + (middle - low) * f for f in (0.15, 0.5, 0.85)] + [middle] + [middle + (high - middle) * f for f in (0.15, 0.5, 0.85)]
-    for level in levels:
+    parts = np.array([0.15, 0.5, 0.85])
+    for level in (*(low + (middle - low) * parts), middle, *(middle + (high - middle) * parts)):
+        style: dict[str, Any] = {"linewidths": 0.9, "color": COLORS[0], "alpha": 0.55}
+        if level == middle:
+            style = {"linewidths": 1.4, "color": INK, "alpha": 0.9}
         for line in find.lines(level):
-            s = np.stack([np.sin(line[:, 1]) * np.cos(line[:, 0]), np.sin(line[:, 1]) * np.sin(line[:, 0]),
-                          np.cos(line[:, 1])], axis=-1)  # fmt: skip
-            dashed = {"linewidths": 1.4, "color": INK} if level == middle else {"linewidths": 0.9, "color": "#1f5fa8"}
-            _line(ax, radii * s, radii, alpha=0.9 if level == middle else 0.55, **dashed)
+            a, b = line.T
+            s = np.stack([np.sin(b) * np.cos(a), np.sin(b) * np.sin(a), np.cos(b)], axis=-1)
+            _line(ax, radii * s, radii, **style)

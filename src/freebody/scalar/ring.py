@@ -23,7 +23,7 @@ import sympy
 from flint import Ordering, fmpz_mpoly_ctx
 
 from ..errors import ExpressionError, nearest
-from . import expression, functions
+from . import expression, functions, roots
 from .algebra import FUNCTIONS, Field
 from .element import Polynomial, element
 from .relations import Relations
@@ -31,6 +31,8 @@ from .relations import Relations
 ATOM_KINDS = (
     "parameter", "time", "coordinate", "speed", "acceleration", "reaction", "load", "quaternion", "constant",
 )  # fmt: skip
+
+_UNDECLARED = 10**6  # rank of atoms that only occurred in an expression: after all declared ones
 
 
 @dataclass(slots=True, eq=False)
@@ -50,6 +52,7 @@ class Generator:
     depends: int = 0
     partner: int = -1  # the sine of a cosine and the cosine of a sine
     positive: bool = False
+    rank: int = 0  # place among the atoms in what is printed: that of its first declaration
     derivatives: dict[int, Any] = field(default_factory=dict)
 
 
@@ -69,6 +72,7 @@ class Ring(Field):
         self._memo: dict[Any, Any] = {}
         self.positive: set[Any] = set()  # polynomials assumed positive, primitive
         self.cache: dict[Any, Any] = {}  # of `functions` and of the display
+        self._declared = 0
         self._open(capacity)
         self.relations = Relations(self)
         self.one = element_one(self)
@@ -162,19 +166,24 @@ class Ring(Field):
         ----------
         atom : Symbol, function of time, or derivative of one
         kind : str, optional
-            One of `ATOM_KINDS`; orders and groups the display. Without it, the form of the atom
+            One of `ATOM_KINDS`; groups the display, where atoms stand in the order in which they
+            were first declared with a kind. Without it, the form of the atom
             tells: a symbol is a parameter, f(t) a coordinate, f'(t) a speed, f''(t) an acceleration.
         """
         if kind is not None and kind not in ATOM_KINDS:
             raise ExpressionError(f"Unknown kind '{kind}' of a generator: {nearest(kind, ATOM_KINDS)}")
         index = self._index.get(atom)
-        if index is not None:
-            if kind is not None:
-                self.generators[index].kind = kind
-            return self.variable(index)
-        kind = kind or _kind(atom)
-        generator = self.new(kind, atom, atom=atom, positive=bool(atom.is_positive))
-        generator.depends = 1 << generator.index
+        if index is None:
+            generator = self.new(kind or _kind(atom), atom, atom=atom, positive=bool(atom.is_positive))
+            generator.depends = 1 << generator.index
+            generator.rank = _UNDECLARED + generator.index
+        else:
+            generator = self.generators[index]
+        if kind is not None:
+            generator.kind = kind
+            if generator.rank >= _UNDECLARED:  # first seen in an expression, declared only now
+                self._declared += 1
+                generator.rank = self._declared
         return self.variable(generator.index)
 
     def assume_positive(self, expr: Any) -> None:
@@ -291,7 +300,7 @@ class Ring(Field):
     def _inverse(self, num: Any) -> Any:
         """1 / num as a product of inverse generators of its irreducible factors."""
         constant, factors = num.factor()
-        sign, factors = functions.with_sines(self, factors)
+        sign, factors = roots.with_sines(self, factors)
         result: Any = Fraction(sign, int(constant))
         for p, n in factors:
             if len(p) == 1:  # a generator
@@ -315,7 +324,7 @@ class Ring(Field):
         key = ("inverse", x)
         g = self.find(key)
         if g is None:
-            g = self.new("inverse", key, arguments=(x,), positive=functions.is_positive(self, p))
+            g = self.new("inverse", key, arguments=(x,), positive=roots.is_positive(self, p))
             i = self.variable(g.index)
             relation = i.num * self.promoted(p) - 1
             try:

@@ -21,6 +21,8 @@ step and not 8n.
 
 Everything here is compiled by numba with fixed signatures and lies in numba's cache on disk. Kernels are called by
 address (`machine.call`). No step allocates.
+
+One file, because numba notices a change only in the file of the function that Python calls, not in what that calls.
 """
 
 from __future__ import annotations
@@ -528,7 +530,10 @@ def _advance(
 
 
 _INT, _REAL, _MATRIX = "int64[::1]", "float64[::1]", "float64[:,::1]"
-_SIGNATURE = f"int64(int64,int64,{_REAL},{_REAL},int64,{_INT},{_REAL},{_REAL},{_REAL},{_INT},{_REAL},{_REAL},{_MATRIX},%s)"
+_SIGNATURE = (
+    f"int64(int64,int64,{_REAL},{_REAL},int64,{_INT},{_REAL},{_REAL},{_REAL},{_INT},"
+    f"{_REAL},{_REAL},{_MATRIX},%s)"
+)
 advance = _outer(_SIGNATURE % "none")(_advance)
 
 

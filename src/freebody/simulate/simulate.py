@@ -18,8 +18,9 @@ from ..errors import SimulationError, nearest
 from . import path as runs
 from .event import expressions_of, specs_of
 from .initial import initial_state, number
+from .integrate import integrate
 from .kernels import Kernels, kernels_of
-from .path import Path, Rates, Watch, integrate, observe
+from .path import Path, Rates, Watch, observe
 from .progress import Progress
 from .trajectory import Trajectory
 

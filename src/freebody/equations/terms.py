@@ -1,0 +1,108 @@
+"""Terms, sums, and what divides monomials: the arithmetic of `arrange`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from math import gcd, lcm
+from typing import Any
+
+Key = tuple[Any, ...]  # a monomial: ((generator, exponent), ...), newest generator first
+
+
+@dataclass(slots=True)
+class Term:
+    """coefficient · Π nodeᵉ; the coefficient is an int or a Fraction."""
+
+    coefficient: Any
+    factors: list[tuple[Any, int]]
+
+
+@dataclass(slots=True)
+class Sum:
+    """Terms in the order in which they are printed."""
+
+    terms: list[Term]
+
+
+ONE: Key = (((), 1),)
+
+
+def fold(factors: list[tuple[int, int]], folded: dict[int, int]) -> list[tuple[int, int]]:
+    if not any(i in folded for i, _ in factors):
+        return factors
+    return sorted(((folded[i], -e) if i in folded else (i, e) for i, e in factors), reverse=True)
+
+
+def negative(s: Sum) -> Sum:
+    return Sum([Term(-t.coefficient, t.factors) for t in s.terms])
+
+
+def made_positive(body: Sum, number: Any) -> Any:
+    """Make the first term of a bracket positive, and give its sign to the number in front."""
+    if body.terms and body.terms[0].coefficient < 0:
+        for t in body.terms:
+            t.coefficient = -t.coefficient
+        return -number
+    return number
+
+
+def content_of(values: list[Fraction]) -> Fraction:
+    """The number to take out of a bracket so that the fewest numbers are left to print."""
+    numerator = gcd(*(v.numerator for v in values)) or 1
+    best, least = Fraction(1), sum(abs(v) != 1 for v in values)
+    for content in (Fraction(numerator, lcm(*(v.denominator for v in values))), Fraction(numerator)):
+        n = (content != 1) + sum(abs(v) != content for v in values)
+        if n < least or n == least and best == 1:
+            best, least = content, n
+    return best
+
+
+def common_part(entries: list[tuple[Fraction, Key]]) -> tuple[Fraction, Key, list[tuple[Fraction, Key]]]:
+    """(rational content, common monomial, what is left) of a list of terms."""
+    if len(entries) == 1:
+        return entries[0][0], entries[0][1], [(Fraction(1), ())]
+    content = content_of([c for c, _ in entries])
+    common = common_divisor([other for _, other in entries])
+    return content, common, [(c / content, without(other, common)) for c, other in entries]
+
+
+def common_divisor(monomials: list[Key]) -> Key:
+    """The largest common divisor of monomials (negative powers divide as they are)."""
+    if len(monomials) == 1:
+        return monomials[0]
+    common = dict(monomials[0])
+    for m in monomials[1:]:
+        if not common:
+            break
+        powers = dict(m)
+        left = {}
+        for i, e in common.items():
+            f = powers.get(i)
+            if f is None:
+                continue
+            if isinstance(i, str):  # a wave: all or nothing
+                if f == e:
+                    left[i] = e
+            elif e > 0 and f > 0:
+                left[i] = min(e, f)
+            elif e < 0 and f < 0:
+                left[i] = max(e, f)
+        common = left
+    return tuple(f for f in monomials[0] if f[0] in common for f in [(f[0], common[f[0]])])
+
+
+def without(monomial: Key, divisor: Key) -> Key:
+    if not divisor:
+        return monomial
+    powers = dict(divisor)
+    result = []
+    for i, e in monomial:
+        if isinstance(i, str):
+            if i not in powers:
+                result.append((i, e))
+            continue
+        left = e - powers.get(i, 0)
+        if left:
+            result.append((i, left))
+    return tuple(result)

@@ -1,0 +1,220 @@
+"""A run of the integrator, in pieces.
+
+The compiled loop (`dop853`) works in pieces of about a tenth of a second. Between two pieces Python may show the
+progress, notice an interruption, and make new buffers; within a step there is no Python.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import dop853
+from .machine import padded
+from .path import (
+    COLLAPSED,
+    FINISHED,
+    INTERRUPTED,
+    NOT_FINITE,
+    TERMINAL,
+    TOO_MANY_STEPS,
+    Array,
+    Crossing,
+    Path,
+    Rates,
+    Watch,
+    observe,
+)
+
+_STATUS = {
+    dop853.FINISHED: FINISHED,
+    dop853.TERMINAL: TERMINAL,
+    dop853.NOT_FINITE: NOT_FINITE,
+    dop853.COLLAPSED: COLLAPSED,
+}
+_PIECE = 0.1  # seconds between two looks at the keyboard
+_MEMORY = 1 << 25  # bytes of one buffer at most
+
+
+class _Piece(NamedTuple):
+    """What one call of the compiled loop has done: starts of steps, events, and where it ended."""
+
+    times: Array
+    lengths: Array
+    states: Array
+    crossings: list[Crossing]
+    code: int
+    end: float
+    last: Array
+
+
+def integrate(
+    rates: Rates,
+    state: ArrayLike,
+    start: float,
+    until: float,
+    *,
+    relative: ArrayLike = 1e-9,
+    absolute: ArrayLike = 1e-9,
+    watch: Watch | None = None,
+    max_step: float = math.inf,
+    first_step: float | None = None,
+    max_steps: int | None = None,
+    between: Callable[[float], None] | None = None,
+) -> Path:
+    """The path from ``state`` at ``start`` to ``until`` (earlier than ``start``: backwards in time).
+
+    The local error of component i is kept below absolute[i] + relative[i] |y_i|.
+
+    Parameters
+    ----------
+    rates                right-hand side
+    state                shape (n,); its quaternions are normalised
+    relative, absolute   tolerances, scalar or shape (n,)
+    watch                event functions
+    max_step, first_step greatest and first length of a step; the first is chosen when it is not given
+    max_steps            stop after so many accepted steps
+    between              called with the reached time between two pieces of the run; KeyboardInterrupt, from it or
+                         from the keyboard, ends the run and keeps what was computed
+    """
+    y, start, until = np.array(state, dtype=float), float(start), float(until)
+    for i in rates.quaternions:
+        y[i : i + 4] /= np.linalg.norm(y[i : i + 4])
+    rtol = np.broadcast_to(np.asarray(relative, dtype=float), y.shape).copy()
+    atol = np.broadcast_to(np.asarray(absolute, dtype=float), y.shape).copy()
+
+    def at(t: float, y: Array) -> Array:
+        return observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
+
+    f = at(start, y)
+    longest = min(max_step, abs(until - start))
+    if longest == 0 or not np.isfinite(f).all():
+        wrong = np.flatnonzero(~np.isfinite(f))
+        status, blame = (NOT_FINITE, int(wrong[0])) if wrong.size else (FINISHED, 0)
+        return Path(rates, np.array([start]), np.empty(0), y[None], (), status, blame, 0, 1)
+    direction = 1.0 if until >= start else -1.0
+    if first_step is None:
+        first_step = _first_step(at, start, direction, longest, y, f, atol + rtol * np.abs(y))
+
+    run = _Run(rates, watch, y, f, rtol, atol)
+    run.reals[dop853.TIME] = run.reals[dop853.START] = start
+    run.reals[dop853.UNTIL], run.reals[dop853.MAX_STEP] = until, max_step
+    run.reals[dop853.STEP], run.reals[dop853.OLD_ERROR] = direction * min(first_step, longest), 1e-4
+    largest = max(16, _MEMORY // (8 * (y.size + 2)))
+    room = min(256, largest)
+    left = math.inf if max_steps is None else max_steps
+    pieces: list[_Piece] = []
+    status = ""
+    try:
+        while not status:
+            clock = perf_counter()
+            # a piece is appended whole: wherever the keyboard interrupts, the pieces fit together
+            pieces.append(run.piece(int(min(room, left))))
+            clock = perf_counter() - clock
+            done = pieces[-1].times.size
+            left -= done
+            if pieces[-1].code != dop853.RUNNING:
+                status = _STATUS[pieces[-1].code]
+            elif left <= 0:
+                status = TOO_MANY_STEPS
+            else:
+                pace = max(done, 1) / max(clock, 1e-6)
+                room = int(min(largest, max(16, min(4 * room, _PIECE * pace))))
+                if between is not None:
+                    between(pieces[-1].end)
+    except KeyboardInterrupt:
+        status = INTERRUPTED
+    end, last = (pieces[-1].end, pieces[-1].last) if pieces else (start, y)
+    return Path(
+        rates,
+        np.concatenate([*(piece.times for piece in pieces), [end]]),
+        np.concatenate([*(piece.lengths for piece in pieces), []]),
+        np.concatenate([*(piece.states for piece in pieces), last[None]]),
+        tuple(crossing for piece in pieces for crossing in piece.crossings),
+        status,
+        int(run.integers[dop853.BLAME]),
+        int(run.integers[dop853.REJECTED]),
+        int(run.integers[dop853.EVALUATED]) + 2,
+    )
+
+
+class _Run:
+    """The arrays that the compiled loop works on, from one piece to the next."""
+
+    def __init__(
+        self, rates: Rates, watch: Watch | None, y: Array, f: Array, relative: Array, absolute: Array
+    ) -> None:
+        n, width = rates.size, padded(rates.size)
+        self.n = n
+        self.reals = np.zeros(dop853.REALS)
+        self.integers = np.zeros(dop853.INTEGERS, dtype=np.int64)
+        work = np.zeros(dop853.ROWS * width)
+        self.state = work[dop853.STATE * width :][:n]
+        self.state[:] = y
+        work[:n] = f
+        quaternions = np.array(rates.quaternions, dtype=np.int64)
+        self.fixed = (
+            rates.address, n, rates.constants, work, width, quaternions, relative, absolute,
+            self.reals, self.integers,
+        )  # fmt: skip
+        self.rates, self.watch, self.y = rates, watch, y
+        self.events: tuple | None = None
+
+    def _watching(self, watch: Watch) -> tuple:
+        """Arguments of the search for events."""
+        m = len(watch.directions)
+        constants = self.rates.constants if watch.constants is None else watch.constants
+        table = np.zeros((dop853.PARTS + 3, m + 1))
+        begin = np.array([self.reals[dop853.START]])
+        table[0, :m] = observe(watch.address, m, begin, self.y[None], constants)[0]
+        # between two points a function is recorded at most twice, and each point can be a zero
+        found = np.zeros((3 * (dop853.PARTS + 2) * m, 4))
+        return (
+            watch.address, constants, np.array(watch.directions, dtype=np.int64),
+            np.array(watch.terminal, dtype=np.int64), np.sign(table[0, :m]).astype(np.int64), table, np.zeros(m),
+            found,
+        )  # fmt: skip
+
+    def piece(self, room: int) -> _Piece:
+        """Up to ``room`` steps."""
+        times, lengths, states = np.empty(room), np.empty(room), np.empty((room, self.n))
+        crossings: list[Crossing] = []
+        if self.watch is None or not self.watch.directions:
+            code = dop853.advance(*self.fixed, times, lengths, states, None)
+        else:
+            self.events = self.events or self._watching(self.watch)
+            size = room + len(self.events[-1])
+            log, where = np.empty((size, 3)), np.empty((size, self.n))
+            code = dop853.advance_watching()(*self.fixed, times, lengths, states, (*self.events, log, where))
+            crossings = [
+                Crossing(float(log[k, 0]), int(log[k, 1]), int(log[k, 2]), where[k].copy())
+                for k in range(self.integers[dop853.EVENTS])
+            ]
+        done = self.integers[dop853.ACCEPTED]
+        end = float(self.reals[dop853.TIME])
+        return _Piece(times[:done], lengths[:done], states[:done], crossings, code, end, self.state.copy())
+
+
+def _first_step(
+    at: Callable[[float, Array], Array],
+    t: float,
+    direction: float,
+    longest: float,
+    y: Array,
+    f: Array,
+    scale: Array,
+) -> float:
+    """A length for the first step (Hairer, Norsett, Wanner, section II.4)."""
+    size, slope = float(np.max(np.abs(y) / scale)), float(np.max(np.abs(f) / scale))
+    guess = min(1e-6 if size < 1e-5 or slope < 1e-5 else 0.01 * size / slope, longest)
+    curve = float(np.max(np.abs(at(t + direction * guess, y + direction * guess * f) - f) / scale)) / guess
+    if not math.isfinite(curve):
+        return guess
+    steepest = max(slope, curve)
+    other = max(1e-6, guess * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1 / 8)
+    return min(100 * guess, other, longest)
