@@ -83,38 +83,46 @@ def agreement(found: np.ndarray, expected: np.ndarray) -> float:
 
 
 class Freebody:
-    """Forward dynamics by the compiled kernel's address, in a loop of machine code; batches through its array call."""
+    """Forward dynamics by the compiled kernel's address in a loop of machine code; batches by ``fb.compile``."""
 
     def __init__(self, n: int) -> None:
+        import freebody as fb
+
         from .models import numeric_chain
 
         self.n = n
         self.system = numeric_chain(alternating_chain(n))
-        self.kernels = self.compiled(batch=True)
-        self.y = np.concatenate(chain_state(n))
-        self.c = np.ascontiguousarray(self.kernels.constants([]), dtype=float)
+        self.program = fb.compile(self.system)
+        self.q, self.u = chain_state(n)
 
-    def compiled(self, batch: bool) -> Any:
+    def compiled(self) -> Any:
         from .models import forward_dynamics_kernels
 
-        return forward_dynamics_kernels(self.system, batch)
+        return forward_dynamics_kernels(self.system)
 
     def accelerations(self) -> np.ndarray:
-        return self.kernels["accelerations"](0.0, self.y, self.c)
+        return self.program.forward_dynamics(self.q, self.u)
 
     def time(self, repeats: int) -> float:
-        kernel = self.kernels["accelerations"]
-        return per_call(repeater(kernel.address, self.y, self.c, np.zeros(self.n)), repeats)
+        kernels = self.compiled()
+        kernel, constants = kernels["accelerations"], np.ascontiguousarray(kernels.constants([]), dtype=float)
+        state, out = np.concatenate([self.q, self.u]), np.zeros(self.n)
+        loop = repeater(kernel.address, state, constants, out)
+        loop(1)
+        if not agreement(out, self.accelerations()) < AGREEMENT:
+            raise ArithmeticError(
+                f"{self.n} bodies: the timed kernel differs from fb.compile's forward dynamics"
+            )
+        return per_call(loop, repeats)
 
     def batch_time(self, repeats: int) -> float:
-        kernel = self.kernels["accelerations"]
-        states = np.random.default_rng(1).uniform(-1, 1, (BATCH, 2 * self.n))
-        out = np.empty((BATCH, self.n))
-        kernel.batch(0.0, states, self.c, out)
-        return seconds(lambda: kernel.batch(0.0, states, self.c, out), repeats) / BATCH
+        """Of the whole call from Python."""
+        q, u = np.random.default_rng(1).uniform(-1, 1, (2, BATCH, self.n))
+        self.program.forward_dynamics(q, u)
+        return seconds(lambda: self.program.forward_dynamics(q, u), repeats) / BATCH
 
     def compile_time(self, repeats: int) -> float:
-        return seconds(lambda: self.compiled(batch=False), repeats)
+        return seconds(self.compiled, repeats)
 
     def simulation_time(self) -> float:
         """From the description to the first step of a simulation: rates, energies and the integrator."""
@@ -195,7 +203,7 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
         ],
         rows,
         [
-            f"freebody: kernel called by its address in a compiled loop; batch of {BATCH} states, per state;",
+            f"freebody: kernel called by address in a compiled loop; batch: {BATCH} states by fb.compile, per state;",
             "compile: from the description, nothing cached; to simulate: to fb.simulate's first step.",
             "Pinocchio: loop of aba calls in Python less the same loop on a model without joints (call, conversions).",
             "MuJoCo: mj_step looped in C (nstep), Euler, contacts and constraints off; integration included.",

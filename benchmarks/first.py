@@ -63,9 +63,7 @@ def run(code: str, folder: str, *arguments: str) -> tuple[float, float]:
     """(seconds that the code printed, wall time of the process) with ``folder`` as every cache."""
     import time
 
-    environment = dict(
-        os.environ, FREEBODY_CACHE=os.path.join(folder, "freebody"), PYTHONDONTWRITEBYTECODE="1"
-    )
+    environment = dict(os.environ, FREEBODY_CACHE=os.path.join(folder, "freebody"))
     environment["NUMBA_CACHE_DIR"] = os.path.join(folder, "numba")
     paths = [path for path in sys.path if path]
     environment["PYTHONPATH"] = os.pathsep.join([os.getcwd(), *paths])

@@ -77,7 +77,7 @@ def tumbling_body(parameters: dict[str, Any]) -> Any:
     return s
 
 
-def forward_dynamics_kernels(system: Any, batch: bool = False) -> Any:
+def forward_dynamics_kernels(system: Any) -> Any:
     """Machine code of u' = forward dynamics, from the description: assembled, traced, compiled."""
     from freebody.compile.kernels import compile_tape
     from freebody.dynamics import forward_dynamics, traced_state
@@ -87,6 +87,4 @@ def forward_dynamics_kernels(system: Any, batch: bool = False) -> Any:
     tape = Tape()
     state = traced_state(model, tape)
     functions = {"accelerations": list(forward_dynamics(model, state))}
-    return compile_tape(
-        tape, functions, state.t, [*state.q, *state.u], [], batch=list(functions) if batch else ()
-    )
+    return compile_tape(tape, functions, state.t, [*state.q, *state.u], [])

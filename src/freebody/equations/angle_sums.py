@@ -39,7 +39,7 @@ def shortest(ring: Any, coefficient: Coefficient, rank: Callable[[int], Any]) ->
     best_size, power = _size(best), 1
     for angles in _sets(pairs, size):
         sums, p = angle_sums(ring, coefficient, angles, rank)
-        if sums:
+        if sums and len(sums) < 2 * best_size:
             sums = _squares(ring, sums, {c: d for c, d in pairs.items() if d > 1 and c not in angles})
             n = _size(sums)
             if n < best_size:
@@ -90,7 +90,7 @@ def _sets(pairs: dict[int, int], size: int) -> list[frozenset[int]]:
     if len(pairs) < 2 and max(pairs.values()) < 2:
         return []
     sets = [frozenset(pairs)]
-    if 2 < len(pairs) <= 8 and size <= 400:
+    if 2 < len(pairs) <= 8 and size <= 60:
         sets += map(frozenset, combinations(pairs, 2))
     return sets
 

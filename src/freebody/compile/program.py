@@ -1,0 +1,483 @@
+"""``fb.compile``: the dynamics of a machine as functions of numbers, in machine code.
+
+    M(q, t) u' + h(q, u, t) = τ
+
+for one state or for many at once. Each function is recorded and compiled when it is first called, and found on disk
+the next time.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..describe.system import System
+from ..errors import ModelError, nearest
+from ..model import Model, assemble
+from .kernels import Kernel, KernelSet
+from .products import PRODUCTS, Product, compiled, jacobian_of, values_of
+
+Array = NDArray[np.float64]
+_KEPT = 8  # sets of parameters whose hoisted constants are remembered
+
+
+class Reaction(NamedTuple):
+    """What a joint does to its child, in ground axes: force [N] and moment about the joint's point on it [N m]."""
+
+    force: Array
+    moment: Array
+
+
+class Posture(NamedTuple):
+    """Rotation (ground from body) and position of a body's origin in ground axes [m]."""
+
+    rotation: Array
+    position: Array
+
+
+class Derivatives(NamedTuple):
+    """Of the accelerations u' by the coordinates and by the speeds: shapes (n_u, n_q) and (n_u, n_u)."""
+
+    by_q: Array
+    by_u: Array
+
+
+def compile_system(machine: System | Model) -> Program:
+    """The dynamics of a machine as compiled functions.
+
+    Parameters
+    ----------
+    machine : System or Model
+
+    Returns
+    -------
+    Program
+        Functions of the state. Nothing is compiled before it is asked for.
+
+    Raises
+    ------
+    ModelError
+        For what is no machine, and for every defect that :func:`assemble` finds.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("pendulum")
+    >>> m, L, g = s.parameters(m=1.0, L=2.0, g=9.81)
+    >>> s.gravity = (0, -g, 0)
+    >>> bob = s.body("bob", fb.particle(m))
+    >>> pin = s.hinge("pin", s.ground, bob, to=(0, L, 0), axis="z", coordinate="theta")
+    >>> program = fb.compile(s)
+    >>> program.mass_matrix([0.0])
+    array([[4.]])
+    >>> program.forward_dynamics([[0.1], [0.2]], [[0.0], [0.0]], L=1.0).round(6)
+    array([[-0.979366],
+           [-1.948946]])
+    """
+    if isinstance(machine, System):
+        machine = assemble(machine)
+    if not isinstance(machine, Model):
+        raise ModelError(
+            f"Expected a System or a Model to compile, got {machine!r}. "
+            "A machine is described first: s = fb.System('name')."
+        )
+    return Program(machine)
+
+
+class Program:
+    """Compiled dynamics of one model. Made by :func:`freebody.compile`.
+
+    The arguments are the same in all functions:
+
+    q, u : array, shape (n_q,) and (n_u,), or (N, n_q) and (N, n_u)
+        Coordinates and speeds in the order of :attr:`coordinate_names` and :attr:`speed_names` of the model; of one
+        state or of a batch. In a batch what has no leading axis is shared by all states.
+    t : float or array, shape (N,)
+        Time [s].
+    values : mapping, optional
+        Parameters by name or symbol: a number, or N numbers for a batch. Those not given have their default value.
+    **named
+        Parameters by name.
+
+    Results have the leading axis N in a batch. Every function raises :class:`freebody.errors.ModelError` for a wrong
+    shape, an unknown parameter and a parameter without value.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self._sets: dict[Any, tuple[KernelSet, bool]] = {}
+        self._constants: dict[Any, OrderedDict[Any, Array]] = {}
+
+    def __repr__(self) -> str:
+        return (
+            f"Program of {self.model!r}; compiled so far: {', '.join(map(_title, self._sets)) or 'nothing'}"
+        )
+
+    # --- the dynamics --------------------------------------------------------------------------
+
+    def forward_dynamics(
+        self,
+        q: ArrayLike,
+        u: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        forces: ArrayLike | None = None,
+        values: Mapping[Any, Any] | None = None,
+        **named: Any,
+    ) -> Array:
+        """Accelerations u' = M⁻¹ (τ - h), shape (n_u,).
+
+        Parameters
+        ----------
+        forces : array, shape (n_u,), optional
+            Generalized forces τ conjugate to the speeds, beyond the model's own loads [N, N m].
+        """
+        given = {"q": q, "u": u}
+        if forces is None:
+            return self._run("forward_dynamics", given, t, values, named)
+        return self._run("forced_dynamics", {**given, "forces": forces}, t, values, named)
+
+    def inverse_dynamics(
+        self,
+        q: ArrayLike,
+        u: ArrayLike,
+        udot: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        values: Mapping[Any, Any] | None = None,
+        **named: Any,
+    ) -> Array:
+        """Generalized forces τ = M u' + h that the motion needs beyond the model's loads, shape (n_u,) [N, N m]."""
+        return self._run("inverse_dynamics", {"q": q, "u": u, "udot": udot}, t, values, named)
+
+    def mass_matrix(
+        self, q: ArrayLike, t: ArrayLike = 0.0, *, values: Mapping[Any, Any] | None = None, **named: Any
+    ) -> Array:
+        """M, symmetric, shape (n_u, n_u) [kg, kg m, kg m²]."""
+        n = self.model.n_u
+        return self._run("mass_matrix", {"q": q}, t, values, named, (n, n))
+
+    def bias(
+        self,
+        q: ArrayLike,
+        u: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        values: Mapping[Any, Any] | None = None,
+        **named: Any,
+    ) -> Array:
+        """h: what remains of M u' + h at u' = 0, the model's loads included, shape (n_u,) [N, N m]."""
+        return self._run("bias", {"q": q, "u": u}, t, values, named)
+
+    def coordinate_rates(
+        self,
+        q: ArrayLike,
+        u: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        values: Mapping[Any, Any] | None = None,
+        **named: Any,
+    ) -> Array:
+        """q', shape (n_q,): u itself, but for ball and free joints."""
+        return self._run("coordinate_rates", {"q": q, "u": u}, t, values, named)
+
+    def derivatives(
+        self,
+        q: ArrayLike,
+        u: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        values: Mapping[Any, Any] | None = None,
+        **named: Any,
+    ) -> Derivatives:
+        """Exact derivatives of :meth:`forward_dynamics` by q and u (of a quaternion, by its four components)."""
+        n_q, n_u = self.model.n_q, self.model.n_u
+        J = self._run("derivatives", {"q": q, "u": u}, t, values, named, (n_u, n_q + n_u))
+        return Derivatives(J[..., :n_q], J[..., n_q:])
+
+    # --- energies, places, forces --------------------------------------------------------------
+
+    def kinetic_energy(
+        self,
+        q: ArrayLike,
+        u: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        values: Mapping[Any, Any] | None = None,
+        **named: Any,
+    ) -> Any:
+        """Kinetic energy of all bodies [J], a number or shape (N,)."""
+        return self._run("kinetic_energy", {"q": q, "u": u}, t, values, named, ())
+
+    def potential_energy(
+        self, q: ArrayLike, t: ArrayLike = 0.0, *, values: Mapping[Any, Any] | None = None, **named: Any
+    ) -> Any:
+        """Potential energy of weight (zero at the ground's origin) and springs [J], a number or shape (N,)."""
+        return self._run("potential_energy", {"q": q}, t, values, named, ())
+
+    def poses(
+        self, q: ArrayLike, t: ArrayLike = 0.0, *, values: Mapping[Any, Any] | None = None, **named: Any
+    ) -> dict[str, Posture]:
+        """Rotation (3, 3) and position (3,) of every body, by name."""
+        x = self._run("poses", {"q": q}, t, values, named, (len(self.model.bodies), 12))
+        return {
+            name: Posture(x[..., k, :9].reshape(*x.shape[:-2], 3, 3), x[..., k, 9:])
+            for k, name in enumerate(self.model.bodies)
+        }
+
+    def reactions(
+        self,
+        q: ArrayLike,
+        u: ArrayLike,
+        udot: ArrayLike | None = None,
+        t: ArrayLike = 0.0,
+        *,
+        values: Mapping[Any, Any] | None = None,
+        **named: Any,
+    ) -> dict[str, Reaction]:
+        """Force (3,) and moment (3,) of every joint on its child, by name.
+
+        Parameters
+        ----------
+        udot : array, shape (n_u,), optional
+            Accelerations; without them, those of the motion.
+        """
+        name, given = ("reactions", {"q": q, "u": u})
+        if udot is not None:
+            name, given = "reactions_at", {**given, "udot": udot}
+        x = self._run(name, given, t, values, named, (len(self.model.joints), 6))
+        return {name: Reaction(x[..., k, :3], x[..., k, 3:]) for k, name in enumerate(self.model.joints)}
+
+    def jacobian(
+        self,
+        point: Any,
+        q: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        values: Mapping[Any, Any] | None = None,
+        **named: Any,
+    ) -> Array:
+        """J of a point of a body, shape (6, n_u): (angular velocity of the body, velocity of the point) = J u.
+
+        Both are in ground axes; the motion that driven joints give is not part of J u.
+
+        Parameters
+        ----------
+        point : Point, Body or str
+            A point of a body; a body, or its name, stands for its origin.
+        """
+        place = self._point(point)
+        key = ("jacobian", place.body.name, place.components)
+        return self._run(key, {"q": q}, t, values, named, (6, self.model.n_u), jacobian_of(place))
+
+    def value(
+        self,
+        expressions: Any,
+        q: ArrayLike,
+        u: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        values: Mapping[Any, Any] | None = None,
+        **named: Any,
+    ) -> Any:
+        """An expression of the model's names, or a sequence of them, shape (number of expressions,)."""
+        several = isinstance(expressions, Sequence) and not isinstance(expressions, str)
+        given = [
+            self.model.names.expression(e, "an expression to evaluate")
+            for e in (expressions if several else [expressions])
+        ]
+        shape = (len(given),) if several else ()
+        return self._run(("value", tuple(given)), {"q": q, "u": u}, t, values, named, shape, values_of(given))
+
+    # --- what lies below -----------------------------------------------------------------------
+
+    def kernel(self, name: str, batch: bool = False) -> Kernel:
+        """The machine code of a product (``"forward_dynamics"``, ...), for callers that use addresses.
+
+        The state y of the kernel is what the product depends on, one after the other: q, u, u' or forces.
+        """
+        return self._compiled(name, self._product(name), batch)["f"]
+
+    def constants(
+        self, name: str = "forward_dynamics", values: Mapping[Any, Any] | None = None, **named: Any
+    ) -> Array:
+        """The vector c for the kernel of a product at these values of the parameters."""
+        return self._hoisted(
+            name, self._compiled(name, self._product(name), False), self._given(values, named)
+        )
+
+    def describe(self, *names: str) -> str:
+        """Operations of the products named, or of all compiled so far, as a table.
+
+        The second number counts what is done once per set of parameters.
+        """
+        for name in names:
+            self.kernel(name)
+        chosen = names or tuple(self._sets) or ("forward_dynamics",)
+        lines = []
+        for name in chosen:
+            if name not in self._sets:
+                self.kernel(name)
+            operations = self._sets[name][0].operations
+            once = sum(operations["parameters"].values())
+            parts = ", ".join(f"{count} {code}" for code, count in operations["f"].items())
+            total = sum(operations["f"].values())
+            lines.append(
+                f"{_title(name)}: {total} operations ({parts or 'none'}); {once} once per parameters"
+            )
+        return "\n".join(lines)
+
+    def _product(self, name: str) -> Product:
+        if name not in PRODUCTS:
+            raise ModelError(f"Unknown product '{name}'; {nearest(str(name), PRODUCTS)}")
+        return PRODUCTS[name]
+
+    def _point(self, point: Any) -> Any:
+        if isinstance(point, str):
+            if point not in self.model.bodies:
+                raise ModelError(f"Unknown body '{point}'; {nearest(point, self.model.bodies)}")
+            return _Origin(_Named(point))
+        place = getattr(point, "origin", point)
+        body = getattr(place, "body", None)
+        if body is None or not (body.is_ground or body.name in self.model.bodies):
+            raise ModelError(
+                f"Expected a point of a body, a body or its name, got {point!r}. "
+                f"Bodies of '{self.model.name}': {', '.join(self.model.bodies)}."
+            )
+        return place
+
+    def _compiled(self, key: Any, product: Product, batch: bool) -> KernelSet:
+        kept = self._sets.get(key)
+        if kept is None or (batch and not kept[1]):
+            kept = self._sets[key] = (compiled(self.model, product, batch), batch)
+            self._constants.pop(key, None)
+        return kept[0]
+
+    def _run(
+        self,
+        key: Any,
+        given: Mapping[str, ArrayLike],
+        t: ArrayLike,
+        values: Mapping[Any, Any] | None,
+        named: Mapping[str, Any],
+        shape: tuple[int, ...] | None = None,
+        product: Product | None = None,
+    ) -> Any:
+        """Result of a product; its last axis takes the ``shape``."""
+        model = self.model
+        sizes = {"q": model.n_q, "u": model.n_u, "udot": model.n_u, "forces": model.n_u}
+        arrays = {name: _array(value, name) for name, value in given.items()}
+        time = _array(t, "t")
+        parameters = self._given(values, named)
+        count: int | None = None
+        source = ""
+
+        def leading(n: int, what: str) -> None:
+            nonlocal count, source
+            if count is not None and count != n:
+                raise ModelError(f"Expected {what} for {count} states as in {source}, got {n}.")
+            count, source = n, what
+
+        for name, x in arrays.items():
+            if x.ndim not in (1, 2) or x.shape[-1] != sizes[name]:
+                names = model.coordinate_names if name == "q" else model.speed_names
+                raise ModelError(
+                    f"Expected {name} of shape ({sizes[name]},) or (N, {sizes[name]}), one number for each of "
+                    f"{', '.join(names) or 'no coordinates'}; got shape {x.shape}."
+                )
+            if x.ndim == 2:
+                leading(len(x), name)
+        if time.ndim > 1:
+            raise ModelError(f"Expected t to be a number or of shape (N,), got shape {time.shape}.")
+        if time.ndim == 1:
+            leading(len(time), "t")
+        for name, value in parameters.items():
+            if isinstance(value, np.ndarray):
+                leading(len(value), f"parameter '{name}'")
+
+        program = self._compiled(key, product or self._product(key), count is not None)
+        c = self._hoisted(key, program, parameters)
+        kernel = program["f"]
+        if count is None:
+            out = kernel(float(time), np.concatenate(list(arrays.values())), c)
+            return out if shape is None else float(out[0]) if shape == () else out.reshape(shape)
+        rows = [np.broadcast_to(x, (count, x.shape[-1])) for x in arrays.values()]
+        out = kernel.batch(time, np.concatenate(rows, axis=1), c)
+        return out if shape is None else out.reshape(count, *shape)
+
+    def _given(self, values: Mapping[Any, Any] | None, named: Mapping[str, Any]) -> dict[str, Any]:
+        """Parameters by name; arrays are for a batch."""
+        if not values and not named:
+            return {}
+        names = {p.symbol: p.name for p in self.model.parameters}
+        result: dict[str, Any] = {}
+        for key, value in (*(values or {}).items(), *named.items()):
+            name = key if isinstance(key, str) else names.get(key, key)
+            if name not in names.values():
+                raise ModelError(f"Unknown parameter '{key}'; {nearest(str(key), names.values())}")
+            if isinstance(value, (np.ndarray, list, tuple)) and np.ndim(value) > 0:
+                value = _array(value, f"parameter '{name}'")
+                if value.ndim != 1:
+                    raise ModelError(
+                        f"Expected parameter '{name}' to be a number or of shape (N,), got shape {value.shape}."
+                    )
+            result[name] = value
+        return result
+
+    def _hoisted(self, key: Any, program: KernelSet, parameters: Mapping[str, Any]) -> Array:
+        """The vector c, or one for each state; the last few are kept."""
+        known = self._constants.setdefault(key, OrderedDict())
+        columns = {name: value for name, value in parameters.items() if isinstance(value, np.ndarray)}
+        label: Any = None
+        if not columns:
+            label = tuple(sorted((name, str(value)) for name, value in parameters.items()))
+            if label in known:
+                known.move_to_end(label)
+                return known[label]
+        single = {name: value for name, value in parameters.items() if name not in columns}
+        one = self.model.values({**single, **{name: 0 for name in columns}})
+        order = [p.name for p in self.model.parameters]
+        if not columns:
+            c = known[label] = program.constants([one[name] for name in order])
+            while len(known) > _KEPT:
+                known.popitem(last=False)
+            return c
+        count = len(next(iter(columns.values())))
+        P = np.empty((count, len(order)))
+        for k, name in enumerate(order):
+            P[:, k] = columns.get(name, one[name])
+        return program.constants(P)
+
+
+@dataclass(frozen=True)
+class _Named:
+    """A body known by its name only."""
+
+    name: str
+    is_ground: bool = False
+
+
+@dataclass(frozen=True)
+class _Origin:
+    """The origin of a body known by its name only."""
+
+    body: _Named
+    components: tuple[int, int, int] = (0, 0, 0)
+
+
+def _array(value: ArrayLike, name: str) -> Array:
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ModelError(f"Expected numbers for {name}, got {value!r}.") from None
+
+
+def _title(key: Any) -> str:
+    if isinstance(key, str):
+        return key
+    return f"{key[0]} of {', '.join(map(str, key[1:]))}"
