@@ -44,4 +44,22 @@ class Rope:
     length: Any
 
 
-Constraint = Condition | SpeedCondition | Gear | Rope
+@dataclass(frozen=True)
+class Rolling:
+    """A thin wheel (or a sphere, without axis) that touches a plane of the ground and rolls on it without slip.
+
+    ``normal`` points away from the plane, to the side of the wheel; with ``first`` and ``second`` in the plane it
+    makes a right-handed set of (letter, unit vector) in ground axes.
+    """
+
+    name: str
+    center: Point
+    axis: Any
+    radius: Any
+    plane: Point
+    normal: tuple[str, Any]
+    first: tuple[str, Any]
+    second: tuple[str, Any]
+
+
+Constraint = Rolling | Condition | SpeedCondition | Gear | Rope

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from ..errors import ModelError
-from .constraint import Condition, Constraint, Gear, Rope, SpeedCondition
+from .axes import UNIT, direction
+from .constraint import Condition, Constraint, Gear, Rolling, Rope, SpeedCondition
 from .joint import Joint
 
 if TYPE_CHECKING:
@@ -116,6 +117,54 @@ def rope(system: System, points: Sequence[Any], length: Any, *, name: str = "rop
     if not moving:
         raise ModelError(f"All points of rope '{name}' are on the ground, so it holds nothing.")
     return _store(system, Rope(name, places, system.expression(length, f"the length of rope '{name}'")))
+
+
+def rolling(
+    system: System, name: str, wheel: Any, *, radius: Any, axis: Any = None, normal: str = "y", plane: Any = None
+) -> Constraint:
+    """Let a wheel or a sphere touch a plane fixed in the ground and roll on it without slip.
+
+    Parameters
+    ----------
+    name : str
+        The contact force on the wheel has the components ``name_x``, ``name_y``, ``name_z``, in ground axes.
+    wheel : Body (its origin) or Point
+        The centre of the wheel.
+    radius : expression [m]
+    axis : 'x', 'y', 'z' or three components, optional
+        The wheel's axle in its body's axes: the rim is a circle at right angles to it. None for a sphere.
+    normal : 'x', 'y', 'z', '-x', '-y' or '-z'
+        Ground axis at right angles to the plane, pointing from the plane to the wheel.
+    plane : Point of the ground, optional
+        A point of the plane; the ground's origin if not given.
+    """
+    what = f"rolling '{name}'"
+    system.claim(name, system.constraints, "constraint")
+    center = system.own_point(wheel, what)
+    if center.body.is_ground:
+        raise ModelError(f"The wheel of {what} is the ground. Name the body that rolls.")
+    base = system.ground.origin if plane is None else system.own_point(plane, what)
+    if not base.body.is_ground:
+        raise ModelError(f"The plane of {what} must be fixed in the ground, got a {base!r}.")
+    sign, letter = (-1, normal[1:]) if str(normal).startswith("-") else (1, normal)
+    if letter not in ("x", "y", "z"):
+        raise ModelError(f"Expected 'x', 'y' or 'z', with or without a minus, for the normal of {what}, got {normal!r}.")
+    k = "xyz".index(letter)
+    i, j = (k + 1) % 3, (k + 2) % 3
+    up = tuple(sign * c for c in UNIT[letter])
+    return _store(
+        system,
+        Rolling(
+            name,
+            center,
+            None if axis is None else direction(system, axis, f"the axis of {what}"),
+            system.expression(radius, f"the radius of {what}"),
+            base,
+            (letter, up),
+            ("xyz"[i], UNIT["xyz"[i]]),
+            ("xyz"[j], UNIT["xyz"[j]]),
+        ),
+    )
 
 
 def _named(system: System, condition: Any, name: str | None, what: str) -> tuple[str, Any]:

@@ -213,6 +213,7 @@ class System:
     constrain_speed = _constraints.constrain_speed
     gear = _constraints.gear
     rope = _constraints.rope
+    rolling = _constraints.rolling
 
     # -- bodies ---------------------------------------------------------------------------------
 

@@ -14,13 +14,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..describe.constraint import Condition, Gear, Rope, SpeedCondition
+from ..describe.constraint import Gear, Rolling, Rope, SpeedCondition
 from ..model.closure import Closure
 from ..model.model import Model
 from ..scalar.algebra import (
     ZERO,
     Matrix,
     Vector,
+    add,
     apply,
     apply_transpose,
     cross,
@@ -32,7 +33,14 @@ from ..scalar.algebra import (
     subtract,
 )
 from ..scalar.series import Series, SeriesField
-from .kinematics import coordinate_rates, place_of, point_position, rotation
+from .kinematics import (
+    angular_velocity,
+    coordinate_rates,
+    place_of,
+    point_position,
+    point_velocity,
+    rotation,
+)
 from .state import State
 
 
@@ -52,6 +60,9 @@ def rows(model: Model) -> tuple[Row, ...]:
         if isinstance(constraint, Closure):
             result += [Row(f"{name}_{letter}", name) for letter, _ in constraint.along]
             result += [Row(f"{name}_M{letter}", name) for letter, _, _ in constraint.square]
+        elif isinstance(constraint, Rolling):
+            result.append(Row(f"{name}_{constraint.normal[0]}", name))
+            result += [Row(f"{name}_{e[0]}", name, True) for e in (constraint.first, constraint.second)]
         else:
             result.append(Row(name, name, isinstance(constraint, SpeedCondition)))
     return tuple(result)
@@ -66,10 +77,13 @@ def residuals(model: Model, state: State) -> list[Any]:
         elif isinstance(constraint, Rope):
             points = [point_position(model, state, point) for point in constraint.points]
             spans = [subtract(b, a) for a, b in zip(points, points[1:], strict=False)]
-            total: Any = -state(constraint.length)
+            # the sign makes the multiplier the tension
+            slack: Any = state(constraint.length)
             for span in spans:
-                total = total + state.field.sqrt(dot(span, span))
-            result.append(total)
+                slack = slack - state.field.sqrt(dot(span, span))
+            result.append(slack)
+        elif isinstance(constraint, Rolling):
+            result += _rolling(model, state, constraint)
         elif isinstance(constraint, Gear):
             first, second = (_displacement(model, state, joint) for joint in (constraint.first, constraint.second))
             result.append(first - state(constraint.ratio) * second)
@@ -100,6 +114,30 @@ def _closure(model: Model, state: State, joint: Closure) -> list[Any]:
     return result
 
 
+def _arm(model: Model, state: State, wheel: Rolling) -> Vector:
+    """From the wheel's centre to its lowest point, in ground axes:
+
+        -R n for a sphere;  -R (n - (n·a) a) / sqrt(1 - (n·a)²) for a rim at right angles to the axle a.
+    """
+    radius, n = state(wheel.radius), wheel.normal[1]
+    if wheel.axis is None:
+        return scale(-radius, n)
+    link, _ = place_of(model, wheel.center.body)
+    a = apply(rotation(model, state, link), state.vector(wheel.axis))
+    lean = dot(n, a)
+    slope = state.field.sqrt(1 - lean * lean)
+    return scale(divide(-radius, slope), subtract(n, scale(lean, a)))
+
+
+def _rolling(model: Model, state: State, wheel: Rolling) -> list[Any]:
+    arm = _arm(model, state, wheel)
+    contact = add(point_position(model, state, wheel.center), arm)
+    height = dot(wheel.normal[1], subtract(contact, point_position(model, state, wheel.plane)))
+    spin = angular_velocity(model, state, wheel.center.body)
+    slip = add(point_velocity(model, state, wheel.center), cross(spin, arm))
+    return [height, dot(wheel.first[1], slip), dot(wheel.second[1], slip)]
+
+
 def wrenches(model: Model, state: State) -> list[list[tuple[Any, Vector, Vector]]]:
     """Per condition, the (point, force, moment) per unit multiplier on bodies, in ground axes.
 
@@ -118,13 +156,18 @@ def wrenches(model: Model, state: State) -> list[list[tuple[Any, Vector, Vector]
             for _, a, b in constraint.square:
                 moment = cross(apply(R_C, b), apply(R_P, a))
                 result.append([(at, ZERO, moment), ((constraint.parent, at), ZERO, negate(moment))])
+        elif isinstance(constraint, Rolling):
+            arm = _arm(model, state, constraint)
+            for _, e in (constraint.normal, constraint.first, constraint.second):
+                # the force acts at the contact: at the centre with its moment about the centre
+                result.append([(constraint.center, e, cross(arm, e))])
         elif isinstance(constraint, Rope):
             points = [point_position(model, state, point) for point in constraint.points]
             one: list[tuple[Any, Vector, Vector]] = []
             for k, (a, b) in enumerate(zip(points, points[1:], strict=False)):
                 span = subtract(b, a)
                 unit = scale(divide(1, state.field.sqrt(dot(span, span))), span)
-                one += [(constraint.points[k], negate(unit), ZERO), (constraint.points[k + 1], unit, ZERO)]
+                one += [(constraint.points[k], unit, ZERO), (constraint.points[k + 1], negate(unit), ZERO)]
             result.append(one)
         else:
             result.append([])

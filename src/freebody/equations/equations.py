@@ -8,7 +8,7 @@ SymPy expressions are built only where a SymPy object is returned.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -17,6 +17,8 @@ import sympy
 from ..describe.body import Body, Point
 from ..describe.load import Damper, JointDamper, JointSpring, Spring
 from ..describe.system import System
+from ..dynamics.constrained import constrained_loading
+from ..dynamics.constraints import Linearized, linearized, rows, wrenches
 from ..dynamics.energy import kinetic_energy, potential_energy
 from ..dynamics.kinematics import Posture, accelerations, link_postures, point_position, poses, velocities
 from ..dynamics.loading import loading
@@ -29,6 +31,7 @@ from ..model.model import Model
 from ..scalar.algebra import Vector, add, apply, cross
 from ..scalar.polynomial import Ring
 from .display import displayed, equation_latex, equation_mathml, equation_text
+from .constraints import closure_reactions, eliminated
 from .free_body import FreeBody, own_body
 from .reaction import Reaction, unknowns
 
@@ -125,8 +128,31 @@ class Equations:
 
     @cached_property
     def balances(self) -> tuple[tuple[Any, Any], ...]:
-        """(M u' + h, Q) of every degree of freedom, canonical."""
-        return tuple(zip(self.canonical_left, self.canonical_applied, strict=True))
+        """(M u' + h, Q + Gᵀ λ) of every degree of freedom, canonical."""
+        right = list(self.canonical_applied)
+        for row, multiplier in zip(self.conditions.matrix, self.canonical_multipliers, strict=True):
+            right = [Q + entry * multiplier for Q, entry in zip(right, row, strict=True)]
+        return tuple(zip(self.canonical_left, right, strict=True))
+
+    @cached_property
+    def conditions(self) -> Linearized:
+        """The constraints, canonical: residuals, rates, the matrix G of the speeds, and γ; a row each."""
+        return linearized(self.model, self.state)
+
+    @cached_property
+    def constraint_wrenches(self) -> list[Any]:
+        """Per scalar constraint, the (point, force, moment) per unit multiplier on bodies, canonical."""
+        return wrenches(self.model, self.state)
+
+    @cached_property
+    def condition_names(self) -> tuple[str, ...]:
+        """Names of the scalar constraints, which are those of their multipliers."""
+        return tuple(row.name for row in rows(self.model))
+
+    @cached_property
+    def canonical_multipliers(self) -> tuple[Any, ...]:
+        """Multipliers λ as canonical symbols: force and moment components of the joints that close loops."""
+        return tuple(self.ring.generator(symbol, "reaction") for symbol in self.multipliers)
 
     @cached_property
     def postures(self) -> dict[str, Posture]:
@@ -189,6 +215,50 @@ class Equations:
         return tuple(sympy.Eq(self.displayed(a), self.displayed(b), evaluate=False) for a, b in self.balances)
 
     @cached_property
+    def multipliers(self) -> tuple[Any, ...]:
+        """Symbols of the constraint forces: ``C_x`` of a joint C that closes a loop, else the constraint's name."""
+        return tuple(sympy.Symbol(name, real=True) for name in self.condition_names)
+
+    @cached_property
+    def constraints(self) -> tuple[Any, ...]:
+        """The constraints as SymPy ``Eq``: on coordinates and, for non-holonomic ones, on speeds.
+
+        Conditions that hold identically (out of the plane of a planar loop) are left out.
+        """
+        return tuple(sympy.Eq(self.displayed(x), 0, evaluate=False) for x in self._residuals)
+
+    @property
+    def _residuals(self) -> list[Any]:
+        return [x for x in self.conditions.residual if x != 0]
+
+    @cached_property
+    def constraint_matrix(self) -> Any:
+        """G as a SymPy matrix, a row per scalar constraint: G u + g = 0; its transpose times the multipliers acts."""
+        entries = [self.displayed(x) for row in self.conditions.matrix for x in row]
+        return sympy.ImmutableMatrix(len(self.condition_names), self.model.n_u, entries)
+
+    @cached_property
+    def constraint_bias(self) -> Any:
+        """γ as a SymPy column: G u' + γ = 0."""
+        return sympy.ImmutableMatrix(len(self.condition_names), 1, [self.displayed(x) for x in self.conditions.bias])
+
+    def eliminated(self, independent: Sequence[Any]) -> tuple[Any, ...]:
+        """Equations of motion without multipliers: one per independent speed, by dependent speeds.
+
+            Nᵀ (M u' + h - Q) = 0   with   G N = 0
+
+        N is formed without division, so that each equation carries the determinant of the dependent block of G.
+
+        Parameters
+        ----------
+        independent : sequence of coordinates or speeds
+            As many as there are degrees of freedom.
+        """
+        return tuple(
+            sympy.Eq(self.displayed(x), 0, evaluate=False) for x in eliminated(self, independent)
+        )
+
+    @cached_property
     def coordinates(self) -> tuple[Any, ...]:
         """Coordinates q as SymPy functions of time."""
         return tuple(coordinate.symbol for coordinate in self.model.coordinates)
@@ -204,9 +274,17 @@ class Equations:
         return Reactions(self)
 
     @cached_property
+    def closures(self) -> dict[str, Reaction]:
+        """Reactions of the joints that close loops, in their multipliers."""
+        return closure_reactions(self)
+
+    @cached_property
     def canonical_reactions(self) -> dict[str, tuple[Vector, Vector]]:
         """(force, moment) of every joint on its child in ground axes, canonical."""
-        return reactions(self.model, self.state, self.udot)
+        loads = None
+        if self.model.constraints:
+            loads = constrained_loading(self.model, self.state, self.canonical_multipliers)
+        return reactions(self.model, self.state, self.udot, loads)
 
     @cached_property
     def energy(self) -> Energy:
@@ -238,16 +316,19 @@ class Equations:
 
     def text(self) -> str:
         """The equations of motion as plain text, a line each."""
-        return "\n".join(equation_text(left, right, self.ring) for left, right in self.balances)
+        lines = [*self.balances, *((x, 0) for x in self._residuals)]
+        return "\n".join(equation_text(left, right, self.ring) for left, right in lines)
 
     def latex(self) -> str:
         """The equations of motion as a LaTeX ``aligned`` block."""
-        rows = [equation_latex(a, b, self.ring).replace(" = ", " &= ", 1) for a, b in self.balances]
+        lines = [*self.balances, *((x, 0) for x in self._residuals)]
+        rows = [equation_latex(a, b, self.ring).replace(" = ", " &= ", 1) for a, b in lines]
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
     def mathml(self) -> str:
         """The equations of motion as presentation MathML."""
-        return "\n".join(equation_mathml(a, b, self.ring) for a, b in self.balances)
+        lines = [*self.balances, *((x, 0) for x in self._residuals)]
+        return "\n".join(equation_mathml(a, b, self.ring) for a, b in lines)
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
@@ -265,8 +346,10 @@ class Reactions(Mapping[str, Reaction]):
 
     def __getitem__(self, name: str) -> Reaction:
         e = self._e
-        if name not in e.model.joints:
-            raise ModelError(f"Unknown joint '{name}'; {nearest(str(name), e.model.joints)}")
+        if name not in self:
+            raise ModelError(f"Unknown joint '{name}'; {nearest(str(name), list(self))}")
+        if name not in self._made and name in e.closures:
+            self._made[name] = e.closures[name]
         if name not in self._made:
             force, moment = e.canonical_reactions[name]
             joint = e.model.joints[name]
@@ -288,13 +371,13 @@ class Reactions(Mapping[str, Reaction]):
         return self._made[name]
 
     def __contains__(self, name: object) -> bool:
-        return name in self._e.model.joints
+        return name in self._e.model.joints or name in self._e.closures
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._e.model.joints)
+        return iter((*self._e.model.joints, *self._e.closures))
 
     def __len__(self) -> int:
-        return len(self._e.model.joints)
+        return len(self._e.model.joints) + len(self._e.closures)
 
 
 class Energy:

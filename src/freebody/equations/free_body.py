@@ -25,6 +25,7 @@ from ..describe.load import (
     Spring,
     Torque,
 )
+from ..dynamics.constraints import rows
 from ..dynamics.coordinates import forces_on_free_displacements
 from ..dynamics.joint_freedom import pressing
 from ..dynamics.kinematics import accelerations, point_position, rotation, velocities
@@ -137,7 +138,26 @@ class FreeBody:
                 force, moment = scale(sign * value, c.force), scale(sign * value, c.moment)
                 other = joint.parent if sign == 1 else joint.child
                 result.append(Action(c.name, "reaction", force, moment, at, f"joint '{name}', {other}"))
+        for row, symbol, pair in zip(rows(model), e.multipliers, e.constraint_wrenches, strict=True):
+            result.extend(self._of_constraint(row, symbol, pair))
         return tuple(result)
+
+    def _of_constraint(self, row: Any, symbol: Any, pair: Any) -> list[Action]:
+        """Forces of a loop-closing joint or a rope on this body; conditions on coordinates act along the joints."""
+        e, model, state = self._e, self._e.model, self._e.state
+        value = state.field.generator(symbol, "reaction")  # type: ignore[attr-defined]
+        result = []
+        for where, force, moment in pair:
+            body, point = where if isinstance(where, tuple) else (where.body, where)
+            if body.name == self.body:
+                at = point_position(model, state, point)
+                result.append(Action(row.name, "reaction", scale(value, force), scale(value, moment), at, row.owner))
+        if not pair:
+            matrix = e.conditions.matrix[rows(model).index(row)]
+            for j, entry in enumerate(matrix):
+                if entry != 0:
+                    result += self._of_generalized_value(row.name, j, entry * value, "reaction")
+        return result
 
     def _of_load(self, load: Any) -> list[Action]:
         model, state = self._e.model, self._e.state
@@ -164,12 +184,16 @@ class FreeBody:
     def _of_generalized(self, load: GeneralizedForce) -> list[Action]:
         """A generalized force as loads along the free displacements, whose power is the same."""
         model, state = self._e.model, self._e.state
-        tau = forces_on_free_displacements(model, state, speed_of(model, load), state(load.value))
+        return self._of_generalized_value(load.name, speed_of(model, load), state(load.value), "load")
+
+    def _of_generalized_value(self, load: str, speed: int, value: Any, kind: str) -> list[Action]:
+        model, state = self._e.model, self._e.state
+        tau = forces_on_free_displacements(model, state, speed, value)
         result = []
         for name, joint in model.joints.items():
             for i in joint.links:
                 if tau.get(i, 0) != 0:
-                    result += self._along_joint(load.name, name, i, tau[i], "load")
+                    result += self._along_joint(load, name, i, tau[i], kind)
         return result
 
     def _along_joint(self, load: str, name: str, link: int, value: Any, kind: str) -> list[Action]:
