@@ -60,3 +60,16 @@ def test_unknown_function_is_named():
     field, x = series(X)
     with pytest.raises(FreebodyError, match="time derivative of 'max' is not known.*Known: .*atan2"):
         field.apply("max", x, x)
+
+
+def test_series_of_series_is_a_mixed_derivative():
+    inner = SeriesField(floats, 1)
+    outer = SeriesField(inner, 1)
+    x = outer.series([inner.series([0.3, 1.0]), 0])
+    y = outer.series([0.7, 1])
+    one = inner.series([2.0, 0])
+    result = outer.sin(x * y) / y - one * x + (1 - x) * one
+    p, q = sympy.symbols("p q")
+    exact = sympy.sin(p * q) / q - 2 * p + (1 - p) * 2
+    value = float(sympy.diff(exact, p, q).subs({p: 0.3, q: 0.7}))
+    assert result.derivative(1).derivative(1) == pytest.approx(value, rel=1e-13)

@@ -24,6 +24,8 @@ class SeriesField(Field):
     def __init__(self, base: Field, order: int) -> None:
         self.base = base
         self.order = order
+        # series of series: the coefficients of the outer ones are the inner ones
+        self.level: int = base.level + 1 if isinstance(base, SeriesField) else 1
 
     def constant(self, value: int | Fraction | float | str) -> Any:
         return self.base.constant(value)
@@ -34,7 +36,7 @@ class SeriesField(Field):
         return Series(self, (*coefficients[: self.order + 1], *(0,) * missing))
 
     def apply(self, function: str, *arguments: Any) -> Any:
-        if not any(isinstance(x, Series) for x in arguments):
+        if not any(isinstance(x, Series) and x.field.level == self.level for x in arguments):
             return self.base.apply(function, *arguments)
         rule = _RULES.get(function)
         if rule is None:
@@ -42,7 +44,8 @@ class SeriesField(Field):
                 f"The time derivative of '{function}' is not known here. Known: {', '.join(sorted(_RULES))}. "
                 f"Write it by these."
             )
-        return rule(self, *(x if isinstance(x, Series) else self.series([x]) for x in arguments))
+        mine = (isinstance(x, Series) and x.field.level == self.level for x in arguments)
+        return rule(self, *(x if own else self.series([x]) for x, own in zip(arguments, mine, strict=True)))
 
 
 class Series:
@@ -61,25 +64,39 @@ class Series:
             factor *= i
         return factor * self.c[k]
 
-    def _of(self, other: Any) -> tuple[Any, ...]:
-        return other.c if isinstance(other, Series) else (other, *(0,) * self.field.order)
+    def _level(self, other: Any) -> int:
+        """0 when ``other`` is of this level, negative when it is a constant of it, positive when it is above."""
+        return (other.field.level if isinstance(other, Series) else 0) - self.field.level
 
-    def __add__(self, other: Any) -> Series:
-        return Series(self.field, tuple(a + b for a, b in zip(self.c, self._of(other), strict=True)))
+    def __add__(self, other: Any) -> Any:
+        level = self._level(other)
+        if level > 0:
+            return other + self
+        if level < 0:
+            return Series(self.field, (self.c[0] + other, *self.c[1:]))
+        return Series(self.field, tuple(a + b for a, b in zip(self.c, other.c, strict=True)))
 
     __radd__ = __add__
 
     def __neg__(self) -> Series:
         return Series(self.field, tuple(-a for a in self.c))
 
-    def __sub__(self, other: Any) -> Series:
-        return Series(self.field, tuple(a - b for a, b in zip(self.c, self._of(other), strict=True)))
+    def __sub__(self, other: Any) -> Any:
+        level = self._level(other)
+        if level > 0:
+            return -other + self
+        if level < 0:
+            return Series(self.field, (self.c[0] - other, *self.c[1:]))
+        return Series(self.field, tuple(a - b for a, b in zip(self.c, other.c, strict=True)))
 
     def __rsub__(self, other: Any) -> Series:
         return (-self) + other
 
     def __mul__(self, other: Any) -> Any:
-        if not isinstance(other, Series):
+        level = self._level(other)
+        if level > 0:
+            return other * self
+        if level < 0:
             if isinstance(other, int) and other == 0:
                 return 0
             return Series(self.field, tuple(a * other for a in self.c))
@@ -87,8 +104,11 @@ class Series:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Series:
-        if not isinstance(other, Series):
+    def __truediv__(self, other: Any) -> Any:
+        level = self._level(other)
+        if level > 0:
+            return other.field.series([self]) / other
+        if level < 0:
             return Series(self.field, tuple(divide(a, other) for a in self.c))
         quotient: list[Any] = []
         for k in range(self.field.order + 1):
