@@ -199,6 +199,12 @@ def explain(system: fb.System, **about: str) -> None:
         system.describe(name, unit=unit, about=what)
 
 
+def mass_properties(body: Any) -> fb.MassProperties:
+    """Of a body that is not the ground."""
+    assert body.mass_properties is not None
+    return body.mass_properties
+
+
 def states(trajectory: fb.Trajectory, i: int, names: Mapping[str, str], label: str) -> Answers:
     """Answers "theta at t_1" and so on at output time ``i``; ``names`` are name -> unit."""
     return {f"{name} at {label}": (float(trajectory[name][i]), unit) for name, unit in names.items()}

@@ -13,7 +13,7 @@ import sympy
 
 import freebody as fb
 
-from .entry import Answers, Case, Entry, Plots, explain, happened, states
+from .entry import Answers, Case, Entry, Plots, explain, happened, mass_properties, states
 
 RELEASE = {"theta": "theta_0", "phi'": "Omega_zeta"}  # from rest: theta' = psi' = 0
 EVENTS = [
@@ -101,7 +101,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
             "psi and phi are one angle."
         )
     rotor = case.system.bodies["rotor"]
-    I_0 = rotor.mass_properties.about(case.system.joints["pivot"].to)
+    I_0 = mass_properties(rotor).about(case.system.joints["pivot"].to)
     fast, slow = steady_rates(case, "theta_0")
     fast_low, slow_low = steady_rates(case, "theta_low")
     nutation = case.simulate_past("largest theta", 2, initial=RELEASE, events=EVENTS)

@@ -10,7 +10,7 @@ import numpy as np
 
 import freebody as fb
 
-from .entry import Answers, Case, Entry, Plots, explain, happened
+from .entry import Answers, Case, Entry, Plots, explain, happened, mass_properties
 
 START = {"flight_wx": "w_x", "flight_wy": "w_y", "flight_wz": "w_z"}
 
@@ -47,7 +47,8 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
     from ..picture.sphere import axis_path, polhode
 
     box = case.system.bodies["box"]
-    moments = np.array([case.number(box.mass_properties.inertia[i][i]) for i in range(3)])
+    inertia = mass_properties(box).inertia
+    moments = np.array([case.number(inertia[i][i]) for i in range(3)])
     middle = "xyz"[np.argsort(moments, kind="stable")[1]]
     name = f"flight_w{middle} rises through 0"
     events = [fb.event(f"flight_w{middle}", name=name, direction=1)]

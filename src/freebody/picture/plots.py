@@ -238,7 +238,12 @@ def _mark(ax: Any, trajectory: Trajectory, name: Any, kinds: dict[str, str], col
 def _event_handles(kinds: dict[str, str]) -> list[Any]:
     from matplotlib.lines import Line2D
 
-    style = {"linestyle": "none", "markersize": 5, "markerfacecolor": "white", "markeredgecolor": INK}
+    style: dict[str, Any] = {
+        "linestyle": "none",
+        "markersize": 5,
+        "markerfacecolor": "white",
+        "markeredgecolor": INK,
+    }
     return [Line2D([], [], marker=marker, label=kind, **style) for kind, marker in kinds.items()]
 
 
