@@ -8,7 +8,7 @@ Source: chapter 6, eqs (6.3), (6.24), (6.25); the second about any point P, movi
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -165,12 +165,19 @@ class FreeBody:
         """A generalized force as loads along the free displacements, whose power is the same."""
         model, state = self._e.model, self._e.state
         tau = forces_on_free_displacements(model, state, speed_of(model, load), state(load.value))
-        result = []
+        parts = []
         for name, joint in model.joints.items():
             for i in joint.links:
                 if tau.get(i, 0) != 0:
-                    result += self._along_joint(load.name, name, i, tau[i], "load")
-        return result
+                    parts += self._along_joint(load.name, name, i, tau[i], "load")
+        if len(parts) < 2:
+            return parts
+        if any(part.force != ZERO for part in parts):
+            return [replace(part, name=f"{load.name}_{i}") for i, part in enumerate(parts, start=1)]
+        total: Vector = ZERO
+        for part in parts:
+            total = add(total, part.moment)
+        return [replace(parts[0], moment=total, by="")] if total != ZERO else []
 
     def _along_joint(self, load: str, name: str, link: int, value: Any, kind: str) -> list[Action]:
         """A load along a displacement, on the child of the joint or with opposite sign on its parent."""
