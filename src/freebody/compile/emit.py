@@ -17,8 +17,8 @@ from . import sincos
 from .lower import COS, FIXED, HOISTED, PROLOGUE, RECIPROCAL, SIN, TIME, WIDTH, Body, Group, Program
 from .text import literal, splat
 
-PIECE = 2500
-"""Operations of one piece of a long function."""
+PIECE = 1200
+"""Operations of one piece of a long function; up to twice as many stay together."""
 
 FLAGS = "contract "
 _ARITHMETIC = {
@@ -349,8 +349,8 @@ class _Writer:
 
 
 def _cut(order: list[int], piece: int) -> list[list[int]]:
-    """Equal pieces no longer than ``piece``; at least one."""
-    count = max(1, -(-len(order) // piece))
+    """Equal pieces no longer than ``piece``, or all in one."""
+    count = 1 if len(order) <= 2 * piece else -(-len(order) // piece)
     size = -(-len(order) // count) if order else 1
     return [order[k * size : (k + 1) * size] for k in range(count)]
 
