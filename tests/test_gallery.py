@@ -330,6 +330,10 @@ def test_history_of_one_unit_marks_events() -> None:
     marks = next(line for line in panel.lines if len(line.get_xdata()) == len(highest))
     np.testing.assert_array_equal(marks.get_xdata(), [event.time for event in highest])
     assert len(history(motion, "theta", events=False).lines) == 1
+    # a long run has too many to be told apart
+    long = GALLERY["gyroscope"].run(until=8).trajectory
+    assert len(long.events) > 100 and len(history(long, "theta").lines) == 1
+    assert len(long.t) > 15 * len(long.events)
 
 
 def test_history_of_an_expression() -> None:

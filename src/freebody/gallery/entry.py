@@ -20,6 +20,10 @@ TOLERANCE = 1e-10
 """Of the simulations, where none is asked for."""
 
 
+SMOOTH = 2001
+"""Output times of a motion that is drawn."""
+
+
 @dataclass(frozen=True)
 class Outcome:
     """What running an entry gives.
@@ -151,6 +155,11 @@ class Case:
         end = self.until if until is None else until
         options = {"values": self.values, "tolerance": self.tolerance, **options}
         return fb.simulate(self.equations.model, end, **options)
+
+    def motion(self, **options: Any) -> fb.Trajectory:
+        """The motion over the run at as many times as its picture needs: no fewer than `SMOOTH`."""
+        trajectory = self.simulate(**options)
+        return trajectory if len(trajectory.t) >= SMOOTH else self.simulate(samples=SMOOTH, **options)
 
     def simulate_to(self, times: Iterable[float], **options: Any) -> fb.Trajectory:
         """The motion at ``times`` only, in the order given."""

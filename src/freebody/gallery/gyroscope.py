@@ -120,7 +120,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
         **states(at, 0, {"theta": "rad", "psi": "rad", "theta'": "rad/s", "psi'": "rad/s"}, "t_1"),
         "smallest spin of the upright top": (sleeping_spin(case), "rad/s"),
     }
-    trajectory = case.simulate(initial=RELEASE, events=EVENTS, samples=2001)
+    trajectory = case.motion(initial=RELEASE, events=EVENTS)
     return trajectory, answers, plots(trajectory)
 
 

@@ -57,7 +57,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
     turns = [event.time for event in happened(long, name)]
     period = turns[1] - turns[0] if len(turns) > 1 else "none: it turns steadily"
 
-    trajectory = case.simulate(initial=START, events=events, samples=2001)
+    trajectory = case.motion(initial=START, events=events)
     H = np.stack([trajectory[part] for part in case.equations.momentum.angular(box.center)], axis=-1)
     size, T = float(np.linalg.norm(H[0])), float(trajectory.energy.kinetic[0])
     at = case.simulate_to([case["t_1"]], initial=START)
