@@ -163,8 +163,12 @@ def test_gyroscope_below_the_smallest_spin() -> None:
         == answers["slow steady psi' at theta_0"]
         == "none: spin too small"
     )
-    # below the horizontal any spin will do
+    # below the horizontal any spin will do, none too: a conical pendulum, either way round
     assert isinstance(answers["slow steady psi' at theta_low"], float)
+    still = values(GALLERY["gyroscope"].run({"Omega_zeta": 0.0}).answers)
+    conical = math.sqrt(9.81 * 0.1 / (0.06**2 / 4 + 0.1**2) / 0.5)
+    rates = sorted(still[f"{kind} steady psi' at theta_low"] for kind in ("fast", "slow"))
+    close(rates, [-conical, conical], ALGEBRA)
 
 
 def test_gyroscope_steady_rates_stay_steady() -> None:

@@ -58,7 +58,7 @@ def steady_rates(case: Case, theta: str) -> tuple[Any, Any]:
     """Fast and slow steady precession at the angle of that name [rad/s]."""
     C, B, A = (case.number(c, {"theta": case.atoms[theta]}) for c in steady_balance(case))
     square = B**2 - 4 * A * C
-    if square < 0 or B == 0:
+    if square < 0 or B == square == 0:
         return ("none: spin too small",) * 2
     # the sum of like signs, so that the slow rate keeps its digits
     q = -(B + math.copysign(math.sqrt(square), B)) / 2
