@@ -206,7 +206,7 @@ class Equations:
     @cached_property
     def canonical_reactions(self) -> dict[str, tuple[Vector, Vector]]:
         """(force, moment) of every joint on its child in ground axes, canonical."""
-        return reactions(self.model, self.state, self.udot)
+        return reactions(self.model, self.state, self.udot, natural=True)
 
     def canonical_components(self, joint: str) -> dict[Any, Any]:
         """Value of each unknown of a joint's reaction by its symbol, canonical."""
