@@ -5,13 +5,16 @@ The machines mix all joints, oblique axes, driven displacements and all kinds of
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
+from mpmath import mp
 
 from .describe.system import System
 from .model.model import Model
+from .scalar.polynomial import Polynomial
 from .space.mass import MassProperties
 
 JOINTS = ("hinge", "slider", "cylindrical", "screw", "universal", "ball", "gimbal", "planar", "free", "weld")
@@ -37,6 +40,26 @@ def random_rotation(rng: np.random.Generator) -> Any:
     return tuple(tuple(float(value) for value in row) for row in rows)
 
 
+def small_inertia(rng: np.random.Generator) -> tuple[tuple[int, ...], ...]:
+    """Inertia matrix about the mass centre of four particles and their mirror images [kg m²]."""
+    points = rng.integers(-1, 2, size=(4, 3)) + np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]])
+    squares = (points**2).sum() * np.eye(3, dtype=int) - points.T @ points
+    return tuple(tuple(2 * int(x) for x in row) for row in squares + np.eye(3, dtype=int))
+
+
+def small_rotation(rng: np.random.Generator) -> Any:
+    """An exactly orthogonal matrix of small fractions."""
+    quaternion = [(1, 0, 0, 0), (1, 1, 1, 1), (1, 1, 0, 0), (1, 0, -1, 0), (1, 3, 1, 1), (2, 1, 2, 0)]
+    w, x, y, z = quaternion[rng.integers(len(quaternion))]
+    n = w * w + x * x + y * y + z * z
+    rows = [
+        [n - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), n - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), n - 2 * (x * x + y * y)],
+    ]
+    return tuple(tuple(Fraction(value, n) for value in row) for row in rows)
+
+
 def random_system(
     seed: int,
     bodies: int = 4,
@@ -45,6 +68,7 @@ def random_system(
     branching: bool = True,
     loads: bool = True,
     driven: bool = False,
+    small: bool = False,
 ) -> System:
     """A tree of random bodies joined by random joints, with gravity, springs, dampers and forces.
 
@@ -60,22 +84,29 @@ def random_system(
         Whether springs, dampers, forces and couples act.
     driven : bool
         Whether the first hinge or slider is a given function of time.
+    small : bool
+        Small integers and exactly orthogonal axes, which exact symbols handle fast.
     """
     rng = np.random.default_rng(seed)
 
     def vector() -> Any:
+        if small:
+            return tuple(int(x) for x in rng.integers(1, 3, size=3) * rng.choice([-1, 1], size=3))
         return tuple(round(float(x), 3) for x in rng.normal(size=3))
 
     s = System(f"random {seed}")
     s.gravity = vector()
     made = [s.ground]
     for i in range(bodies):
-        mass = round(float(rng.uniform(0.5, 3)), 3)
-        body = s.body(f"b{i}", MassProperties(mass, vector(), random_inertia(rng)))
+        mass = int(rng.integers(1, 4)) if small else round(float(rng.uniform(0.5, 3)), 3)
+        body = s.body(
+            f"b{i}", MassProperties(mass, vector(), (small_inertia if small else random_inertia)(rng))
+        )
         parent = made[rng.integers(len(made))] if branching else made[-1]
         kind = str(rng.choice(list(joints)))
-        given: dict[str, Any] = {"at": vector(), "to": vector(), "parent_axes": random_rotation(rng)}
-        given["child_axes"] = random_rotation(rng)
+        rotation = small_rotation if small else random_rotation
+        given: dict[str, Any] = {"at": vector(), "to": vector(), "parent_axes": rotation(rng)}
+        given["child_axes"] = rotation(rng)
         if kind in ("hinge", "slider", "cylindrical", "screw"):
             given["axis"] = ["x", "y", "z", vector()][rng.integers(4)]
         if kind == "screw":
@@ -127,3 +158,51 @@ def random_state(model: Model, seed: int) -> tuple[list[float], list[float]]:
     for start in model.quaternions:
         q[start : start + 4] /= np.linalg.norm(q[start : start + 4])
     return [float(x) for x in q], [float(x) for x in rng.normal(size=model.n_u)]
+
+
+def polynomial_value(x: Any, values: Mapping[Any, float], digits: int = 100) -> float:
+    """A canonical polynomial at numbers: ``values`` by SymPy atom (parameters, t, coordinates, speeds, ...).
+
+    Evaluated with many digits, since the terms of an expanded form may cancel.
+    """
+    known: dict[int, Any] = {}
+
+    def generator(ring: Any, g: Any) -> Any:
+        if g.index not in known:
+            arguments = [polynomial(a) for a in g.arguments]
+            if g.kind == "inverse":
+                known[g.index] = 1 / arguments[0]
+            elif g.kind == "constant":
+                known[g.index] = mp.mpf(g.atom.evalf(digits))
+            elif arguments:
+                known[g.index] = getattr(mp, _MPMATH.get(g.name or g.kind, g.name or g.kind))(*arguments)
+            else:
+                known[g.index] = mp.mpf(values[g.atom])
+        return known[g.index]
+
+    def polynomial(y: Any) -> Any:
+        if not isinstance(y, Polynomial):
+            return mp.mpf(Fraction(y).numerator) / Fraction(y).denominator
+        total = mp.mpf(0)
+        for monomial, coefficient in y.terms():
+            term = mp.mpf(coefficient)
+            for i, n in monomial:
+                term *= generator(y.ring, y.ring.generators[i]) ** n
+            total += term
+        return total / y.den
+
+    with mp.workdps(digits):
+        return float(polynomial(x))
+
+
+_MPMATH = {"abs": "fabs"}
+
+
+def state_values(model: Model, q: Sequence[float], u: Sequence[float], t: float = 0) -> dict[Any, float]:
+    """Values by SymPy atom of the time, the parameters' defaults, q and u."""
+    numbers = model.values()
+    result: dict[Any, float] = {model.names.atoms["t"]: t}
+    result.update((p.symbol, numbers[p.name]) for p in model.parameters)
+    result.update(zip((c.symbol for c in model.coordinates), q, strict=True))
+    result.update(zip((s.symbol for s in model.speeds), u, strict=True))
+    return result

@@ -5,13 +5,14 @@ from __future__ import annotations
 import ctypes
 import gc
 import math
+import platform
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
-from freebody.compile import emit, lower
+from freebody.compile import emit, lower, native
 from freebody.compile.kernels import compile_tape
 from freebody.errors import ExpressionError
 from freebody.scalar.algebra import FUNCTIONS
@@ -230,3 +231,29 @@ def test_wrong_arguments_are_refused():
         compile_tape(tape, {"rates": rates}, t, state, parameters, batch=["rate"])
     with pytest.raises(ExpressionError, match="among its time, state and parameters, got 'k' in none"):
         compile_tape(tape, {"rates": rates}, t, state, parameters[:3])
+
+
+OTHERS = {"x86-64": "", "haswell": "+avx,+avx2,+fma,+bmi,+bmi2", "this": None}
+
+
+@pytest.mark.skipif(platform.machine().lower() not in ("x86_64", "amd64"), reason="names processors of this family")
+@pytest.mark.parametrize("name", OTHERS)
+def test_shorter_vectors_and_no_fused_operation(monkeypatch, name):
+    """Code for processors with 2 and 4 lanes, which run on this one if it has 4."""
+    triple, _, features = native.processor()
+    if name == "haswell" and not {"+avx2", "+fma"} <= set(features.split(",")):
+        pytest.skip("this processor has no AVX2")
+    if name != "this":
+        monkeypatch.setattr(native, "processor", lambda: (triple, name, OTHERS[name]))
+        monkeypatch.setattr(native, "_machine", native._new_machine)
+        monkeypatch.setattr(native, "fused", native.fused.__wrapped__)
+        assert native.fused() == (name == "haswell")
+    tape, t, state, parameters, rates = pendulum(5)
+    kernels = compile_tape(tape, {"rates": rates}, t, state, parameters, batch=["rates"])
+    random = np.random.default_rng(5)
+    p, Y = random.uniform(0.5, 2, 4), random.standard_normal((13, 10))
+    c = kernels.constants(p)
+    one = np.stack([kernels["rates"](0.3, y, c) for y in Y])
+    expected = reference(tape, rates, [t, *state, *parameters], [0.3, *Y[0], *p])
+    assert one[0] == pytest.approx(expected, rel=1e-13, abs=1e-13)
+    assert np.array_equal(kernels["rates"].batch(0.3, Y, c), one)

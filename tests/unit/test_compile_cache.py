@@ -70,6 +70,23 @@ def test_folder_that_can_not_be_written(tmp_path, monkeypatch):
     assert obstacle.read_text() == "no folder"
 
 
+def test_use_keeps_a_file_from_being_the_oldest(folder, monkeypatch):
+    build()
+    (path,) = folder.iterdir()
+    long_ago = time.time() - 1e6
+    os.utime(path, (long_ago, long_ago))
+
+    def refuse(*_):
+        raise PermissionError
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "utime", refuse)
+        assert build().from_disk  # a folder that can be read only is read
+    assert path.stat().st_mtime == pytest.approx(long_ago)
+    assert build().from_disk
+    assert path.stat().st_mtime > long_ago + 1e5
+
+
 def test_off(monkeypatch):
     monkeypatch.setenv("FREEBODY_CACHE", "off")
     assert cache.folder() is None

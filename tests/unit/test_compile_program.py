@@ -203,6 +203,27 @@ def test_values_of_expressions():
     assert two == pytest.approx(np.array([[0.1, 0.8], [1.1, 0.8], [2.1, 0.8]]), rel=1e-15)
 
 
+def test_repeated_calls_see_what_changes():
+    s = fb.System("pendulum")
+    m, L, g = s.parameters(m=1.0, L=2.0, g=9.81)
+    s.gravity = (0, -g, 0)
+    s.hinge("pin", s.ground, s.body("bob", fb.particle(m)), to=(0, L, 0), axis="z", coordinate="theta")
+    program = fb.compile(s)
+    q, u = np.array([0.3]), np.array([0.0])
+    first = program.forward_dynamics(q, u)
+    assert first == pytest.approx([-9.81 / 2 * math.sin(0.3)], rel=1e-15)
+    for _ in range(2):
+        assert np.array_equal(program.forward_dynamics(q, u), first)
+        assert program.forward_dynamics(q, u, L=4.0) == pytest.approx(first / 2, rel=1e-15)
+        assert program.forward_dynamics(q, u, values={"g": 0}) == [0]
+        assert program.forward_dynamics([q] * 3, u).tolist() == [first.tolist()] * 3
+        assert np.array_equal(program.forward_dynamics(np.array([9, 0.3])[1:], u), first)
+        assert np.array_equal(program.forward_dynamics(np.array([0.3, 9, 9])[::3], u), first)
+        assert program.mass_matrix(q).tolist() == [[4.0]]
+        with pytest.raises(ModelError, match="Expected q of shape"):
+            program.forward_dynamics(np.zeros(2), u)
+
+
 def test_products_are_compiled_when_asked_for():
     program = fb.compile(cart())
     assert isinstance(program, Program)
@@ -242,7 +263,7 @@ def test_a_machine_at_rest_has_products_too():
 
 AT_REST = [0, 0, 0]
 WRONG = [
-    (lambda p: p.forward_dynamics([0, 0], AT_REST), r"Expected q of shape \(3,\) or \(N, 3\), one number for each of x"),
+    (lambda p: p.forward_dynamics([0, 0], AT_REST), r"Expected q of shape \(3,\) or \(N, 3\), one number for each of"),
     (lambda p: p.bias(AT_REST, [0]), r"Expected u of shape \(3,\).*x', theta', phi'; got shape \(1,\)"),
     (lambda p: p.inverse_dynamics(AT_REST, AT_REST, 1), r"Expected udot of shape \(3,\)"),
     (lambda p: p.mass_matrix(np.zeros((2, 3)), np.zeros(3)), "Expected t for 2 states as in q, got 3"),

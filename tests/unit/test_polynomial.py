@@ -101,9 +101,10 @@ def test_zero_is_recognised(left, right):
     assert difference == 0
 
 
-def test_all_identities_hold_together_in_one_ring():
+@pytest.mark.parametrize("capacity", [2, 64])
+def test_all_identities_hold_together_in_one_ring(capacity):
     # relations of different generators overlap here (1/sin, halves of q, sums of masses)
-    ring = Ring()
+    ring = Ring(capacity)
     for _, left, right in IDENTITIES:
         assert ring.from_sympy(left) - ring.from_sympy(sp.sympify(right)) == 0
 

@@ -55,10 +55,11 @@ def load(key: str) -> tuple[dict[str, Any], bytes] | None:
     path = where / f"{key}.o"
     try:
         content = path.read_bytes()
-        if time.time() - path.stat().st_mtime > _DAY:
-            os.utime(path)  # recently used: removed last
     except OSError:
         return None
+    with contextlib.suppress(OSError):
+        if time.time() - path.stat().st_mtime > _DAY:
+            os.utime(path)  # recently used: removed last
     start = len(_MAGIC) + 32
     if (
         content[: len(_MAGIC)] != _MAGIC

@@ -191,6 +191,12 @@ class Kernel:
         self._function(t, _pointer(y), _pointer(c), _pointer(out))
         return out
 
+    def unchecked(self, t: float, y: np.ndarray, c: np.ndarray) -> np.ndarray:
+        """As a call, for contiguous arrays of doubles of the right shapes."""
+        out = np.empty(self.outputs)
+        self._function(t, _pointer(y), _pointer(c), _pointer(out))
+        return out
+
     def batch(self, t: Any, Y: Any, C: Any, out: np.ndarray | None = None) -> np.ndarray:
         """Outputs of N states at once, shape (N, outputs); other threads run meanwhile.
 

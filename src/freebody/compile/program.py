@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..describe.system import System
 from ..errors import ModelError, nearest
 from ..model import Model, assemble
+from .arguments import checked, is_plain, parameters_given, place_of
 from .kernels import Kernel, KernelSet
 from .products import PRODUCTS, Product, compiled, jacobian_of, values_of
 
@@ -112,6 +112,7 @@ class Program:
         self.model = model
         self._sets: dict[Any, tuple[KernelSet, bool]] = {}
         self._constants: dict[Any, OrderedDict[Any, Array]] = {}
+        self._plain: dict[Any, tuple[Kernel, Array, tuple[int, ...]]] = {}
 
     def __repr__(self) -> str:
         return (
@@ -271,7 +272,7 @@ class Program:
         point : Point, Body or str
             A point of a body; a body, or its name, stands for its origin.
         """
-        place = self._point(point)
+        place = place_of(self.model, point)
         key = ("jacobian", place.body.name, place.components)
         return self._run(key, {"q": q}, t, values, named, (6, self.model.n_u), jacobian_of(place))
 
@@ -308,7 +309,9 @@ class Program:
     ) -> Array:
         """The vector c for the kernel of a product at these values of the parameters."""
         return self._hoisted(
-            name, self._compiled(name, self._product(name), False), self._given(values, named)
+            name,
+            self._compiled(name, self._product(name), False),
+            parameters_given(self.model, values, named),
         )
 
     def describe(self, *names: str) -> str:
@@ -337,25 +340,12 @@ class Program:
             raise ModelError(f"Unknown product '{name}'; {nearest(str(name), PRODUCTS)}")
         return PRODUCTS[name]
 
-    def _point(self, point: Any) -> Any:
-        if isinstance(point, str):
-            if point not in self.model.bodies:
-                raise ModelError(f"Unknown body '{point}'; {nearest(point, self.model.bodies)}")
-            return _Origin(_Named(point))
-        place = getattr(point, "origin", point)
-        body = getattr(place, "body", None)
-        if body is None or not (body.is_ground or body.name in self.model.bodies):
-            raise ModelError(
-                f"Expected a point of a body, a body or its name, got {point!r}. "
-                f"Bodies of '{self.model.name}': {', '.join(self.model.bodies)}."
-            )
-        return place
-
     def _compiled(self, key: Any, product: Product, batch: bool) -> KernelSet:
         kept = self._sets.get(key)
         if kept is None or (batch and not kept[1]):
             kept = self._sets[key] = (compiled(self.model, product, batch), batch)
             self._constants.pop(key, None)
+            self._plain.pop(key, None)
         return kept[0]
 
     def _run(
@@ -369,65 +359,25 @@ class Program:
         product: Product | None = None,
     ) -> Any:
         """Result of a product; its last axis takes the ``shape``."""
-        model = self.model
-        sizes = {"q": model.n_q, "u": model.n_u, "udot": model.n_u, "forces": model.n_u}
-        arrays = {name: _array(value, name) for name, value in given.items()}
-        time = _array(t, "t")
-        parameters = self._given(values, named)
-        count: int | None = None
-        source = ""
-
-        def leading(n: int, what: str) -> None:
-            nonlocal count, source
-            if count is not None and count != n:
-                raise ModelError(f"Expected {what} for {count} states as in {source}, got {n}.")
-            count, source = n, what
-
-        for name, x in arrays.items():
-            if x.ndim not in (1, 2) or x.shape[-1] != sizes[name]:
-                names = model.coordinate_names if name == "q" else model.speed_names
-                raise ModelError(
-                    f"Expected {name} of shape ({sizes[name]},) or (N, {sizes[name]}), one number for each of "
-                    f"{', '.join(names) or 'no coordinates'}; got shape {x.shape}."
-                )
-            if x.ndim == 2:
-                leading(len(x), name)
-        if time.ndim > 1:
-            raise ModelError(f"Expected t to be a number or of shape (N,), got shape {time.shape}.")
-        if time.ndim == 1:
-            leading(len(time), "t")
-        for name, value in parameters.items():
-            if isinstance(value, np.ndarray):
-                leading(len(value), f"parameter '{name}'")
-
+        if values is None and not named and key in self._plain and type(t) is float:
+            kernel, c, expected = self._plain[key]
+            state = tuple(given.values())
+            if all(map(is_plain, state, expected)):  # the most common call in a third of the time
+                out = kernel.unchecked(t, state[0] if len(state) == 1 else np.concatenate(state), c)
+                return out if shape is None else float(out[0]) if shape == () else out.reshape(shape)
+        parameters = parameters_given(self.model, values, named)
+        arrays, time, count = checked(self.model, given, t, parameters)
         program = self._compiled(key, product or self._product(key), count is not None)
         c = self._hoisted(key, program, parameters)
         kernel = program["f"]
         if count is None:
+            if not parameters:
+                self._plain[key] = (kernel, c, tuple(len(x) for x in arrays.values()))
             out = kernel(float(time), np.concatenate(list(arrays.values())), c)
             return out if shape is None else float(out[0]) if shape == () else out.reshape(shape)
         rows = [np.broadcast_to(x, (count, x.shape[-1])) for x in arrays.values()]
         out = kernel.batch(time, np.concatenate(rows, axis=1), c)
         return out if shape is None else out.reshape(count, *shape)
-
-    def _given(self, values: Mapping[Any, Any] | None, named: Mapping[str, Any]) -> dict[str, Any]:
-        """Parameters by name; arrays are for a batch."""
-        if not values and not named:
-            return {}
-        names = {p.symbol: p.name for p in self.model.parameters}
-        result: dict[str, Any] = {}
-        for key, value in (*(values or {}).items(), *named.items()):
-            name = key if isinstance(key, str) else names.get(key, key)
-            if name not in names.values():
-                raise ModelError(f"Unknown parameter '{key}'; {nearest(str(key), names.values())}")
-            if isinstance(value, (np.ndarray, list, tuple)) and np.ndim(value) > 0:
-                value = _array(value, f"parameter '{name}'")
-                if value.ndim != 1:
-                    raise ModelError(
-                        f"Expected parameter '{name}' to be a number or of shape (N,), got shape {value.shape}."
-                    )
-            result[name] = value
-        return result
 
     def _hoisted(self, key: Any, program: KernelSet, parameters: Mapping[str, Any]) -> Array:
         """The vector c, or one for each state; the last few are kept."""
@@ -452,29 +402,6 @@ class Program:
         for k, name in enumerate(order):
             P[:, k] = columns.get(name, one[name])
         return program.constants(P)
-
-
-@dataclass(frozen=True)
-class _Named:
-    """A body known by its name only."""
-
-    name: str
-    is_ground: bool = False
-
-
-@dataclass(frozen=True)
-class _Origin:
-    """The origin of a body known by its name only."""
-
-    body: _Named
-    components: tuple[int, int, int] = (0, 0, 0)
-
-
-def _array(value: ArrayLike, name: str) -> Array:
-    try:
-        return np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise ModelError(f"Expected numbers for {name}, got {value!r}.") from None
 
 
 def _title(key: Any) -> str:

@@ -130,12 +130,14 @@ def pressing(model: Model, state: State, joint: JointPlace, link: int) -> Spatia
     return (across, ZERO)
 
 
-def loads_on_child(model: Model, state: State, joint: JointPlace, along: Mapping[int, Any]) -> Spatial:
-    """Wrench on the child of the loads ``along`` the joint's displacements that are not free."""
+def loads_on_child(
+    model: Model, state: State, joint: JointPlace, along: Mapping[int, Any], *, free: bool
+) -> Spatial:
+    """Wrench on the child of the loads ``along`` the joint's displacements, those that are free or the others."""
     n: Vector = ZERO
     f: Vector = ZERO
     for axis in joint_axes(model, state, joint):
-        if not axis.free and axis.link in along:
+        if axis.free == free and axis.link in along:
             moment, force = pressing(model, state, joint, axis.link)
             n = add(n, scale(along[axis.link], moment))
             f = add(f, scale(along[axis.link], force))

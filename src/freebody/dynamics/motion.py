@@ -47,4 +47,4 @@ def total_power(model: Model, state: State, moving: Motion) -> Any:
 
 def all_reactions(model: Model, state: State, moving: Motion) -> dict[str, tuple[Any, Any]]:
     """(force, moment) of every joint of the tree on its child, in ground axes."""
-    return reactions(model, state, moving.udot, moving.loads)
+    return reactions(model, state, moving.udot, loads=moving.loads)

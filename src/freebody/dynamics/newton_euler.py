@@ -25,7 +25,7 @@ from ..space.spatial import (
     plus,
     power,
 )
-from .coordinates import forces_on_coordinates
+from .coordinates import forces_on_coordinates, forces_on_free_displacements
 from .joint_freedom import loads_on_child, transmissible
 from .kinematics import accelerations, rotation, velocities
 from .loading import Loading, loading
@@ -39,6 +39,17 @@ def transmitted(
 
     ``loads`` None leaves out the loads and gravity; ``udot`` None the part linear in accelerations.
     """
+    F = _own(model, state, udot, loads)
+    for i in range(len(model.links) - 1, -1, -1):
+        link = model.links[i]
+        if link.parent != GROUND:
+            R, p, _ = state.joint(i)
+            F[link.parent] = plus(F[link.parent], force_to_parent(R, p, F[i]))
+    return F
+
+
+def _own(model: Model, state: State, udot: Sequence[Any] | None, loads: Loading | None) -> list[Spatial]:
+    """What every link needs for itself: I A + V ×* (I V) - loads."""
     V = velocities(model, state)
     ground = (0, 0, 0) if loads is None else negate(state.vector(model.gravity))
     A = accelerations(model, state, udot, ground)
@@ -47,11 +58,6 @@ def transmitted(
         inertia = state.inertia(i)
         force = plus(momentum_of(inertia, A[i]), force_cross(V[i], momentum_of(inertia, V[i])))
         F.append(force if loads is None else minus(force, loads.wrench(i)))
-    for i in range(len(model.links) - 1, -1, -1):
-        link = model.links[i]
-        if link.parent != GROUND:
-            R, p, _ = state.joint(i)
-            F[link.parent] = plus(F[link.parent], force_to_parent(R, p, F[i]))
     return F
 
 
@@ -94,31 +100,47 @@ def bias(model: Model, state: State) -> tuple[Any, ...]:
 
 
 def reactions(
-    model: Model, state: State, udot: Sequence[Any], loads: Loading | None = None
+    model: Model, state: State, udot: Sequence[Any], *, natural: bool = False, loads: Loading | None = None
 ) -> dict[str, tuple[Vector, Vector]]:
     """(force, moment) of every joint on its child, about the joint's point on the child, in ground axes.
 
     Loads along the joint (springs, dampers, motors) are not part of it; the force that drives a prescribed
-    displacement is. ``loads`` replaces the model's own where constraints act too.
+    displacement is.
+
+    Parameters
+    ----------
+    udot : sequence, length n_u
+        If these are not the accelerations of the motion, the forces that :func:`inverse_dynamics` finds act in the
+        joints besides.
+    natural : bool
+        Whether ``udot`` is known to be that of the motion. What the equations of motion make zero is then left
+        out as it arises, which in symbols gives the short form: a hinge passes on no moment about its axis.
+    loads : Loading, optional
+        In place of the model's own, where constraints act too.
     """
-    return {
-        name: (apply(R, force), apply(R, moment))
-        for name, (R, force, moment) in _on_children(model, state, udot, loads).items()
-    }
-
-
-def _on_children(
-    model: Model, state: State, udot: Sequence[Any], given: Loading | None
-) -> dict[str, tuple[Any, Vector, Vector]]:
-    loads = loading(model, state) if given is None else given
-    F = transmitted(model, state, udot, loads)
+    loads = loading(model, state) if loads is None else loads
+    F = _own(model, state, udot, loads)
+    ends = {joint.links[-1]: (name, joint) for name, joint in model.joints.items()}
     result = {}
-    for name, joint in model.joints.items():
-        last = joint.links[-1]
-        wrench = minus(F[last], loads_on_child(model, state, joint, loads.along))
-        n, f = transmissible(model, state, joint, wrench)
-        result[name] = (rotation(model, state, last), f, n)
-    return result
+    for i in range(len(model.links) - 1, -1, -1):
+        if i in ends:
+            name, joint = ends[i]
+            held = loads_on_child(model, state, joint, loads.along, free=False)
+            n, f = transmissible(model, state, joint, minus(F[i], held))
+            R = rotation(model, state, i)
+            result[name] = (apply(R, f), apply(R, n))
+            if natural:
+                along = dict(loads.along)
+                for j, force in loads.generalized.items():
+                    for k, tau in forces_on_free_displacements(model, state, j, force).items():
+                        along[k] = along.get(k, 0) + tau
+                moved = loads_on_child(model, state, joint, along, free=True)
+                F[i] = plus((n, f), plus(held, moved))
+        parent = model.links[i].parent
+        if parent != GROUND:
+            R, p, _ = state.joint(i)
+            F[parent] = plus(F[parent], force_to_parent(R, p, F[i]))
+    return {name: result[name] for name in model.joints}
 
 
 def drive_power(model: Model, state: State, udot: Sequence[Any], given: Loading | None = None) -> Any:

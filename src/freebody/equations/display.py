@@ -35,7 +35,7 @@ def text(x: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
     >>> ring = Ring()
     >>> x = ring.from_sympy(m * a * q.diff() ** 2 * sympy.sin(q) + (M + m) * q.diff())
     >>> print(text(x, ring))
-    m*a*theta'^2*sin(theta) + (m + M)*theta'
+    m*a*theta'^2*sin(theta) + (M + m)*theta'
     """
     return _lumped(Text, x, ring, lump)
 

@@ -28,7 +28,7 @@ from ..dynamics.state import State, polynomial_state
 from ..errors import ModelError, nearest
 from ..model.assemble import assemble
 from ..model.model import Model
-from ..scalar.algebra import Vector, add, apply, cross
+from ..scalar.algebra import ZERO, Vector, add, apply, cross
 from ..scalar.polynomial import Ring
 from .display import displayed, equation_latex, equation_mathml, equation_text
 from .constraints import closure_reactions, eliminated
@@ -284,7 +284,17 @@ class Equations:
         loads = None
         if self.model.constraints:
             loads = constrained_loading(self.model, self.state, self.canonical_multipliers)
-        return reactions(self.model, self.state, self.udot, loads)
+        return reactions(self.model, self.state, self.udot, natural=True, loads=loads)
+
+    def canonical_components(self, joint: str) -> dict[Any, Any]:
+        """Value of each unknown of a joint's reaction by its symbol, canonical."""
+        force, moment = self.canonical_reactions[joint]
+        result = {}
+        for c in unknowns(self.model, self.state, joint):
+            # a component's directions are unit vectors at right angles, so its value is a projection
+            along, of = (c.force, force) if c.force != ZERO else (c.moment, moment)
+            result[c.symbol] = sum((a * b for a, b in zip(along, of, strict=True)), start=0)
+        return result
 
     @cached_property
     def energy(self) -> Energy:
@@ -353,12 +363,9 @@ class Reactions(Mapping[str, Reaction]):
         if name not in self._made:
             force, moment = e.canonical_reactions[name]
             joint = e.model.joints[name]
-            parts = {}
-            for c in unknowns(e.model, e.state, name):
-                # a component's directions are unit vectors at right angles, so its value is a projection
-                along = c.force if any(x != 0 for x in c.force) else c.moment
-                of = force if along is c.force else moment
-                parts[c.name] = e.displayed(sum((a * b for a, b in zip(along, of, strict=True)), start=0))
+            parts = {
+                str(symbol): e.displayed(value) for symbol, value in e.canonical_components(name).items()
+            }
             self._made[name] = Reaction(
                 joint=name,
                 force=e.column(force),

@@ -8,7 +8,7 @@ Source: chapter 6, eqs (6.3), (6.24), (6.25); the second about any point P, movi
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -157,6 +157,13 @@ class FreeBody:
             for j, entry in enumerate(matrix):
                 if entry != 0:
                     result += self._of_generalized_value(row.name, j, entry * value, "reaction")
+            if result:
+                # one unknown: its force and couple on this body stand on one line
+                force, moment = ZERO, ZERO
+                for part in result:
+                    arm = subtract(part.at, result[0].at)
+                    force, moment = add(force, part.force), add(moment, add(part.moment, cross(arm, part.force)))
+                result = [replace(result[0], force=force, moment=moment)]
         return result
 
     def _of_load(self, load: Any) -> list[Action]:
@@ -189,12 +196,19 @@ class FreeBody:
     def _of_generalized_value(self, load: str, speed: int, value: Any, kind: str) -> list[Action]:
         model, state = self._e.model, self._e.state
         tau = forces_on_free_displacements(model, state, speed, value)
-        result = []
+        parts = []
         for name, joint in model.joints.items():
             for i in joint.links:
                 if tau.get(i, 0) != 0:
-                    result += self._along_joint(load, name, i, tau[i], kind)
-        return result
+                    parts += self._along_joint(load, name, i, tau[i], kind)
+        if len(parts) < 2:
+            return parts
+        if any(part.force != ZERO for part in parts):
+            return [replace(part, name=f"{load}_{i}") for i, part in enumerate(parts, start=1)]
+        total: Vector = ZERO
+        for part in parts:
+            total = add(total, part.moment)
+        return [replace(parts[0], moment=total, by="")] if total != ZERO else []
 
     def _along_joint(self, load: str, name: str, link: int, value: Any, kind: str) -> list[Action]:
         """A load along a displacement, on the child of the joint or with opposite sign on its parent."""

@@ -56,7 +56,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
             f"hinge force F_y on M at {label}": (float(F_y), "N"),
             f"ground force f on M (up +) at {label}": (float(at.reactions["guide"].force[0, 1]), "N"),
         }
-    trajectory = case.simulate(samples=1001)
+    trajectory = case.motion()
     plots: Plots = {
         "coordinates.png": saved(lambda: history(trajectory, title="Particle on a spring with a hinged bar")),
         "hinge.png": saved(lambda: reaction(trajectory, "pin", axes="xy")),

@@ -61,7 +61,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
     low, high = small_frequencies(case, hanging)
     answers["lower frequency of small oscillation"] = (float(low), "rad/s")
     answers["higher frequency of small oscillation"] = (float(high), "rad/s")
-    trajectory = case.simulate(initial=START, samples=1001)
+    trajectory = case.motion(initial=START)
     plots: Plots = {
         "angles.png": saved(lambda: history(trajectory, title="Two links")),
         "support.png": saved(lambda: reaction(trajectory, "O", axes="xy")),

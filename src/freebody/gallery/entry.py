@@ -20,6 +20,10 @@ TOLERANCE = 1e-10
 """Of the simulations, where none is asked for."""
 
 
+SMOOTH = 2001
+"""Output times of a motion that is drawn."""
+
+
 @dataclass(frozen=True)
 class Outcome:
     """What running an entry gives.
@@ -152,6 +156,11 @@ class Case:
         options = {"values": self.values, "tolerance": self.tolerance, **options}
         return fb.simulate(self.equations.model, end, **options)
 
+    def motion(self, **options: Any) -> fb.Trajectory:
+        """The motion over the run at as many times as its picture needs: no fewer than `SMOOTH`."""
+        trajectory = self.simulate(**options)
+        return trajectory if len(trajectory.t) >= SMOOTH else self.simulate(samples=SMOOTH, **options)
+
     def simulate_to(self, times: Iterable[float], **options: Any) -> fb.Trajectory:
         """The motion at ``times`` only, in the order given."""
         wanted = [self._time(t) for t in times]
@@ -197,6 +206,12 @@ def explain(system: fb.System, **about: str) -> None:
     for name, text in about.items():
         unit, _, what = text.partition(": ")
         system.describe(name, unit=unit, about=what)
+
+
+def mass_properties(body: Any) -> fb.MassProperties:
+    """Of a body that is not the ground."""
+    assert body.mass_properties is not None
+    return body.mass_properties
 
 
 def states(trajectory: fb.Trajectory, i: int, names: Mapping[str, str], label: str) -> Answers:

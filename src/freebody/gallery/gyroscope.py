@@ -13,7 +13,7 @@ import sympy
 
 import freebody as fb
 
-from .entry import Answers, Case, Entry, Plots, explain, happened, states
+from .entry import Answers, Case, Entry, Plots, explain, happened, mass_properties, states
 
 RELEASE = {"theta": "theta_0", "phi'": "Omega_zeta"}  # from rest: theta' = psi' = 0
 EVENTS = [
@@ -58,7 +58,7 @@ def steady_rates(case: Case, theta: str) -> tuple[Any, Any]:
     """Fast and slow steady precession at the angle of that name [rad/s]."""
     C, B, A = (case.number(c, {"theta": case.atoms[theta]}) for c in steady_balance(case))
     square = B**2 - 4 * A * C
-    if square < 0 or B == 0:
+    if square < 0 or B == square == 0:
         return ("none: spin too small",) * 2
     # the sum of like signs, so that the slow rate keeps its digits
     q = -(B + math.copysign(math.sqrt(square), B)) / 2
@@ -101,7 +101,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
             "psi and phi are one angle."
         )
     rotor = case.system.bodies["rotor"]
-    I_0 = rotor.mass_properties.about(case.system.joints["pivot"].to)
+    I_0 = mass_properties(rotor).about(case.system.joints["pivot"].to)
     fast, slow = steady_rates(case, "theta_0")
     fast_low, slow_low = steady_rates(case, "theta_low")
     nutation = case.simulate_past("largest theta", 2, initial=RELEASE, events=EVENTS)
@@ -120,7 +120,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
         **states(at, 0, {"theta": "rad", "psi": "rad", "theta'": "rad/s", "psi'": "rad/s"}, "t_1"),
         "smallest spin of the upright top": (sleeping_spin(case), "rad/s"),
     }
-    trajectory = case.simulate(initial=RELEASE, events=EVENTS, samples=2001)
+    trajectory = case.motion(initial=RELEASE, events=EVENTS)
     return trajectory, answers, plots(trajectory)
 
 

@@ -43,7 +43,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
         "vertical reaction then (up +)": (float(swing.reactions["pin"].force[-1, 1]), "N"),
         "kinetic energy T_2 then": (float(swing.energy.kinetic[-1]), "J"),
     }
-    trajectory = case.simulate(events=[fb.event("cos(theta)", name="vertical")])
+    trajectory = case.motion(events=[fb.event("cos(theta)", name="vertical")])
     plots: Plots = {
         "theta.png": saved(lambda: history(trajectory, "theta", title="Bar hinged at its third point")),
         "reaction.png": saved(lambda: reaction(trajectory, "pin", axes="xy")),

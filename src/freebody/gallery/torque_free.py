@@ -82,7 +82,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
     answers = answer(case, "(a)") | answer(slender, "(b)")
     # Omega in revolutions per day, as the spin is given
     answers["(c) period of the wobble"] = (1 / rate_in_body(earth, case["earth_spin"]), "days")
-    flat, thin = (one.simulate(initial=START, samples=2001) for one in (case, slender))
+    flat, thin = (one.motion(initial=START) for one in (case, slender))
     momentum = case.equations.momentum.angular()
 
     def cone(motion: fb.Trajectory, title: str) -> Any:

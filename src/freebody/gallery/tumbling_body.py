@@ -10,7 +10,7 @@ import numpy as np
 
 import freebody as fb
 
-from .entry import Answers, Case, Entry, Plots, explain, happened
+from .entry import Answers, Case, Entry, Plots, explain, happened, mass_properties
 
 START = {"flight_wx": "w_x", "flight_wy": "w_y", "flight_wz": "w_z"}
 
@@ -47,7 +47,8 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
     from ..picture.sphere import axis_path, polhode
 
     box = case.system.bodies["box"]
-    moments = np.array([case.number(box.mass_properties.inertia[i][i]) for i in range(3)])
+    inertia = mass_properties(box).inertia
+    moments = np.array([case.number(inertia[i][i]) for i in range(3)])
     middle = "xyz"[np.argsort(moments, kind="stable")[1]]
     name = f"flight_w{middle} rises through 0"
     events = [fb.event(f"flight_w{middle}", name=name, direction=1)]
@@ -56,7 +57,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
     turns = [event.time for event in happened(long, name)]
     period = turns[1] - turns[0] if len(turns) > 1 else "none: it turns steadily"
 
-    trajectory = case.simulate(initial=START, events=events, samples=2001)
+    trajectory = case.motion(initial=START, events=events)
     H = np.stack([trajectory[part] for part in case.equations.momentum.angular(box.center)], axis=-1)
     size, T = float(np.linalg.norm(H[0])), float(trajectory.energy.kinetic[0])
     at = case.simulate_to([case["t_1"]], initial=START)

@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 
 COLORS = ("#1f5fa8", "#c8452d", "#3a8f5c", "#7b4ca0", "#b58a1b", "#3b8ea5")
 INK, PALE = "0.25", "0.75"
+MOST_MARKS = 80
+"""Events that a plot of a quantity over time has room for."""
 
 
 def figure(width: float, height: float) -> Any:
@@ -66,7 +68,7 @@ def history(
         Draw all quantities here.
     title : str, optional
     events : bool
-        Whether the events are marked: by dots on the curves, and by name.
+        Whether the events are marked on the curves, where there is room for so many.
 
     Returns
     -------
@@ -83,7 +85,7 @@ def history(
         new = figure(8, 1.4 + 2.6 * len(groups))
         panels = list(new.subplots(len(groups), 1, sharex=True, squeeze=False)[:, 0])
     color = iter(COLORS * (1 + len(listed) // len(COLORS)))
-    kinds = _event_kinds(trajectory) if events else {}
+    kinds = _event_kinds(trajectory) if events and len(trajectory.events) <= MOST_MARKS else {}
     for panel, group in zip(panels, groups.values(), strict=True):
         handles = []
         for name in group:
@@ -238,7 +240,12 @@ def _mark(ax: Any, trajectory: Trajectory, name: Any, kinds: dict[str, str], col
 def _event_handles(kinds: dict[str, str]) -> list[Any]:
     from matplotlib.lines import Line2D
 
-    style = {"linestyle": "none", "markersize": 5, "markerfacecolor": "white", "markeredgecolor": INK}
+    style: dict[str, Any] = {
+        "linestyle": "none",
+        "markersize": 5,
+        "markerfacecolor": "white",
+        "markeredgecolor": INK,
+    }
     return [Line2D([], [], marker=marker, label=kind, **style) for kind, marker in kinds.items()]
 
 

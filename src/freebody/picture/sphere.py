@@ -47,7 +47,7 @@ def axis_path(
     about : three numbers
         The direction from which the angle is taken, in ground axes, of any length.
     about_name : str
-        What to call it.
+        What to call it; its last word stands in the picture.
     title : str, optional
     view : (elevation, azimuth)
         Where it is seen from [deg].
@@ -74,15 +74,17 @@ def axis_path(
     for angle in (largest,) if one else (smallest, largest):
         _circle(ax, n, angle)
     if n[2] < 1:
-        _stick(ax, n, about_name)
+        _stick(ax, n, about_name.split()[-1])
     _line(ax, np.array([[0.0, 0.0, 0.0], points[-1]]), np.ones(3), inside=True, color=INK, linewidths=2.2)
     _colored(ax, trajectory.t, points, np.ones(3))
-    _tip(ax, points[0], "" if np.linalg.norm(points[0] - points[-1]) < 0.35 else "start", hollow=True)
-    _tip(ax, points[-1], f"{axis} axis of {body}")
+    crowded = min(np.linalg.norm(points[0] - other) for other in (points[-1], n, *np.eye(3))) < 0.35
+    _tip(ax, points[0], "" if crowded else "start", hollow=True)
+    _tip(ax, points[-1], f"{axis} axis of {body}", below=bool(points[-1] @ n > 0.9))
     remark = (
         f"{np.rad2deg(largest):.4g}°" if one else f"{np.rad2deg(smallest):.4g}° to {np.rad2deg(largest):.4g}°"
     )
-    _heading(ax, title or f"Path of the {axis} axis of {body}", f"{remark} from {about_name}")
+    remark = f"{remark} from {about_name}; circle: start" if crowded else f"{remark} from {about_name}"
+    _heading(ax, title or f"Path of the {axis} axis of {body}", remark)
     return ax
 
 
@@ -245,7 +247,7 @@ def _colored(ax: Any, t: Array, points: Array, radii: Array) -> None:
 def _ticks(first: float, last: float) -> Array:
     from matplotlib.ticker import MaxNLocator
 
-    found = MaxNLocator(6).tick_values(first, last)
+    found = np.asarray(MaxNLocator(6).tick_values(first, last), dtype=float)
     return found[(found >= first - 1e-12) & (found <= last + 1e-12)]
 
 
@@ -254,7 +256,7 @@ def _surface(ax: Any, radii: Array) -> None:
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     around, up = np.linspace(0, 2 * np.pi, 145), np.linspace(0, np.pi, 73)
-    style = {"color": "0.55", "linewidths": 0.6, "alpha": 0.8}
+    style: dict[str, Any] = {"color": "0.55", "linewidths": 0.6, "alpha": 0.8}
     for angle in np.deg2rad(np.arange(0, 360, 30)):
         meridian = np.stack([np.sin(up) * np.cos(angle), np.sin(up) * np.sin(angle), np.cos(up)], axis=-1)
         _line(ax, radii * meridian, radii, **style)
@@ -289,8 +291,9 @@ def _circle(ax: Any, n: Array, angle: float) -> None:
 
 def _stick(ax: Any, n: Array, name: str) -> None:
     """A direction: a line from the surface outward, with its name."""
-    ax.plot(*np.array([n, 1.2 * n]).T, color=COLORS[1], linewidth=2, zorder=FRONT)
-    ax.text(*(1.28 * n), name, fontsize=11, color=COLORS[1], zorder=TEXT, **LABEL)
+    order = FRONT if n @ _toward(ax) > 0 else FAR
+    ax.plot(*np.array([n, 1.3 * n]).T, color=COLORS[1], linewidth=2, zorder=order)
+    ax.text(*(1.38 * n), name, fontsize=11, color=COLORS[1], zorder=TEXT, **LABEL)
 
 
 def _across(n: Array) -> tuple[Array, Array]:
@@ -305,8 +308,7 @@ def _frame(ax: Any) -> None:
     """The vertical through the centre, and the ends of the ground axes X, Y."""
     dashes = {"color": INK, "linewidth": 1.2, "linestyle": (0, (7, 2, 1, 2))}
     ax.plot([0, 0], [0, 0], [-1, 1], zorder=INSIDE, alpha=0.6, **dashes)
-    ax.plot([0, 0], [0, 0], [1, 1.2], zorder=FRONT, color=INK, linewidth=1.2)
-    ends = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.12)}
+    ends = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
     for name, end in ends.items():
         tip = np.array(end)
         order, alpha = (FRONT, 1.0) if tip @ _toward(ax) > 0 else (FAR, 0.5)
@@ -314,8 +316,8 @@ def _frame(ax: Any) -> None:
         ax.text(*(1.17 * tip), name, fontsize=12, color=INK, ha="center", va="center", zorder=TEXT)
 
 
-def _tip(ax: Any, point: Array, name: str, hollow: bool = False) -> None:
-    """A mark with its name above it."""
+def _tip(ax: Any, point: Array, name: str, hollow: bool = False, below: bool = False) -> None:
+    """A mark with its name above or below it."""
     face = "white" if hollow else INK
     ax.plot(
         *point[:, None], marker="o", markersize=6.5, markerfacecolor=face, markeredgecolor=INK, zorder=TEXT
@@ -323,7 +325,7 @@ def _tip(ax: Any, point: Array, name: str, hollow: bool = False) -> None:
     if not name:
         return
     up = np.array([0.0, 0.0, 0.1 * float(np.max(np.abs(ax.get_zlim())))])
-    ax.text(*(point + up), name, fontsize=10.5, color=INK, zorder=TEXT, **LABEL)
+    ax.text(*(point - up if below else point + up), name, fontsize=10.5, color=INK, zorder=TEXT, **LABEL)
 
 
 def _family(ax: Any, inertia: Array, radii: Array) -> None:
@@ -342,6 +344,6 @@ def _family(ax: Any, inertia: Array, radii: Array) -> None:
         if level == middle:
             style = {"linewidths": 1.4, "color": INK, "alpha": 0.9}
         for line in find.lines(level):
-            a, b = line.T
+            a, b = np.asarray(line).T
             s = np.stack([np.sin(b) * np.cos(a), np.sin(b) * np.sin(a), np.cos(b)], axis=-1)
             _line(ax, radii * s, radii, **style)

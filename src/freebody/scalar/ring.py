@@ -23,7 +23,7 @@ import sympy
 from flint import Ordering, fmpz_mpoly_ctx
 
 from ..errors import ExpressionError, nearest
-from . import expression, functions, roots
+from . import expression, functions, quotients
 from .algebra import FUNCTIONS, Field
 from .element import Polynomial, element
 from .relations import Relations
@@ -193,6 +193,7 @@ class Ring(Field):
             return
         x.num = self.promoted(x.num)
         _, factors = x.num.factor()
+        self._memo.clear()  # what was read before did not know it
         if len(x) == 1 and len(factors) == 1 and x.num.leading_coefficient() > 0:
             self.used(x)[0].positive = True
         else:
@@ -251,87 +252,9 @@ class Ring(Field):
         return functions.apply(self, function, [self.coerce(a) for a in arguments])
 
     # ---------------------------------------------------------------- division
-    def quotient(self, a: Any, b: Any) -> Any:
+    def quotient(self, a: Polynomial, b: Polynomial) -> Any:
         """a / b; common factors cancel, what is left of b becomes inverse generators."""
-        result = self._quotient(a, b)
-        return result.numerator if isinstance(result, Fraction) and result.denominator == 1 else result
-
-    def _quotient(self, a: Any, b: Any) -> Any:
-        if not b:
-            raise ExpressionError(f"Expected a divisor that is not zero in ({a}) / 0.")
-        if b.num.is_constant():
-            return a * (1 / Fraction(b.number()))
-        if not a:
-            return 0
-        a, b = self._without_inverses(a, b)
-        if not isinstance(b, Polynomial):
-            return a * (1 / Fraction(b))
-        a = self.coerce(a)
-        an, bn = self.promoted(a.num), self.promoted(b.num)
-        content = int(bn.content())
-        if bn.leading_coefficient() < 0:
-            content = -content
-        bn = bn // content
-        factor = Fraction(b.den, content * a.den)
-        whole, rest = divmod(an, bn)
-        if not rest:
-            mask = self.support(whole)
-            whole, scale, mask = self.relations.normal_form(whole, mask, mask)
-            return element(self, whole, scale, mask) * factor
-        common = an.gcd(bn)
-        if not common.is_constant():
-            an, bn = an // common, bn // common
-        mask = self.support(an)
-        an, scale, mask = self.relations.normal_form(an, mask, mask)
-        return element(self, an, scale, mask) * factor * self._inverse(bn)
-
-    def _without_inverses(self, a: Any, b: Any) -> tuple[Any, Any]:
-        """Numerator and denominator times what b's own inverse generators stand for."""
-        for _ in range(len(self.generators)):
-            if type(b) is not Polynomial:
-                break
-            inverses = [g for g in self.used(b) if g.kind == "inverse"]
-            if not inverses:
-                break
-            p = inverses[-1].arguments[0]
-            a, b = a * p, b * p
-        return a, b
-
-    def _inverse(self, num: Any) -> Any:
-        """1 / num as a product of inverse generators of its irreducible factors."""
-        constant, factors = num.factor()
-        sign, factors = roots.with_sines(self, factors)
-        result: Any = Fraction(sign, int(constant))
-        for p, n in factors:
-            if len(p) == 1:  # a generator
-                g = self.generators[self.exponents(p.monomial(0))[0][0]]
-                square = self.relations.square.get(1 << g.index)
-                if g.kind == "sqrt" and square is not None:  # 1/√P = √P / P
-                    x = self.variable(g.index)
-                    result = result * self.quotient(x, self.coerce(x * x)) ** n
-                    continue
-                if g.kind == "inverse":
-                    result = result * g.arguments[0] ** n
-                    continue
-            result = result * self.inverse_of(p) ** n
-        return result
-
-    def inverse_of(self, p: Any) -> Any:
-        """The inverse generator of an irreducible, primitive fmpz_mpoly."""
-        if p.leading_coefficient() < 0:
-            return -self.inverse_of(-p)
-        x = element(self, p, 1, self.support(p))
-        key = ("inverse", x)
-        g = self.find(key)
-        if g is None:
-            g = self.new("inverse", key, arguments=(x,), positive=roots.is_positive(self, p))
-            i = self.variable(g.index)
-            relation = i.num * self.promoted(p) - 1
-            try:
-                self.relations.add_general([relation], 1 << g.index)
-            except ZeroDivisionError:
-                raise ExpressionError(f"Expected a divisor that has an inverse, got {x}.") from None
-        return self.reduced(self.variable(g.index))
+        return quotients.quotient(self, a, b)
 
     def reduced(self, x: Polynomial) -> Any:
         """Normal form of an element made before a relation was declared."""

@@ -18,11 +18,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
-from numbers import Integral, Rational, Real
+from numbers import Real
 from typing import Any
 
 from ..errors import ExpressionError
 from .algebra import FUNCTIONS, Field
+from .folding import EVEN, ODD, fold, number, reciprocal
 
 # Codes of operations; `NAMES[code]` is the name. The codes are part of the key of compiled programs on disk.
 NAMES = ("const", "input", "add", "sub", "mul", "div", "neg", *FUNCTIONS)
@@ -33,8 +34,6 @@ NONE = -1
 """The second operand of an operation that has one."""
 
 _BINARY = frozenset({"atan2", "pow", "min", "max"})
-_ODD = frozenset({"sin", "tan", "asin", "atan", "sinh", "tanh"})
-_EVEN = frozenset({"cos", "cosh", "abs"})
 
 
 class Tape(Field):
@@ -92,7 +91,7 @@ class Tape(Field):
         if expected == 2:
             y = arguments[1]
             if type(x) is not Traced and type(y) is not Traced:
-                return _fold(function, x, y)
+                return fold(function, x, y)
             if function == "pow":
                 return x**y if type(x) is Traced else self._pow(x, y)
             if (function == "min" or function == "max") and x is y:
@@ -102,11 +101,11 @@ class Tape(Field):
                 i, j = j, i
             return self._record(CODES[function], i, j)
         if type(x) is not Traced:
-            return _fold(function, x)
+            return fold(function, x)
         if x.minus is not None:
-            if function in _ODD:
+            if function in ODD:
                 return -self.apply(function, x.minus)
-            if function in _EVEN:
+            if function in EVEN:
                 x = x.minus
         return self._record(CODES[function], self.node(x).index, NONE)
 
@@ -119,7 +118,7 @@ class Tape(Field):
                     "Record the whole program on one Tape."
                 )
             return x
-        x = _number(x)
+        x = number(x)
         found = self._memo[CONST].get(x)
         if found is None:
             self.constants.append(x)
@@ -171,7 +170,7 @@ class Tape(Field):
         """A scalar as a SymPy expression; inputs are symbols of their names unless ``symbols`` maps them."""
         import sympy
 
-        def number(value: Any) -> Any:
+        def constant(value: Any) -> Any:
             if isinstance(value, Fraction):
                 return sympy.Rational(value.numerator, value.denominator)
             if isinstance(value, float):
@@ -179,7 +178,7 @@ class Tape(Field):
             return sympy.Integer(value)
 
         if type(x) is not Traced:
-            return number(x)
+            return constant(x)
         functions: dict[int, Callable[..., Any]] = {
             ADD: lambda p, q: p + q, SUB: lambda p, q: p - q, MUL: lambda p, q: p * q,
             DIV: lambda p, q: p / q, NEG: lambda p: -p, POW: lambda p, q: p**q,
@@ -190,7 +189,7 @@ class Tape(Field):
         for i in self.used([x]):
             code, p, q = self.op[i], self.a[i], self.b[i]
             if code == CONST:
-                table[i] = number(self.constants[p])
+                table[i] = constant(self.constants[p])
             elif code == INPUT:
                 name = self.inputs[p]
                 table[i] = symbols[name] if name in symbols else sympy.Symbol(name)
@@ -267,7 +266,7 @@ class Traced:
                 return self
             if not isinstance(other, Real):
                 return NotImplemented
-            return self.tape._plus_number(self, _number(other))
+            return self.tape._plus_number(self, number(other))
         if self.minus is not None:
             return other - self.minus
         if other.minus is not None:
@@ -295,7 +294,7 @@ class Traced:
                 return self
             if not isinstance(other, Real):
                 return NotImplemented
-            return self.tape._plus_number(self, -_number(other))
+            return self.tape._plus_number(self, -number(other))
         if other.minus is not None:
             return self + other.minus
         if self.minus is not None:
@@ -327,7 +326,7 @@ class Traced:
                 return 0
             if not isinstance(other, Real):
                 return NotImplemented
-            return self.tape._times_number(self, _number(other))
+            return self.tape._times_number(self, number(other))
         if self.minus is not None:
             return -(self.minus * other)
         if other.minus is not None:
@@ -351,7 +350,7 @@ class Traced:
         if type(other) is not Traced:
             if not isinstance(other, Real):
                 return NotImplemented
-            return self.tape._times_number(self, _reciprocal(_number(other)))
+            return self.tape._times_number(self, reciprocal(number(other)))
         if self is other:
             return 1
         if self.minus is not None:
@@ -363,7 +362,7 @@ class Traced:
     def __rtruediv__(self, other: Any) -> Any:
         if not isinstance(other, Real):
             return NotImplemented
-        c = _number(other)
+        c = number(other)
         if c == 0:
             return 0
         if self.minus is not None:
@@ -400,7 +399,7 @@ class Traced:
             return self.tape._pow(self, exponent)
         if not isinstance(exponent, Real):
             return NotImplemented
-        n = _number(exponent)
+        n = number(exponent)
         if n == int(n) and abs(n) <= 64:
             n = int(n)
             power = _power(self, abs(n))
@@ -439,59 +438,6 @@ def _power(x: Any, n: int) -> Any:
         return x
     half = _power(x, n // 2)
     return half * half if n % 2 == 0 else half * half * x
-
-
-# --- numbers -------------------------------------------------------------------------------------
-
-
-def _number(x: Any) -> Any:
-    """An exact int or Fraction, or a float."""
-    kind = type(x)
-    if kind is int or kind is float:
-        return x
-    if isinstance(x, Integral):
-        return int(x)
-    if isinstance(x, Rational):
-        return int(x.numerator) if x.denominator == 1 else Fraction(int(x.numerator), int(x.denominator))
-    if isinstance(x, Real):
-        return float(x)
-    raise ExpressionError(f"Expected a real number or a scalar of the tape, got {x!r}.")
-
-
-def _reciprocal(c: Any) -> Any:
-    if c == 0:
-        raise ZeroDivisionError("Expected a divisor other than 0 in a recorded program.")
-    return 1 / c if isinstance(c, float) else _number(1 / Fraction(c))
-
-
-def _fold(function: str, *numbers: Any) -> Any:
-    """A function of numbers: exact where that is easy, else in double precision."""
-    x, *rest = (_number(n) for n in numbers)
-    if function == "sign":
-        return (x > 0) - (x < 0)
-    if function == "abs":
-        return abs(x)
-    if function == "min" or function == "max":
-        return {"min": min, "max": max}[function](x, *rest)
-    if x == 0 and (function in _ODD or function == "sqrt" or (function == "atan2" and rest[0] > 0)):
-        return 0
-    if x == 0 and function in ("cos", "cosh", "exp"):
-        return 1
-    if x == 1 and function in ("log", "acos"):
-        return 0
-    if function == "sqrt" and x > 0 and not isinstance(x, float):
-        f = Fraction(x)
-        p, q = math.isqrt(f.numerator), math.isqrt(f.denominator)
-        if p * p == f.numerator and q * q == f.denominator:
-            return _number(Fraction(p, q))
-    if function == "pow" and isinstance(rest[0], int) and not isinstance(x, float):
-        return _number(Fraction(x) ** rest[0])
-    try:
-        return float(getattr(math, function)(*map(float, (x, *rest))))
-    except ValueError:
-        raise ExpressionError(
-            f"Expected arguments where {function} is real, got {function}({', '.join(map(str, numbers))})."
-        ) from None
 
 
 _EVALUATE: dict[int, Callable[..., float]] = {

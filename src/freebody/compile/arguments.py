@@ -1,0 +1,117 @@
+"""What the functions of a program are given: checked against the model, one state or a batch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import ModelError, nearest
+from ..model import Model
+
+Array = NDArray[np.float64]
+
+
+def checked(
+    model: Model, given: Mapping[str, ArrayLike], t: ArrayLike, parameters: Mapping[str, Any]
+) -> tuple[dict[str, Array], Array, int | None]:
+    """The arrays, the time, and the number of states; None for one state without a leading axis."""
+    sizes = {"q": model.n_q, "u": model.n_u, "udot": model.n_u, "forces": model.n_u}
+    arrays = {name: array(value, name) for name, value in given.items()}
+    time = array(t, "t")
+    count: int | None = None
+    source = ""
+
+    def leading(n: int, what: str) -> None:
+        nonlocal count, source
+        if count is not None and count != n:
+            raise ModelError(f"Expected {what} for {count} states as in {source}, got {n}.")
+        count, source = n, what
+
+    for name, x in arrays.items():
+        if x.ndim not in (1, 2) or x.shape[-1] != sizes[name]:
+            names = model.coordinate_names if name == "q" else model.speed_names
+            raise ModelError(
+                f"Expected {name} of shape ({sizes[name]},) or (N, {sizes[name]}), one number for each of "
+                f"{', '.join(names) or 'no coordinates'}; got shape {x.shape}."
+            )
+        if x.ndim == 2:
+            leading(len(x), name)
+    if time.ndim > 1:
+        raise ModelError(f"Expected t to be a number or of shape (N,), got shape {time.shape}.")
+    if time.ndim == 1:
+        leading(len(time), "t")
+    for name, value in parameters.items():
+        if isinstance(value, np.ndarray):
+            leading(len(value), f"parameter '{name}'")
+    return arrays, time, count
+
+
+def parameters_given(
+    model: Model, values: Mapping[Any, Any] | None, named: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Parameters by name; arrays are for a batch."""
+    if not values and not named:
+        return {}
+    names = {p.symbol: p.name for p in model.parameters}
+    result: dict[str, Any] = {}
+    for key, value in (*(values or {}).items(), *named.items()):
+        name = key if isinstance(key, str) else names.get(key, key)
+        if name not in names.values():
+            raise ModelError(f"Unknown parameter '{key}'; {nearest(str(key), names.values())}")
+        if isinstance(value, (np.ndarray, list, tuple)) and np.ndim(value) > 0:
+            value = array(value, f"parameter '{name}'")
+            if value.ndim != 1:
+                raise ModelError(
+                    f"Expected parameter '{name}' to be a number or of shape (N,), got shape {value.shape}."
+                )
+        result[name] = value
+    return result
+
+
+def place_of(model: Model, point: Any) -> Any:
+    """A point of a body of the model; a body, or its name, stands for its origin."""
+    if isinstance(point, str):
+        if point not in model.bodies:
+            raise ModelError(f"Unknown body '{point}'; {nearest(point, model.bodies)}")
+        return _Origin(_Named(point))
+    place = getattr(point, "origin", point)
+    body = getattr(place, "body", None)
+    if body is None or not (body.is_ground or body.name in model.bodies):
+        raise ModelError(
+            f"Expected a point of a body, a body or its name, got {point!r}. "
+            f"Bodies of '{model.name}': {', '.join(model.bodies)}."
+        )
+    return place
+
+
+def is_plain(x: Any, size: int) -> bool:
+    """Whether x is a contiguous array of doubles of shape (size,)."""
+    return type(x) is np.ndarray and x.shape == (size,) and x.dtype == np.float64 and x.flags.c_contiguous
+
+
+def array(value: ArrayLike, name: str) -> Array:
+    """Doubles of any shape."""
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ModelError(f"Expected numbers for {name}, got {value!r}.") from None
+
+
+@dataclass(frozen=True)
+class _Named:
+    """A body known by its name only."""
+
+    name: str
+    is_ground: bool = False
+
+
+@dataclass(frozen=True)
+class _Origin:
+    """The origin of a body known by its name only."""
+
+    body: _Named
+    components: tuple[int, int, int] = (0, 0, 0)

@@ -1,0 +1,210 @@
+"""Dual numbers over any field: a scalar that carries its derivatives by several variables through an algorithm.
+
+    x + ε·∂x,      ε_i ε_j = 0
+
+The derivatives are exact, on floats, on polynomials and on traces alike: no difference quotient is taken. Only the
+derivatives that are not zero are stored, so that a variable costs nothing where it does not matter.
+
+Source: A. Griewank, A. Walther, Evaluating Derivatives (2008), chapter 3 (forward mode, vector version).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import Any
+
+from .algebra import Field, divide
+from .series import Series
+
+HALF = Fraction(1, 2)
+
+
+class DualField(Field):
+    """Dual numbers over a field.
+
+    Examples
+    --------
+    >>> from freebody.scalar.algebra import floats
+    >>> field = DualField(floats)
+    >>> x = field.variable(2.0, 0)
+    >>> y = x * x * x
+    >>> y.value, y.slopes
+    (8.0, {0: 12.0})
+    """
+
+    def __init__(self, base: Field) -> None:
+        self.base = base
+
+    def constant(self, value: int | Fraction | float | str) -> Any:
+        return self.base.constant(value)
+
+    def variable(self, value: Any, index: int) -> Dual:
+        """The variable of that index, with the derivative 1 by itself."""
+        return Dual(self.base, value, {index: 1})
+
+    def dual(self, value: Any, slopes: Mapping[int, Any]) -> Any:
+        """A scalar with given derivatives by index; without any, the value itself."""
+        return _dual(self.base, value, {i: d for i, d in slopes.items() if not _is_zero(d)})
+
+    def apply(self, function: str, *arguments: Any) -> Any:
+        if not any(type(x) is Dual for x in arguments):
+            return self.base.apply(function, *arguments)
+        values = [x.value if type(x) is Dual else x for x in arguments]
+        value = self.base.apply(function, *values)
+        if len(arguments) == 1:
+            return _chain(self.base, value, [(_UNARY[function](self.base, values[0], value), arguments[0])])
+        rates = _BINARY[function](self.base, *values, value, *(type(x) is Dual for x in arguments))
+        return _chain(self.base, value, list(zip(rates, arguments, strict=True)))
+
+
+class Dual:
+    """One scalar with its derivatives; made by :class:`DualField`."""
+
+    __slots__ = ("base", "slopes", "value")
+    __array_ufunc__ = None  # NumPy numbers leave the operation to us
+
+    def __init__(self, base: Field, value: Any, slopes: dict[int, Any]) -> None:
+        self.base = base
+        self.value = value
+        self.slopes = slopes
+
+    def __add__(self, other: Any) -> Any:
+        if type(other) is not Dual:
+            return NotImplemented if type(other) is Series else Dual(self.base, self.value + other, self.slopes)
+        slopes = dict(self.slopes)
+        for i, d in other.slopes.items():
+            if i in slopes:
+                d = slopes[i] + d
+                if _is_zero(d):
+                    del slopes[i]
+                    continue
+            slopes[i] = d
+        return _dual(self.base, self.value + other.value, slopes)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Dual:
+        return Dual(self.base, -self.value, {i: -d for i, d in self.slopes.items()})
+
+    def __sub__(self, other: Any) -> Any:
+        return self + (-other)
+
+    def __rsub__(self, other: Any) -> Any:
+        return -self + other
+
+    def __mul__(self, other: Any) -> Any:
+        if type(other) is not Dual:
+            if type(other) is Series:
+                return NotImplemented
+            if _is_zero(other):
+                return 0
+            return Dual(self.base, self.value * other, {i: d * other for i, d in self.slopes.items()})
+        return _chain(self.base, self.value * other.value, [(other.value, self), (self.value, other)])
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        if type(other) is Series:
+            return NotImplemented
+        if type(other) is not Dual:
+            slopes = {i: divide(d, other) for i, d in self.slopes.items()}
+            return Dual(self.base, divide(self.value, other), slopes)
+        inverse = divide(1, other.value)
+        value = self.value * inverse
+        return _chain(self.base, value, [(inverse, self), (-(value * inverse), other)])
+
+    def __rtruediv__(self, other: Any) -> Any:
+        inverse = divide(1, self.value)
+        value = other * inverse
+        return _chain(self.base, value, [(-(value * inverse), self)])
+
+    def __pow__(self, n: Any) -> Any:
+        if not isinstance(n, int):
+            return DualField(self.base).apply("pow", self, n)
+        if n < 0:
+            return 1 / self**-n
+        result: Any = 1
+        for _ in range(n):
+            result = self * result
+        return result
+
+    def __repr__(self) -> str:
+        return f"Dual({self.value}, {self.slopes})"
+
+
+def value_of(x: Any) -> Any:
+    """The scalar without its derivatives."""
+    return x.value if type(x) is Dual else x
+
+
+def slope_of(x: Any, index: int) -> Any:
+    """Derivative by the variable of that index."""
+    return x.slopes.get(index, 0) if type(x) is Dual else 0
+
+
+def _is_zero(x: Any) -> bool:
+    return type(x) is int and x == 0
+
+
+def _dual(base: Field, value: Any, slopes: dict[int, Any]) -> Any:
+    return Dual(base, value, slopes) if slopes else value
+
+
+def _chain(base: Field, value: Any, parts: list[tuple[Any, Any]]) -> Any:
+    """value with the derivatives Σ rate · ∂x."""
+    slopes: dict[int, Any] = {}
+    for rate, x in parts:
+        if type(x) is not Dual or _is_zero(rate):
+            continue
+        for i, d in x.slopes.items():
+            d = rate * d
+            if i in slopes:
+                d = slopes[i] + d
+                if _is_zero(d):
+                    del slopes[i]
+                    continue
+            elif _is_zero(d):
+                continue
+            slopes[i] = d
+    return _dual(base, value, slopes)
+
+
+_UNARY: dict[str, Callable[[Field, Any, Any], Any]] = {
+    "sin": lambda f, x, v: f.apply("cos", x),
+    "cos": lambda f, x, v: -f.apply("sin", x),
+    "tan": lambda f, x, v: v * v + 1,
+    "asin": lambda f, x, v: divide(1, f.apply("sqrt", 1 - x * x)),
+    "acos": lambda f, x, v: divide(-1, f.apply("sqrt", 1 - x * x)),
+    "atan": lambda f, x, v: divide(1, x * x + 1),
+    "sinh": lambda f, x, v: f.apply("cosh", x),
+    "cosh": lambda f, x, v: f.apply("sinh", x),
+    "tanh": lambda f, x, v: 1 - v * v,
+    "sqrt": lambda f, x, v: divide(1, 2 * v),
+    "exp": lambda f, x, v: v,
+    "log": lambda f, x, v: divide(1, x),
+    "abs": lambda f, x, v: f.apply("sign", x),
+    "sign": lambda f, x, v: 0,
+}
+
+
+def _atan2(f: Field, y: Any, x: Any, v: Any, *used: bool) -> tuple[Any, Any]:
+    square = x * x + y * y
+    return divide(x, square), -divide(y, square)
+
+
+def _pow(f: Field, x: Any, y: Any, v: Any, first: bool, second: bool) -> tuple[Any, Any]:
+    return (y * f.apply("pow", x, y - 1) if first else 0, v * f.apply("log", x) if second else 0)
+
+
+def _choice(f: Field, side: Any, x: Any, y: Any) -> Any:
+    return side * HALF * f.apply("sign", x - y)
+
+
+_BINARY: dict[str, Callable[..., tuple[Any, Any]]] = {
+    "atan2": _atan2,
+    "pow": _pow,
+    # the mean of the two where they are equal
+    "max": lambda f, x, y, v, *used: (HALF + _choice(f, 1, x, y), HALF - _choice(f, 1, x, y)),
+    "min": lambda f, x, y, v, *used: (HALF - _choice(f, 1, x, y), HALF + _choice(f, 1, x, y)),
+}
