@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy
 
@@ -34,6 +34,10 @@ from .display import displayed, equation_latex, equation_mathml, equation_text
 from .constraints import closure_reactions, eliminated
 from .free_body import FreeBody, own_body
 from .reaction import Reaction, unknowns
+
+if TYPE_CHECKING:
+    from .integrals import Integrals
+    from .routh import Routh
 
 
 def equations(system: System | Model) -> Equations:
@@ -305,6 +309,19 @@ class Equations:
     def momentum(self) -> MomentumOf:
         """``.linear`` momentum and ``.angular(about)`` momentum of all bodies, in ground axes."""
         return MomentumOf(self)
+
+    @cached_property
+    def integrals(self) -> Integrals:
+        """Conserved quantities, each proven by a derivative that is canonically zero."""
+        from .integrals import integrals
+
+        return integrals(self)
+
+    def routh(self) -> Routh:
+        """Routh's reduction: ignorable coordinates eliminated, their momenta as symbols."""
+        from .routh import routh
+
+        return routh(self)
 
     def free_body(self, body: Any, *, about: Any = None, frame: Any = None) -> FreeBody:
         """Free-body equations of one body, with the joint reactions as unknowns.
