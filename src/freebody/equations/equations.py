@@ -36,6 +36,9 @@ from .free_body import FreeBody, own_body
 from .reaction import Reaction, unknowns
 
 if TYPE_CHECKING:
+    from .solve import SolveResult
+
+if TYPE_CHECKING:
     from .integrals import Integrals
     from .routh import Routh
 
@@ -338,6 +341,50 @@ class Equations:
         if name not in self.model.bodies:
             raise ModelError(f"Unknown body '{name}'; {nearest(str(name), self.model.bodies)}")
         return FreeBody(self, name, about, frame)
+
+    # -- questions --------------------------------------------------------------------------------
+
+    def solve(self, unknowns: Any, where: Any = None, *, bodies: Any = None, eliminate: Any = ()) -> SolveResult:
+        """What the free-body equations say about unknowns: exact, or refused with what was left.
+
+        Parameters
+        ----------
+        unknowns : name, SymPy expression, or sequence of them
+            Reaction components ``"pin_x"``, parameters, accelerations ``"theta''"``, speeds or their squares
+            ``"theta'^2"``, coordinates (through their sine and cosine). Reactions that are not asked for are
+            eliminated. Accelerations that are not asked for stay, as the motion that the reactions belong to;
+            in a question about parameters, coordinates and speeds alone they are eliminated too.
+        where : mapping, equation, text, or sequence of them, optional
+            Values by name, ``{"pin_y": 0, "theta'": 0}``, and further equations, ``"T = mu*N"`` or ``Eq(T, mu*N)``.
+        bodies : sequence of names or FreeBody, optional
+            The free bodies whose equations are used; all of them in ground axes if not given.
+        eliminate : sequence of names, optional
+            Further unknowns that the answer shall not hold.
+
+        Returns
+        -------
+        SolveResult
+            ``result["pin_x"]``, ``.branches`` (all solutions), ``.conditions``, ``.text()``, ``.latex()``.
+
+        Raises
+        ------
+        ModelError
+            Under- or over-determined requests, with what was left; those without a closed form; unknown names.
+
+        Examples
+        --------
+        >>> import freebody as fb
+        >>> s = fb.System("pendulum")
+        >>> m, L, g = s.parameters(m=1, L=1, g=9.81)
+        >>> s.gravity = (0, -g, 0)
+        >>> bob = s.body("bob", fb.particle(m))
+        >>> pin = s.hinge("pin", s.ground, bob, to=(0, L, 0), coordinate="theta")
+        >>> fb.equations(s).solve("theta'^2", where={"theta": "pi", "pin_y": 0})
+        theta'^2 = g/L
+        """
+        from .solve import solve
+
+        return solve(self, unknowns, where, bodies, eliminate)
 
     # -- display ----------------------------------------------------------------------------------
 

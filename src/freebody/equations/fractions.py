@@ -1,0 +1,65 @@
+"""Ratios of canonical polynomials as people read them: text, LaTeX, SymPy."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from ..scalar.element import Polynomial
+from ..scalar.polynomial import Ring
+from ..scalar.ratio import Ratio
+from .display import displayed, latex, text
+
+
+def parts(r: Any, ring: Ring) -> tuple[Any, Any]:
+    """Numerator and denominator as they are printed, integers under the bar too."""
+    if type(r) is not Ratio:
+        return r, 1
+    num, den = r.num, r.den
+    if den == 1:
+        return num, 1
+    integer = num.den if type(num) is Polynomial else Fraction(num).denominator
+    if text(den, ring).startswith("-"):
+        integer = -integer
+    return num * integer, den * integer
+
+
+def ratio_text(r: Any, ring: Ring) -> str:
+    """A ratio, an element or a number as plain text."""
+    num, den = parts(r, ring)
+    top = text(num, ring)
+    if den == 1:
+        return top
+    below = text(den, ring)
+    return f"{_bracketed(top)}/{below if _simple(below) else f'({below})'}"
+
+
+def _simple(written: str) -> bool:
+    return not any(c in written for c in " */")
+
+
+def _bracketed(written: str) -> str:
+    depth = 0
+    for i, c in enumerate(written):
+        depth += (c == "(") - (c == ")")
+        if depth == 0 and c == " " and i:
+            return f"({written})"
+    return written
+
+
+def ratio_latex(r: Any, ring: Ring) -> str:
+    """A ratio as LaTeX."""
+    num, den = parts(r, ring)
+    if den == 1:
+        return latex(num, ring)
+    over = latex(num, ring)
+    if over.startswith("-") and _bracketed(over) == over:
+        return f"-\\frac{{{over[1:].strip()}}}{{{latex(den, ring)}}}"
+    return f"\\frac{{{over}}}{{{latex(den, ring)}}}"
+
+
+def ratio_displayed(r: Any, ring: Ring) -> Any:
+    """A ratio as a SymPy expression, numerator and denominator grouped as they are printed."""
+    num, den = parts(r, ring)
+    top = displayed(num, ring)
+    return top if den == 1 else top / displayed(den, ring)

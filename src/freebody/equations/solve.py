@@ -1,0 +1,535 @@
+"""What the free-body equations say about chosen unknowns.
+
+    Σ F = m a_C,   Σ M_C = dH_C/dt   of every body, and what the user adds: fixed values, T = mu N, ...
+
+Linear systems are solved exactly: every pivot is proven to be different from zero, and a request that can not be met
+names what is left. What is polynomial beyond that is solved by roots where they have a closed form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from ..errors import ExpressionError, ModelError, nearest
+from ..scalar.element import Polynomial
+from ..scalar.ratio import Ratio
+from ..scalar.substitution import substitute
+from .display import equation_latex, equation_text, text
+from .fractions import ratio_displayed, ratio_latex, ratio_text
+from .free_body import FreeBody
+from .polynomial_roots import roots
+from .systems import Row, collect, eliminate
+from .vocabulary import Vocabulary
+
+if TYPE_CHECKING:
+    from .equations import Equations
+
+
+@dataclass(frozen=True)
+class Branch:
+    """One solution: values by the unknown's name, exact ratios where the request is linear in it."""
+
+    ratios: Mapping[str, Ratio]
+    values: Mapping[str, Any]
+
+
+class SolveResult(Mapping[str, Any]):
+    """Solution of :meth:`Equations.solve`: SymPy expressions by the unknown's name (or SymPy atom).
+
+    Attributes
+    ----------
+    branches : tuple of dict
+        Every solution; there is more than one where the request is not linear.
+    conditions : tuple of Eq
+        What the equations demand besides: the equations of motion that are left.
+    """
+
+    def __init__(
+        self, e: Equations, vocabulary: Vocabulary, solutions: Sequence[Branch], conditions: Sequence[Any]
+    ) -> None:
+        self._ring = e.ring
+        self._vocabulary = vocabulary
+        self._solutions = tuple(solutions)
+        self._conditions = tuple(conditions)
+        self.branches = tuple(dict(s.values) for s in solutions)
+        self.conditions = tuple(sympy.Eq(e.displayed(c), 0, evaluate=False) for c in conditions)
+
+    @property
+    def ratios(self) -> Mapping[str, Ratio]:
+        """Exact ratios of canonical polynomials of a single linear solution, by name."""
+        self._single()
+        return self._solutions[0].ratios
+
+    def _single(self) -> None:
+        if len(self.branches) != 1:
+            raise ModelError(
+                f"There are {len(self.branches)} solutions for {', '.join(self.branches[0])}. "
+                f"Choose one: result.branches[0], ..., result.branches[{len(self.branches) - 1}]."
+            )
+
+    def __getitem__(self, key: Any) -> Any:
+        self._single()
+        values = self.branches[0]
+        name = key if isinstance(key, str) else self._vocabulary.name(sympy.sympify(key))
+        name = name.replace("**", "^")
+        if name not in values:
+            raise ModelError(f"'{name}' was not solved for; {nearest(name, list(values))}")
+        return values[name]
+
+    def __contains__(self, key: object) -> bool:
+        return key in self.branches[0]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.branches[0])
+
+    def __len__(self) -> int:
+        return len(self.branches[0])
+
+    def text(self) -> str:
+        """The solution as plain text, a line for each unknown."""
+        blocks = []
+        for s in self._solutions:
+            blocks.append("\n".join(f"{name} = {self._text(s, name)}" for name in s.values))
+        lines = ["\nor\n".join(blocks)]
+        if self._conditions:
+            lines.append("provided that")
+            lines += [f"  {equation_text(c, 0, self._ring)}" for c in self._conditions]
+        return "\n".join(lines)
+
+    def _text(self, s: Branch, name: str) -> str:
+        if name in s.ratios:
+            return ratio_text(s.ratios[name], self._ring)
+        return self._vocabulary.name(s.values[name])
+
+    def latex(self) -> str:
+        """The solution as a LaTeX ``aligned`` block."""
+        lines = []
+        for s in self._solutions:
+            for name, value in s.values.items():
+                right = self._latex(s, name, value)
+                lines.append(f"{self._unknown_latex(name)} &= {right}")
+        lines += [equation_latex(c, 0, self._ring).replace(" = ", " &= ", 1) for c in self._conditions]
+        return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
+
+    def _unknown_latex(self, name: str) -> str:
+        return self._vocabulary.latex(self._vocabulary.expression(name, "the unknown"))
+
+    def _latex(self, s: Branch, name: str, value: Any) -> str:
+        if name in s.ratios:
+            return ratio_latex(s.ratios[name], self._ring)
+        return self._vocabulary.latex(value)
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return self.text()
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """An unknown: its name, its SymPy expression, and the keys of what stands for it in the rows."""
+
+    name: str
+    expression: Any
+    keys: tuple[str, ...]
+
+
+class Request:
+    """The rows and unknowns of one question."""
+
+    def __init__(self, e: Equations, vocabulary: Vocabulary | None = None) -> None:
+        self.e = e
+        self.ring = e.ring
+        self.vocabulary = vocabulary or Vocabulary(e)
+        self.asked: list[Unknown] = []
+        self.places: dict[int, tuple[str, int]] = {}
+        """Generator of the ring -> (key, power that the key stands for)."""
+        self.fixed: dict[Any, Any] = {}
+        self.equations: list[tuple[str, Any]] = []
+        self.angles: list[Unknown] = []
+
+    # -- unknowns -----------------------------------------------------------------------------------
+
+    def ask(self, unknowns: Any) -> None:
+        """Read what is asked for: names, atoms, ``theta'^2``, ``cos(theta)``; one or a sequence."""
+        one = isinstance(unknowns, str | sympy.Basic) and not isinstance(unknowns, sympy.Tuple)
+        for given in [unknowns] if one else list(unknowns):
+            if isinstance(given, sympy.Symbol) and given.name not in self.vocabulary.names:
+                self.vocabulary.also({given.name: given})
+            expression = self.vocabulary.expression(given, "the unknowns")
+            self._ask(self.vocabulary.name(expression), expression)
+        if not self.asked:
+            raise ModelError("Expected at least one unknown to solve for, such as 'pin_x'.")
+
+    def _ask(self, name: str, expression: Any) -> None:
+        base, power = (expression.base, expression.exp) if expression.is_Pow else (expression, 1)
+        x = self.ring.from_sympy(base)
+        single = type(x) is Polynomial and len(x) == 1 and x.den == 1 and x.num.total_degree() == 1
+        if not single or x.num.leading_coefficient() != 1 or not (power == int(power) > 0):
+            raise ModelError(
+                f"Expected a name, a square such as theta'^2, or a sine or cosine of a coordinate as an unknown, "
+                f"got '{name}'."
+            )
+        (g,) = self.ring.used(x)
+        if g.index in self.places:
+            raise ModelError(f"'{name}' is asked for twice.")
+        if g.kind == "time":
+            raise ModelError("The time can not be an unknown: the equations hold at an instant.")
+        if g.kind not in ("sin", "cos") and g.atom is None:
+            raise ModelError(f"'{name}' can not be an unknown; ask for what stands in it.")
+        self.places[g.index] = (name, int(power))
+        self.asked.append(Unknown(name, expression, (name,)))
+        if g.kind == "coordinate":
+            for kind in ("sin", "cos"):
+                self.ring.apply(kind, x)
+        elif g.kind in ("sin", "cos"):
+            self._partner(g)
+
+    def _partner(self, g: Any) -> None:
+        other = self.ring.generators[g.partner] if g.partner >= 0 else None
+        if other is not None and other.index not in self.places:
+            self.places[other.index] = (self._text_of(other), 1)
+
+    def _text_of(self, g: Any) -> str:
+        return self.vocabulary.name(self.ring.to_sympy(self.ring.variable(g.index)))
+
+    # -- values and equations -----------------------------------------------------------------------
+
+    def fix(self, where: Any) -> None:
+        """Read values and equations: a mapping, an equation, a text, or a sequence of them."""
+        if where is None:
+            return
+        if isinstance(where, Mapping):
+            for key, value in where.items():
+                self._fix(key, value)
+        elif isinstance(where, str | sympy.Basic):
+            self.equations.append(self.vocabulary.equation(where, "where"))
+        elif isinstance(where, Iterable):
+            pair = isinstance(where, tuple) and len(where) == 2 and not isinstance(where[0], Mapping | sympy.Equality)
+            if pair and not all(isinstance(x, str) and "=" in x for x in where):
+                self.equations.append(self.vocabulary.equation(where, "where"))
+            else:
+                for one in where:
+                    self.fix(one)
+        else:
+            raise ModelError(
+                f"Expected values by name such as {{'pin_y': 0}}, or equations, for where, got {where!r}."
+            )
+
+    def _fix(self, key: Any, value: Any) -> None:
+        left = self.vocabulary.expression(key, "where")
+        right = self.vocabulary.element(value, "where")
+        name = self.vocabulary.name(left)
+        if name in self.fixed_names:
+            raise ModelError(f"'{name}' is given twice in where. Leave one out.")
+        right = substitute(right, self.fixed, self.ring)
+        g = self.ring.find(left)
+        known = left in self.vocabulary.texts
+        index = -1 if g is None else g.index
+        within = type(right) is Polynomial and left in right.atoms()
+        if not known or index in self.places or within:
+            self.equations.append((f"{name} = {value}", self.ring.from_sympy(left) - right))
+            return
+        try:
+            self.fixed = {k: substitute(v, {left: right}, self.ring) for k, v in self.fixed.items()}
+        except ExpressionError as error:
+            raise ModelError(f"With {name} = {value}: {error}") from None
+        self.fixed[left] = right
+
+    @property
+    def fixed_names(self) -> set[str]:
+        """Names that have a value."""
+        return {self.vocabulary.texts[atom] for atom in self.fixed}
+
+    # -- rows ---------------------------------------------------------------------------------------
+
+    def add(self, title: str, x: Any) -> None:
+        """Add the equation x = 0."""
+        self.equations.append((title, x))
+
+    def rows(self, hidden: Mapping[str, Any]) -> list[Row]:
+        """All equations as polynomials in the unknowns; ``hidden`` are names -> atoms to eliminate."""
+        places = dict(self.places)
+        for name, symbol in hidden.items():
+            g = self.ring.find(symbol)
+            if g is not None:
+                places.setdefault(g.index, (name, 1))
+        memo: dict[int, Any] = {}
+        valued = []
+        for title, x in self.equations:
+            try:
+                valued.append((title, substitute(x, self.fixed, self.ring, memo) if self.fixed else x))
+            except ExpressionError as error:
+                raise ModelError(f"With the values in where, '{title}' has none: {error}") from None
+        self._angles(valued, places)
+        rows = []
+        for title, x in valued:
+            rows.append(Row(title, self._collected(title, x, places)))
+        rows += self._circles(rows, places)
+        return rows
+
+    def _angles(self, valued: Sequence[tuple[str, Any]], places: dict[int, tuple[str, int]]) -> None:
+        """A coordinate that only stands in its sine and cosine is found from these."""
+        self.angles = []
+        for i, unknown in enumerate(self.asked):
+            g = self.ring.find(unknown.expression)
+            if g is None or g.kind != "coordinate":
+                continue
+            plain = any(type(x) is Polynomial and g in self.ring.used(x) for _, x in valued)
+            keys = []
+            for other in list(self.ring.generators):
+                turned = other.kind in ("sin", "cos") and other.depends >> g.index & 1
+                inside = any(type(x) is Polynomial and other in self.ring.used(x) for _, x in valued)
+                if not turned or not inside:
+                    continue
+                if plain or other.arguments != (self.ring.variable(g.index),):
+                    raise ModelError(
+                        f"'{unknown.name}' stands inside and outside of sines, or in sines of several arguments: "
+                        f"there is no closed form. Ask for something else, or give '{unknown.name}' a value."
+                    )
+                key = f"{other.kind}({unknown.name})"
+                places[other.index] = (key, 1)
+                keys.append(key)
+            if keys:
+                del places[g.index]
+                self.asked[i] = Unknown(unknown.name, unknown.expression, tuple(sorted(keys)))
+                self.angles.append(self.asked[i])
+
+    def _collected(self, title: str, x: Any, places: Mapping[int, tuple[str, int]]) -> Any:
+        try:
+            terms = collect(x, places, self.ring)
+        except ValueError as error:
+            g = self.ring.generators[error.args[0]]
+            name = places[g.index][0]
+            raise ModelError(f"'{title}' has other powers of {g.atom} than '{name}'. Ask for {g.atom} itself.") from None
+        mask = 0
+        for index in places:
+            mask |= self.ring.generators[index].depends
+        for c in terms.values():
+            for part in (c.num, c.den):
+                for g in self.ring.used(part) if type(part) is Polynomial else ():
+                    if g.depends & mask and g.index not in places:
+                        atom = next(places[i][0] for i in places if self.ring.generators[i].depends & g.depends)
+                        raise ModelError(
+                            f"In '{title}' the unknown '{atom}' stands inside {self.ring.text(self.ring.variable(g.index))}:"
+                            f" there is no closed form. Give '{atom}' a value, or ask for something else."
+                        )
+        return terms
+
+    def _circles(self, rows: Sequence[Row], places: Mapping[int, tuple[str, int]]) -> list[Row]:
+        """sin² + cos² = 1 where both occur."""
+        present: set[str] = set()
+        for row in rows:
+            present |= row.unknowns
+        result = []
+        for index, (key, _) in places.items():
+            g = self.ring.generators[index]
+            if g.kind != "sin" or g.partner not in places:
+                continue
+            other = places[g.partner][0]
+            if key in present and other in present:
+                one = Ratio(self.ring, 1)
+                result.append(Row("sin^2 + cos^2 = 1", {((key, 2),): one, ((other, 2),): one, (): -one}))
+        return result
+
+
+def solve(
+    e: Equations, unknowns: Any, where: Any = None, bodies: Any = None, eliminate_also: Any = ()
+) -> SolveResult:
+    """See :meth:`Equations.solve`."""
+    request = Request(e)
+    request.ask(unknowns)
+    also = [eliminate_also] if isinstance(eliminate_also, str | sympy.Basic) else list(eliminate_also)
+    request.fix(where)
+    for body in chosen(e, bodies):
+        for title, (left, right) in zip(body._titles(), body.balances, strict=True):
+            request.add(f"{body.body}: {title}", left - right)
+    return answer(request, also)
+
+
+def chosen(e: Equations, bodies: Any) -> list[FreeBody]:
+    """The free bodies of a request: all, or those named, or given as free bodies."""
+    if bodies is None:
+        return [e.free_body(name) for name in e.model.bodies]
+    if isinstance(bodies, str | FreeBody) or hasattr(bodies, "mass_properties"):
+        bodies = [bodies]
+    result = []
+    for body in bodies:
+        if isinstance(body, FreeBody):
+            if body._e is not e:
+                raise ModelError(
+                    f"The free body '{body.body}' belongs to other equations. Make it by free_body of these."
+                )
+            result.append(body)
+        else:
+            result.append(e.free_body(body))
+    return result
+
+
+def answer(request: Request, also: Sequence[Any] = ()) -> SolveResult:
+    """Solve what was read."""
+    vocabulary, e = request.vocabulary, request.e
+    names = {u.name for u in request.asked}
+    fixed = request.fixed_names
+    free = {
+        name: symbol for name, symbol in vocabulary.reactions.items() if name not in names and name not in fixed
+    }
+    for given in also:
+        expression = vocabulary.expression(given, "the unknowns to eliminate")
+        free[vocabulary.name(expression)] = expression
+    accelerations: dict[str, Any] = {}
+    of_motion = any(
+        u.name in vocabulary.reactions or u.name in vocabulary.accelerations for u in request.asked
+    )
+    if not of_motion:
+        accelerations = {
+            name: symbol
+            for name, symbol in vocabulary.accelerations.items()
+            if name not in names and name not in fixed and name not in free
+        }
+    moving = [u for u in (*names, *free, *accelerations) if u in vocabulary.accelerations]
+    if moving and e.model.constraints:
+        for name, row, bias in zip(e.condition_names, e.conditions.matrix, e.conditions.bias, strict=True):
+            total = bias
+            for entry, udot in zip(row, e.udot, strict=True):
+                total = total + entry * udot
+            request.add(f"constraint '{name}', differentiated", total)
+    rows = request.rows({**free, **accelerations})
+    keys = [key for u in request.asked for key in u.keys]
+    solved, left = eliminate(rows, [[*keys, *free], list(accelerations)])
+    given = set(accelerations) - set(solved)  # what no equation determines is taken as given
+    open_rows = [row for row in left if row.unknowns - given]
+    joined = {v for row in left for v in row.unknowns}
+    if given & joined and len(joined) <= len([row for row in left if row.terms]):
+        given -= joined  # as many equations as unknowns, but not linear in them
+        open_rows = [row for row in left if row.unknowns]
+    closed = [row for row in left if row not in open_rows]
+    _check_determined(request, solved, open_rows, free, given)
+    conditions = _conditions(request, closed, accelerations)
+    symbols = {key: sympy.Dummy(key, real=True) for row in rows for key in row.unknowns}
+    branches = roots(open_rows, request.ring, given, symbols)
+    solutions = [_branch(request, solved, branch, {**free, **accelerations}) for branch in branches]
+    if not solutions:
+        raise ModelError(
+            f"There is no real solution for {', '.join(names)}: left was "
+            + "; ".join(_row_text(request, row) for row in open_rows)
+        )
+    return SolveResult(e, vocabulary, solutions, conditions)
+
+
+def _check_determined(
+    request: Request, solved: Mapping[str, Any], rows: Sequence[Row], free: Mapping[str, Any], given: set[str]
+) -> None:
+    """Every unknown that was asked for is solved, or is left in as many equations as unknowns."""
+    open_keys = {v for row in rows for v in row.unknowns} - given
+    asked = [key for u in request.asked for key in u.keys]
+    needed: set[str] = set()
+    for key in asked:
+        if key in solved:
+            needed |= {v for monomial in solved[key] for v, _ in monomial} - given - open_keys
+        elif key not in open_keys:
+            needed.add(key)
+    if not needed and len(open_keys) <= len(rows):
+        return
+    lacking = sorted(needed | (open_keys if len(open_keys) > len(rows) else set()))
+    counts = f"{len(request.equations)} equations"
+    left = "; ".join(_row_text(request, row) for row in rows)
+    of = [f"'{name}'" for name in lacking]
+    hint = ""
+    loose = [name for name in lacking if name in free]
+    if loose:
+        owners = sorted({request.vocabulary.owner[name] for name in loose if name in request.vocabulary.owner})
+        hint = f" {', '.join(loose)} act in {', '.join(map(repr, owners))}: take the bodies there too, or"
+    raise ModelError(
+        f"Under-determined: {counts} do not determine {', '.join(of)}."
+        + (f" Left was: {left}." if left else "")
+        + (hint or " Ask for fewer unknowns, or")
+        + f" fix a value, where={{'{lacking[0]}': ...}}."
+    )
+
+
+def _conditions(request: Request, rows: Sequence[Row], accelerations: Mapping[str, Any]) -> list[Any]:
+    """What the rows without unknowns demand of the motion; a demand on anything else is a contradiction."""
+    ring = request.ring
+    result = []
+    accelerated = 0
+    for symbol in request.vocabulary.accelerations.values():
+        g = ring.find(symbol)
+        if g is not None:
+            accelerated |= 1 << g.index
+    for row in rows:
+        if any(monomial for monomial in row.terms):
+            continue  # an acceleration taken as given
+        x = row.terms[()].num
+        x = x if type(x) is not Polynomial else _primitive(ring, x)
+        if type(x) is Polynomial and ring.depends(x) & accelerated:
+            if not any(x == y or x == -y for y in result):
+                result.append(x)
+            continue
+        asked = ", ".join(u.name for u in request.asked)
+        raise ModelError(
+            f"Over-determined: {len(request.equations)} equations for {asked}; left was "
+            f"'{equation_text(x, 0, ring)}' (from '{row.name}'). Ask also for an unknown that stands in it, or take "
+            f"back a condition of where."
+        )
+    return result
+
+
+def _primitive(ring: Any, x: Polynomial) -> Any:
+    """x without its content, with the sign that prints without a leading minus."""
+    x = x * x.den / int(ring.promoted(x.num).content())
+    return -x if text(x, ring).startswith("-") else x
+
+
+def _row_text(request: Request, row: Row) -> str:
+    return f"{row.name} (in {', '.join(sorted(row.unknowns))})"
+
+
+def _branch(request: Request, solved: Mapping[str, Any], found: Mapping[str, Any], hidden: Mapping[str, Any]) -> Branch:
+    """Values of all that was asked for, given the roots of the rows that are not linear."""
+    ring = request.ring
+    ratios: dict[str, Ratio] = {}
+    values: dict[str, Any] = {}
+    of_key: dict[str, Any] = {}
+    for u in request.asked:
+        for key in u.keys:
+            terms = solved.get(key)
+            if terms is not None and all(not monomial or _given(monomial, hidden, found) for monomial in terms):
+                total = Ratio(ring, 0)
+                for monomial, c in terms.items():
+                    for name, n in monomial:
+                        c = c * ring.generator(hidden[name]) ** n
+                    total = total + c
+                total = total.tidy()
+                of_key[key] = ratio_displayed(total, ring)
+                if u.keys == (u.name,):
+                    ratios[u.name] = total
+            elif terms is not None:
+                value = sympy.Integer(0)
+                for monomial, c in terms.items():
+                    factor = ratio_displayed(c.tidy(), ring)
+                    for name, n in monomial:
+                        factor *= (found[name] if name in found else hidden[name]) ** n
+                    value += factor
+                of_key[key] = value
+            else:
+                of_key[key] = found[key]
+        values[u.name] = of_key[u.name] if u.keys == (u.name,) else _angle(u, of_key, found)
+    return Branch(ratios, values)
+
+
+def _given(monomial: Any, hidden: Mapping[str, Any], found: Mapping[str, Any]) -> bool:
+    return all(name in hidden and name not in found for name, _ in monomial)
+
+
+def _angle(u: Unknown, values: Mapping[str, Any], found: Mapping[str, Any]) -> Any:
+    """An angle from its sine and cosine; from one of them, the angle nearest to zero."""
+    s, c = values.get(f"sin({u.name})"), values.get(f"cos({u.name})")
+    if s is not None and c is not None:
+        return sympy.atan2(s, c)
+    return sympy.asin(s) if c is None else sympy.acos(c)

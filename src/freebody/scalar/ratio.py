@@ -1,0 +1,273 @@
+"""Fractions of canonical polynomials: what systems of linear equations are solved with.
+
+    a/b + c/d = (a d' + c b')/lcm(b, d),        a/b = 0  if and only if  a = 0
+
+The ring has no zero divisors, so that a numerator that is canonically zero decides. Common factors are
+taken out by FLINT's gcd after every operation (which keeps the elements small); no inverse generator is made,
+so that the ring does not grow by what is divided by.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from math import gcd
+from typing import Any
+
+from ..errors import ExpressionError
+from .element import Polynomial, element
+
+_SHORT = 400  # terms of a denominator that is still freed of its sines and roots, to look for a shorter form
+
+
+class Ratio:
+    """``num / den`` of elements of one ring; ``den`` is primitive, with a positive leading coefficient.
+
+    Two equal ratios need not have the same terms where sines and cosines occur, but their difference is zero.
+
+    Parameters
+    ----------
+    ring : Ring
+    num, den : Polynomial, int or Fraction
+
+    Examples
+    --------
+    >>> import sympy
+    >>> from freebody.scalar.polynomial import Ring
+    >>> ring = Ring()
+    >>> m, M = (ring.generator(sympy.Symbol(name)) for name in ("m", "M"))
+    >>> Ratio(ring, m, m + M) + Ratio(ring, M, m + M)
+    1
+    >>> Ratio(ring, m * m - M * M, 2 * m + 2 * M)
+    -M/2 + m/2
+    >>> Ratio(ring, m, m + M)
+    (m)/(M + m)
+    """
+
+    __slots__ = ("den", "num", "ring")
+
+    def __init__(self, ring: Any, num: Any, den: Any = 1) -> None:
+        self.ring = ring
+        self.num, self.den = _reduced(ring, num, den)
+
+    def _coerced(self, other: Any) -> Any:
+        if type(other) is Ratio:
+            return other
+        if isinstance(other, int | Fraction) or type(other) is Polynomial:
+            return Ratio(self.ring, other)
+        return NotImplemented
+
+    def __add__(self, other: Any) -> Any:
+        other = self._coerced(other)
+        if other is NotImplemented:
+            return other
+        if self.den == other.den:
+            return Ratio(self.ring, self.num + other.num, self.den)
+        b, d = _without_common(self.ring, self.den, other.den)
+        return Ratio(self.ring, self.num * d + other.num * b, self.den * d)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Ratio:
+        return Ratio(self.ring, -self.num, self.den)
+
+    def __sub__(self, other: Any) -> Any:
+        other = self._coerced(other)
+        return other if other is NotImplemented else self + (-other)
+
+    def __rsub__(self, other: Any) -> Any:
+        return -self + other
+
+    def __mul__(self, other: Any) -> Any:
+        other = self._coerced(other)
+        if other is NotImplemented:
+            return other
+        return Ratio(self.ring, self.num * other.num, self.den * other.den)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        other = self._coerced(other)
+        if other is NotImplemented:
+            return other
+        if other.num == 0:
+            raise ExpressionError(f"Expected a divisor that is not zero in ({self}) / 0.")
+        return Ratio(self.ring, self.num * other.den, self.den * other.num)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return Ratio(self.ring, other) / self
+
+    def __pow__(self, n: int) -> Any:
+        result: Any = Ratio(self.ring, 1)
+        for _ in range(abs(n)):
+            result = result * self
+        return result if n >= 0 else 1 / result
+
+    def __eq__(self, other: Any) -> bool:
+        other = self._coerced(other)
+        return NotImplemented if other is NotImplemented else bool((self - other).num == 0)
+
+    def __hash__(self) -> int:
+        raise TypeError("A ratio has no hash: equal ones may differ in their terms.")
+
+    def __bool__(self) -> bool:
+        return bool(self.num != 0)
+
+    def __len__(self) -> int:
+        """Number of terms, 1 for a number: the cost of computing with it."""
+        return _size(self.num) + _size(self.den) - 1
+
+    @property
+    def is_number(self) -> bool:
+        """Whether no symbol occurs."""
+        return type(self.num) is not Polynomial and type(self.den) is not Polynomial
+
+    def whole(self) -> Any:
+        """The ratio as an element of the ring; a denominator becomes inverse generators."""
+        return self.num if self.den == 1 else self.ring.quotient(self.ring.coerce(self.num), self.ring.coerce(self.den))
+
+    def tidy(self) -> Ratio:
+        """The same in the shortest of the forms known: sines that cancel, roots out of the denominator."""
+        best = _with_sines(self)
+        other = _rationalised(best)
+        return other if other is not None and len(other) < len(best) else best
+
+    def __repr__(self) -> str:
+        return str(self.num) if self.den == 1 else f"({self.num})/({self.den})"
+
+
+def _size(x: Any) -> int:
+    return len(x) if type(x) is Polynomial else 1
+
+
+def numerator(x: Any) -> Any:
+    """Numerator of a ratio; an element or a number is its own."""
+    return x.num if type(x) is Ratio else x
+
+
+def common_denominator(ring: Any, ratios: Sequence[Ratio]) -> Any:
+    """Least common multiple of the denominators, times that of the integers under the numerators."""
+    total: Any = 1
+    integers = 1
+    for r in ratios:
+        _, rest = _without_common(ring, total, r.den)
+        total = total * rest
+        den = r.num.den if type(r.num) is Polynomial else Fraction(r.num).denominator
+        integers = integers * den // gcd(integers, den)
+    return total * integers
+
+
+def common_factor(ring: Any, elements: Sequence[Any]) -> Any:
+    """Greatest common divisor of elements without inverse generators (their integer contents included)."""
+    found: Any = None
+    for x in elements:
+        if x == 0:
+            continue
+        x = ring.coerce(x)
+        num = ring.promoted(x.num)
+        found = num if found is None else ring.promoted(found).gcd(num)
+        if found.is_constant() and int(found.leading_coefficient()) in (1, -1):
+            return 1
+    return 1 if found is None else element(ring, found, 1, ring.support(found))
+
+
+def divided(ring: Any, x: Any, divisor: Any) -> Any:
+    """x / divisor for a divisor that divides the terms of x, as :func:`common_factor` does."""
+    if divisor == 1 or x == 0:
+        return x
+    x, divisor = ring.coerce(x), ring.coerce(divisor)
+    num = ring.promoted(x.num) // ring.promoted(divisor.num)
+    return element(ring, num, x.den, ring.support(num)) * divisor.den
+
+
+def _reduced(ring: Any, a: Any, b: Any) -> tuple[Any, Any]:
+    if a == 0:
+        return 0, 1
+    if b == 0:
+        raise ExpressionError(f"Expected a divisor that is not zero in ({a}) / 0.")
+    a, b = _without_inverses(ring, a, b)
+    if type(b) is not Polynomial or b.is_number:
+        b = b.number() if type(b) is Polynomial else b
+        return (a if b == 1 else a * (1 / Fraction(b))), 1
+    if type(a) is Polynomial:
+        an, bn = ring.promoted(a.num), ring.promoted(b.num)
+        common = an.gcd(bn)
+        if not common.is_constant():
+            an, bn = an // common, bn // common
+            a = element(ring, an, a.den, ring.support(an))
+            b = element(ring, bn, b.den, ring.support(bn))
+            if type(b) is not Polynomial:
+                return a * (1 / Fraction(b)), 1
+    bn = ring.promoted(b.num)
+    content = int(bn.content())
+    if bn.leading_coefficient() < 0:
+        content = -content
+    if content != 1 or b.den != 1:
+        factor = Fraction(b.den, content)
+        return a * factor, element(ring, bn // content, 1, b.mask)
+    return a, b
+
+
+def _without_inverses(ring: Any, a: Any, b: Any) -> tuple[Any, Any]:
+    """Both times what their inverse generators stand for."""
+    for _ in range(10 * len(ring.generators)):
+        newest = -1
+        for x in (a, b):
+            if type(x) is Polynomial:
+                newest = max([newest, *(g.index for g in ring.used(x) if g.kind == "inverse")])
+        if newest < 0:
+            break
+        p = ring.generators[newest].arguments[0]
+        a, b = a * p, b * p
+    return a, b
+
+
+def _without_common(ring: Any, b: Any, d: Any) -> tuple[Any, Any]:
+    """b and d over their greatest common divisor."""
+    if type(b) is not Polynomial or type(d) is not Polynomial:
+        return b, d
+    bn, dn = ring.promoted(b.num), ring.promoted(d.num)
+    common = bn.gcd(dn)
+    if common.is_constant():
+        return b, d
+    bn, dn = bn // common, dn // common
+    return element(ring, bn, 1, ring.support(bn)), element(ring, dn, 1, ring.support(dn))
+
+
+def _with_sines(r: Ratio) -> Ratio:
+    """s·a / ((1 - c²) b) = a / (s b): the relation s² = 1 - c² hides the common sine."""
+    ring = r.ring
+    if type(r.num) is not Polynomial or type(r.den) is not Polynomial:
+        return r
+    for g in ring.used(r.num):
+        if g.kind != "sin" or g.partner < 0:
+            continue
+        c, s = (ring.promoted(ring.variable(i).num) for i in (g.partner, g.index))
+        top, left = divmod(ring.promoted(r.num.num), s)
+        bottom, rest = divmod(ring.promoted(r.den.num), c * c - 1)
+        if left or rest:
+            continue
+        num = element(ring, top, r.num.den, ring.support(top))
+        den = element(ring, -bottom, r.den.den, ring.support(bottom)) * ring.variable(g.index)
+        return _with_sines(Ratio(ring, num, den))
+    return r
+
+
+def _rationalised(r: Ratio) -> Ratio | None:
+    """The ratio with a denominator free of sines and square roots, if it stays short."""
+    ring = r.ring
+    squares = ring.relations.squares
+    for _ in range(8):
+        if type(r.den) is not Polynomial:
+            return r
+        held = [g for g in ring.used(r.den) if (1 << g.index) & squares]
+        if not held or len(r) > _SHORT:
+            break
+        place = ring.capacity - 1 - held[-1].index
+        num = ring.promoted(r.den.num)
+        slope = num.derivative(place)
+        # den = d0 + d1 g, times its conjugate d0 - d1 g
+        d1 = element(ring, slope, 1, ring.support(slope))
+        conjugate = r.den - 2 * d1 * ring.variable(held[-1].index)
+        r = Ratio(ring, r.num * conjugate, r.den * conjugate)
+    return r
