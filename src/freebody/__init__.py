@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .compile.program import compile_system as compile  # noqa: F401
     from .describe.system import System as System
     from .equations.equations import equations as equations
+    from .equations.linearize import linearize as linearize
     from .formats import read as read
     from .formats import write as write
     from .model.assemble import assemble as assemble
@@ -71,6 +72,7 @@ _EXPORTS = {
     "errors": "errors",
     "event": "simulate.event",
     "from_density": "space.density",
+    "linearize": "equations.linearize",
     "mesh": "space.mesh",
     "particle": "space.solids",
     "plate": "space.solids",

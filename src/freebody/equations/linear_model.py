@@ -1,0 +1,378 @@
+"""The linear equations of small motions, and what follows from them.
+
+    M ξ'' + C ξ' + K ξ = B f
+
+C splits into the damping (symmetric) and the gyroscopic (skew) part, K into the stiffness (symmetric) and the circulatory
+(skew) part. The first of each pair alone changes the energy ½ ξ'ᵀM ξ' + ½ ξᵀS ξ by ξ'ᵀD ξ', the gyroscopic part never does.
+
+Source: Meirovitch, Methods of Analytical Dynamics (1970), §8.2; Merkin, Introduction to the Theory of Stability (1997), §6.1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import sympy
+
+from ..dynamics.linear import Factorization
+from ..errors import ModelError
+from ..model.model import Model
+from ..scalar.expression import exact
+from ..scalar.polynomial import Ring
+from . import characteristic, modes, response
+from .display import displayed, equation_latex, equation_mathml, equation_text
+from .modes import Modes
+from .response import ExactResponse, Response
+from .state_space import StateSpace
+
+
+class LinearModel:
+    """Linear equations of small motions. Made by :func:`freebody.linearize`.
+
+    The matrices are SymPy matrices of a symbolic model, arrays of a numeric one, and arrays with the times in front
+    of a model along a trajectory.
+
+    Attributes
+    ----------
+    M, C, K : matrix (n, n)
+        Mass, velocity and displacement matrix.
+    B : matrix (n, m)
+        Generalized forces per unit of each input.
+    damping, gyroscopic : matrix (n, n)
+        Symmetric and skew part of C.
+    stiffness, circulatory : matrix (n, n)
+        Symmetric and skew part of K.
+    coordinates : tuple of str
+        Names of the deviations ξ.
+    carried : tuple of str
+        Of a machine with constraints on speeds: further deviations, that follow the others (c' = E (ξ, c) + E_r ξ').
+    inputs : tuple of str
+    point : dict
+        Where the equations were linearised.
+    times : ndarray or None
+        Times of a model along a trajectory [s].
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        names: Sequence[str],
+        inputs: Sequence[str],
+        terms: Mapping[str, Any],
+        *,
+        ring: Ring | None = None,
+        point: Mapping[str, Any] | None = None,
+        values: Mapping[str, float] | None = None,
+        times: Any = None,
+        carried: Sequence[str] = (),
+    ) -> None:
+        self.model = model
+        self.coordinates = tuple(names)
+        self.inputs = tuple(inputs)
+        self.carried = tuple(carried)
+        self.ring = ring
+        self.point = dict(point or {})
+        self.values = dict(values or {})
+        self.times = times
+        self.canonical = dict(terms)
+
+    @property
+    def symbolic(self) -> bool:
+        """Whether the matrices are exact expressions."""
+        return self.ring is not None
+
+    @property
+    def rates(self) -> tuple[str, ...]:
+        """Names of the rates ξ'."""
+        return tuple(f"{name}'" for name in self.coordinates)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states of the first-order form: ξ, what is carried, ξ'."""
+        return (*self.coordinates, *self.carried, *self.rates)
+
+    # -- matrices ---------------------------------------------------------------------------------
+
+    def _matrix(self, rows: Any, columns: int) -> Any:
+        if self.ring is None:
+            return np.asarray(rows, dtype=float)
+        return sympy.ImmutableMatrix(
+            len(rows), columns, [displayed(x, self.ring) for row in rows for x in row]
+        )
+
+    def _part(self, name: str, sign: int) -> Any:
+        """Half the sum, or the difference, of a matrix and its transpose."""
+        X = self.canonical[name]
+        if self.ring is None:
+            return (X + sign * np.swapaxes(X, -1, -2)) / 2
+        n = len(X)
+        return self._matrix(
+            [[self.ring.coerce(X[i][j] + sign * X[j][i]) / 2 for j in range(n)] for i in range(n)], n
+        )
+
+    @cached_property
+    def M(self) -> Any:
+        """Mass matrix."""
+        return self._matrix(self.canonical["M"], len(self.coordinates))
+
+    @cached_property
+    def C(self) -> Any:
+        """Velocity matrix: damping and gyroscopic part together."""
+        return self._matrix(self.canonical["C"], len(self.coordinates))
+
+    @cached_property
+    def K(self) -> Any:
+        """Displacement matrix: stiffness and circulatory part together."""
+        return self._matrix(self.canonical["K"], len(self.coordinates))
+
+    @cached_property
+    def B(self) -> Any:
+        """Input matrix."""
+        return self._matrix(self.canonical["B"], len(self.inputs))
+
+    @cached_property
+    def damping(self) -> Any:
+        """Symmetric part of C."""
+        return self._part("C", 1)
+
+    @cached_property
+    def gyroscopic(self) -> Any:
+        """Skew part of C."""
+        return self._part("C", -1)
+
+    @cached_property
+    def stiffness(self) -> Any:
+        """Symmetric part of K."""
+        return self._part("K", 1)
+
+    @cached_property
+    def circulatory(self) -> Any:
+        """Skew part of K."""
+        return self._part("K", -1)
+
+    # -- other forms ------------------------------------------------------------------------------
+
+    def numeric(self, values: Mapping[Any, Any] | None = None) -> LinearModel:
+        """The same equations at numbers.
+
+        Parameters
+        ----------
+        values : mapping, optional
+            Numbers by name or symbol, also of the symbols that came with the operating point; parameters
+            not given have their default value.
+        """
+        if self.ring is None:
+            return self
+        given = {str(key): sympy.sympify(value) for key, value in (values or {}).items()}
+        for p in self.model.parameters:
+            if p.default is not None:
+                given.setdefault(p.name, sympy.Float(p.default))
+        terms = {}
+        for key in ("M", "C", "K", "B"):
+            matrix = getattr(self, key)
+            found = {x: given[str(x)] for x in matrix.free_symbols if str(x) in given}
+            missing = sorted(str(x) for x in matrix.free_symbols if str(x) not in given)
+            if missing:
+                raise ModelError(
+                    f"No value for {', '.join(missing)} in the linear equations. Give values={{'{missing[0]}': ...}}."
+                )
+            terms[key] = np.array(matrix.xreplace(found).evalf().tolist(), dtype=float).reshape(matrix.shape)
+        numbers = {name: float(value) for name, value in given.items()}
+        return LinearModel(
+            self.model, self.coordinates, self.inputs, terms, point=self.point, values=numbers
+        )
+
+    @cached_property
+    def first_order(self) -> tuple[Any, Any]:
+        """A and B of x' = A x + B f, where x are the :attr:`states`."""
+        if self.ring is None:
+            return _first_order(self.canonical, len(self.coordinates), len(self.carried))
+        n, m = len(self.coordinates), len(self.inputs)
+        solve = Factorization(self.canonical["M"]).solve
+        ring = self.ring
+        blocks = []
+        for key, width in (("K", n), ("C", n), ("B", m)):
+            rows = self.canonical[key]
+            columns = [solve([ring.coerce(row[j]) for row in rows]) for j in range(width)]
+            sign = 1 if key == "B" else -1
+            blocks.append([[sign * column[i] for column in columns] for i in range(n)])
+        K, C, B = blocks
+        top = [[int(j == n + i) for j in range(2 * n)] for i in range(n)]
+        A = self._matrix([*top, *([*a, *b] for a, b in zip(K, C, strict=True))], 2 * n)
+        return A, self._matrix([*([0] * m for _ in range(n)), *B], m)
+
+    def state_space(self, outputs: Sequence[str] | None = None) -> StateSpace:
+        """x' = A x + B f, y = C x + D f, with names.
+
+        Parameters
+        ----------
+        outputs : names, optional
+            Coordinates, what is carried, and rates; all states if not given.
+        """
+        self._one_instant("state_space()")
+        A, B = self.first_order
+        return StateSpace.of(A, B, self.states, self.inputs, outputs)
+
+    def _one_instant(self, what: str) -> None:
+        if self.times is not None and np.ndim(self.times):
+            raise ModelError(
+                f"The linear equations along a trajectory change with time; {what} is of one instant. "
+                "Linearise about trajectory.at(t), or about a steady motion."
+            )
+
+    # -- modes ------------------------------------------------------------------------------------
+
+    @cached_property
+    def characteristic(self) -> characteristic.Characteristic:
+        """det(M s² + C s + K) of a symbolic model, factored."""
+        if self.ring is None:
+            raise ModelError(
+                "A numeric model has no characteristic polynomial in symbols; use eigenvalues(), or leave out values=."
+            )
+        return characteristic.of(self.ring, self.canonical, len(self.coordinates))
+
+    def eigenvalues(self) -> Any:
+        """Roots s of det(M s² + C s + K) = 0 [1/s].
+
+        Numeric: a complex array, by magnitude; roots at zero (rigid-body modes and constant rates) are exactly zero. Along
+        a trajectory, those of each instant. Symbolic: a list with repetitions, where the factors of the
+        characteristic polynomial can be solved.
+        """
+        if self.ring is not None:
+            return self.characteristic.roots()
+        if self.times is not None and np.ndim(self.times):
+            A = self.first_order[0]
+            return np.array([modes.eigenvalues(a) for a in A.reshape(-1, *A.shape[-2:])]).reshape(A.shape[:-1])
+        return self.modes().all_eigenvalues
+
+    def natural_frequencies(self) -> Any:
+        """Natural frequency |s| of each mode [rad/s], lowest first; zero for a rigid-body mode.
+
+        Numeric: an array with one entry for a pair of complex roots, for each real root, and for each rigid-body
+        mode. Symbolic: a list of expressions, for pairs of roots.
+        """
+        if self.ring is not None:
+            return self.characteristic.frequencies()
+        return np.array([mode.frequency for mode in self.modes() if mode.kind != "drift"])
+
+    def damping_ratios(self) -> Any:
+        """Damping ratio -Re s / |s| of each mode, in the order of :meth:`natural_frequencies`."""
+        if self.ring is not None:
+            return self.characteristic.damping_ratios()
+        return np.array([mode.damping_ratio for mode in self.modes() if mode.kind != "drift"])
+
+    def modes(self) -> Modes:
+        """Frequency, damping ratio and shape of every mode, lowest frequency first.
+
+        A shape is normalised by its component of largest magnitude (numeric) or by its first one that is not zero
+        (symbolic).
+        """
+        self._one_instant("modes()")
+        if "modes" not in self.__dict__.setdefault("_made", {}):
+            made = characteristic.modes_of(self) if self.ring is not None else modes.modes_of(self)
+            self.__dict__["_made"]["modes"] = made
+        return self.__dict__["_made"]["modes"]
+
+    # -- response ---------------------------------------------------------------------------------
+
+    def response(
+        self, initial: Mapping[Any, Any] | None = None, forcing: Mapping[Any, Any] | None = None
+    ) -> ExactResponse | Response:
+        """The motion that follows from initial deviations and from inputs, in closed form.
+
+        Parameters
+        ----------
+        initial : mapping, optional
+            Initial deviations, by the names of :attr:`coordinates` and :attr:`rates` (or of the speeds): numbers
+            or expressions. What is not named is zero.
+        forcing : mapping, optional
+            Inputs by name, as sums of t^k e^(a t) cos(w t) or sin(w t): ``{"F": "F0*cos(w*t)"}``.
+
+        Returns
+        -------
+        ExactResponse or Response
+            Of a symbolic model: SymPy expressions of ``t`` by name, by partial fractions. Of a numeric one: a
+            function of time.
+
+        Raises
+        ------
+        ModelError
+            Unknown names, an input of another form, a characteristic polynomial without roots in closed form.
+        """
+        self._one_instant("response()")
+        return response.response(self, initial or {}, forcing or {})
+
+    # -- display ----------------------------------------------------------------------------------
+
+    def _balances(self) -> tuple[Ring, list[tuple[Any, Any]]]:
+        """Left and right side of each equation as canonical polynomials of the deviations."""
+        self._one_instant("the text")
+        ring = self.ring or Ring()
+        t = sympy.Symbol("t")
+        rows = []
+        atoms = [sympy.Function(name)(t) for name in self.coordinates]
+        motion = {
+            "M": [ring.generator(x.diff(t, 2), "acceleration") for x in atoms],
+            "C": [ring.generator(x.diff(t), "speed") for x in atoms],
+            "K": [ring.generator(x, "coordinate") for x in atoms],
+            "B": [ring.generator(sympy.Symbol(name, real=True), "load") for name in self.inputs],
+        }
+        for i in range(len(atoms)):
+            sides = {
+                key: sum((y * _shown(x, self.ring) for x, y in zip(self.canonical[key][i], motion[key], strict=True)), 0)
+                for key in motion
+            }
+            rows.append((sides["M"] + sides["C"] + sides["K"], sides["B"]))
+        return ring, rows
+
+    def text(self) -> str:
+        """The linear equations as plain text, a line each."""
+        ring, rows = self._balances()
+        return "\n".join(equation_text(a, b, ring) for a, b in rows)
+
+    def latex(self) -> str:
+        """The linear equations as a LaTeX ``aligned`` block."""
+        ring, rows = self._balances()
+        lines = [equation_latex(a, b, ring).replace(" = ", " &= ", 1) for a, b in rows]
+        return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
+
+    def mathml(self) -> str:
+        """The linear equations as presentation MathML."""
+        ring, rows = self._balances()
+        return "\n".join(equation_mathml(a, b, ring) for a, b in rows)
+
+    def _repr_latex_(self) -> str | None:
+        if self.times is not None and np.ndim(self.times):
+            return None
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        if self.times is not None and np.ndim(self.times):
+            return f"Linear equations of '{self.model.name}' along a trajectory, at {np.size(self.times)} times"
+        return f"Linear equations of '{self.model.name}'\n{self.text()}"
+
+
+def _shown(x: Any, ring: Ring | None) -> Any:
+    """A number to six digits as an exact one, to be printed."""
+    return x if ring is not None else exact(float(f"{x:.6g}"))
+
+
+def _first_order(terms: Mapping[str, Any], n: int, carried: int) -> tuple[Any, Any]:
+    M, C, K, B = (np.asarray(terms[key], dtype=float) for key in "MCKB")
+    shape = M.shape[:-2]
+    size = 2 * n + carried
+    A = np.zeros((*shape, size, size))
+    inputs = np.zeros((*shape, size, B.shape[-1]))
+    w = slice(n + carried, size)
+    A[..., :n, w] = np.eye(n)
+    A[..., w, :n] = -np.linalg.solve(M, K)
+    A[..., w, w] = -np.linalg.solve(M, C)
+    inputs[..., w, :] = np.linalg.solve(M, B)
+    if carried:
+        A[..., w, n : n + carried] = -np.linalg.solve(M, terms["K_carried"])
+        A[..., n : n + carried, : n + carried] = terms["E"]
+        A[..., n : n + carried, w] = terms["E_rates"]
+    return A, inputs

@@ -1,0 +1,200 @@
+"""Where equations are linearised: values of coordinates and speeds, and where a steady motion takes them.
+
+    q(t) = q0 + u0 t,        e(t) = e0 ∘ exp(ω t / 2),        p(t) = p0 + R0 ∫ exp([ω]× τ) dτ v
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from ..dynamics.kinematics import coordinate_rates
+from ..dynamics.state import State, rest_coordinates
+from ..errors import ModelError, nearest
+from ..model.model import Model
+from ..scalar.algebra import Field, add, apply, cross, divide, dot, scale
+from ..scalar.dual import DualField
+from ..scalar.expression import exact
+from ..space.quaternion import matrix_from_quaternion, quaternion_product
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """Values of q and u by index, as expressions or numbers, and the names of those that were given."""
+
+    q: tuple[Any, ...]
+    u: tuple[Any, ...]
+    given: frozenset[str]
+
+
+def operating_point(model: Model, about: Any) -> OperatingPoint:
+    """``about`` read against a model's names; coordinates and speeds that are not named are zero.
+
+    Raises
+    ------
+    ModelError
+        An unknown name, a quaternion of the wrong size, a value that depends on the motion.
+    """
+    if about is None:
+        about = {}
+    if not isinstance(about, Mapping):
+        raise ModelError(
+            "Expected `about` to be a mapping of coordinates and speeds to values, such as {'theta': 0}, a motion "
+            f"of fb.steady_motions, a trajectory or a state of one, got {about!r}."
+        )
+    q: list[Any] = [*rest_coordinates(model)]
+    u: list[Any] = [0] * model.n_u
+    names = [*model.coordinate_names, *model.speed_names]
+    turned = {
+        link.joint: link.q + (3 if link.kind == "free" else 0)
+        for link in model.links
+        if link.kind in ("ball", "free")
+    }
+    given = set()
+    for key, value in about.items():
+        name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
+        if name in turned:
+            four = value.as_quaternion() if hasattr(value, "as_quaternion") else value
+            if isinstance(four, str) or not hasattr(four, "__len__") or len(four) != 4:
+                raise ModelError(
+                    f"Expected a quaternion (w, x, y, z) or a Rotation for joint '{name}' in `about`, got {value!r}."
+                )
+            for k, part in enumerate(four):
+                q[turned[name] + k] = value_of_name(model, part, f"the quaternion of joint '{name}'")
+        elif name not in names:
+            raise ModelError(f"Unknown name '{name}' in `about`; {nearest(name, [*names, *turned])}")
+        elif names.index(name) < model.n_q:
+            q[names.index(name)] = value_of_name(model, value, f"the operating value of '{name}'")
+        else:
+            u[names.index(name) - model.n_q] = value_of_name(model, value, f"the operating value of '{name}'")
+        given.add(name)
+    return OperatingPoint(tuple(q), tuple(u), frozenset(given))
+
+
+def value_of_name(model: Model, value: Any, what: str) -> Any:
+    """A number or an expression that does not move; SymPy expressions may bring symbols of their own."""
+    if isinstance(value, str):
+        result = model.names.expression(value, what)
+    else:
+        try:
+            result = exact(value)
+        except (sympy.SympifyError, TypeError, AttributeError, ValueError):
+            raise ModelError(f"Expected a number or an expression for {what}, got {value!r}.") from None
+    if isinstance(result, sympy.Basic) and (
+        result.has(sympy.core.function.AppliedUndef) or sympy.Symbol("t") in result.free_symbols
+    ):
+        raise ModelError(
+            f"Expected a constant for {what}, got '{result}', which moves. Linearise about a motion in time by "
+            "`about=` a trajectory."
+        )
+    return result
+
+
+def along(
+    model: Model, field: Field, q: Sequence[Any], u: Sequence[Any], t: Any, values: Mapping[Any, Any]
+) -> tuple[Any, ...]:
+    """Coordinates after a time t of motion at the constant speeds u."""
+    if all(x == 0 for x in u):
+        return tuple(q)
+    rates = coordinate_rates(model, State(model, field, 0, q, u, values))
+    result = [a if b == 0 else a + b * t for a, b in zip(q, rates, strict=True)]
+    for link in model.links:
+        if link.kind not in ("ball", "free"):
+            continue
+        w = tuple(u[link.u : link.u + 3])
+        start = link.q + (3 if link.kind == "free" else 0)
+        if all(x == 0 for x in w):
+            continue
+        live = [x for x in w if x != 0]
+        rate = live[0] if len(live) == 1 else field.sqrt(dot(w, w))
+        half = divide(rate * t, 2)
+        s, c = divide(field.sin(half), rate), field.cos(half)
+        e0 = tuple(q[start : start + 4])
+        result[start : start + 4] = quaternion_product(e0, (c, *scale(s, w)))  # type: ignore[arg-type]
+        if link.kind == "free":
+            v = tuple(u[link.u + 3 : link.u + 6])
+            wv = cross(w, v)  # type: ignore[arg-type]
+            square = rate * rate
+            turn = divide(1 - field.cos(rate * t), square)
+            lag = divide(rate * t - field.sin(rate * t), square * rate)
+            way = add(scale(t, v), add(scale(turn, wv), scale(lag, cross(w, wv))))  # type: ignore[arg-type]
+            p0 = tuple(q[link.q : link.q + 3])
+            result[link.q : link.q + 3] = add(p0, apply(matrix_from_quaternion(e0), way))  # type: ignore[arg-type]
+    return tuple(result)
+
+
+def perturbed(
+    model: Model,
+    field: Field,
+    q: Sequence[Any],
+    u: Sequence[Any],
+    t: Any,
+    values: Mapping[Any, Any],
+    inputs: Sequence[Any] = (),
+) -> State:
+    """The state with small deviations: of the tangent coordinates (variables 0 to n_u - 1), of the speeds (n_u on),
+    and of parameters that are inputs (3 n_u on; those between are left to the accelerations)."""
+    n = model.n_u
+    dual = DualField(field)
+    moved: list[dict[int, Any]] = [{} for _ in range(model.n_q)]
+    places = {name: j for j, name in enumerate(model.speed_names)}
+    for i, coordinate in enumerate(model.coordinates):
+        if coordinate.kind == "scalar":
+            moved[i][places[coordinate.name + "'"]] = 1
+    for link in model.links:
+        if link.kind not in ("ball", "free"):
+            continue
+        for j in range(link.u, link.u + (3 if link.kind == "ball" else 6)):
+            unit = [1 if k == j else 0 for k in range(n)]
+            for i, rate in enumerate(coordinate_rates(model, State(model, field, t, q, unit, values))):
+                if model.coordinates[i].kind != "scalar" and not (type(rate) is int and rate == 0):
+                    moved[i][j] = rate
+    held = dict(values)
+    for k, symbol in enumerate(inputs):
+        held[symbol] = dual.dual(values[symbol], {3 * n + k: 1})
+    return State(
+        model,
+        dual,
+        t,
+        [dual.dual(x, slopes) for x, slopes in zip(q, moved, strict=True)],
+        [dual.dual(x, {n + j: 1}) for j, x in enumerate(u)],
+        held,
+    )
+
+
+def tangent_drift(model: Model, u: Sequence[Any]) -> list[list[Any]]:
+    """A in ξ' = δu + A ξ, where ξ are the deviations of the coordinates.
+
+    Zero but for ball and free joints, whose deviations are small turns δθ (and displacements δs) in the child's axes:
+    δθ' = δω - ω × δθ,   δs' = δv - ω × δs - v × δθ.
+    """
+    n = model.n_u
+    A: list[list[Any]] = [[0] * n for _ in range(n)]
+
+    def put(row: int, column: int, x: Sequence[Any]) -> None:
+        for i, j, sign, k in ((0, 1, 1, 2), (0, 2, -1, 1), (1, 0, -1, 2), (1, 2, 1, 0), (2, 0, 1, 1), (2, 1, -1, 0)):
+            A[row + i][column + j] = sign * x[k]  # -[x]×
+
+    for link in model.links:
+        if link.kind in ("ball", "free"):
+            put(link.u, link.u, u[link.u : link.u + 3])
+        if link.kind == "free":
+            put(link.u + 3, link.u + 3, u[link.u : link.u + 3])
+            put(link.u + 3, link.u, u[link.u + 3 : link.u + 6])
+    return A
+
+
+def tangent_names(model: Model) -> tuple[str, ...]:
+    """Names of the deviations: of the coordinates themselves, and ``j_rx`` (turns), ``j_dx`` (displacements) of
+    ball and free joints."""
+    names = [name.removesuffix("'") for name in model.speed_names]
+    for link in model.links:
+        if link.kind in ("ball", "free"):
+            for k, letter in enumerate("xyz"):
+                names[link.u + k] = f"{link.joint}_r{letter}"
+                if link.kind == "free":
+                    names[link.u + 3 + k] = f"{link.joint}_d{letter}"
+    return tuple(names)

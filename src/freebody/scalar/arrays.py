@@ -1,0 +1,36 @@
+"""The field of NumPy arrays: one run of an algorithm for many states, entry by entry."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from .algebra import FUNCTIONS, Field
+
+_NAMES = {
+    "asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2", "pow": "power",
+    "min": "minimum", "max": "maximum",
+}  # fmt: skip
+
+
+class Arrays(Field):
+    """Arrays of one shape; plain numbers are constants."""
+
+    _functions = {name: getattr(np, _NAMES.get(name, name)) for name in FUNCTIONS}
+
+    def constant(self, value: int | Fraction | float | str) -> float:
+        if isinstance(value, str):
+            return {"pi": math.pi, "E": math.e}[value]
+        return float(value)
+
+    def apply(self, function: str, *arguments: Any) -> Any:
+        if function in ("sin", "tan", "sqrt") and type(arguments[0]) is int and arguments[0] == 0:
+            return 0
+        numbers = [float(x) if isinstance(x, int | Fraction) else x for x in arguments]
+        return self._functions[function](*numbers)
+
+
+arrays = Arrays()
