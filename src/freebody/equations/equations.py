@@ -36,6 +36,7 @@ from .free_body import FreeBody, own_body
 from .reaction import Reaction, unknowns
 
 if TYPE_CHECKING:
+    from .eliminate import Elimination
     from .solve import SolveResult
 
 if TYPE_CHECKING:
@@ -385,6 +386,42 @@ class Equations:
         from .solve import solve
 
         return solve(self, unknowns, where, bodies, eliminate)
+
+    def eliminate(self, reactions: Any = None, *, bodies: Any = None) -> Elimination:
+        """Which combination of the free-body equations is free of reactions, and what it gives.
+
+        Parameters
+        ----------
+        reactions : name or sequence of names, optional
+            Components ``"pin_x"``, or joints and constraints, all components of which are meant; all if not given.
+        bodies : sequence of names or FreeBody, optional
+            The free bodies that are combined; all of them, with moments about their mass centres, if not given.
+
+        Returns
+        -------
+        Elimination
+            ``.combination`` (coefficient of each free-body equation, by body and row), ``.equations``,
+            ``.text()``, ``.latex()``.
+
+        Raises
+        ------
+        ModelError
+            An unknown reaction, or reactions that no combination is free of.
+
+        Examples
+        --------
+        >>> import freebody as fb
+        >>> s = fb.System("pendulum")
+        >>> m, L, g = s.parameters(m=1, L=1, g=9.81)
+        >>> s.gravity = (0, -g, 0)
+        >>> bob = s.body("bob", fb.particle(m))
+        >>> pin = s.hinge("pin", s.ground, bob, to=(0, L, 0), coordinate="theta")
+        >>> fb.equations(s).eliminate(["pin_x", "pin_y"], bodies=["bob"]).steps[0].name
+        'from bob: force z'
+        """
+        from .eliminate import eliminate
+
+        return eliminate(self, reactions, bodies)
 
     # -- display ----------------------------------------------------------------------------------
 

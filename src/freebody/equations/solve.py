@@ -16,7 +16,7 @@ import sympy
 
 from ..errors import ExpressionError, ModelError, nearest
 from ..scalar.element import Polynomial
-from ..scalar.ratio import Ratio
+from ..scalar.ratio import Ratio, over_sine
 from ..scalar.substitution import substitute
 from .display import equation_latex, equation_text, text
 from .fractions import ratio_displayed, ratio_latex, ratio_text
@@ -466,8 +466,8 @@ def _conditions(request: Request, rows: Sequence[Row], accelerations: Mapping[st
         if any(monomial for monomial in row.terms):
             continue  # an acceleration taken as given
         x = row.terms[()].num
-        x = x if type(x) is not Polynomial else _primitive(ring, x)
         if type(x) is Polynomial and ring.depends(x) & accelerated:
+            x = _primitive(ring, x, accelerated)
             if not any(x == y or x == -y for y in result):
                 result.append(x)
             continue
@@ -480,10 +480,21 @@ def _conditions(request: Request, rows: Sequence[Row], accelerations: Mapping[st
     return result
 
 
-def _primitive(ring: Any, x: Polynomial) -> Any:
-    """x without its content, with the sign that prints without a leading minus."""
-    x = x * x.den / int(ring.promoted(x.num).content())
-    return -x if text(x, ring).startswith("-") else x
+def _primitive(ring: Any, x: Polynomial, mask: int) -> Any:
+    """The factors of x that hold what is asked for, with the sign that prints without a leading minus."""
+    _, factors = ring.factor(x)
+    held = [f for f, _ in factors if ring.depends(f) & mask]
+    result: Any = 1
+    for f in held:
+        result = result * f
+    for g in ring.used(result) if type(result) is Polynomial else ():
+        sine = g.index if g.kind == "sin" else g.partner if g.kind == "cos" else -1
+        while sine >= 0 and (shorter := over_sine(ring, result, sine)) is not None:
+            result = shorter
+    if type(result) is not Polynomial:
+        return x
+    result = result * result.den / int(ring.promoted(result.num).content())
+    return -result if text(result, ring).startswith("-") else result
 
 
 def _row_text(request: Request, row: Row) -> str:

@@ -145,16 +145,25 @@ def numerator(x: Any) -> Any:
     return x.num if type(x) is Ratio else x
 
 
-def common_denominator(ring: Any, ratios: Sequence[Ratio]) -> Any:
-    """Least common multiple of the denominators, times that of the integers under the numerators."""
-    total: Any = 1
+def cleared(ring: Any, ratios: Sequence[Ratio]) -> list[Any]:
+    """The ratios times the least common multiple of their denominators: elements of the ring."""
+    total: Any = None  # as it is, without the relations, by which a product would lose its factors
     integers = 1
     for r in ratios:
-        _, rest = _without_common(ring, total, r.den)
-        total = total * rest
+        if type(r.den) is Polynomial:
+            num = ring.promoted(r.den.num)
+            total = num if total is None else ring.promoted(total)
+            total = total * (num // total.gcd(num))
         den = r.num.den if type(r.num) is Polynomial else Fraction(r.num).denominator
         integers = integers * den // gcd(integers, den)
-    return total * integers
+    if total is None:
+        return [r.num * integers for r in ratios]
+    result = []
+    for r in ratios:
+        cofactor = total // ring.promoted(r.den.num) if type(r.den) is Polynomial else total
+        x = element(ring, cofactor, 1, ring.support(cofactor))
+        result.append(r.num * (ring.reduced(x) if type(x) is Polynomial else x) * integers)
+    return result
 
 
 def common_factor(ring: Any, elements: Sequence[Any]) -> Any:
@@ -235,22 +244,33 @@ def _without_common(ring: Any, b: Any, d: Any) -> tuple[Any, Any]:
 
 
 def _with_sines(r: Ratio) -> Ratio:
-    """s·a / ((1 - c²) b) = a / (s b): the relation s² = 1 - c² hides the common sine."""
+    """Sines that cancel: s² = 1 - c² hides them from the common divisor."""
     ring = r.ring
     if type(r.num) is not Polynomial or type(r.den) is not Polynomial:
         return r
-    for g in ring.used(r.num):
-        if g.kind != "sin" or g.partner < 0:
-            continue
-        c, s = (ring.promoted(ring.variable(i).num) for i in (g.partner, g.index))
-        top, left = divmod(ring.promoted(r.num.num), s)
-        bottom, rest = divmod(ring.promoted(r.den.num), c * c - 1)
-        if left or rest:
-            continue
-        num = element(ring, top, r.num.den, ring.support(top))
-        den = element(ring, -bottom, r.den.den, ring.support(bottom)) * ring.variable(g.index)
-        return _with_sines(Ratio(ring, num, den))
+    for g in ring.used(r.den):
+        for sine in (g.index, g.partner):
+            if g.kind in ("sin", "cos") and ring.generators[sine].kind == "sin":
+                top, bottom = over_sine(ring, r.num, sine), over_sine(ring, r.den, sine)
+                if top is not None and bottom is not None:
+                    return _with_sines(Ratio(ring, top, bottom))
     return r
+
+
+def over_sine(ring: Any, x: Any, index: int) -> Any:
+    """x / s of an element that s divides, else None: (a + b s)/s = b + s a/(1 - c²)."""
+    if type(x) is not Polynomial:
+        return None
+    g = ring.generators[index]
+    num = ring.promoted(x.num)
+    s, c = (ring.promoted(ring.variable(i).num) for i in (index, g.partner))
+    b, a = divmod(num, s)
+    quotient, rest = divmod(a, 1 - c * c)
+    if rest:
+        return None
+    first = element(ring, b, x.den, ring.support(b))
+    second = element(ring, quotient, x.den, ring.support(quotient))
+    return first + second * ring.variable(index)
 
 
 def _rationalised(r: Ratio) -> Ratio | None:
