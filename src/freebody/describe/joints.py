@@ -210,6 +210,7 @@ def ball(
     Coordinates ``NAME_e0 … NAME_e3`` (scalar first), speeds ``NAME_wx, NAME_wy, NAME_wz``: the angular
     velocity of the child in the parent, components in the child's joint axes. ``coordinate`` replaces NAME.
     """
+    system.claim(name, system.joints, "joint")
     q = _components(system, coordinate or name, ["e0", "e1", "e2", "e3"], "coordinate")
     _components(system, coordinate or name, ["wx", "wy", "wz"], "speed")
     return _add(system, "ball", name, parent, child, at, to, parent_axes, child_axes,
@@ -227,6 +228,7 @@ def free(
     quaternion ``NAME_e0 … NAME_e3``; speeds ``NAME_wx …`` and ``NAME_vx …``: angular velocity of the child
     and velocity of the point ``to``, both relative to the parent and in the child's joint axes.
     """
+    system.claim(name, system.joints, "joint")
     prefix = coordinate or name
     q = _components(system, prefix, ["x", "y", "z", "e0", "e1", "e2", "e3"], "coordinate")
     _components(system, prefix, ["wx", "wy", "wz", "vx", "vy", "vz"], "speed")
@@ -246,8 +248,7 @@ def weld(
 def _coordinates(system: System, name: str, given: Any, defaults: list[str]) -> list[Any]:
     """Displacements of a joint: new coordinates by name, or expressions."""
     what = f"the coordinate of joint '{name}'"
-    if name in system.joints:
-        system.claim(name, system.joints, "joint")
+    system.claim(name, system.joints, "joint")
     if given is None:
         given = defaults
     elif isinstance(given, str):
