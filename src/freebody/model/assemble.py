@@ -80,7 +80,7 @@ def assemble(system: System) -> Model:
         mass = joint.child.mass_properties
         assert mass is not None
         bodies[joint.child.name] = Place(
-            numbers[-1], _minus(ZERO, joint.to), mass.mass, mass.center, mass.inertia
+            numbers[-1], _minus(ZERO, joint.to), mass.mass, mass.center, mass.inertia, mass
         )
         joints[joint.name] = JointPlace(
             joint.type, tuple(numbers), joint.parent.name, joint.child.name, joint.at, joint.to

@@ -9,6 +9,7 @@ from typing import Any
 from ..describe.load import Load
 from ..describe.system import Parameter
 from ..scalar.algebra import Matrix, Vector
+from ..space.mass import MassProperties
 
 GROUND = -1
 
@@ -78,6 +79,7 @@ class Place:
     mass: Any
     center: Vector  # from the body's origin
     inertia: Matrix
+    properties: MassProperties | None = None
 
 
 @dataclass(frozen=True)
