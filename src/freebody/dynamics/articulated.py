@@ -204,7 +204,9 @@ def _by_mass_matrix(model: Model, state: State, forces: Sequence[Any] | None) ->
     try:
         return tuple(solve_symmetric(mass_matrix(model, state), right))
     except ZeroDivisionError:
-        shared = sorted({model.speed_names[j] for link in model.links for j, _ in link.partials if len(link.partials) > 1})
+        shared = sorted(
+            {model.speed_names[j] for link in model.links for j, _ in link.partials if len(link.partials) > 1}
+        )
         raise ModelError(
             f"The mass matrix is singular in every configuration: {', '.join(shared)} do not move the masses "
             f"independently of each other. Leave out a coordinate, or let it move a body of its own."
