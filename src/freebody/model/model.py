@@ -153,4 +153,6 @@ class Model:
         return parameter_values(self, given or {})
 
     def __repr__(self) -> str:
-        return f"Model '{self.name}': {len(self.bodies)} bodies, {self.n_u} degrees of freedom"
+        bodies = "1 body" if len(self.bodies) == 1 else f"{len(self.bodies)} bodies"
+        freedom = "1 degree of freedom" if self.n_u == 1 else f"{self.n_u} degrees of freedom"
+        return f"Model '{self.name}': {bodies}, {freedom}"
