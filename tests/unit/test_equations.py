@@ -129,8 +129,8 @@ def test_a_free_sphere():
     s.gravity = (0, 0, -g)
     s.free("air", s.ground, s.body("ball", fb.sphere(m, R)))
     eq = fb.equations(s)
-    I = sympy.Rational(2, 5) * m * R**2
-    assert eq.mass_matrix == sympy.ImmutableMatrix(sympy.diag(I, I, I, m, m, m))
+    J = sympy.Rational(2, 5) * m * R**2
+    assert eq.mass_matrix == sympy.ImmutableMatrix(sympy.diag(J, J, J, m, m, m))
     assert len(eq.free_body("ball").unknowns) == 0
     assert eq.energy.potential == m * g * sympy.Function("air_z")(s.t)
 

@@ -186,8 +186,8 @@ def test_equations_of_nothing_are_not_printed():
 
 def test_a_generalized_force_is_a_load_along_the_joint():
     s = fb.System("wheel")
-    I, T = s.parameters("I T")
-    wheel = s.body("wheel", fb.MassProperties(1, (0, 0, 0), ((I, 0, 0), (0, I, 0), (0, 0, I))))
+    J, T = s.parameters("J T")
+    wheel = s.body("wheel", fb.MassProperties(1, (0, 0, 0), ((J, 0, 0), (0, J, 0), (0, 0, J))))
     s.hinge("axle", s.ground, wheel, coordinate="theta")
     s.generalized_force("theta", T, name="Q")
     body = fb.equations(s).free_body("wheel")

@@ -150,15 +150,15 @@ def test_a_universal_joint_carries_a_moment_across_both_axes_only():
 def test_a_screw_carries_the_thread_force_with_its_moment():
     """A nut that falls on its thread: F_z from F_z h = -M_z, with M_z from the spin."""
     s = fb.System("nut")
-    m, I, h, g = s.parameters("m I h g")
+    m, J, h, g = s.parameters("m J h g")
     s.gravity = (0, 0, -g)
-    nut = s.body("nut", fb.MassProperties(m, (0, 0, 0), ((I, 0, 0), (0, I, 0), (0, 0, I))))
+    nut = s.body("nut", fb.MassProperties(m, (0, 0, 0), ((J, 0, 0), (0, J, 0), (0, 0, J))))
     s.screw("thread", s.ground, nut, pitch=h, coordinate="phi")
     eq = fb.equations(s)
     (phi,) = eq.coordinates
     acceleration = phi.diff(s.t, 2)
     (motion,) = eq.motion
-    assert sympy.expand(motion.lhs - (I + m * h**2) * acceleration - m * g * h) == 0
+    assert sympy.expand(motion.lhs - (J + m * h**2) * acceleration - m * g * h) == 0
     force = eq.reactions["thread"].force[2]
     assert sympy.expand(force - m * (h * acceleration + g)) == 0
     moment = eq.reactions["thread"].moment[2]
