@@ -40,7 +40,7 @@ def random_rotation(rng: np.random.Generator) -> Any:
     return tuple(tuple(float(value) for value in row) for row in rows)
 
 
-def small_inertia(rng: np.random.Generator) -> tuple[tuple[int, ...], ...]:
+def small_inertia(rng: np.random.Generator) -> Any:
     """Inertia matrix about the mass centre of four particles and their mirror images [kg m²]."""
     points = rng.integers(-1, 2, size=(4, 3)) + np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]])
     squares = (points**2).sum() * np.eye(3, dtype=int) - points.T @ points

@@ -5,7 +5,7 @@ import pytest
 import freebody as fb
 from freebody.dynamics.mobility import check_mobility, massless_motion
 from freebody.dynamics.state import float_state
-from freebody.errors import ModelError
+from freebody.errors import MassError, ModelError, SimulationError
 
 
 def test_particle_that_spins_about_itself_is_refused():
@@ -23,6 +23,10 @@ def test_two_coordinates_that_do_the_same_are_named_together():
     s.slider("rail", s.ground, block, coordinate=a + b)
     with pytest.raises(ModelError, match="'a'', 'b''"):
         check_mobility(fb.assemble(s))
+    with pytest.raises(
+        ModelError, match="singular in every configuration: a', b' do not move.*Leave out a coordinate"
+    ):
+        fb.simulate(s, 1)
 
 
 def test_gimbal_lock_is_a_matter_of_the_state():
@@ -33,3 +37,29 @@ def test_gimbal_lock_is_a_matter_of_the_state():
     check_mobility(model)
     assert massless_motion(model, float_state(model, [0.3, 0, 0.4])) == ("psi'", "phi'")
     assert massless_motion(model, float_state(model, [0.3, 1, 0.4])) == ()
+
+
+def test_gimbal_lock_is_named_when_a_motion_starts_in_it():
+    s = fb.System("top")
+    rotor = s.body("rotor", fb.disk(1, 1))
+    s.gimbal("pivot", s.ground, rotor, to=(0, 0, -1), axis="ZXZ", coordinate="psi theta phi")
+    with pytest.raises(
+        SimulationError, match='singular at t = 0 s.*"psi\'" and "phi\'" together move no mass.*ball'
+    ):
+        fb.simulate(s, 1)
+
+
+def test_motion_without_inertia_is_named_before_anything_is_compiled():
+    s = fb.System("spin")
+    bead = s.body("bead", fb.particle(2))
+    s.hinge("axle", s.ground, bead, coordinate="theta")
+    with pytest.raises(ModelError, match="Joint 'axle' moves no mass.*Give what it carries mass"):
+        fb.simulate(s, 1)
+
+
+def test_impossible_body_by_values_is_refused():
+    s = fb.System("ball")
+    m = s.parameters(m=1.0)
+    s.free("air", s.ground, s.body("ball", fb.sphere(m, 1)))
+    with pytest.raises(MassError, match="Body 'ball'.*-2"):
+        fb.simulate(s, 1, values={"m": -2})

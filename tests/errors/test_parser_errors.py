@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import sympy
 
-from freebody.describe.parser import parse
+from freebody.scalar.parser import parse
 from freebody.errors import ExpressionError
 
 NAMES = {name: sympy.Symbol(name) for name in ("k", "theta", "theta'", "length")}

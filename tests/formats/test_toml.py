@@ -298,7 +298,7 @@ def test_expression_text() -> None:
         sympy.exp(-t): "exp(-t)",
         k ** sympy.Rational(-3, 2): "k**(-3/2)",
     }
-    from freebody.describe.parser import parse
+    from freebody.scalar.parser import parse
 
     for expression, text in cases.items():
         written = expression_text(expression, texts)

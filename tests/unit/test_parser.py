@@ -10,7 +10,7 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from freebody.describe.parser import FUNCTIONS, MAX_DEPTH, MAX_LENGTH, parse
+from freebody.scalar.parser import FUNCTIONS, MAX_DEPTH, MAX_LENGTH, parse
 from freebody.errors import ExpressionError
 
 t = sympy.Symbol("t")

@@ -303,8 +303,8 @@ def test_refusals_of_integrals(make, message):
         (lambda: plate(1, (1, 2), (1, 0, 0)), r"normal of a plate as 'x', 'y' or 'z'.*\.rotated"),
         (lambda: disk(-1, 1), "mass that is not negative, got -1 kg"),
         (
-            lambda: disk("m", 1),
-            r"the mass as a number or a SymPy expression, got the text 'm'.*parameters\(\)",
+            lambda: disk("m*", 1),
+            "the mass as a number or an expression of parameters: Expected a number",
         ),
         (lambda: disk(1, None), "radius of the disk as a number or a SymPy expression, got None"),
         (lambda: disk(1, float("nan")), "radius of the disk to be finite, got nan"),
@@ -326,3 +326,16 @@ def test_no_heavy_import():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_text_stands_for_the_parameters_of_a_system():
+    import freebody as fb
+
+    s = fb.System("bar")
+    m, a = s.parameters(m=1, a=2)
+    assert fb.slender_bar("m", "2*a", axis="y") == fb.slender_bar(m, 2 * a, axis="y")
+    s.body("bar", fb.slender_bar("m", "2*a"))
+    with pytest.raises(
+        fb.errors.ExpressionError, match="mass properties of body 'ball'.*'mm'; did you mean 'm'"
+    ):
+        s.body("ball", fb.sphere("mm", 1))

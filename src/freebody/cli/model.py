@@ -96,7 +96,7 @@ class Number(click.ParamType):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         if isinstance(value, float):
             return value
-        from ..describe.parser import parse
+        from ..scalar.parser import parse
 
         try:
             return float(parse(value, {}))

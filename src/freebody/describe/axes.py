@@ -43,7 +43,7 @@ def orientation(system: Any, axes: Any, what: str) -> Matrix:
     """A rotation matrix from None, a Rotation or nine entries."""
     if axes is None:
         return IDENTITY
-    rows = axes.matrix if isinstance(axes, Rotation) else axes
+    rows: Any = axes.matrix if isinstance(axes, Rotation) else axes
     rows = rows.tolist() if hasattr(rows, "tolist") else rows
     if (
         isinstance(rows, str)

@@ -210,6 +210,7 @@ def ball(
     Coordinates ``NAME_e0 … NAME_e3`` (scalar first), speeds ``NAME_wx, NAME_wy, NAME_wz``: the angular
     velocity of the child in the parent, components in the child's joint axes. ``coordinate`` replaces NAME.
     """
+    system.claim(name, system.joints, "joint")
     q: list[Any] = []
     if not closes_loop(system, child):
         q = _components(system, coordinate or name, ["e0", "e1", "e2", "e3"], "coordinate")
@@ -229,6 +230,7 @@ def free(
     quaternion ``NAME_e0 … NAME_e3``; speeds ``NAME_wx …`` and ``NAME_vx …``: angular velocity of the child
     and velocity of the point ``to``, both relative to the parent and in the child's joint axes.
     """
+    system.claim(name, system.joints, "joint")
     if closes_loop(system, child):
         raise ModelError(
             f"Free joint '{name}' would leave '{child.name}', which another joint holds, free: it does nothing. Leave it out."
@@ -253,14 +255,13 @@ def closes_loop(system: System, child: Any) -> bool:
     """Whether a joint with this child closes a loop: the child is the ground, or hangs on an earlier joint."""
     if not isinstance(child, Body):
         return False
-    return child.is_ground or any(joint.child is child for joint in system.joints.values())
+    return child.system is system and (child.is_ground or child.name in system.hung)
 
 
 def _coordinates(system: System, child: Any, name: str, given: Any, defaults: list[str]) -> list[Any]:
     """Displacements of a joint: new coordinates by name, or expressions; none for a joint that closes a loop."""
     what = f"the coordinate of joint '{name}'"
-    if name in system.joints:
-        system.claim(name, system.joints, "joint")
+    system.claim(name, system.joints, "joint")
     if closes_loop(system, child):
         if given is not None:
             raise ModelError(
@@ -343,6 +344,7 @@ def _add(
         closes_loop(system, child),
     )  # fmt: skip
     system.joints[name] = joint
+    system.hung.add(child.name)
     return joint
 
 

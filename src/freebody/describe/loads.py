@@ -38,7 +38,7 @@ def force(system: System, name: str, at: Any, components: Any, *, frame: Body | 
     what = f"force '{name}'"
     system.claim(name, system.loads, "load")
     if isinstance(at, Joint):
-        return _joint_force(system, name, at, components, what, "slider")
+        return _joint_force(system, name, at, components, what, ("slider",))
     point = system.own_point(at, what)
     axes = system.ground if frame is None else system.own_body(frame, what)
     return _store(system, Force(name, point, system.vector(components, what), axes))
@@ -53,13 +53,13 @@ def torque(
     frame: Body | None = None,
     reaction_on: Body | None = None,
 ) -> Load:
-    """A couple on a body, or of a motor along a hinge.
+    """A couple on a body, or of a motor along a hinge or a screw.
 
     Parameters
     ----------
     name : str
     on : Body or Joint (a hinge)
-    components : three expressions [N m] (one, for a joint)
+    components : three expressions [N m] (one, for a joint, conjugate to its angle)
     frame : Body, optional
         The body in whose axes the components are given; ground axes if not given.
     reaction_on : Body, optional
@@ -68,7 +68,7 @@ def torque(
     what = f"torque '{name}'"
     system.claim(name, system.loads, "load")
     if isinstance(on, Joint):
-        return _joint_force(system, name, on, components, what, "hinge")
+        return _joint_force(system, name, on, components, what, ("hinge", "screw"))
     body = system.own_body(on, what)
     axes = system.ground if frame is None else system.own_body(frame, what)
     other = None if reaction_on is None else system.own_body(reaction_on, what)
@@ -184,7 +184,10 @@ def _ends(system: System, start: Any, end: Any, what: str) -> tuple[Point, Point
 
 def _displacement(system: System, joint: Joint, index: int, what: str) -> tuple[Joint, int]:
     if system.joints.get(joint.name) is not joint:
-        raise ModelError(f"{what[0].upper()}{what[1:]}: joint '{joint.name}' belongs to another system.")
+        raise ModelError(
+            f"{what[0].upper()}{what[1:]}: joint '{joint.name}' belongs to another system than '{system.name}'. "
+            f"Name a joint of this one."
+        )
     kinds = [p.kind for p in joint.primitives]
     if kinds[0] in ("ball", "free", "weld"):
         raise ModelError(
@@ -198,11 +201,13 @@ def _displacement(system: System, joint: Joint, index: int, what: str) -> tuple[
     return joint, index
 
 
-def _joint_force(system: System, name: str, joint: Joint, value: Any, what: str, kind: str) -> Any:
+def _joint_force(
+    system: System, name: str, joint: Joint, value: Any, what: str, kinds: tuple[str, ...]
+) -> Any:
     joint, index = _displacement(system, joint, 0, what)
-    if len(joint.primitives) != 1 or joint.primitives[0].kind not in (kind, "screw"):
+    if len(joint.primitives) != 1 or joint.primitives[0].kind not in kinds:
         raise ModelError(
-            f"{what[0].upper()}{what[1:]} acts along a {kind}, but '{joint.name}' is a {joint.type}. "
+            f"{what[0].upper()}{what[1:]} acts along a {' or a '.join(kinds)}, but '{joint.name}' is a {joint.type}. "
             f"Act on the body, or use s.generalized_force on one of the joint's coordinates."
         )
     if hasattr(value, "__len__") and not isinstance(value, str):

@@ -16,7 +16,7 @@ import sympy
 
 from ..errors import ExpressionError, ModelError, nearest
 from ..scalar.expression import exact
-from .parser import parse
+from ..scalar.parser import parse
 
 TIME = sympy.Symbol("t")
 _NOT_REAL = (sympy.I, sympy.oo, -sympy.oo, sympy.zoo, sympy.nan)

@@ -54,6 +54,7 @@ class System:
         self.ground = Body(self, "ground")
         self.bodies: dict[str, Body] = {}
         self.joints: dict[str, Joint] = {}
+        self.hung: set[str] = set()  # bodies that are the child of a joint
         self.loads: dict[str, Load] = {}
         self.constraints: dict[str, Constraint] = {}
         self.declared: dict[str, Any] = {}  # coordinates by name, in order of declaration

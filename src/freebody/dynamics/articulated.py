@@ -12,9 +12,11 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §7.3.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from typing import Any
 
-from ..model.model import GROUND, Model
+from ..errors import ModelError
+from ..model.model import GROUND, Link, Model
 from ..scalar.algebra import IDENTITY, ZERO, Matrix, divide, negate
 from ..space.spatial import (
     Blocks,
@@ -80,6 +82,7 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
                 [along.get(i, 0)] if link.one_dof else [extra.get(link.u + k, 0) for k in range(len(motion))]
             )
             m = [t - power(S, p[i]) for t, S in zip(tau, motion, strict=True)]
+            _check_inertia(link, motion, U)
             D = [[power(S, W) for W in U] for S in motion]
             kept[i] = (motion, U, m, D)
             if link.parent != GROUND:
@@ -117,6 +120,18 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
                     own[link.u + k] = rate
         A.append(a)
     return accelerations_of_coordinates(model, state, second, own)
+
+
+def _check_inertia(link: Link, motion: list[Spatial], U: list[Spatial]) -> None:
+    """A motion that meets no inertia at all, whatever the state, can not be solved for."""
+    for S, W in zip(motion, U, strict=True):
+        along = power(S, W)
+        if isinstance(along, int | Fraction) and along == 0:
+            raise ModelError(
+                f"Joint '{link.joint}' moves no mass: its own motion meets no inertia, so that no acceleration "
+                f"follows from the forces. Give what it carries mass or moment of inertia, weld it, or leave out "
+                f"the motion."
+            )
 
 
 def _free_motions(model: Model, state: State, i: int) -> list[Spatial]:
@@ -186,4 +201,13 @@ def _by_mass_matrix(model: Model, state: State, forces: Sequence[Any] | None) ->
     right = [-x for x in bias(model, state)]
     if forces is not None:
         right = [a + b for a, b in zip(right, forces, strict=True)]
-    return tuple(solve_symmetric([list(row) for row in mass_matrix(model, state)], right))
+    try:
+        return tuple(solve_symmetric(mass_matrix(model, state), right))
+    except ZeroDivisionError:
+        shared = sorted(
+            {model.speed_names[j] for link in model.links for j, _ in link.partials if len(link.partials) > 1}
+        )
+        raise ModelError(
+            f"The mass matrix is singular in every configuration: {', '.join(shared)} do not move the masses "
+            f"independently of each other. Leave out a coordinate, or let it move a body of its own."
+        ) from None

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ModelError
+from ..errors import MassError, ModelError
 from ..model.model import Model
 from .composite import mass_matrix
 from .state import State, float_state
@@ -34,6 +34,29 @@ def massless_motion(model: Model, state: State) -> tuple[str, ...]:
         return ()
     share = np.abs(vectors[:, 0])
     return tuple(model.speed_names[i] for i in np.flatnonzero(share > share.max() / len(M)))
+
+
+def check_bodies(model: Model, values: Mapping[str, float]) -> None:
+    """Refuse values of parameters with which a body is impossible: a negative mass, moment or dimension.
+
+    Raises
+    ------
+    MassError
+        The body, the test that failed and by how much.
+    """
+    state = float_state(model, values=values)
+    for name, place in model.bodies.items():
+        properties = place.properties
+        if properties is None:
+            continue
+        numbers = [float(state(x)) for x in (place.mass, *properties.positive)]
+        moments = np.linalg.eigvalsh([[float(x) for x in row] for row in state.matrix(place.inertia)])
+        # a quick look at floats; the message, and the last word, are those of the mass properties
+        if min(numbers, default=0) < 0 or moments[0] < 0 or moments[0] + moments[1] < moments[2]:
+            try:
+                properties.check(values)
+            except MassError as error:
+                raise MassError(f"Body '{name}': {error}") from None
 
 
 def check_mobility(model: Model, values: Mapping[Any, Any] | None = None) -> None:

@@ -71,7 +71,7 @@ def equations(system: System | Model) -> Equations:
     >>> bob = s.body("bob", fb.particle(m))
     >>> pin = s.hinge("pin", s.ground, bob, to=(0, L, 0), coordinate="theta")
     >>> print(fb.equations(s).text())
-    L**2*m*theta'' + L*g*m*sin(theta) = 0
+    m*L^2*theta'' + m*L*g*sin(theta) = 0
     """
     model = system if isinstance(system, Model) else assemble(system)
     return Equations(model)

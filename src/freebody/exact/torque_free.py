@@ -9,12 +9,14 @@ sections 33, 36 and 37; F. W. J. Olver et al., *NIST Handbook of Mathematical Fu
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
-from scipy.special import ellipj, ellipkinc
 
 from ..errors import ModelError
+from .elliptic import matrix as rotation_matrix
+from .elliptic import quaternion as quaternion_of
+from .rigid_body import TorqueFreeMotion, solution
 
 
 @dataclass(frozen=True)
@@ -104,77 +106,143 @@ def torque_free_symmetric(I1: float, I3: float, w1: float, w3: float, t: Any = 0
     )
 
 
-def torque_free(moments: Any, w0: Any, t: Any) -> np.ndarray:
-    """Angular velocity of any torque-free rigid body, by Jacobi's elliptic functions.
+@overload
+def torque_free(I: Any, w0: Any, t: None = None, *, attitude: Any = None) -> TorqueFreeMotion: ...
+@overload
+def torque_free(I: Any, w0: Any, t: Any, *, attitude: Any = None) -> np.ndarray: ...
+def torque_free(I: Any, w0: Any, t: Any = None, *, attitude: Any = None) -> TorqueFreeMotion | np.ndarray:
+    """Motion of any rigid body about its mass centre with no torque, in closed form.
 
-    With axes 1, 2, 3 relabelled so that I_2 is the middle moment and H² lies between 2 T I_2 and 2 T I_3::
-
-        w_1 = a cn(tau),  w_2 = b sn(tau),  w_3 = c dn(tau),  tau = p t + tau_0
-        a² = A / (I_1 (I_3 - I_1)),  b² = A / (I_2 (I_3 - I_2)),  c² = B / (I_3 (I_3 - I_1)),
-        A = 2 T I_3 - H²,  B = H² - 2 T I_1,  p² = (I_3 - I_2) B / (I_1 I_2 I_3),
-        modulus k² = (I_2 - I_1) A / ((I_3 - I_2) B)
+    Two equal moments: body and space cones. Three different ones: Jacobi's elliptic functions for the angular velocity
+    and an elliptic integral of the third kind for the turn about H; hyperbolic functions on the separatrix. The
+    equations are in :mod:`freebody.exact.rigid_body`.
 
     Parameters
     ----------
-    moments : array-like, shape (3,)
-        Principal moments of inertia about the mass centre, in any order, equal ones included [kg m²].
+    I : array-like, shape (3,) or (3, 3)
+        Principal moments of inertia about the mass centre, in any order, equal ones included; or the inertia matrix in
+        body axes, which is diagonalized [kg m²].
     w0 : array-like, shape (3,)
-        Angular velocity at t = 0, components along the principal axes [rad/s].
-    t : float or array-like, shape (...)
-        Time [s].
+        Angular velocity at t = 0, body axes (the principal axes, if moments were given) [rad/s].
+    t : float or array-like, shape (...), optional
+        Times [s]: short for ``torque_free(I, w0).angular_velocity(t)``.
+    attitude : array-like, shape (3, 3) or (4,), optional
+        R_NB at t = 0, or its unit quaternion, scalar part first. Default: body axes and inertial axes coincide.
 
     Returns
     -------
-    ndarray, shape (..., 3)
-        Angular velocity, components along the principal axes of the body [rad/s].
+    TorqueFreeMotion
+        With ``angular_velocity(t)``, ``attitude(t)``, ``quaternion(t)``, ``polhode()``, ``herpolhode(t)``, ``cones``, ``period``...;
+        or, when ``t`` is given, ndarray, shape (..., 3): the angular velocity in body axes [rad/s].
 
     Raises
     ------
     ModelError
-        If a moment of inertia is not positive.
+        If a moment of inertia is not positive, the inertia matrix is not symmetric, the angular velocity has not three
+        finite components, or the attitude is no rotation.
 
     Notes
     -----
-    Relative error about 1e-15 / (1 - k²): near the separatrix (rotation about the middle axis) the period
-    itself depends on the initial state as log(1 - k²), and no formula in doubles does better.
+    The data count as exact numbers, and what decides the period is computed from them to 100 digits. So the motion is
+    that of the given doubles to about 1e-14, however near to the separatrix, and the error does not grow with time.
+    (That motion may itself depend strongly on the data: near the separatrix the period grows as log(1/(1 - k²)).)
+    Principal moments of a full matrix that are equal to rounding are taken as equal.
 
     References
     ----------
-    Landau and Lifshitz, *Mechanics*, section 37, eqs (37.8) to (37.10).
-    """
-    moments = np.asarray(moments, dtype=float)
-    w0 = np.asarray(w0, dtype=float)
-    _check(moments)
-    t = np.asarray(t, dtype=float)
-    order = np.argsort(moments, kind="stable")
-    # H² - 2 T I_2 without cancellation of the large terms: the sign tells which extreme axis w circles
-    low, mid, high = order
-    circles_high = moments[high] * (moments[high] - moments[mid]) * w0[high] ** 2
-    circles_low = moments[low] * (moments[mid] - moments[low]) * w0[low] ** 2
-    one, two, three = (low, mid, high) if circles_high >= circles_low else (high, mid, low)
-    (I1, I2, I3), (w1, w2, w3) = moments[[one, two, three]], w0[[one, two, three]]
+    Landau and Lifshitz, *Mechanics*, 3rd ed., section 37; Whittaker, *Analytical Dynamics*, sections 69 to 71.
 
-    A = I1 * (I3 - I1) * w1**2 + I2 * (I3 - I2) * w2**2  # 2 T I_3 - H²
-    B = I2 * (I2 - I1) * w2**2 + I3 * (I3 - I1) * w3**2  # H² - 2 T I_1
-    omega = np.broadcast_to(w0, (*t.shape, 3)).copy()
-    # rotation about a principal axis is steady, and so is any axis between two equal moments
-    if np.count_nonzero(w0) < 2 or A == 0 or B == 0 or I3 == I2:
-        return omega
-    a = np.sqrt(A / (I1 * (I3 - I1)))
-    b = np.sqrt(A / (I2 * (I3 - I2)))
-    c = np.sqrt(B / (I3 * (I3 - I1)))
-    p = np.sqrt((I3 - I2) * B / (I1 * I2 * I3))
-    m = min(1.0, (I2 - I1) * A / ((I3 - I2) * B))
-    # I_2 w_2' = e (I_3 - I_1) w_3 w_1, with e = +1 when (1, 2, 3) are in right-handed order
-    handed = 1 if (one, two, three) in ((0, 1, 2), (1, 2, 0), (2, 0, 1)) else -1
-    side = 1.0 if w3 >= 0 else -1.0
-    sign = handed * np.sign(I3 - I1) * side
-    tau = p * t + ellipkinc(np.arctan2(sign * w2 / b, w1 / a), m)
-    sn, cn, dn, _ = ellipj(tau, m)
-    omega[..., one] = a * cn
-    omega[..., two] = sign * b * sn
-    omega[..., three] = side * c * dn
-    return omega
+    Examples
+    --------
+    A body thrown to turn about its middle axis turns over again and again:
+
+    >>> motion = torque_free((1.0, 2.0, 3.0), (0.0, 2.0, 1e-3))
+    >>> motion
+    <torque-free triaxial motion: I = (1, 2, 3) kg m², w0 = (0, 2, 0.001) rad/s, period 31.3... s>
+    >>> motion.angular_velocity([0.0, motion.period / 2]).round(6) + 0.0
+    array([[ 0.   ,  2.   ,  0.001],
+           [ 0.   , -2.   ,  0.001]])
+    >>> motion.attitude(0.0).round(6)
+    array([[1., 0., 0.], [0., 1., 0.], [0., 0., 1.]])
+
+    The cones of a coin that wobbles twice as fast as it turns:
+
+    >>> cones = torque_free((1.0, 1.0, 2.0), (0.01, 0.0, 5.0)).cones
+    >>> round(cones.rate, 3), round(cones.precession_rate, 3)
+    (5.0, 10.0)
+    """
+    matrix = np.asarray(I, dtype=float)
+    if matrix.shape == (3, 3):
+        moments, axes = _principal(matrix)
+    elif matrix.shape == (3,):
+        moments, axes = matrix, np.eye(3)
+    else:
+        raise ModelError(
+            f"Expected three principal moments of inertia or a 3 x 3 inertia matrix, got shape {matrix.shape}."
+        )
+    _check(moments)
+    w = np.asarray(w0, dtype=float)
+    if w.shape != (3,) or not np.isfinite(w).all():
+        raise ModelError(f"Expected three finite components of the angular velocity w0 in body axes, got {w0!r}.")
+    start = _unit_quaternion(attitude)
+    along = axes.T @ w
+    if not np.array_equal(axes, np.eye(3)):
+        along[abs(along) <= 4 * np.finfo(float).eps * np.linalg.norm(w)] = 0.0  # rounding of the axes
+    parts = solution(moments, along)
+    motion = TorqueFreeMotion(
+        kind=parts.kind,
+        moments=moments,
+        axes=axes,
+        w0=w,
+        energy=float(moments @ along**2) / 2,
+        momentum=rotation_matrix(start) @ (axes @ (moments * along)),
+        period=parts.period,
+        precession_per_period=parts.precession_per_period,
+        modulus2=parts.modulus2,
+        complementary=parts.complementary,
+        _solution=parts,
+        _start=start,
+    )
+    return motion if t is None else motion.angular_velocity(t)
+
+
+def _principal(inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Principal moments and axes (columns, right-handed) of an inertia matrix; a diagonal one keeps its axes."""
+    size = float(abs(inertia).max())
+    if not np.isfinite(inertia).all() or abs(inertia - inertia.T).max() > 1e-12 * size:
+        raise ModelError(
+            "Expected a symmetric 3 x 3 inertia matrix of finite numbers, got one with a largest difference of "
+            f"{abs(inertia - inertia.T).max():g} kg m² across its diagonal. Products of inertia come in equal pairs, "
+            "-sum(m x y); use (I + I.T) / 2 if the difference is noise."
+        )
+    if np.array_equal(inertia, np.diag(np.diag(inertia))):
+        return np.diag(inertia).copy(), np.eye(3)
+    moments, axes = np.linalg.eigh(inertia)
+    noise = 16 * np.finfo(float).eps * size
+    if moments[2] - moments[0] <= noise:
+        moments[:] = moments.mean()
+    elif moments[1] - moments[0] <= noise:
+        moments[:2] = moments[:2].mean()
+    elif moments[2] - moments[1] <= noise:
+        moments[1:] = moments[1:].mean()
+    if np.linalg.det(axes) < 0:
+        axes[:, 0] *= -1
+    return moments, axes
+
+
+def _unit_quaternion(attitude: Any) -> np.ndarray:
+    if attitude is None:
+        return np.array([1.0, 0.0, 0.0, 0.0])
+    given = np.asarray(attitude, dtype=float)
+    if given.shape == (4,) and abs(np.linalg.norm(given) - 1) < 1e-9:
+        return given / np.linalg.norm(given)
+    if given.shape == (3, 3) and abs(given.T @ given - np.eye(3)).max() < 1e-9 and np.linalg.det(given) > 0:
+        return quaternion_of(given)
+    raise ModelError(
+        "Expected the attitude at t = 0 as a rotation matrix R_NB, shape (3, 3), or a unit quaternion, shape (4,), scalar "
+        f"part first; got {given.tolist()}. Normalize the quaternion; a matrix must have orthonormal columns and the "
+        "determinant +1."
+    )
 
 
 def _check(moments: Any) -> None:

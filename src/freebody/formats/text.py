@@ -1,4 +1,4 @@
-"""Expressions as the text that `describe.parser` reads."""
+"""Expressions as the text that `scalar.parser` reads."""
 
 from __future__ import annotations
 

@@ -81,7 +81,7 @@ def assemble(system: System) -> Model:
         mass = joint.child.mass_properties
         assert mass is not None
         bodies[joint.child.name] = Place(
-            numbers[-1], _minus(ZERO, joint.to), mass.mass, mass.center, mass.inertia
+            numbers[-1], _minus(ZERO, joint.to), mass.mass, mass.center, mass.inertia, mass
         )
         joints[joint.name] = JointPlace(
             joint.type, tuple(numbers), joint.parent.name, joint.child.name, joint.at, joint.to
@@ -134,9 +134,10 @@ def _outward(system: System) -> list[Joint]:
         children.setdefault(joint.parent.name, []).append(joint)
     loose = [name for name in system.bodies if name not in hangs]
     if loose:
-        as_parent = [name for name in loose if name in children]
+        carries = {joint.parent.name: joint.name for joint in system.joints.values()}
+        as_parent = [name for name in loose if name in carries]
         cure = (
-            f"It is only the parent of joint '{children[as_parent[0]][0].name}': exchange parent and child, "
+            f"It is only the parent of joint '{carries[as_parent[0]]}': exchange parent and child, "
             f"or join it too."
             if as_parent
             else f"Join it to the ground or to another body; a body that flies has s.free('air', s.ground, {loose[0]})."

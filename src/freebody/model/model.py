@@ -9,6 +9,7 @@ from typing import Any
 from ..describe.load import Load
 from ..describe.system import Parameter
 from ..scalar.algebra import Matrix, Vector
+from ..space.mass import MassProperties
 
 GROUND = -1
 
@@ -78,6 +79,7 @@ class Place:
     mass: Any
     center: Vector  # from the body's origin
     inertia: Matrix
+    properties: MassProperties | None = None
 
 
 @dataclass(frozen=True)
@@ -154,4 +156,6 @@ class Model:
         return parameter_values(self, given or {})
 
     def __repr__(self) -> str:
-        return f"Model '{self.name}': {len(self.bodies)} bodies, {self.n_u} degrees of freedom"
+        bodies = "1 body" if len(self.bodies) == 1 else f"{len(self.bodies)} bodies"
+        freedom = "1 degree of freedom" if self.n_u == 1 else f"{self.n_u} degrees of freedom"
+        return f"Model '{self.name}': {bodies}, {freedom}"

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..dynamics.mobility import check_bodies, massless_motion
+from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
 from . import path as runs
 from .event import expressions_of, specs_of
@@ -109,6 +111,7 @@ def simulate(
     kernels = kernels_of(s)
     model = kernels.model
     numbers = model.values(values)
+    check_bodies(model, numbers)
     begin = number(model, numbers, start, "start")
     end = number(model, numbers, until, "until")
     if times is not None and samples is not None:
@@ -222,9 +225,26 @@ def _culprit(path: Path, kernels: Kernels) -> int:
     return n_q + int(np.argmax(np.where(np.isfinite(fast), fast, math.inf)))
 
 
+def _massless(path: Path, kernels: Kernels, trajectory: Trajectory) -> tuple[str, ...]:
+    """Speeds that together move no mass at the last good state."""
+    n_q, n_u = kernels.model.n_q, kernels.model.n_u
+    y = path.states[-1]
+    state = float_state(
+        kernels.model, y[:n_q].tolist(), y[n_q : n_q + n_u].tolist(), path.end, trajectory.values
+    )
+    return massless_motion(kernels.model, state)
+
+
 def _failure(trajectory: Trajectory, path: Path, kernels: Kernels, end: float) -> SimulationError:
     name = kernels.names[_culprit(path, kernels)]
-    if path.status == runs.NOT_FINITE:
+    idle = _massless(path, kernels, trajectory) if path.status == runs.NOT_FINITE else ()
+    if idle:
+        what = (
+            f"the mass matrix is singular at t = {path.end:.9g} s: there {' and '.join(map(repr, idle))} together "
+            "move no mass. Euler angles whose axes line up do this: start or describe the body in another sequence "
+            "of angles, or use a ball joint, which has no such attitude."
+        )
+    elif path.status == runs.NOT_FINITE:
         what = (
             f"the rate of '{name}' is not a finite number just after t = {path.end:.9g} s. A division by zero, a "
             "root or logarithm of a negative number, or a singular mass matrix does this: check the loads, masses "

@@ -1,7 +1,8 @@
 """What a user may give as a number, a vector or a matrix, and what it becomes.
 
 A number is kept as it is (int, Fraction, float) or made plain (NumPy's and SymPy's numbers); any
-other SymPy expression stays one. Text is refused here: only a system can say what its names mean.
+other SymPy expression stays one. A name in a text stands for the parameter of that name: the same real
+symbol that a system makes of it, and only a system can say whether it has one.
 """
 
 from __future__ import annotations
@@ -13,11 +14,22 @@ from typing import Any
 
 import sympy
 
-from ..errors import MassError, ModelError
+from ..errors import ExpressionError, MassError, ModelError
 from ..scalar.algebra import Field, Matrix, Vector, floats
 from ..scalar.expression import exact
+from ..scalar.parser import parse
 
 AXES: dict[str, Vector] = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
+
+
+class _Parameters(dict[str, Any]):
+    """Any name as a parameter."""
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and name.isidentifier()
+
+    def __getitem__(self, name: str) -> Any:
+        return sympy.Symbol(name, real=True)
 
 
 def number(value: Any, what: str = "a number", error: type[ModelError] = ModelError) -> Any:
@@ -25,12 +37,14 @@ def number(value: Any, what: str = "a number", error: type[ModelError] = ModelEr
 
     >>> number(sympy.Rational(1, 2)), number(2), number(sympy.Symbol("m") / 2)
     (Fraction(1, 2), 2, m/2)
+    >>> number("2*a")
+    2*a
     """
     if isinstance(value, str):
-        raise error(
-            f"Expected {what} as a number or a SymPy expression, got the text '{value}'. "
-            "Use the symbol that System.parameters() returned."
-        )
+        try:
+            return number(parse(value, _Parameters()), what, error)
+        except ExpressionError as problem:
+            raise error(f"Expected {what} as a number or an expression of parameters: {problem}") from None
     if isinstance(value, bool) or value is None:
         raise error(f"Expected {what} as a number or a SymPy expression, got {value!r}.")
     if isinstance(value, (int, Fraction)):
