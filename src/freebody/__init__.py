@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .describe.system import System as System
     from .equations.equations import equations as equations
     from .equations.linearize import linearize as linearize
+    from .equations.steady import steady_motions as steady_motions
     from .formats import read as read
     from .formats import write as write
     from .model.assemble import assemble as assemble
@@ -83,6 +84,7 @@ _EXPORTS = {
     "slender_bar": "space.solids",
     "sphere": "space.solids",
     "spherical_shell": "space.solids",
+    "steady_motions": "equations.steady",
     "testing": "testing",
     "torus": "space.solids",
     "tube": "space.solids",
