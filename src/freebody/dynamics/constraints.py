@@ -85,7 +85,9 @@ def residuals(model: Model, state: State) -> list[Any]:
         elif isinstance(constraint, Rolling):
             result += _rolling(model, state, constraint)
         elif isinstance(constraint, Gear):
-            first, second = (_displacement(model, state, joint) for joint in (constraint.first, constraint.second))
+            first, second = (
+                _displacement(model, state, joint) for joint in (constraint.first, constraint.second)
+            )
             result.append(first - state(constraint.ratio) * second)
         else:
             result.append(state(constraint.expression))
@@ -117,7 +119,7 @@ def _closure(model: Model, state: State, joint: Closure) -> list[Any]:
 def _arm(model: Model, state: State, wheel: Rolling) -> Vector:
     """From the wheel's centre to its lowest point, in ground axes:
 
-        -R n for a sphere;  -R (n - (n·a) a) / sqrt(1 - (n·a)²) for a rim at right angles to the axle a.
+    -R n for a sphere;  -R (n - (n·a) a) / sqrt(1 - (n·a)²) for a rim at right angles to the axle a.
     """
     radius, n = state(wheel.radius), wheel.normal[1]
     if wheel.axis is None:

@@ -6,10 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ..describe.constraint import Rolling
+from ..model.closure import Closure
 from ..model.model import Model
+from ..scalar.algebra import ZERO, add, scale
 from .articulated import forward_dynamics
 from .constrained import constrained_dynamics, constrained_loading, constraint_power
-from .constraints import rows
+from .constraints import rows, wrenches
 from .loading import Loading, load_power, loading
 from .newton_euler import drive_power, reactions
 from .state import State
@@ -46,5 +49,13 @@ def total_power(model: Model, state: State, moving: Motion) -> Any:
 
 
 def all_reactions(model: Model, state: State, moving: Motion) -> dict[str, tuple[Any, Any]]:
-    """(force, moment) of every joint of the tree on its child, in ground axes."""
-    return reactions(model, state, moving.udot, loads=moving.loads)
+    """(force, moment) of every joint on its child, about its point there, in ground axes; loop-closing joints last."""
+    result = reactions(model, state, moving.udot, loads=moving.loads)
+    if not model.constraints:
+        return result
+    for row, value, acting in zip(rows(model), moving.multipliers, wrenches(model, state), strict=True):
+        if isinstance(model.constraints[row.owner], Closure | Rolling):
+            _, force, moment = acting[0]
+            f, n = result.get(row.owner, (ZERO, ZERO))
+            result[row.owner] = (add(f, scale(value, force)), add(n, scale(value, moment)))
+    return result

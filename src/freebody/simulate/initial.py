@@ -44,7 +44,14 @@ def number(model: Model, values: Mapping[str, float], given: Any, what: str) -> 
 def initial_state(
     model: Model, values: Mapping[str, float], initial: Mapping[Any, Any]
 ) -> NDArray[np.float64]:
-    """The state (q, u), shape (n_q + n_u,), in which what is not named is zero and unturned.
+    """The state (q, u), shape (n_q + n_u,), in which what is not named is zero and unturned."""
+    return named_state(model, values, initial)[0]
+
+
+def named_state(
+    model: Model, values: Mapping[str, float], initial: Mapping[Any, Any], where: str = "initial"
+) -> tuple[NDArray[np.float64], set[int]]:
+    """The state (q, u) and the places in it that were named.
 
     Parameters
     ----------
@@ -61,7 +68,7 @@ def initial_state(
         An unknown name (with the nearest known one), a value given twice, a quaternion of length zero.
     """
     if not isinstance(initial, Mapping):
-        raise SimulationError(f"Expected initial values by name, such as {{'theta': 0.1}}, got {initial!r}.")
+        raise SimulationError(f"Expected {where} values by name, such as {{'theta': 0.1}}, got {initial!r}.")
     names = [*model.coordinate_names, *model.speed_names]
     place = {name: i for i, name in enumerate(names)}
     turned = _quaternions_by_joint(model)
@@ -88,7 +95,7 @@ def initial_state(
                 put(turned[name] + k, part, key)
         else:
             raise SimulationError(
-                f"Unknown name '{name}' in initial; {nearest(name, [*names, *turned])}{_cure(name, place)}"
+                f"Unknown name '{name}' in {where}; {nearest(name, [*names, *turned])}{_cure(name, place)}"
             )
     for start in model.quaternions:
         four = y[start : start + 4]
@@ -102,7 +109,7 @@ def initial_state(
                 "Leave it out for no rotation, or give (1, 0, 0, 0)."
             )
         y[start : start + 4] = four / length
-    return y
+    return y, set(given)
 
 
 def _quaternions_by_joint(model: Model) -> dict[str, int]:

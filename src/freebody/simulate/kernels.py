@@ -24,16 +24,17 @@ from ..describe.system import System
 from ..dynamics import (
     State,
     coordinate_rates,
-    forward_dynamics,
     kinetic_energy,
-    mechanical_power,
     poses,
     potential_energy,
-    reactions,
     traced_state,
 )
+from ..describe.constraint import Rolling
+from ..dynamics.constrained import position_correction, speed_correction
+from ..dynamics.motion import all_reactions, motion, total_power
 from ..errors import ModelError
 from ..model import Model, assemble
+from ..model.closure import Closure
 from ..scalar.trace import Tape
 
 Array = NDArray[np.float64]
@@ -59,10 +60,18 @@ class Program:
 class Kernels:
     """Programs of one model."""
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, active: tuple[int, ...] = ()) -> None:
         self.model = model
+        self.active = active
+        self._others: dict[tuple[int, ...], Kernels] = {}
         self._programs: dict[Any, Program] = {}
         self._work: bool | None = None
+
+    def holding(self, active: tuple[int, ...]) -> Kernels:
+        """The programs of a constrained model with these independent conditions."""
+        if active not in self._others:
+            self._others[active] = Kernels(self.model, active)
+        return self._others[active]
 
     @property
     def works(self) -> bool:
@@ -100,14 +109,28 @@ class Kernels:
         """Functions ``rates`` and ``energy`` (kinetic, potential)."""
 
         def functions(state: State) -> dict[str, Sequence[Any]]:
-            udot = forward_dynamics(self.model, state)
-            power = mechanical_power(self.model, state, udot)
+            moving = motion(self.model, state, self.active)
+            power = total_power(self.model, state, moving)
             self._work = not _is_zero(power)
-            rates = [*coordinate_rates(self.model, state), *udot]
+            rates = [*coordinate_rates(self.model, state), *moving.udot]
             energy = [kinetic_energy(self.model, state), potential_energy(self.model, state)]
             return {"rates": [*rates, power] if self._work else rates, "energy": energy}
 
         return self._program("motion", functions)
+
+    def projection(self) -> Program:
+        """Function ``projection``: (q, u) moved onto the constraints, one Newton step for q, then u.
+
+        A state after a step is off by the local error, so one step, whose error is the square of that, reaches
+        round-off.
+        """
+
+        def functions(state: State) -> dict[str, Sequence[Any]]:
+            q = position_correction(self.model, state, self.active)
+            there = State(self.model, state.field, state.t, q, state.u, state.values)
+            return {"projection": [*q, *speed_correction(self.model, there, self.active)]}
+
+        return self._program("projection", functions)
 
     def poses(self) -> Program:
         """Function ``poses``: of each body, position (3) and rotation to ground axes (9, by rows)."""
@@ -124,12 +147,31 @@ class Kernels:
 
         return self._program("poses", functions)
 
+    @property
+    def transmitting(self) -> list[tuple[str, str, str]]:
+        """(name, body acted on, point) of every reaction, in the order of :meth:`reactions`."""
+        model = self.model
+        result = [
+            (name, joint.child, f"the point of joint '{name}' on '{joint.child}'")
+            for name, joint in model.joints.items()
+        ]
+        for name, held in model.constraints.items():
+            if isinstance(held, Closure):
+                result.append((name, held.child.name, f"the point of joint '{name}' on '{held.child.name}'"))
+            elif isinstance(held, Rolling):
+                result.append((name, held.center.body.name, f"the centre of the wheel of '{name}'"))
+        return result
+
     def reactions(self) -> Program:
         """Function ``reactions``: of each joint, force (3) and moment (3)."""
 
         def functions(state: State) -> dict[str, Sequence[Any]]:
-            found = reactions(self.model, state, forward_dynamics(self.model, state))
-            return {"reactions": [x for name in self.model.joints for vector in found[name] for x in vector]}
+            moving = motion(self.model, state, self.active)
+            found = all_reactions(self.model, state, moving)
+            return {
+                "reactions": [x for name in found for vector in found[name] for x in vector],
+                "multipliers": list(moving.multipliers),
+            }
 
         return self._program("reactions", functions)
 
@@ -173,6 +215,7 @@ def _parts(system: System) -> tuple[Any, ...]:
         *system.bodies.values(),
         *system.joints.values(),
         *system.loads.values(),
+        *system.constraints.values(),
         *system.about.values(),
         system.gravity,
     )

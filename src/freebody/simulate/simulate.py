@@ -19,6 +19,7 @@ from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
 from . import path as runs
 from .event import expressions_of, specs_of
+from .closing import closed_start
 from .initial import initial_state, number
 from .integrate import integrate
 from .kernels import Kernels, kernels_of
@@ -36,6 +37,8 @@ def simulate(
     until: Any,
     *,
     initial: Mapping[Any, Any] | None = None,
+    near: Mapping[Any, Any] | None = None,
+    project: bool = False,
     values: Mapping[Any, Any] | None = None,
     tolerance: float | Mapping[Any, float] = 1e-9,
     events: Any = (),
@@ -58,6 +61,12 @@ def simulate(
         Start, by name or SymPy atom: ``{"theta": "30deg", "theta'": 2}``. A number, or an expression of
         parameters. What is not named is zero. The name of a ball or free joint stands for its quaternion
         (w, x, y, z), or a :class:`freebody.Rotation`.
+    near : mapping, optional
+        Of a machine with constraints: coordinates and speeds to begin the search from, where those not named in
+        ``initial`` follow from the constraints.
+    project : bool
+        Of a machine with constraints: whether what is named in ``initial`` may move too, to the nearest state
+        that satisfies them.
     values : mapping, optional
         Values of parameters, by name or symbol, in place of their defaults.
     tolerance : float or mapping of name to float
@@ -123,7 +132,11 @@ def simulate(
         raise SimulationError(f"Expected a longest step greater than 0 s, got max_step={max_step!r}.")
     specs = specs_of(events)
     expressions = expressions_of(model, specs)
-    state = initial_state(model, numbers, initial or {})
+    if model.constraints:
+        state, active = closed_start(model, numbers, initial or {}, near or {}, begin, project)
+        kernels = kernels.holding(active)
+    else:
+        state = initial_state(model, numbers, initial or {})
     tolerances = _tolerances(kernels, tolerance)
 
     parameters = kernels.parameters(numbers)

@@ -11,6 +11,7 @@ import numpy as np
 import sympy
 from numpy.typing import ArrayLike, NDArray
 
+from ..dynamics.constraints import rows
 from ..errors import ExpressionError, SimulationError, nearest
 from .event import Event, EventSpec
 from .kernels import Kernels, Program
@@ -265,7 +266,11 @@ class Trajectory:
 
     @cached_property
     def reactions(self) -> dict[str, Reaction]:
-        """What every joint transmits to its child, about the joint's point on the child, in ground axes."""
+        """What every joint transmits to its child, about the joint's point on the child, in ground axes.
+
+        Joints that close loops and rolling wheels (about the centre of the wheel) are among them. Components that
+        are :attr:`indeterminate` are zero.
+        """
         found = self._observed(self.kernels.reactions(), "reactions", self.t, self.states)
         return _ByName(
             "joint",
@@ -273,12 +278,29 @@ class Trajectory:
                 name: Reaction(
                     found[:, 6 * i : 6 * i + 3],
                     found[:, 6 * i + 3 : 6 * i + 6],
-                    joint.child,
-                    f"the point of joint '{name}' on '{joint.child}'",
+                    on,
+                    about,
                 )
-                for i, (name, joint) in enumerate(self.kernels.model.joints.items())
+                for i, (name, on, about) in enumerate(self.kernels.transmitting)
             },
         )
+
+    @cached_property
+    def multipliers(self) -> dict[str, Array]:
+        """Constraint forces by name, shape (n,): components of loop-closing joints, tensions of ropes, forces of
+        conditions on coordinates and speeds."""
+        found = self._observed(self.kernels.reactions(), "multipliers", self.t, self.states)
+        names = [row.name for row in rows(self.kernels.model)]
+        return _ByName("constraint", {name: found[:, i] for i, name in enumerate(names)})
+
+    @property
+    def indeterminate(self) -> tuple[str, ...]:
+        """Constraint forces that no motion determines, because other constraints already do what theirs would.
+
+        A planar linkage of rigid parts has them: forces out of its plane depend on how its pins were fitted.
+        """
+        kept = set(self.kernels.active)
+        return tuple(row.name for i, row in enumerate(rows(self.kernels.model)) if i not in kept)
 
     @cached_property
     def data(self) -> xarray.Dataset:

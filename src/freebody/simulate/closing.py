@@ -1,0 +1,98 @@
+"""The start of a constrained motion: coordinates that close the loops, speeds that keep them closed.
+
+What the user names is held; what follows from the constraints is solved for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..dynamics import mass_matrix
+from ..dynamics.constrained import closed_coordinates, independent_rows
+from ..dynamics.constraints import linearized, rows
+from ..dynamics.state import float_state
+from ..errors import ModelError, SimulationError
+from ..model import Model
+from .initial import named_state
+
+MISSED = 1e-9
+"""Residual, relative to the sizes in it, beyond which a start does not satisfy the constraints."""
+
+
+def closed_start(
+    model: Model,
+    values: Mapping[str, float],
+    initial: Mapping[Any, Any],
+    near: Mapping[Any, Any],
+    t: float,
+    project: bool,
+) -> tuple[NDArray[np.float64], tuple[int, ...]]:
+    """State (q, u) on the constraints, and the conditions that are independent there.
+
+    Raises
+    ------
+    SimulationError
+        Named values that contradict the constraints: which condition is missed, and by how much.
+    """
+    y, named = named_state(model, values, initial)
+    guess, guessed = named_state(model, values, near, "near")
+    for i in guessed - named:
+        y[i] = guess[i]
+    q, u = y[: model.n_q].tolist(), y[model.n_q :]
+    held = () if project else _held(model, named)
+    try:
+        q = closed_coordinates(model, q, t, values, held)
+    except ModelError as error:
+        raise SimulationError(
+            f"The initial state is off the constraints of '{model.name}'. {error} Coordinates that are named stay as "
+            f"given: leave some out and they are solved for (near= tells where to look), or pass project=True "
+            f"to move all of them to the nearest closed position."
+        ) from None
+    state = float_state(model, q, u.tolist(), t, values)
+    active = independent_rows(model, state)
+    fixed = [] if project else [i - model.n_q for i in sorted(named) if i >= model.n_q]
+    y[: model.n_q] = q
+    y[model.n_q :] = _speeds(model, state, u, fixed)
+    return y, active
+
+
+def _held(model: Model, named: set[int]) -> tuple[int, ...]:
+    """Speeds along which nothing may move, since their coordinates are named."""
+    held: set[int] = set()
+    for i in named:
+        if i >= model.n_q:
+            continue
+        coordinate = model.coordinates[i]
+        if coordinate.kind == "scalar":
+            held.add(model.speed_names.index(coordinate.name + "'"))
+            continue
+        link = next(link for link in model.links if link.q >= 0 and link.q <= i < link.q + 7)
+        start = link.u if coordinate.kind == "quaternion" else link.u + 3
+        held.update(range(start, start + 3))
+    return tuple(sorted(held))
+
+
+def _speeds(model: Model, state: Any, u: Any, fixed: list[int]) -> Any:
+    """Speeds with G u + g = 0 that change the motion of the masses least, those ``fixed`` unchanged."""
+    given = linearized(model, state)
+    G = np.array([[float(x) for x in row] for row in given.matrix]).reshape(-1, model.n_u)
+    psi = np.array([float(x) for x in given.rate])
+    free = [j for j in range(model.n_u) if j not in fixed]
+    M = np.array([[float(x) for x in row] for row in mass_matrix(model, state)])
+    root = np.linalg.cholesky(M[np.ix_(free, free)])
+    step = np.linalg.solve(root.T, -np.linalg.pinv(np.linalg.solve(root, G[:, free].T).T, rcond=MISSED) @ psi)
+    result = u.copy()
+    result[free] += step
+    left = psi + G[:, free] @ step
+    size = 1 + np.abs(G).max(initial=0) * np.abs(result).max(initial=0)
+    worst = int(np.abs(left).argmax()) if len(left) else 0
+    if len(left) and abs(left[worst]) > MISSED * size:
+        raise SimulationError(
+            f"The initial speeds contradict the constraints of '{model.name}': the rate of '{rows(model)[worst].name}' "
+            f"is {left[worst]:.3g}, not 0. Name fewer speeds, so that the others can follow, or pass project=True."
+        )
+    return result
