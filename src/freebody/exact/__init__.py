@@ -1,7 +1,8 @@
 """Closed-form answers of the field, to check algorithms against. Nothing here imports an algorithm it checks.
 
-torque-free bodies      :func:`torque_free_symmetric`, :func:`torque_free`
-gyroscopes and tops     :func:`gyroscope_moments`, :func:`steady_precession`, :func:`least_spin`,
+torque-free bodies      :func:`torque_free` (any body, attitude too), :func:`torque_free_symmetric`
+heavy tops              :func:`top` (any spin and start), :func:`asymptotic_top`
+gyroscopes              :func:`gyroscope_moments`, :func:`steady_precession`, :func:`least_spin`,
                         :func:`sleeping_spin`, :func:`top_from_rest`, :func:`precession_response`
 planar machines         :func:`pendulum`, :func:`pendulum_period`, :func:`hinged_bar`, :func:`cart_and_bar`,
                         :func:`double_pendulum`, :func:`double_pendulum_frequencies`
@@ -19,6 +20,7 @@ from .gyroscope import (
     steady_precession,
     top_from_rest,
 )
+from .heavy_top import TopPath, asymptotic_top, top
 from .planar import (
     CartAndBar,
     DoublePendulum,
@@ -28,16 +30,21 @@ from .planar import (
     double_pendulum_frequencies,
     hinged_bar,
 )
+from .rigid_body import Cones, TorqueFreeMotion
 from .swing import pendulum, pendulum_period
 from .torque_free import SymmetricMotion, torque_free, torque_free_symmetric
 
 __all__ = [
     "CartAndBar",
+    "Cones",
     "DoublePendulum",
     "HingedBar",
     "PrecessionResponse",
     "SymmetricMotion",
     "TopMotion",
+    "TopPath",
+    "TorqueFreeMotion",
+    "asymptotic_top",
     "cart_and_bar",
     "double_pendulum",
     "double_pendulum_frequencies",
@@ -49,6 +56,7 @@ __all__ = [
     "precession_response",
     "sleeping_spin",
     "steady_precession",
+    "top",
     "top_from_rest",
     "torque_free",
     "torque_free_symmetric",

@@ -1,12 +1,12 @@
-"""Jacobi's functions and the integrals of the third kind of a motion, vectorized over time and good up to k² = 1.
+"""Jacobi's functions and the integrals of the third kind of a motion, vectorized over time, up to k² = 1.
 
-A motion that is periodic in tau with the quarter period K is followed from the nearest multiple of K: there ``|x| <= K/2``,
-every quantity is a sum of positive terms, and all digits stay. Whole quarters are counted exactly, so that errors do
-not grow with time.
+A motion that is periodic in tau with the quarter period K is followed from the nearest multiple of K: there
+``|x| <= K/2``, every quantity is a sum of positive terms, and all digits stay. Whole quarters are counted
+exactly, so that errors do not grow with time.
 
-Sources: *NIST Handbook of Mathematical Functions* (DLMF), chapters 19, 20 and 22; E. T. Whittaker, G. N. Watson, *A
-Course of Modern Analysis*, 4th ed., chapters 21 and 22; B. C. Carlson, "Computing elliptic integrals by duplication",
-*Numerische Mathematik* 33 (1979), 1-16.
+Sources: *NIST Handbook of Mathematical Functions* (DLMF), chapters 19, 20 and 22; E. T. Whittaker, G. N.
+Watson, *A Course of Modern Analysis*, 4th ed., chapters 21 and 22; B. C. Carlson, "Computing elliptic
+integrals by duplication", *Numerische Mathematik* 33 (1979), 1-16.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ _FAR = 300.0  # cosh(x)² and 1 / cosh(x)² are still doubles
 class Jacobi:
     """sn, cn and dn of parameter m = k² for arguments between -K/2 and K/2, by theta series.
 
-    With the nome q = exp(-pi K'/K), z = pi x / (2 K) for m <= 1/2 (DLMF 22.2.4 to 22.2.6); for m > 1/2 by Jacobi's
-    imaginary transformation sn(x, k) = -i sc(i x, k'), cn = nc(i x, k'), dn = dc(i x, k') (DLMF 22.6.1), whose series
-    are hyperbolic: at k = 1 they are tanh(x), sech(x), sech(x).
+    With the nome q = exp(-pi K'/K), z = pi x / (2 K) for m <= 1/2 (DLMF 22.2.4 to 22.2.6); for m > 1/2 by
+    Jacobi's imaginary transformation sn(x, k) = -i sc(i x, k'), cn = nc(i x, k'), dn = dc(i x, k') (DLMF
+    22.6.1), whose series are hyperbolic: at k = 1 they are tanh(x), sech(x), sech(x).
 
     Parameters
     ----------
@@ -52,7 +52,9 @@ class Jacobi:
         # terms smaller than 1e-20 of the first one are left out (their exponentials may not even be doubles)
         orders = [n for n in range(9) if n == 0 or n * (n + 1) * decay - (2 * n + 1) * farthest < 46]
         self._odd = [(2 * n + 1, math.exp(-n * (n + 1) * decay) if n else 1.0) for n in orders]
-        self._even = [(2 * n, math.exp(-n * n * decay)) for n in range(1, 9) if n * n * decay - 2 * n * farthest < 46]
+        self._even = [
+            (2 * n, math.exp(-n * n * decay)) for n in range(1, 9) if n * n * decay - 2 * n * farthest < 46
+        ]
         self._theta2 = sum(weight for _, weight in self._odd)  # without 2 q^(1/4)
         self._theta3 = 1 + 2 * sum(weight for _, weight in self._even)
         self._theta4 = 1 + 2 * sum((-1) ** (n // 2) * weight for n, weight in self._even)
@@ -63,8 +65,9 @@ class Jacobi:
         z = self._scale * (np.clip(x, -_FAR, _FAR) if math.isinf(self.K) else x)
         theta1 = sum((-1) ** (n // 2) * weight * sine(n * z) for n, weight in self._odd)
         theta2 = sum(weight * cosine(n * z) for n, weight in self._odd)
-        theta3 = 1 + 2 * sum(weight * cosine(n * z) for n, weight in self._even)
-        theta4 = 1 + 2 * sum((-1) ** (n // 2) * weight * cosine(n * z) for n, weight in self._even)
+        one = np.ones_like(z)  # without even terms (m = 0 or 1) the sums below are plain numbers
+        theta3 = one + 2 * sum(weight * cosine(n * z) for n, weight in self._even)
+        theta4 = one + 2 * sum((-1) ** (n // 2) * weight * cosine(n * z) for n, weight in self._even)
         if self._hyperbolic:
             return (
                 self._theta3 / self._theta4 * theta1 / theta2,
@@ -81,8 +84,8 @@ class Jacobi:
 class Beat:
     """Whole multiples of an interval taken out of times: t = n T + r, \\|r\\| <= T/2.
 
-    T is split so that n times its first two parts is exact for n up to 2^26 (Cody and Waite's reduction): r is right to
-    an ulp of T however many intervals have passed.
+    T is split so that n times its first two parts is exact for n up to 2^26 (Cody and Waite's reduction): r
+    is right to an ulp of T however many intervals have passed.
     """
 
     @precise
@@ -101,6 +104,8 @@ class Beat:
 @precise
 def split(value: Decimal) -> tuple[float, float, float]:
     """Three doubles whose sum is the value; the first two have 26 bits."""
+    if value.is_infinite():
+        return float(value), 0.0, 0.0
     parts = []
     for _ in range(2):
         mantissa, exponent = math.frexp(float(value))
@@ -112,10 +117,10 @@ def split(value: Decimal) -> tuple[float, float, float]:
 class Phase(NamedTuple):
     """Where a motion is at the times asked: tau = quarter K + x.
 
-    ``count``, ``rest``: t = count (K / rate) + rest. ``s, c, d``: sn, cn, dn of x. ``odd``: quarter is odd.
+    ``beats``, ``rest``: t = beats (K / rate) + rest. ``s, c, d``: sn, cn, dn of x. ``odd``: quarter is odd.
     """
 
-    count: np.ndarray
+    beats: np.ndarray
     rest: np.ndarray
     quarter: np.ndarray
     x: np.ndarray
@@ -168,7 +173,7 @@ class Clock:
 
 
 class Angle:
-    """An angle that grows as slope t + G(tau), where G gains the same in every quarter: exact count times gain, plus a rest.
+    """An angle slope t + G(tau), where G gains the same in every quarter: an exact multiple and a rest.
 
     Parameters
     ----------
@@ -194,7 +199,7 @@ class Angle:
         self._start = float(self._value(clock(0.0))[1])
 
     def halves(self, phase: Phase) -> tuple[np.ndarray, np.ndarray]:
-        """Two numbers of which the sum is the angle since t = 0; the first is exact, so its sine is as good as that of the second."""
+        """Two numbers whose sum is the angle since t = 0. The first is exact, and so its sine is right too."""
         whole, rest = self._value(phase)
         return whole, rest - self._start
 
@@ -209,16 +214,17 @@ class Angle:
             chosen = phase.odd == odd
             if np.any(chosen):
                 local[chosen] = self._local(Phase(*(np.asarray(part)[chosen] for part in phase)), odd)
-        extra = phase.quarter - phase.count
+        extra = phase.quarter - phase.beats
         turns = np.where(extra == 0, 0.0, extra * self._gain)
-        return phase.count * high, phase.count * (middle + low) + self._slope * phase.rest + turns + local
+        return phase.beats * high, phase.beats * (middle + low) + self._slope * phase.rest + turns + local
 
 
 def pulse(phase: Phase, m1: float, nu: float) -> np.ndarray:
     """Integral of cn² / (1 + nu sn²) from 0 to x, nu >= 0.
 
-    s R_C(d²/c², p q/c²) + m1 / (1 + nu) s³/3 R_J(c², d², 1, q), p = 1 + nu s², q = c² + m1 s² / (1 + nu): Carlson's form of
-    the integral after the change of parameter that leaves only positive terms (DLMF 19.21.12, 19.25.14).
+    s R_C(d²/c², p q/c²) + m1 / (1 + nu) s³/3 R_J(c², d², 1, q), p = 1 + nu s², q = c² + m1 s² / (1 + nu):
+    Carlson's form of the integral after the change of parameter that leaves only positive terms (DLMF
+    19.21.12, 19.25.14).
     """
     from scipy.special import elliprc, elliprj
 
@@ -282,7 +288,7 @@ def matrix(q: np.ndarray) -> np.ndarray:
 
 
 def quaternion(rotation: np.ndarray) -> np.ndarray:
-    """Unit quaternion of one rotation matrix, from its largest component (Shepperd's method), scalar part not negative."""
+    """Unit quaternion of one rotation matrix by its largest component (Shepperd), scalar part >= 0."""
     R = np.asarray(rotation, dtype=float)
     squares = np.array(
         [

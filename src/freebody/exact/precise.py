@@ -1,12 +1,13 @@
 """Constants of an elliptic motion to a hundred digits, in decimal arithmetic.
 
-Near a separatrix the period depends on the logarithm of a difference of almost equal numbers. The data are exact (each
-double is a rational number), so the few constants of a motion are computed once from them without any cancellation
-worth the name; only what depends on time is left to doubles (:mod:`freebody.exact.elliptic`).
+Near a separatrix the period depends on the logarithm of a difference of almost equal numbers. The data are
+exact (each double is a rational number), so the few constants of a motion are computed once from them without
+any cancellation worth the name; only what depends on time is left to doubles
+(:mod:`freebody.exact.elliptic`).
 
 Sources: *NIST Handbook of Mathematical Functions* (DLMF), sections 19.8 (arithmetic-geometric mean) and 19.36
-(duplication); B. C. Carlson, "Numerical computation of real or complex elliptic integrals", *Numerical Algorithms* 10
-(1995), 13-26.
+(duplication); B. C. Carlson, "Numerical computation of real or complex elliptic integrals", *Numerical
+Algorithms* 10 (1995), 13-26.
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ def sine_cosine(angle: Any) -> tuple[Decimal, Decimal]:
 
 @precise
 def complete_first(m1: Decimal) -> Decimal:
-    """K as a function of the complementary parameter m1 = 1 - k²: pi / (2 M(1, k')), infinite at m1 = 0 (DLMF 19.8.5)."""
+    """K of the complementary parameter m1 = 1 - k²: pi / (2 M(1, k')), infinite at m1 = 0 (DLMF 19.8.5)."""
     if m1 == 0:
         return INFINITY
     a, g = Decimal(1), m1.sqrt()
@@ -103,10 +104,10 @@ def complete_pulse(m1: Decimal, nu: Decimal) -> Decimal:
 
 @precise
 def first(sine2: Decimal, cosine2: Decimal, delta2: Decimal) -> Decimal:
-    """F(phi | m) = s R_F(c², d², 1) from the squares of s = sin(phi), c = cos(phi), d = sqrt(1 - m s²) (DLMF 19.25.5)."""
+    """F(phi | m) = s R_F(c², d², 1) from the squares of s = sin(phi), c = cos(phi) and d (DLMF 19.25.5)."""
     x, y, z = cosine2, delta2, Decimal(1)
     mean = (x + y + z) / 3
-    # the error of the series below is of the sixth... eighth order of the spread: sixty digits
+    # the error of the series below is of the eighth order of the spread: sixty digits
     while max(abs(x - mean), abs(y - mean), abs(z - mean)) > mean * Decimal("1e-8"):
         r, s, t = x.sqrt(), y.sqrt(), z.sqrt()
         shift = r * s + s * t + t * r
@@ -131,7 +132,7 @@ def first(sine2: Decimal, cosine2: Decimal, delta2: Decimal) -> Decimal:
 
 @precise
 def root_between(function: Callable[[Decimal], Decimal], low: Decimal, high: Decimal) -> Decimal:
-    """Where the function changes sign between ``low`` (not positive) and ``high`` (not negative), by bisection.
+    """Where the function turns from negative at ``low`` to positive at ``high``, by bisection.
 
     Not Newton's method: a double root is the interesting case here.
     """

@@ -1,4 +1,4 @@
-"""Any rigid body that turns with no torque: angular velocity, attitude, polhode and herpolhode in closed form.
+"""Any rigid body that turns with no torque: angular velocity, attitude, polhode, herpolhode in closed form.
 
 Made by :func:`freebody.exact.torque_free`. The formulas::
 
@@ -12,13 +12,14 @@ Made by :func:`freebody.exact.torque_free`. The formulas::
     psi' = H (I_1 w_1² + I_2 w_2²) / (I_1² w_1² + I_2² w_2²)
          = H / I_2 + H (1/I_1 - 1/I_2) cn² / (1 + nu sn²),    nu = I_3 (I_2 - I_1) / (I_1 (I_3 - I_2)) > 0
 
-The last line splits the integral of the third kind into a steady turn and pulses that vanish while the body hangs near
-its middle axis, so that it is as good on the separatrix (k² = 1; the pulse is then an arctangent of a hyperbolic tangent)
-as away from it. Two equal moments: two steady turns, about H and about the symmetry axis.
+The last line splits the integral of the third kind into a steady turn and pulses that vanish while the body
+hangs near its middle axis, so that it is as good on the separatrix (k² = 1; the pulse is then an arctangent
+of a hyperbolic tangent) as away from it. Two equal moments: two steady turns, about H and about the symmetry
+axis.
 
-Sources: L. D. Landau, E. M. Lifshitz, *Mechanics*, 3rd ed., sections 33 and 37; E. T. Whittaker, *A Treatise on the
-Analytical Dynamics of Particles and Rigid Bodies*, 4th ed., sections 69 to 71; H. Goldstein et al., *Classical Mechanics*,
-3rd ed., section 5.6.
+Sources: L. D. Landau, E. M. Lifshitz, *Mechanics*, 3rd ed., sections 33 and 37; E. T. Whittaker, *A Treatise
+on the Analytical Dynamics of Particles and Rigid Bodies*, 4th ed., sections 69 to 71; H. Goldstein et al.,
+*Classical Mechanics*, 3rd ed., section 5.6.
 """
 
 from __future__ import annotations
@@ -46,13 +47,14 @@ class Cones:
     axis : int
         Principal axis (0, 1 or 2) that is the symmetry axis.
     rate : float
-        Omega = (I_s - I_t) w_s / I_t: rate at which the angular velocity turns about the symmetry axis as seen from the
-        body, + by the right-hand rule [rad/s].
+        Omega = (I_s - I_t) w_s / I_t: rate at which the angular velocity turns about the symmetry axis as
+        seen from the body, + by the right-hand rule [rad/s].
     alpha, beta : float
-        Angle between the symmetry axis and H, and between it and the angular velocity: tan(alpha) = I_t / I_s tan(beta) [rad].
+        Angle between the symmetry axis and H, and between it and the angular velocity [rad]:
+        tan(alpha) = I_t / I_s tan(beta).
     body_cone, space_cone : float
-        Half angles of the cone that the angular velocity draws in the body, about the symmetry axis, and in space,
-        about H [rad]. The first rolls on the second without slip.
+        Half angles of the cone that the angular velocity draws in the body, about the symmetry axis, and in
+        space, about H [rad]. The first rolls on the second without slip.
     precession_rate : float
         H / I_t: rate at which the symmetry axis turns about H [rad/s].
     """
@@ -73,8 +75,9 @@ class TorqueFreeMotion:
     Attributes
     ----------
     kind : str
-        ``"steady"`` (the angular velocity does not change), ``"symmetric"`` (two equal moments: regular precession),
-        ``"triaxial"``, or ``"separatrix"`` (H² = 2 T I_2 exactly: towards the middle axis for ever).
+        ``"steady"`` (the angular velocity does not change), ``"symmetric"`` (two equal moments: regular
+        precession), ``"triaxial"``, or ``"separatrix"`` (H² = 2 T I_2 exactly: towards the middle axis for
+        ever).
     moments : ndarray, shape (3,)
         Principal moments [kg m²].
     axes : ndarray, shape (3, 3)
@@ -86,11 +89,12 @@ class TorqueFreeMotion:
     momentum : ndarray, shape (3,)
         Angular momentum H, inertial axes: constant [kg m²/s].
     period : float
-        Period of the angular velocity as seen from the body: 4 K / p, or 2 pi / \\|Omega\\|; ``inf`` on the separatrix, ``nan``
-        for a steady rotation [s].
+        Period of the angular velocity as seen from the body: 4 K / p, or 2 pi / \\|Omega\\|; ``inf`` on the
+        separatrix, ``nan`` for a steady rotation [s].
     precession_per_period : float
-        Angle by which the body has turned about H when the angular velocity is back in the body: the motion in space
-        repeats only if it is a rational part of a turn [rad]. ``nan`` where ``period`` is not a finite number.
+        Angle by which the body has turned about H when the angular velocity is back in the body: the motion
+        in space repeats only if it is a rational part of a turn [rad]. ``nan`` where ``period`` is not a
+        finite number.
     modulus2, complementary : float
         k² and 1 - k² (0 and 1 where there are no elliptic functions).
     """
@@ -111,7 +115,8 @@ class TorqueFreeMotion:
     def __repr__(self) -> str:
         moments = ", ".join(f"{value:g}" for value in self.moments)
         w0 = ", ".join(f"{value:g}" for value in self.w0)
-        return f"<torque-free {self.kind} motion: I = ({moments}) kg m², w0 = ({w0}) rad/s, period {self.period:g} s>"
+        data = f"I = ({moments}) kg m², w0 = ({w0}) rad/s"
+        return f"<torque-free {self.kind} motion: {data}, period {self.period:g} s>"
 
     def angular_velocity(self, t: Any) -> np.ndarray:
         """Angular velocity at times ``t``, shape (...): components in body axes, shape (..., 3) [rad/s]."""
@@ -132,14 +137,14 @@ class TorqueFreeMotion:
     def herpolhode(self, t: Any) -> np.ndarray:
         """Angular velocity in inertial axes, shape (..., 3) [rad/s].
 
-        Its tip draws the herpolhode in the invariable plane, which is normal to H at the distance :attr:`plane_distance`
-        from the mass centre (Poinsot).
+        Its tip draws the herpolhode in the invariable plane, which is normal to H at the distance
+        :attr:`plane_distance` from the mass centre (Poinsot).
         """
         return np.einsum("...ij,...j->...i", self.attitude(t), self.angular_velocity(t))
 
     @property
     def plane_distance(self) -> float:
-        """2 T / H: distance of the invariable plane from the mass centre, in the space of angular velocities [rad/s]."""
+        """2 T / H: distance of the invariable plane from the mass centre, an angular velocity [rad/s]."""
         size = float(np.linalg.norm(self.momentum))
         return 2 * self.energy / size if size else 0.0
 
@@ -152,11 +157,11 @@ class TorqueFreeMotion:
         return float(radii.min()), float(radii.max())
 
     def polhode(self, points: int = 361) -> np.ndarray:
-        """Closed curve that the angular velocity draws in the body, shape (points, 3), first point = last [rad/s].
+        """Closed curve that the angular velocity draws in the body, shape (points, 3) [rad/s].
 
-        Body axes. Points are equally spaced in the amplitude, not in time, so that a curve near the separatrix keeps its
-        shape. On the separatrix itself: the half ellipse between the two rotations about the middle axis. A steady
-        rotation gives the same point ``points`` times.
+        Body axes; the last point is the first. Points are equally spaced in the amplitude, not in time, so
+        that a curve near the separatrix keeps its shape. On the separatrix itself: the half ellipse between
+        the two rotations about the middle axis. A steady rotation gives the same point ``points`` times.
 
         Raises
         ------
@@ -250,7 +255,10 @@ class Symmetric:
         I_t, I_s = (Fraction(float(moments[place])) for place in (axis - 1, axis))
         self._order = [(axis + 1) % 3, (axis + 2) % 3, axis]
         self._w = w[self._order]
-        size2 = sum(((Fraction(float(i)) * Fraction(float(v))) ** 2 for i, v in zip(moments, w, strict=True)), Fraction(0))
+        size2 = sum(
+            ((Fraction(float(i)) * Fraction(float(v))) ** 2 for i, v in zip(moments, w, strict=True)),
+            Fraction(0),
+        )
         precession = decimal(size2).sqrt() / decimal(I_t)
         rate = decimal((I_s - I_t) * Fraction(float(w[axis])) / I_t)
         self._direction = moments * w / float(decimal(size2).sqrt())
@@ -293,7 +301,7 @@ class Triaxial:
         one, two, three = (low, middle, high) if excess >= 0 else (high, middle, low)
         I1, I2, I3 = moments[one], moments[two], moments[three]
         self._order = [one, two, three]
-        # columns: the axes e_1, e_2, e_3 of the formulas along the principal axes, chosen so that w_1, w_3 >= 0 at t = 0
+        # columns: the axes e_1, e_2, e_3 of the formulas along the principal axes; w_1, w_3 >= 0 at t = 0
         sign1, sign3 = (1.0 if value >= 0 else -1.0 for value in (w[one], w[three]))
         handed = 1.0 if (one, two, three) in ((0, 1, 2), (1, 2, 0), (2, 0, 1)) else -1.0
         sign2 = handed * sign1 * sign3
@@ -390,4 +398,6 @@ def _about(axis: np.ndarray, beat: elliptic.Beat, rate: float, t: np.ndarray) ->
     count, rest = beat(t)
     half = rate * rest / 2
     sign = np.where(np.mod(count, 2) == 1, -1.0, 1.0)
-    return np.concatenate([(sign * np.cos(half))[..., None], (sign * np.sin(half))[..., None] * axis], axis=-1)
+    return np.concatenate(
+        [(sign * np.cos(half))[..., None], (sign * np.sin(half))[..., None] * axis], axis=-1
+    )

@@ -107,50 +107,52 @@ def torque_free_symmetric(I1: float, I3: float, w1: float, w3: float, t: Any = 0
 
 
 @overload
-def torque_free(I: Any, w0: Any, t: None = None, *, attitude: Any = None) -> TorqueFreeMotion: ...
+def torque_free(I: Any, w0: Any, t: None = None, *, attitude: Any = None) -> TorqueFreeMotion: ...  # noqa: E741
 @overload
-def torque_free(I: Any, w0: Any, t: Any, *, attitude: Any = None) -> np.ndarray: ...
-def torque_free(I: Any, w0: Any, t: Any = None, *, attitude: Any = None) -> TorqueFreeMotion | np.ndarray:
+def torque_free(I: Any, w0: Any, t: Any, *, attitude: Any = None) -> np.ndarray: ...  # noqa: E741
+def torque_free(I: Any, w0: Any, t: Any = None, *, attitude: Any = None) -> TorqueFreeMotion | np.ndarray:  # noqa: E741
     """Motion of any rigid body about its mass centre with no torque, in closed form.
 
-    Two equal moments: body and space cones. Three different ones: Jacobi's elliptic functions for the angular velocity
-    and an elliptic integral of the third kind for the turn about H; hyperbolic functions on the separatrix. The
-    equations are in :mod:`freebody.exact.rigid_body`.
+    Two equal moments: body and space cones. Three different ones: Jacobi's elliptic functions for the angular
+    velocity and an elliptic integral of the third kind for the turn about H; hyperbolic functions on the
+    separatrix. The equations are in :mod:`freebody.exact.rigid_body`.
 
     Parameters
     ----------
     I : array-like, shape (3,) or (3, 3)
-        Principal moments of inertia about the mass centre, in any order, equal ones included; or the inertia matrix in
-        body axes, which is diagonalized [kg m²].
+        Principal moments of inertia about the mass centre, in any order, equal ones included; or the inertia
+        matrix in body axes, which is diagonalized [kg m²].
     w0 : array-like, shape (3,)
         Angular velocity at t = 0, body axes (the principal axes, if moments were given) [rad/s].
     t : float or array-like, shape (...), optional
         Times [s]: short for ``torque_free(I, w0).angular_velocity(t)``.
     attitude : array-like, shape (3, 3) or (4,), optional
-        R_NB at t = 0, or its unit quaternion, scalar part first. Default: body axes and inertial axes coincide.
+        R_NB at t = 0, or its unit quaternion, scalar part first. Default: body axes and inertial axes
+        coincide.
 
     Returns
     -------
     TorqueFreeMotion
-        With ``angular_velocity(t)``, ``attitude(t)``, ``quaternion(t)``, ``polhode()``, ``herpolhode(t)``, ``cones``, ``period``...;
-        or, when ``t`` is given, ndarray, shape (..., 3): the angular velocity in body axes [rad/s].
+        With ``angular_velocity(t)``, ``attitude(t)``, ``quaternion(t)``, ``polhode()``, ``herpolhode(t)``,
+        ``cones``, ``period``...; or, when ``t`` is given, ndarray, shape (..., 3): the angular velocity in
+        body axes [rad/s].
 
     Raises
     ------
     ModelError
-        If a moment of inertia is not positive, the inertia matrix is not symmetric, the angular velocity has not three
-        finite components, or the attitude is no rotation.
+        If a moment of inertia is not positive, the inertia matrix is not symmetric, the angular velocity has
+        not three finite components, or the attitude is no rotation.
 
     Notes
     -----
-    The data count as exact numbers, and what decides the period is computed from them to 100 digits. So the motion is
-    that of the given doubles to about 1e-14, however near to the separatrix, and the error does not grow with time.
-    (That motion may itself depend strongly on the data: near the separatrix the period grows as log(1/(1 - k²)).)
-    Principal moments of a full matrix that are equal to rounding are taken as equal.
+    The data count as exact numbers, and what decides the period is computed from them to 100 digits. So the
+    motion is that of the given doubles to about 1e-14, however near to the separatrix, and the error does not
+    grow with time. (That motion may itself depend strongly on the data: near the separatrix the period grows
+    as log(1/(1 - k²)).) Principal moments of a full matrix that are equal to rounding are taken as equal.
 
     References
     ----------
-    Landau and Lifshitz, *Mechanics*, 3rd ed., section 37; Whittaker, *Analytical Dynamics*, sections 69 to 71.
+    Landau and Lifshitz, *Mechanics*, 3rd ed., section 37; Whittaker, *Analytical Dynamics*, sections 69-71.
 
     Examples
     --------
@@ -158,12 +160,11 @@ def torque_free(I: Any, w0: Any, t: Any = None, *, attitude: Any = None) -> Torq
 
     >>> motion = torque_free((1.0, 2.0, 3.0), (0.0, 2.0, 1e-3))
     >>> motion
-    <torque-free triaxial motion: I = (1, 2, 3) kg m², w0 = (0, 2, 0.001) rad/s, period 31.3... s>
-    >>> motion.angular_velocity([0.0, motion.period / 2]).round(6) + 0.0
-    array([[ 0.   ,  2.   ,  0.001],
-           [ 0.   , -2.   ,  0.001]])
-    >>> motion.attitude(0.0).round(6)
-    array([[1., 0., 0.], [0., 1., 0.], [0., 0., 1.]])
+    <torque-free triaxial motion: I = (1, 2, 3) kg m², w0 = (0, 2, 0.001) rad/s, period 29.2297 s>
+    >>> motion.angular_velocity([0.0, motion.period / 2]).round(6).tolist()
+    [[0.0, 2.0, 0.001], [-0.0, -2.0, 0.001]]
+    >>> motion.attitude(0.0).round(6).tolist()
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
 
     The cones of a coin that wobbles twice as fast as it turns:
 
@@ -183,7 +184,9 @@ def torque_free(I: Any, w0: Any, t: Any = None, *, attitude: Any = None) -> Torq
     _check(moments)
     w = np.asarray(w0, dtype=float)
     if w.shape != (3,) or not np.isfinite(w).all():
-        raise ModelError(f"Expected three finite components of the angular velocity w0 in body axes, got {w0!r}.")
+        raise ModelError(
+            f"Expected three finite components of the angular velocity w0 in body axes, got {w0!r}."
+        )
     start = _unit_quaternion(attitude)
     along = axes.T @ w
     if not np.array_equal(axes, np.eye(3)):
@@ -239,9 +242,9 @@ def _unit_quaternion(attitude: Any) -> np.ndarray:
     if given.shape == (3, 3) and abs(given.T @ given - np.eye(3)).max() < 1e-9 and np.linalg.det(given) > 0:
         return quaternion_of(given)
     raise ModelError(
-        "Expected the attitude at t = 0 as a rotation matrix R_NB, shape (3, 3), or a unit quaternion, shape (4,), scalar "
-        f"part first; got {given.tolist()}. Normalize the quaternion; a matrix must have orthonormal columns and the "
-        "determinant +1."
+        "Expected the attitude at t = 0 as a rotation matrix R_NB, shape (3, 3), or a unit quaternion, shape "
+        f"(4,), scalar part first; got {given.tolist()}. Normalize the quaternion; a matrix must have "
+        "orthonormal columns and the determinant +1."
     )
 
 

@@ -1,6 +1,6 @@
 """A run of the integrator, in pieces.
 
-The compiled loop (`dop853`) works in pieces of about a tenth of a second. Between two pieces Python may show the
+The compiled loop (`loop`) works in pieces of about a tenth of a second. Between two pieces Python may show the
 progress, notice an interruption, and make new buffers; within a step there is no Python.
 """
 
@@ -9,13 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import dop853
-from .machine import padded
+from . import layout, loop
 from .path import (
     COLLAPSED,
     FINISHED,
@@ -32,10 +31,10 @@ from .path import (
 )
 
 _STATUS = {
-    dop853.FINISHED: FINISHED,
-    dop853.TERMINAL: TERMINAL,
-    dop853.NOT_FINITE: NOT_FINITE,
-    dop853.COLLAPSED: COLLAPSED,
+    layout.FINISHED: FINISHED,
+    layout.TERMINAL: TERMINAL,
+    layout.NOT_FINITE: NOT_FINITE,
+    layout.COLLAPSED: COLLAPSED,
 }
 _PIECE = 0.1  # seconds between two looks at the keyboard
 _MEMORY = 1 << 25  # bytes of one buffer at most
@@ -102,9 +101,9 @@ def integrate(
         first_step = _first_step(at, start, direction, longest, y, f, atol + rtol * np.abs(y))
 
     run = _Run(rates, watch, y, f, rtol, atol)
-    run.reals[dop853.TIME] = run.reals[dop853.START] = start
-    run.reals[dop853.UNTIL], run.reals[dop853.MAX_STEP] = until, max_step
-    run.reals[dop853.STEP], run.reals[dop853.OLD_ERROR] = direction * min(first_step, longest), 1e-4
+    run.reals[layout.TIME] = run.reals[layout.START] = start
+    run.reals[layout.UNTIL], run.reals[layout.MAX_STEP] = until, max_step
+    run.reals[layout.STEP], run.reals[layout.OLD_ERROR] = direction * min(first_step, longest), 1e-4
     largest = max(16, _MEMORY // (8 * (y.size + 2)))
     room = min(256, largest)
     left = math.inf if max_steps is None else max_steps
@@ -118,7 +117,7 @@ def integrate(
             clock = perf_counter() - clock
             done = pieces[-1].times.size
             left -= done
-            if pieces[-1].code != dop853.RUNNING:
+            if pieces[-1].code != layout.RUNNING:
                 status = _STATUS[pieces[-1].code]
             elif left <= 0:
                 status = TOO_MANY_STEPS
@@ -137,9 +136,9 @@ def integrate(
         np.concatenate([*(piece.states for piece in pieces), last[None]]),
         tuple(crossing for piece in pieces for crossing in piece.crossings),
         status,
-        int(run.integers[dop853.BLAME]),
-        int(run.integers[dop853.REJECTED]),
-        int(run.integers[dop853.EVALUATED]) + 2,
+        int(run.integers[layout.BLAME]),
+        int(run.integers[layout.REJECTED]),
+        int(run.integers[layout.EVALUATED]) + 2,
     )
 
 
@@ -149,17 +148,17 @@ class _Run:
     def __init__(
         self, rates: Rates, watch: Watch | None, y: Array, f: Array, relative: Array, absolute: Array
     ) -> None:
-        n, width = rates.size, padded(rates.size)
+        n, width = rates.size, layout.padded(rates.size)
         self.n = n
-        self.reals = np.zeros(dop853.REALS)
-        self.integers = np.zeros(dop853.INTEGERS, dtype=np.int64)
-        work = np.zeros(dop853.ROWS * width)
-        self.state = work[dop853.STATE * width :][:n]
+        self.reals = np.zeros(layout.REALS)
+        self.integers = np.zeros(layout.INTEGERS, dtype=np.int64)
+        work = np.zeros(layout.ROWS * width)
+        self.state = work[layout.STATE * width :][:n]
         self.state[:] = y
         work[:n] = f
         quaternions = np.array(rates.quaternions, dtype=np.int64)
         self.fixed = (
-            rates.address, n, rates.constants, work, width, quaternions, relative, absolute,
+            rates.address, n, rates.constants, work, width, quaternions, quaternions.size, relative, absolute,
             self.reals, self.integers,
         )  # fmt: skip
         self.rates, self.watch, self.y = rates, watch, y
@@ -169,13 +168,12 @@ class _Run:
         """Arguments of the search for events."""
         m = len(watch.directions)
         constants = self.rates.constants if watch.constants is None else watch.constants
-        table = np.zeros((dop853.PARTS + 3, m + 1))
-        begin = np.array([self.reals[dop853.START]])
+        table = np.zeros((layout.PARTS + 3, m + 1))
+        begin = np.array([self.reals[layout.START]])
         table[0, :m] = observe(watch.address, m, begin, self.y[None], constants)[0]
-        # between two points a function is recorded at most twice, and each point can be a zero
-        found = np.zeros((3 * (dop853.PARTS + 2) * m, 4))
+        found = np.zeros((layout.most_events(m), layout.FOUND))
         return (
-            watch.address, constants, np.array(watch.directions, dtype=np.int64),
+            watch.address, m, constants, np.array(watch.directions, dtype=np.int64),
             np.array(watch.terminal, dtype=np.int64), np.sign(table[0, :m]).astype(np.int64), table, np.zeros(m),
             found,
         )  # fmt: skip
@@ -184,19 +182,19 @@ class _Run:
         """Up to ``room`` steps."""
         times, lengths, states = np.empty(room), np.empty(room), np.empty((room, self.n))
         crossings: list[Crossing] = []
-        if self.watch is None or not self.watch.directions:
-            code = dop853.advance(*self.fixed, times, lengths, states, None)
-        else:
+        events: tuple[Any, ...] = (0, 0, *[None] * 9)
+        if self.watch is not None and self.watch.directions:
             self.events = self.events or self._watching(self.watch)
             size = room + len(self.events[-1])
-            log, where = np.empty((size, 3)), np.empty((size, self.n))
-            code = dop853.advance_watching()(*self.fixed, times, lengths, states, (*self.events, log, where))
-            crossings = [
-                Crossing(float(log[k, 0]), int(log[k, 1]), int(log[k, 2]), where[k].copy())
-                for k in range(self.integers[dop853.EVENTS])
-            ]
-        done = self.integers[dop853.ACCEPTED]
-        end = float(self.reals[dop853.TIME])
+            log, where = np.empty((size, layout.LOGGED)), np.empty((size, self.n))
+            events = (*self.events, log, where)
+        code = loop.advance(*self.fixed, room, times, lengths, states, *events)
+        crossings = [
+            Crossing(float(log[k, 0]), int(log[k, 1]), int(log[k, 2]), where[k].copy())
+            for k in range(self.integers[layout.EVENTS])
+        ]
+        done = self.integers[layout.ACCEPTED]
+        end = float(self.reals[layout.TIME])
         return _Piece(times[:done], lengths[:done], states[:done], crossings, code, end, self.state.copy())
 
 

@@ -1,41 +1,84 @@
-"""Two pieces of machine code that numba does not write as well: a call by address, and a weighted sum of rows.
+"""What the compiled loop is made with: C functions, a call by address, and a weighted sum of rows.
 
+    @compiled                              the function as numba compiles it, alone and once
     call(address, t, y, i, c, out, j)      f(t, &y[i], &c[0], &out[j])
     linear(row)(work, n, target, base, h)  work[target] = work[base] + h Σ_j row[j] work[j]
+    greater(a, b), lesser(a, b)            a if a > b else b, a if a < b else b
+    root(a), whole(a)                      sqrt(a), int(a)
+
+The scalar ones are instructions; what numba makes of max, min, sqrt and int tests for exceptions or calls a library.
 
 A kernel has the signature ``void f(double t, const double *y, const double *c, double *out)``. It is called through
-its address and not through a numba function type, so that one compiled integrator serves every model and lies in
-numba's cache on disk. The rows of ``work`` are padded to a multiple of `WIDTH` numbers: a sum is then whole vector
-registers, with nothing left over and no test for overlap.
+its address and not through a numba function type, so that one compiled integrator serves every model. ``y``, ``c``,
+``out`` and ``work`` are pointers. The rows of ``work`` are padded to a multiple of `WIDTH` numbers: a sum is then
+whole vector registers, with nothing left over and no test for overlap.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import Any
 
 from llvmlite import ir
-from numba import types
+from numba import cfunc, types
 from numba.core import cgutils
-from numba.extending import intrinsic
+from numba.extending import intrinsic, typeof_impl
 
-WIDTH = 8  # numbers in a register of 512 bits; narrower machines split it
+from .layout import WIDTH
 
 _double = ir.DoubleType()
 _integer = ir.IntType(64)
 
 
-def padded(n: int) -> int:
-    """Length of a row that holds ``n`` numbers: the next multiple of `WIDTH`.
+Reals = Any  # the first of real numbers in memory
+Integers = Any  # the first of integers in memory
 
-    >>> padded(1), padded(8), padded(9)
-    (8, 8, 16)
+_TYPES = {
+    "None": types.void,
+    "int": types.int64,
+    "float": types.float64,
+    "Reals": types.CPointer(types.float64),
+    "Integers": types.CPointer(types.int64),
+}
+
+
+class Compiled:
+    """A function with the types it is annotated with, compiled by numba when it is first asked for.
+
+    It is a C function, and others that are compiled call it by its symbol. numba would put a copy of a function of its
+    own kind in each that calls it, compile each copy, and let each look for exceptions.
     """
-    return -(-max(n, 1) // WIDTH) * WIDTH
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.function = function
+        *self.arguments, self.result = function.__annotations__.values()
+
+    @cached_property
+    def code(self) -> Any:
+        """numba's C function, with ``.address``, ``.native_name`` and ``.inspect_llvm()``; it owns the code."""
+        # no exceptions, and no counting of references
+        return cfunc(self._signature(), error_model="numpy", _nrt=False)(self.function)
+
+    def _signature(self) -> Any:
+        return _TYPES[self.result](*(_TYPES[argument] for argument in self.arguments))
+
+    def __call__(self, *arguments: Any) -> Any:
+        raise TypeError(
+            f"Expected compiled code to call '{self.function.__name__}', got a call from Python. "
+            "freebody.simulate.loop has the functions for Python."
+        )
 
 
-def _data(context: Any, builder: Any, array_type: Any, value: Any) -> Any:
-    return context.make_array(array_type)(context, builder, value).data
+def compiled(function: Callable[..., Any]) -> Compiled:
+    """A function for the compiled loop."""
+    return Compiled(function)
+
+
+@typeof_impl.register(Compiled)
+def _type_of_compiled(value: Compiled, context: Any) -> Any:
+    del context
+    return types.ExternalFunction(value.code.native_name, value._signature())
 
 
 @intrinsic
@@ -46,13 +89,12 @@ def call(typing: Any, address: Any, t: Any, y: Any, i: Any, c: Any, out: Any, j:
     del address, t, i, j
 
     def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        del signature
         kernel, time, y_, i_, c_, out_, j_ = arguments
-        state = builder.gep(_data(context, builder, signature.args[2], y_), [i_])
-        constants = _data(context, builder, signature.args[4], c_)
-        result = builder.gep(_data(context, builder, signature.args[5], out_), [j_])
+        state, result = builder.gep(y_, [i_]), builder.gep(out_, [j_])
         pointer = _double.as_pointer()
         function = ir.FunctionType(ir.VoidType(), [_double, pointer, pointer, pointer])
-        builder.call(builder.inttoptr(kernel, function.as_pointer()), [time, state, constants, result])
+        builder.call(builder.inttoptr(kernel, function.as_pointer()), [time, state, c_, result])
         return context.get_dummy_value()
 
     return signature, write
@@ -70,8 +112,8 @@ def linear(row: Mapping[int, float]) -> Any:
         signature = types.void(work, types.int64, types.int64, types.int64, types.float64)
 
         def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            del signature
             work_, n_, target_, base_, h_ = arguments
-            data = _data(context, builder, signature.args[0], work_)
             vector = ir.VectorType(_double, WIDTH)
             # one rounding where the machine can, two where it can not: never a call of a library
             fma = cgutils.get_or_insert_function(
@@ -85,7 +127,7 @@ def linear(row: Mapping[int, float]) -> Any:
 
             def place(number: Any, offset: Any) -> Any:
                 index = builder.add(builder.mul(number, n_), offset)
-                return builder.bitcast(builder.gep(data, [index]), vector.as_pointer())
+                return builder.bitcast(builder.gep(work_, [index]), vector.as_pointer())
 
             def load(number: int, offset: Any) -> Any:
                 return builder.load(place(_integer(number), offset), align=8)
@@ -121,3 +163,49 @@ def linear(row: Mapping[int, float]) -> Any:
         return signature, write
 
     return intrinsic(weighted_sum)
+
+
+def _compared(operator: str) -> Any:
+    """The one of two numbers that compares so with the other, else the other."""
+
+    def choice(typing: Any, a: Any, b: Any) -> Any:
+        del typing, a, b
+
+        def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            del context, signature
+            a, b = arguments
+            return builder.select(builder.fcmp_ordered(operator, a, b), a, b)
+
+        return types.float64(types.float64, types.float64), write
+
+    return intrinsic(choice)
+
+
+greater, lesser = _compared(">"), _compared("<")
+
+
+@intrinsic
+def root(typing: Any, a: Any) -> Any:
+    """The square root."""
+    del typing, a
+
+    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        del context, signature
+        function = ir.FunctionType(_double, [_double])
+        return builder.call(
+            cgutils.get_or_insert_function(builder.module, function, "llvm.sqrt.f64"), arguments
+        )
+
+    return types.float64(types.float64), write
+
+
+@intrinsic
+def whole(typing: Any, a: Any) -> Any:
+    """A real number without its fraction, as an integer."""
+    del typing, a
+
+    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        del context, signature
+        return builder.fptosi(arguments[0], _integer)
+
+    return types.int64(types.float64), write

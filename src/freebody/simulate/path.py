@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import dop853
-from .machine import padded
+from . import loop
+from .layout import ROWS, padded
 
 Array = NDArray[np.float64]
 
@@ -113,10 +113,11 @@ class Path:
                 "Ask for a time inside, or simulate further."
             )
         result = np.empty((wanted.size, self.rates.size))
-        width = padded(self.rates.size)
-        dop853.sample(
-            self.rates.address, self.rates.size, self.rates.constants, np.zeros(dop853.ROWS * width), width,
-            np.array(self.rates.quaternions, dtype=np.int64), self.times, self.lengths, self.states, int(dense), wanted,
+        n, width = self.rates.size, padded(self.rates.size)
+        quaternions = np.array(self.rates.quaternions, dtype=np.int64)
+        loop.sample(
+            self.rates.address, n, self.rates.constants, np.zeros(ROWS * width), width, quaternions,
+            quaternions.size, self.steps, self.times, self.lengths, self.states, int(dense), wanted.size, wanted,
             result,
         )  # fmt: skip
         return result
@@ -126,8 +127,6 @@ def observe(address: int, outputs: int, times: Array, states: Array, constants: 
     """Outputs, shape (k, outputs), of the kernel at ``address`` at each of the k times and states."""
     result = np.zeros((times.size, outputs))
     if outputs:
-        flat = np.ascontiguousarray(states)
-        dop853.observe(
-            address, times, flat.reshape(-1), flat.shape[1], constants, result.reshape(-1), outputs
-        )
+        moments, flat = (np.ascontiguousarray(array, dtype=float) for array in (times, states))
+        loop.observe(address, moments.size, moments, flat, flat.shape[1], constants, result, outputs)
     return result

@@ -1,0 +1,42 @@
+"""What the compiled loop and Python agree on: rows of the work array, and places of what is carried.
+
+Nothing here needs a compiler, so that a run whose code lies on the disk does not load one.
+"""
+
+from __future__ import annotations
+
+WIDTH = 8
+"""Numbers in a register of 512 bits; narrower machines split it. Rows of the work array are whole registers."""
+
+# rows of the work array, each as long as the padded state; rows 0 to 15 hold the stages
+STATE, ARGUMENT, RAW, ERROR5, ERROR3, DENSE, POINT, END, ROWS = 16, 17, 18, 19, 20, 21, 28, 29, 30
+
+# what `advance` reports
+RUNNING, FINISHED, TERMINAL, NOT_FINITE, COLLAPSED = 0, 1, 2, 3, 4
+
+# places in the array of real numbers that `advance` carries from one call to the next
+TIME, STEP, OLD_ERROR, UNTIL, MAX_STEP, START = 0, 1, 2, 3, 4, 5
+REALS = 6
+# places in its array of integers: counts, and the component that is to blame for a stop
+ACCEPTED, REJECTED, EVALUATED, EVENTS, BLAME, AFTER_REJECTION = 0, 1, 2, 3, 4, 5
+INTEGERS = 6
+
+PARTS = 8  # of a step at which event functions are looked at, besides one point close to either end
+MARGIN = 0.001  # distance of those two points from the ends, as a part of the step: they show the slope there
+FOUND = 4  # numbers that describe an event of a step: part of the step, number, sign, and one to spare
+LOGGED = 3  # numbers that describe an event of the run: time, number, sign
+
+
+def padded(n: int) -> int:
+    """Length of a row that holds ``n`` numbers: the next multiple of `WIDTH`.
+
+    >>> padded(1), padded(8), padded(9)
+    (8, 8, 16)
+    """
+    return -(-max(n, 1) // WIDTH) * WIDTH
+
+
+def most_events(m: int) -> int:
+    """Of ``m`` event functions in one step: between two points each is recorded at most twice, and each point can
+    be a zero."""
+    return 3 * (PARTS + 2) * m

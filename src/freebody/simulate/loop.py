@@ -1,0 +1,181 @@
+"""The compiled loop as functions of arrays: its machine code, from the disk or from numba.
+
+numba compiles the loop (`dop853`) once. What LLVM makes of it stands alone, so it is kept with the kernels
+(`compile.cache`) under the hash of its source and of what compiles it; later processes load it as they load a kernel,
+and never import numba.
+
+Machine code that would need more than the libraries of C is not kept: then numba, which can supply what is missing,
+compiles the loop in each process.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import importlib.util
+import re
+import threading
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import llvmlite.binding as llvm
+import numpy as np
+
+from ..compile import cache as disk
+from ..compile import native
+
+SOURCES = ("loop.py", "dop853.py", "machine.py", "tableau.py", "layout.py")
+CALLED = ("advance", "sample", "observe")
+OPTIMISATION = 3
+LIBRARIES = frozenset(("pow", "memcpy", "memset", "memmove"))
+"""Functions of C that the code may call."""
+
+_ONE = threading.Lock()
+_DECLARED = re.compile(r'^declare [^@\n]*@"?([^"(\n]+)"?\(', re.MULTILINE)
+_OUTSIDE = re.compile(r'^@"?([^"=\n]+?)"? = (?:external|extern_weak) ', re.MULTILINE)
+
+
+class Loop(NamedTuple):
+    """The functions that Python calls, by name, and what owns their code."""
+
+    functions: dict[str, Function]
+    keep: Any
+    from_disk: bool
+
+
+class Function:
+    """A C function of integers and of arrays of integers or real numbers."""
+
+    def __init__(self, address: int, arguments: Sequence[str], result: str) -> None:
+        kinds: dict[str, Any] = {"None": None, "int": ctypes.c_int64}
+        self.arguments = tuple(arguments)
+        self.code = ctypes.CFUNCTYPE(
+            kinds[result], *(kinds.get(kind, ctypes.c_void_p) for kind in self.arguments)
+        )(address)
+
+    def __call__(self, *values: Any) -> Any:
+        """None stands for an array that is not used. Other threads run meanwhile; the keyboard is heard afterwards."""
+        return self.code(*map(_passed, values, self.arguments))
+
+
+def _passed(value: Any, kind: str) -> int | None:
+    """What C gets of a value: an integer, or the address of the first number."""
+    if not isinstance(value, np.ndarray):
+        return value
+    number = np.float64 if kind == "Reals" else np.int64
+    if value.dtype != number or not value.flags.c_contiguous:
+        raise TypeError(
+            f"Expected a contiguous array of {number.__name__} for the compiled loop, got {value.dtype} of shape "
+            f"{value.shape}. np.ascontiguousarray(..., dtype=...) makes one."
+        )
+    return int(value.ctypes.data)
+
+
+def loop() -> Loop:
+    """The machine code of this process."""
+    with _ONE:  # two threads would make two, of which one is unloaded while it runs
+        return _loop()
+
+
+@cache
+def _loop() -> Loop:
+    key = _key()
+    found = disk.load(key)
+    loaded = None if found is None else _loaded(*found)
+    if loaded is not None:
+        return Loop(*loaded, True)
+    from .dop853 import FUNCTIONS
+
+    alone = _standalone(FUNCTIONS)
+    loaded = None if alone is None else _loaded(*alone)
+    if alone is None or loaded is None:  # numba holds what the code needs besides
+        called = {name: FUNCTIONS[name] for name in CALLED}
+        functions = {
+            name: Function(int(made.code.address), made.arguments, made.result)
+            for name, made in called.items()
+        }
+        return Loop(functions, FUNCTIONS, False)
+    disk.store(key, *alone)
+    return Loop(*loaded, False)
+
+
+def _loaded(header: dict[str, Any], code: bytes) -> tuple[dict[str, Function], native.Library] | None:
+    """Functions in object code; None if it is not what it should be."""
+    if set(header) != {"functions", "needed"} or set(header["functions"]) != set(CALLED):
+        return None
+    if not all(map(llvm.address_of_symbol, header["needed"])):  # LLVM would end the process
+        return None
+    try:
+        library = native.Library(code)
+    except RuntimeError:
+        return None
+    found = library.addresses(symbol for symbol, _, _ in header["functions"].values())
+    if not all(found.values()):
+        return None
+    functions = {
+        name: Function(found[symbol], *types) for name, (symbol, *types) in header["functions"].items()
+    }
+    return functions, library
+
+
+def _standalone(compiled: Mapping[str, Any]) -> tuple[dict[str, Any], bytes] | None:
+    """Header and object code of numba's functions; None if they need numba or Python to run."""
+    context = llvm.create_context()
+    modules = [llvm.parse_assembly(f.code.inspect_llvm(), context=context) for f in compiled.values()]
+    for module in modules[1:]:
+        modules[0].link_in(module)
+    text = str(modules[0])
+    needed = outside(text)
+    if not LIBRARIES.issuperset(needed):
+        return None
+    called = {name: compiled[name] for name in CALLED}
+    functions = {name: (made.code.native_name, made.arguments, made.result) for name, made in called.items()}
+    header = {"needed": needed, "functions": functions}
+    return header, native.object_code(text, OPTIMISATION)
+
+
+def outside(text: str) -> list[str]:
+    """Names of what LLVM's text of a module asks of others.
+
+    >>> outside("declare double @llvm.pow.f64(double, double)\\ndeclare void @PyErr_Clear()")
+    ['PyErr_Clear', 'pow']
+    """
+    names = set(_OUTSIDE.findall(text))
+    for name in _DECLARED.findall(text):
+        part = name.split(".")
+        if part[0] != "llvm":
+            names.add(name)
+        elif part[1] in LIBRARIES:  # the others become instructions
+            names.add(part[1])
+    return sorted(names)
+
+
+def _key() -> str:
+    """Hash of the source of the loop and of what compiles it."""
+    digest = hashlib.sha256(f"loop {disk.VERSION} {native.version()} O{OPTIMISATION}\n".encode())
+    here = Path(__file__).parent
+    for name in SOURCES:
+        digest.update((here / name).read_bytes())
+    # numba's version without an import of numba, which takes longer than a run
+    numba = importlib.util.find_spec("numba")
+    if numba is not None and numba.origin is not None:
+        version = Path(numba.origin).with_name("_version.py")
+        digest.update(version.read_bytes() if version.is_file() else b"")
+    return digest.hexdigest()
+
+
+def advance(*arguments: Any) -> int:
+    """`dop853.advance`: steps until something happens or the buffers are full."""
+    return int(loop().functions["advance"](*arguments))
+
+
+def sample(*arguments: Any) -> None:
+    """`dop853.sample`: states at given times."""
+    loop().functions["sample"](*arguments)
+
+
+def observe(*arguments: Any) -> None:
+    """`dop853.observe`: outputs of a kernel at given states."""
+    loop().functions["observe"](*arguments)
