@@ -120,7 +120,14 @@ def rope(system: System, points: Sequence[Any], length: Any, *, name: str = "rop
 
 
 def rolling(
-    system: System, name: str, wheel: Any, *, radius: Any, axis: Any = None, normal: str = "y", plane: Any = None
+    system: System,
+    name: str,
+    wheel: Any,
+    *,
+    radius: Any,
+    axis: Any = None,
+    normal: str = "y",
+    plane: Any = None,
 ) -> Constraint:
     """Let a wheel or a sphere touch a plane fixed in the ground and roll on it without slip.
 
@@ -148,7 +155,9 @@ def rolling(
         raise ModelError(f"The plane of {what} must be fixed in the ground, got a {base!r}.")
     sign, letter = (-1, normal[1:]) if str(normal).startswith("-") else (1, normal)
     if letter not in ("x", "y", "z"):
-        raise ModelError(f"Expected 'x', 'y' or 'z', with or without a minus, for the normal of {what}, got {normal!r}.")
+        raise ModelError(
+            f"Expected 'x', 'y' or 'z', with or without a minus, for the normal of {what}, got {normal!r}."
+        )
     k = "xyz".index(letter)
     i, j = (k + 1) % 3, (k + 2) % 3
     up = tuple(sign * c for c in UNIT[letter])

@@ -64,7 +64,11 @@ def closure(joint: Joint) -> Closure:
     elif joint.type in ("slider", "cylindrical"):
         along, in_ground = tuple(_across(joint, axes[0])), False
         (_, e1), (_, e2) = along
-        square = locked if joint.type == "slider" else ((along[0][0], _minus(e2), axes[0]), (along[1][0], e1, axes[0]))
+        square = (
+            locked
+            if joint.type == "slider"
+            else ((along[0][0], _minus(e2), axes[0]), (along[1][0], e1, axes[0]))
+        )
     elif joint.type == "planar":
         normal = axes[2]
         along, in_ground = ((LETTERS[normal.index(1)], normal),), False

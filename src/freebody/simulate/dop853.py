@@ -86,6 +86,16 @@ def _normalise(work: Reals, row: int, quaternions: Integers, nq: int) -> None:
 
 
 @compiled
+def _project(t: float, work: Reals, row: int, w: int, quaternions: Integers, nq: int, c: Reals) -> None:
+    """Onto the constraints, if there are any: the kernel whose address follows the places of the quaternions."""
+    if quaternions[nq] != 0:
+        call(quaternions[nq], t, work, row, c, work, ARGUMENT * w)
+        for i in range(quaternions[nq + 1]):
+            work[row + i] = work[ARGUMENT * w + i]
+        _normalise(work, row, quaternions, nq)
+
+
+@compiled
 def attempt(rates: int, t: float, h: float, work: Reals, w: int, c: Reals) -> None:
     """One step of length ``h`` from STATE, whose rates are row 0: fills rows 1 to 11, RAW, ERROR5 and ERROR3."""
     a = ARGUMENT * w
@@ -374,6 +384,7 @@ def _part(
     for i in range(w):
         work[POINT * w + i] = work[RAW * w + i]
     _normalise(work, POINT * w, quaternions, nq)
+    _project(t + x * h, work, POINT * w, w, quaternions, nq, c)
 
 
 @compiled
@@ -475,7 +486,8 @@ def advance(
     ----------
     rates, n, c          address of the kernel, number of components, constants of the kernel
     work, w              rows of length ``w``; row STATE holds y, row 0 its rates
-    quaternions, nq      places of the unit quaternions in y, and their number
+    quaternions, nq      places of the unit quaternions in y, and their number; two more entries hold the address of
+                         the kernel that moves a state onto the constraints, or 0, and the number of its outputs
     relative, absolute   tolerance of each component
     reals, integers      what is carried from call to call (`layout`)
     room                 number of steps the buffers hold, and of events besides those of the last step
@@ -508,6 +520,8 @@ def advance(
         integers[EVALUATED] += 11
         error = _judge(n, work, w, quaternions, nq, relative, absolute, integers)
         after = until if ends else t + h
+        if error <= 1.0:
+            _project(after, work, END * w, w, quaternions, nq, c)
         if error <= 1.0:  # also the rates at the end must be numbers: a state without rates is no state
             call(rates, after, work, END * w, c, work, 12 * w)
             integers[EVALUATED] += 1
@@ -609,6 +623,7 @@ def sample(
             for i in range(w):
                 work[POINT * w + i] = work[RAW * w + i]
             _normalise(work, POINT * w, quaternions, nq)
+            _project(start + h if dense != 0 else t, work, POINT * w, w, quaternions, nq, c)
         if dense != 0:
             if fresh:
                 call(rates, start + h, work, POINT * w, c, work, 12 * w)

@@ -156,9 +156,8 @@ class _Run:
         self.state = work[layout.STATE * width :][:n]
         self.state[:] = y
         work[:n] = f
-        quaternions = np.array(rates.quaternions, dtype=np.int64)
         self.fixed = (
-            rates.address, n, rates.constants, work, width, quaternions, quaternions.size, relative, absolute,
+            rates.address, n, rates.constants, work, width, rates.corrections, len(rates.quaternions), relative, absolute,
             self.reals, self.integers,
         )  # fmt: skip
         self.rates, self.watch, self.y = rates, watch, y

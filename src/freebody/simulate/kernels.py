@@ -106,7 +106,7 @@ class Kernels:
         return self._programs[key]
 
     def motion(self) -> Program:
-        """Functions ``rates`` and ``energy`` (kinetic, potential)."""
+        """Functions ``rates``, ``energy`` (kinetic, potential) and, of a constrained model, ``projection``."""
 
         def functions(state: State) -> dict[str, Sequence[Any]]:
             moving = motion(self.model, state, self.active)
@@ -114,23 +114,20 @@ class Kernels:
             self._work = not _is_zero(power)
             rates = [*coordinate_rates(self.model, state), *moving.udot]
             energy = [kinetic_energy(self.model, state), potential_energy(self.model, state)]
-            return {"rates": [*rates, power] if self._work else rates, "energy": energy}
+            found = {"rates": [*rates, power] if self._work else rates, "energy": energy}
+            return {**found, "projection": self._projected(state)} if self.active else found
 
         return self._program("motion", functions)
 
-    def projection(self) -> Program:
-        """Function ``projection``: (q, u) moved onto the constraints, one Newton step for q, then u.
+    def _projected(self, state: State) -> list[Any]:
+        """(q, u) moved onto the constraints, by one Newton step for q, then for u.
 
         A state after a step is off by the local error, so one step, whose error is the square of that, reaches
         round-off.
         """
-
-        def functions(state: State) -> dict[str, Sequence[Any]]:
-            q = position_correction(self.model, state, self.active)
-            there = State(self.model, state.field, state.t, q, state.u, state.values)
-            return {"projection": [*q, *speed_correction(self.model, there, self.active)]}
-
-        return self._program("projection", functions)
+        q = position_correction(self.model, state, self.active)
+        there = State(self.model, state.field, state.t, q, state.u, state.values)
+        return [*q, *speed_correction(self.model, there, self.active)]
 
     def poses(self) -> Program:
         """Function ``poses``: of each body, position (3) and rotation to ground axes (9, by rows)."""

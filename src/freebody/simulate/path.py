@@ -30,6 +30,8 @@ class Rates:
     ``constants``    c
     ``quaternions``  places in y where a unit quaternion (four components) begins
     ``keep``         whatever owns the machine code
+    ``projection``   address of the kernel that moves a state onto the constraints, with the same constants, or 0
+    ``projected``    number of its outputs: the first components of y
     """
 
     address: int
@@ -37,6 +39,13 @@ class Rates:
     constants: Array
     quaternions: tuple[int, ...] = ()
     keep: Any = None
+    projection: int = 0
+    projected: int = 0
+
+    @property
+    def corrections(self) -> NDArray[np.int64]:
+        """What the compiled loop is told of the corrections of a state."""
+        return np.array([*self.quaternions, self.projection, self.projected], dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -114,10 +123,10 @@ class Path:
             )
         result = np.empty((wanted.size, self.rates.size))
         n, width = self.rates.size, padded(self.rates.size)
-        quaternions = np.array(self.rates.quaternions, dtype=np.int64)
+        quaternions = self.rates.corrections
         loop.sample(
             self.rates.address, n, self.rates.constants, np.zeros(ROWS * width), width, quaternions,
-            quaternions.size, self.steps, self.times, self.lengths, self.states, int(dense), wanted.size, wanted,
+            len(self.rates.quaternions), self.steps, self.times, self.lengths, self.states, int(dense), wanted.size, wanted,
             result,
         )  # fmt: skip
         return result

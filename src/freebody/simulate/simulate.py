@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -145,6 +146,8 @@ def simulate(
         state = np.append(state, 0.0)
     quaternions = tuple(model.quaternions)
     rates = Rates(program.address("rates"), state.size, program.constants(parameters), quaternions, program)
+    if model.constraints and kernels.active:
+        rates = replace(rates, projection=program.address("projection"), projected=model.n_q + model.n_u)
     watch, constants = None, rates.constants
     if specs:
         observer = kernels.expressions(expressions)
