@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .formats import write as write
     from .model.assemble import assemble as assemble
     from .model.model import Model as Model
+    from .picture.compare_linear import compare_linear as compare_linear
     from .simulate.event import event as event
     from .simulate.simulate import simulate as simulate
     from .simulate.trajectory import Trajectory as Trajectory
@@ -64,6 +65,7 @@ _EXPORTS = {
     "Trajectory": "simulate.trajectory",
     "assemble": "model.assemble",
     "box": "space.solids",
+    "compare_linear": "picture.compare_linear",
     "compile": "compile.program:compile_system",
     "cone": "space.solids",
     "cylinder": "space.solids",

@@ -20,8 +20,8 @@ from ..scalar.element import element
 from ..scalar.polynomial import Polynomial, Ring
 from .display import displayed, text
 from .modes import Mode, Modes
+from .rational import Rationals, S
 
-S = sympy.Symbol("s")
 LARGEST = 8
 """Most coordinates of a determinant in symbols: its minors number 2ⁿ."""
 
@@ -30,6 +30,7 @@ LARGEST = 8
 class Factor:
     """A factor of the characteristic polynomial: its coefficients by rising powers of s, and how often it occurs."""
 
+    element: Any
     coefficients: tuple[Any, ...]
     times: int
 
@@ -69,7 +70,7 @@ class Characteristic:
         for f, times in ring.factor(cleared(ring, self.determinant))[1]:
             parts = coefficients(ring, f)
             if len(parts) > 1:
-                found.append(Factor(parts, int(times)))
+                found.append(Factor(f, parts, int(times)))
         return tuple(sorted(found, key=lambda f: (f.degree, text_of(ring, f))))
 
     @cached_property
@@ -236,9 +237,10 @@ def modes_of(linear: Any) -> Modes:
         else:
             chosen = [(s, (sympy.Abs(s), -sympy.re(s) / sympy.Abs(s))) for s in found if _upper(s)]
         for s, (w, ratio) in chosen:
-            shapes = _shapes(linear, s)
+            shapes = _shapes(linear, f, s)
             kind = "oscillation" if f.degree > 1 else "real root"
-            made += [Mode(kind, s, w, ratio, shape) for shape in shapes for _ in range(f.times if len(shapes) == 1 else 1)]
+            repeats = f.times if len(shapes) == 1 else 1
+            made += [Mode(kind, s, w, ratio, shape) for shape in shapes for _ in range(repeats)]
     return Modes(made, character.roots())
 
 
@@ -259,23 +261,26 @@ def _at_zero(linear: Any, times: int) -> list[Mode]:
     return made[:times]
 
 
-def _shapes(linear: Any, s: Any) -> list[dict[str, Any]]:
-    """Null vectors of M s² + C s + K at a root."""
+def _shapes(linear: Any, f: Factor, s: Any) -> list[dict[str, Any]]:
+    """Null vectors of M s² + C s + K at a root s of a factor: cofactors of a row, reduced modulo the factor."""
     character = linear.characteristic
     ring, rows = character.ring, character.matrix
     n = len(rows)
+    field = Rationals(ring, [f.element, *(x for row in rows for x in row)])
+    modulus = field.poly(f.element).monic()
     for i in range(n):
         cofactors = []
         for j in range(n):
             minor = [[row[c] for c in range(n) if c != j] for r, row in enumerate(rows) if r != i]
             d = determinant(ring, minor) if n > 1 else ring.coerce(1)
-            cofactors.append(ring.coerce(d * (-1) ** (i + j)))
-        lead = next((x for x in cofactors if x != 0), None)
+            cofactors.append(field.poly(d * (-1) ** (i + j)).rem(modulus))
+        lead = next((x for x in cofactors if not x.is_zero), None)
         if lead is None:
             continue
-        values = [sympy.simplify(_at(ring, x, s)) for x in cofactors]
-        if any(v != 0 for v in values):
-            return [_normalised(linear.coordinates, values)]
+        inverse = lead.invert(modulus)
+        parts = [field.listed((x * inverse).rem(modulus)) if not x.is_zero else [] for x in cofactors]
+        values = [sum((c * s**k for k, c in enumerate(p)), sympy.Integer(0)) for p in parts]
+        return [dict(zip(linear.coordinates, map(sympy.factor_terms, values), strict=True))]
     # a repeated root whose cofactors vanish: every solution of the equations
     P = sympy.Matrix(n, n, [_at(ring, x, s) for row in rows for x in row])
     return [_normalised(linear.coordinates, v) for v in P.nullspace(simplify=True)]

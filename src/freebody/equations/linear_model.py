@@ -20,9 +20,8 @@ import sympy
 from ..dynamics.linear import Factorization
 from ..errors import ModelError
 from ..model.model import Model
-from ..scalar.expression import exact
 from ..scalar.polynomial import Ring
-from . import characteristic, modes, response
+from . import characteristic, linear_text, modes, response
 from .display import displayed, equation_latex, equation_mathml, equation_text
 from .modes import Modes
 from .response import ExactResponse, Response
@@ -307,12 +306,9 @@ class LinearModel:
 
     # -- display ----------------------------------------------------------------------------------
 
-    def _balances(self) -> tuple[Ring, list[tuple[Any, Any]]]:
+    def _balances(self, ring: Ring) -> list[tuple[Any, Any]]:
         """Left and right side of each equation as canonical polynomials of the deviations."""
-        self._one_instant("the text")
-        ring = self.ring or Ring()
         t = sympy.Symbol("t")
-        rows = []
         atoms = [sympy.Function(name)(t) for name in self.coordinates]
         motion = {
             "M": [ring.generator(x.diff(t, 2), "acceleration") for x in atoms],
@@ -320,29 +316,39 @@ class LinearModel:
             "K": [ring.generator(x, "coordinate") for x in atoms],
             "B": [ring.generator(sympy.Symbol(name, real=True), "load") for name in self.inputs],
         }
+        rows = []
         for i in range(len(atoms)):
             sides = {
-                key: sum((y * _shown(x, self.ring) for x, y in zip(self.canonical[key][i], motion[key], strict=True)), 0)
+                key: sum((y * x for x, y in zip(self.canonical[key][i], motion[key], strict=True)), 0)
                 for key in motion
             }
             rows.append((sides["M"] + sides["C"] + sides["K"], sides["B"]))
-        return ring, rows
+        return rows
 
     def text(self) -> str:
         """The linear equations as plain text, a line each."""
-        ring, rows = self._balances()
-        return "\n".join(equation_text(a, b, ring) for a, b in rows)
+        self._one_instant("text()")
+        if self.ring is None:
+            return linear_text.text(linear_text.rows_of(self))
+        ring = self.ring
+        return "\n".join(equation_text(a, b, ring) for a, b in self._balances(ring))
 
     def latex(self) -> str:
         """The linear equations as a LaTeX ``aligned`` block."""
-        ring, rows = self._balances()
-        lines = [equation_latex(a, b, ring).replace(" = ", " &= ", 1) for a, b in rows]
+        self._one_instant("latex()")
+        if self.ring is None:
+            return linear_text.latex(linear_text.rows_of(self))
+        ring = self.ring
+        lines = [equation_latex(a, b, ring).replace(" = ", " &= ", 1) for a, b in self._balances(ring)]
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
 
     def mathml(self) -> str:
         """The linear equations as presentation MathML."""
-        ring, rows = self._balances()
-        return "\n".join(equation_mathml(a, b, ring) for a, b in rows)
+        self._one_instant("mathml()")
+        if self.ring is None:
+            return linear_text.mathml(linear_text.rows_of(self))
+        ring = self.ring
+        return "\n".join(equation_mathml(a, b, ring) for a, b in self._balances(ring))
 
     def _repr_latex_(self) -> str | None:
         if self.times is not None and np.ndim(self.times):
@@ -353,11 +359,6 @@ class LinearModel:
         if self.times is not None and np.ndim(self.times):
             return f"Linear equations of '{self.model.name}' along a trajectory, at {np.size(self.times)} times"
         return f"Linear equations of '{self.model.name}'\n{self.text()}"
-
-
-def _shown(x: Any, ring: Ring | None) -> Any:
-    """A number to six digits as an exact one, to be printed."""
-    return x if ring is not None else exact(float(f"{x:.6g}"))
 
 
 def _first_order(terms: Mapping[str, Any], n: int, carried: int) -> tuple[Any, Any]:

@@ -102,8 +102,6 @@ def linearize(
     if not isinstance(model, Model):
         raise ModelError(f"Expected a System, a Model or its equations to linearise, got {s!r}.")
     named = _inputs(model, inputs)
-    if hasattr(about, "operating_point"):
-        about = about.operating_point
     if _is_motion(about):
         return _about_trajectory(model, about, values, named, independent)
     if values is None:

@@ -249,11 +249,8 @@ def _shape(names: Sequence[str], vector: Array) -> dict[str, Any]:
     sizes = np.abs(vector)
     largest = int(np.argmax(sizes >= (1 - SAME) * sizes.max()))
     parts = vector / vector[largest]
-    parts = np.where(np.abs(parts) <= NULL, 0, parts)
-    if np.iscomplexobj(parts):
-        parts = np.where(np.abs(parts.imag) <= NULL, parts.real, parts)
-        if not np.any(parts.imag):
-            parts = parts.real
+    real, imag = (np.where(np.abs(x) <= NULL, 0, x) for x in (parts.real, np.imag(parts)))
+    parts = real + complex(0, 1) * imag if np.any(imag) else real
     return {name: x.item() for name, x in zip(names, parts, strict=True)}
 
 

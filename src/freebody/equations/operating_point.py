@@ -38,8 +38,7 @@ def operating_point(model: Model, about: Any) -> OperatingPoint:
     ModelError
         An unknown name, a quaternion of the wrong size, a value that depends on the motion.
     """
-    if about is None:
-        about = {}
+    about = _of_steady_motion(model, {} if about is None else about)
     if not isinstance(about, Mapping):
         raise ModelError(
             "Expected `about` to be a mapping of coordinates and speeds to values, such as {'theta': 0}, a motion "
@@ -72,6 +71,30 @@ def operating_point(model: Model, about: Any) -> OperatingPoint:
             u[names.index(name) - model.n_q] = value_of_name(model, value, f"the operating value of '{name}'")
         given.add(name)
     return OperatingPoint(tuple(q), tuple(u), frozenset(given))
+
+
+def _of_steady_motion(model: Model, about: Any) -> Any:
+    """The values of a steady motion in numbers, or of one in closed form with symbols for what it leaves free.
+
+    A coordinate ``theta`` that is free has the value ``theta_0``, a speed ``psi'`` the value ``psi_rate_0``; parameters of
+    these names are taken for them.
+    """
+    if hasattr(about, "state") and isinstance(about.state, Mapping):
+        return about.state
+    if not (hasattr(about, "solution") and hasattr(about, "free")):
+        return about
+    symbols = {}
+    for name in about.free:
+        text = name.replace("'", "_rate") + "_0"
+        known = model.names.kinds.get(text) == "parameter"
+        symbols[model.names.atoms[name]] = model.names.atoms[text] if known else sympy.Symbol(text, real=True)
+    order = sorted(symbols, key=lambda atom: not atom.is_Derivative)  # a speed holds its coordinate
+    values = {model.names.texts[atom]: symbols[atom] for atom in order}
+    for name, x in about.solution.items():
+        for atom in order:
+            x = sympy.sympify(x).xreplace({atom: symbols[atom]})
+        values[name] = x
+    return values
 
 
 def value_of_name(model: Model, value: Any, what: str) -> Any:

@@ -16,8 +16,9 @@ from typing import Any
 import sympy
 
 from ..errors import ModelError
-from .characteristic import Characteristic, S, determinant
+from .characteristic import Characteristic, determinant
 from .forcing import T, Term
+from .rational import Rationals, S
 
 _W = sympy.Symbol("w", positive=True)
 
@@ -28,72 +29,70 @@ def inverse_transform(character: Characteristic, rows: Sequence[Sequence[Any]], 
     top = determinant(ring, rows)
     if top == 0:
         return sympy.Integer(0)
-    lead = character.coefficients[-1]
-    factors: list[tuple[Any, int]] = []
-    for f in character.factors:
-        factors.append((_monic([ring.to_sympy(c) for c in f.coefficients]), f.times))
-    upper = ring.to_sympy(top) / ring.to_sympy(lead)
+    s = ring.generator(S)
+    above: Any = 1
+    below: Any = 1
+    times = 0
     if term is not None:
-        above, below, times = _transform(term)
-        upper = upper * above
+        above, below, times = _transform(ring, s, term)
+    field = Rationals(ring, [top, character.determinant, above, below, *(f.element for f in character.factors)])
+    factors = [(field.poly(f.element).monic(), f.times) for f in character.factors]
+    if times:
+        other = field.poly(below).monic()
         for k, (f, count) in enumerate(factors):
-            if sympy.cancel(sympy.together(f - below)) == 0:
+            if f == other:
                 factors[k] = (f, count + times)
                 break
         else:
-            factors.append((below, times))
-    return _expanded(upper, factors)
+            factors.append((other, times))
+    lead = field(character.coefficients[-1])
+    upper = (field.poly(top) * field.poly(above)).quo_ground(lead)
+    return _expanded(field, upper, factors)
 
 
-def _monic(coefficients: Sequence[Any]) -> Any:
-    return sum(sympy.cancel(c / coefficients[-1]) * S**k for k, c in enumerate(coefficients))
-
-
-def _transform(term: Term) -> tuple[Any, Any, int]:
+def _transform(ring: Any, s: Any, term: Term) -> tuple[Any, Any, int]:
     """(N, D, k) of the transform N / D^k of an input."""
-    moved = S - term.growth
-    if term.frequency == 0:
-        return term.cosine * sympy.factorial(term.power), moved, term.power + 1
-    below = sympy.expand(moved**2 + term.frequency**2)
-    above, k = term.cosine * moved + term.sine * term.frequency, 1
+    cosine, sine, growth, frequency = (
+        ring.from_sympy(x) for x in (term.cosine, term.sine, term.growth, term.frequency)
+    )
+    moved = s - growth
+    if frequency == 0:
+        return cosine * int(sympy.factorial(term.power)), moved, term.power + 1
+    below = ring.coerce(moved * moved + frequency * frequency)
+    above, k = cosine * moved + sine * frequency, 1
     for _ in range(term.power):  # t f(t) -> -F'(s)
-        above, k = k * above * below.diff(S) - above.diff(S) * below, k + 1
-    return sympy.expand(above), below, k
+        above = k * above * ring.derivative(below, S) - ring.derivative(above, S) * below
+        k += 1
+    return above, below, k
 
 
-def _expanded(upper: Any, factors: Sequence[tuple[Any, int]]) -> Any:
-    def poly(x: Any) -> Any:
-        return sympy.Poly(x, S, field=True)
-
-    N = poly(sympy.cancel(upper))
-    powers = [poly(f) ** count for f, count in factors]
+def _expanded(field: Rationals, upper: Any, factors: Sequence[tuple[Any, int]]) -> Any:
+    powers = [f**count for f, count in factors]
     total: Any = sympy.Integer(0)
     for k, (f, count) in enumerate(factors):
-        others = poly(1)
+        others = field.of([field.domain.one])
         for i, other in enumerate(powers):
             if i != k:
-                others = others * other
-        part = (N * _inverse(others, powers[k])).rem(powers[k])
-        base = poly(f)
+                others = (others * other).rem(powers[k])
+        part = (upper * others.invert(powers[k])).rem(powers[k])
         for j in range(count, 0, -1):  # part / f^count = Σ rest_j / f^j
-            part, rest = part.div(base)
+            part, rest = part.div(f)
             if not rest.is_zero:
-                total += _term_of_time(rest, base, j)
+                total += _of_time(field, rest, f, j)
     return total
 
 
-def _inverse(x: Any, modulus: Any) -> Any:
-    return x.rem(modulus).invert(modulus) if modulus.degree() > 0 else x
-
-
-def _term_of_time(rest: Any, f: Any, k: int) -> Any:
-    c = [_tidy(f.coeff_monomial(S**i)) for i in range(f.degree() + 1)]
-    r = [_tidy(rest.coeff_monomial(S**i)) for i in range(f.degree())]
-    if f.degree() == 1:
+def _of_time(field: Rationals, rest: Any, f: Any, k: int) -> Any:
+    """The function of time of rest(s) / f(s)^k."""
+    degree = f.degree()
+    c = field.listed(f)
+    r = field.listed(rest)
+    r += [sympy.Integer(0)] * (degree - len(r))
+    if degree == 1:
         return r[0] * T ** (k - 1) / sympy.factorial(k - 1) * sympy.exp(-c[0] * T)
-    if f.degree() == 2:
+    if degree == 2:
         return _quadratic(r, c, k)
-    if f.degree() == 4 and c[1] == 0 and c[3] == 0 and k == 1:
+    if degree == 4 and c[1] == 0 and c[3] == 0 and k == 1:
         half, root = c[2] / 2, sympy.sqrt(sympy.factor(c[2] ** 2 / 4 - c[0]))
         low, high = half - root, half + root
         total = sympy.Integer(0)
@@ -102,14 +101,13 @@ def _term_of_time(rest: Any, f: Any, k: int) -> Any:
             parts = [(r[0] - r[2] * w2) / (other - w2), (r[1] - r[3] * w2) / (other - w2)]
             total += _quadratic(parts, [w2, sympy.Integer(0)], 1)
         return total
-    if k == 1:
-        found = sympy.roots(f) if f.degree() <= 4 else {}
-        if sum(found.values()) == f.degree():
-            slope = f.diff(S)
-            return sum(rest.eval(s) / slope.eval(s) * sympy.exp(s * T) for s in found)
-    shown = f.as_expr()
+    poly = sympy.Poly(list(reversed(c)), S)
+    found = sympy.roots(poly) if degree <= 4 and k == 1 else {}
+    if sum(found.values()) == degree:
+        above, slope = sympy.Poly(list(reversed(r)), S), poly.diff(S)
+        return sum(above.eval(s) / slope.eval(s) * sympy.exp(s * T) for s in found)
     raise ModelError(
-        f"The characteristic factor {shown} has no roots in closed form, so the response has none. "
+        f"The characteristic factor {poly.as_expr()} (power {k}) has no roots in closed form, so the response has none. "
         "Give numbers: model.numeric(values), or values= in fb.linearize."
     )
 
@@ -117,14 +115,9 @@ def _term_of_time(rest: Any, f: Any, k: int) -> Any:
 def _quadratic(r: Sequence[Any], c: Sequence[Any], k: int) -> Any:
     """(r1 s + r0) / (s² + c1 s + c0)^k."""
     decay = c[1] / 2
-    w = sympy.sqrt(sympy.factor(c[0] - decay**2))
+    w = sympy.sqrt(c[0] if decay == 0 else sympy.factor(c[0] - decay**2))
     g = sympy.sin(_W * T) / _W
     for j in range(1, k):
         g = -g.diff(_W) / (2 * j * _W)
-    along, across = r[1], r[0] - r[1] * decay
-    shape = along * g.diff(T) + across * g
+    shape = r[1] * g.diff(T) + (r[0] - r[1] * decay) * g
     return (shape if decay == 0 else sympy.exp(-decay * T) * shape).subs(_W, w)
-
-
-def _tidy(x: Any) -> Any:
-    return sympy.factor(x) if x != 0 else x
