@@ -20,8 +20,8 @@ import sympy
 
 from ..dynamics.kinematics import jacobian
 from ..errors import ModelError, nearest
-from ..scalar.ratio import Ratio, cleared, common_factor, divided
-from ..scalar.substitution import substitute
+from ..scalar.ratio import Ratio, cleared, common_factor, divided, over_sine
+from ..scalar.substitute import Substitution
 from .display import equation_latex, equation_text, latex, text
 from .free_body import FreeBody
 from .solve import chosen
@@ -271,7 +271,7 @@ def _step(e: Equations, line: _Line, balances: dict[Label, Any], whole: bool) ->
     else:
         numbers = cleared(ring, values)
         common = common_factor(ring, numbers)
-        numbers = [divided(ring, c, common) for c in numbers]
+        numbers = _without_sines(ring, [divided(ring, c, common) for c in numbers])
         if numbers and text(numbers[-1], ring).startswith("-"):
             numbers = [-c for c in numbers]
     coefficients = dict(zip(labels, numbers, strict=True))
@@ -290,7 +290,18 @@ def _step(e: Equations, line: _Line, balances: dict[Label, Any], whole: bool) ->
     return Combination(line.name or f"from {line.row.name}", coefficients, balance)
 
 
+def _without_sines(ring: Any, numbers: list[Any]) -> list[Any]:
+    """The coefficients over the sines that divide all of them."""
+    for g in list(ring.generators):
+        while g.kind == "sin" and g.partner >= 0:
+            shorter = [over_sine(ring, c, g.index) for c in numbers]
+            if any(c is None for c in shorter):
+                break
+            numbers = shorter
+    return numbers
+
+
 def _idle(e: Equations, step: Combination, vocabulary: Vocabulary) -> bool:
     """Whether an equation only says that other reactions vanish, or balance each other."""
-    zero = dict.fromkeys(vocabulary.reactions.values(), 0)
-    return all(substitute(side, zero, e.ring) == 0 for side in step.balance)
+    absent = Substitution(e.ring, e.ring, dict.fromkeys(vocabulary.reactions.values(), 0))
+    return all(absent(side) == 0 for side in step.balance)

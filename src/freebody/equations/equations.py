@@ -345,6 +345,14 @@ class Equations:
 
     # -- questions --------------------------------------------------------------------------------
 
+    @property
+    def planar(self) -> str | None:
+        """The ground axis at right angles to the plane that all bodies move in, "x", "y" or "z"; else None."""
+        from .planar import Plane, plane_of
+
+        plane = plane_of(self)
+        return plane.letter if isinstance(plane, Plane) else None
+
     def solve(self, unknowns: Any, where: Any = None, *, bodies: Any = None, eliminate: Any = ()) -> SolveResult:
         """What the free-body equations say about unknowns: exact, or refused with what was left.
 
@@ -416,8 +424,13 @@ class Equations:
         >>> s.gravity = (0, -g, 0)
         >>> bob = s.body("bob", fb.particle(m))
         >>> pin = s.hinge("pin", s.ground, bob, to=(0, L, 0), coordinate="theta")
-        >>> fb.equations(s).eliminate(["pin_x", "pin_y"], bodies=["bob"]).steps[0].name
-        'from bob: force z'
+        >>> print(fb.equations(s).eliminate("pin").text())
+        Without pin_x, pin_y, pin_z, pin_Mx, pin_My:
+        by theta'
+            (L*cos(theta)) * [bob: force x]
+            (L*sin(theta)) * [bob: force y]
+            (1) * [bob: moment z]
+          gives  m*L^2*theta'' + m*L*g*sin(theta) = 0
         """
         from .eliminate import eliminate
 

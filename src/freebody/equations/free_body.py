@@ -38,6 +38,7 @@ from .reaction import unknowns
 
 if TYPE_CHECKING:
     from .equations import Equations
+    from .moment_form import MomentForm
 
 
 @dataclass(frozen=True)
@@ -276,6 +277,38 @@ class FreeBody:
         return tuple(sympy.Eq(sym(left), sym(right), evaluate=False) for left, right in self.balances)
 
     @cached_property
+    def planar_equations(self) -> tuple[Any, ...]:
+        """Two force equations and one moment equation of a planar model, as SymPy ``Eq``.
+
+        Planar motion is recognised, not declared (:mod:`freebody.equations.planar`).
+
+        Raises
+        ------
+        ModelError
+            The model is not planar, with the reason.
+        """
+        from .planar import planar_equations
+
+        return planar_equations(self)
+
+    def moment_form(self, about: Any) -> MomentForm:
+        """Moment equations about a point A in its acceleration: M_A = ρ × m a_A + I_A α + ω × I_A ω.
+
+        Parameters
+        ----------
+        about : Point, Body or name of a joint
+            Any point, moving or not; of a joint, its point on this body.
+
+        Returns
+        -------
+        MomentForm
+            ``.terms`` by name, ``.equations``, ``.proven``, ``.text()``, ``.latex()``.
+        """
+        from .moment_form import MomentForm
+
+        return MomentForm(self, about)
+
+    @cached_property
     def forces(self) -> Mapping[str, Any]:
         """Force of each action by name, as SymPy column vectors in the axes asked for [N]."""
         return {a.name: self._e.column(self._turned(a.force)) for a in self.actions if a.force != ZERO}
@@ -299,7 +332,11 @@ class FreeBody:
         return [f"force {c}" for c in "xyz"] + [f"moment {c}" for c in "xyz"]
 
     def text(self) -> str:
-        """The forces by name and the equations, as plain text."""
+        """The forces by name and the equations, as plain text; of a planar model, those in the plane."""
+        from .planar import plane_in, planar_text
+
+        if not isinstance(plane_in(self), str):
+            return planar_text(self)
         ring = self._e.ring
         lines = [f"Free body '{self.body}': components in {self.frame} axes, moments about {self.about}"]
         width = max([len(a.name) for a in self.actions], default=0)
@@ -317,7 +354,11 @@ class FreeBody:
         return "\n".join(lines)
 
     def latex(self) -> str:
-        """The equations as a LaTeX ``aligned`` block."""
+        """The equations as a LaTeX ``aligned`` block; of a planar model, those in the plane."""
+        from .planar import plane_in, planar_latex
+
+        if not isinstance(plane_in(self), str):
+            return planar_latex(self)
         ring = self._e.ring
         rows = [
             equation_latex(left, right, ring).replace(" = ", " &= ", 1)

@@ -17,7 +17,7 @@ import sympy
 from ..errors import ExpressionError, ModelError, nearest
 from ..scalar.element import Polynomial
 from ..scalar.ratio import Ratio, over_sine
-from ..scalar.substitution import substitute
+from ..scalar.substitute import Substitution
 from .display import equation_latex, equation_text, text
 from .fractions import ratio_displayed, ratio_latex, ratio_text
 from .free_body import FreeBody
@@ -227,7 +227,7 @@ class Request:
         name = self.vocabulary.name(left)
         if name in self.fixed_names:
             raise ModelError(f"'{name}' is given twice in where. Leave one out.")
-        right = substitute(right, self.fixed, self.ring)
+        right = self._valued(right, self.fixed)
         g = self.ring.find(left)
         known = left in self.vocabulary.texts
         index = -1 if g is None else g.index
@@ -236,10 +236,13 @@ class Request:
             self.equations.append((f"{name} = {value}", self.ring.from_sympy(left) - right))
             return
         try:
-            self.fixed = {k: substitute(v, {left: right}, self.ring) for k, v in self.fixed.items()}
+            self.fixed = {k: self._valued(v, {left: right}) for k, v in self.fixed.items()}
         except ExpressionError as error:
             raise ModelError(f"With {name} = {value}: {error}") from None
         self.fixed[left] = right
+
+    def _valued(self, x: Any, values: Mapping[Any, Any]) -> Any:
+        return Substitution(self.ring, self.ring, values)(x) if values else x
 
     @property
     def fixed_names(self) -> set[str]:
@@ -259,11 +262,11 @@ class Request:
             g = self.ring.find(symbol)
             if g is not None:
                 places.setdefault(g.index, (name, 1))
-        memo: dict[int, Any] = {}
+        fixed = Substitution(self.ring, self.ring, self.fixed)
         valued = []
         for title, x in self.equations:
             try:
-                valued.append((title, substitute(x, self.fixed, self.ring, memo) if self.fixed else x))
+                valued.append((title, fixed(x) if self.fixed else x))
             except ExpressionError as error:
                 raise ModelError(f"With the values in where, '{title}' has none: {error}") from None
         self._angles(valued, places)

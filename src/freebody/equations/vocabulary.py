@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from ..describe.parser import parse
 from ..dynamics.constraints import rows
 from ..errors import ExpressionError, ModelError, nearest
 from ..scalar.expression import exact
+from ..scalar.parser import parse
 from .display import latex
 from .reaction import unknowns
 
