@@ -66,7 +66,8 @@ def constrain_speed(system: System, condition: Any, *, name: str | None = None) 
     speeds = system.names.depends(expression, "speed")
     if not speeds:
         raise ModelError(
-            f"Speed constraint '{name}' holds no speed: '{expression}'. A condition on coordinates is given by s.constrain."
+            f"Speed constraint '{name}' holds no speed: '{expression}'. A condition on coordinates is given by "
+            f"s.constrain."
         )
     atoms = [system.names.atoms[speed] for speed in speeds]
     for one in atoms:

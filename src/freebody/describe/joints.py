@@ -233,7 +233,8 @@ def free(
     system.claim(name, system.joints, "joint")
     if closes_loop(system, child):
         raise ModelError(
-            f"Free joint '{name}' would leave '{child.name}', which another joint holds, free: it does nothing. Leave it out."
+            f"Free joint '{name}' would leave '{child.name}', which another joint holds, free: it does nothing. "
+            f"Leave it out."
         )
     prefix = coordinate or name
     q = _components(system, prefix, ["x", "y", "z", "e0", "e1", "e2", "e3"], "coordinate")
@@ -265,9 +266,9 @@ def _coordinates(system: System, child: Any, name: str, given: Any, defaults: li
     if closes_loop(system, child):
         if given is not None:
             raise ModelError(
-                f"Joint '{name}' closes a loop, since '{child.name}' is already held by an earlier joint: its displacement "
-                f"follows from the other coordinates. Leave out coordinate=, or declare this joint before the one that "
-                f"shall close the loop."
+                f"Joint '{name}' closes a loop, since '{child.name}' is already held by an earlier joint: its "
+                f"displacement follows from the other coordinates. Leave out coordinate=, or declare this joint "
+                f"before the one that shall close the loop."
             )
         return [None] * len(defaults)
     if given is None:

@@ -12,7 +12,6 @@ and on the direction of the axes: dot products of unit vectors, one fixed in eac
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from ..describe.body import Body
 from ..describe.joint import Joint

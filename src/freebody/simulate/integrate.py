@@ -157,8 +157,8 @@ class _Run:
         self.state[:] = y
         work[:n] = f
         self.fixed = (
-            rates.address, n, rates.constants, work, width, rates.corrections, len(rates.quaternions), relative, absolute,
-            self.reals, self.integers,
+            rates.address, n, rates.constants, work, width, rates.corrections, len(rates.quaternions), relative,
+            absolute, self.reals, self.integers,
         )  # fmt: skip
         self.rates, self.watch, self.y = rates, watch, y
         self.events: tuple | None = None

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compile.kernels import compile_tape
+from ..describe.constraint import Rolling
 from ..describe.system import System
 from ..dynamics import (
     State,
@@ -29,7 +30,6 @@ from ..dynamics import (
     potential_energy,
     traced_state,
 )
-from ..describe.constraint import Rolling
 from ..dynamics.constrained import position_correction, speed_correction
 from ..dynamics.motion import all_reactions, motion, total_power
 from ..errors import ModelError

@@ -126,8 +126,8 @@ class Path:
         quaternions = self.rates.corrections
         loop.sample(
             self.rates.address, n, self.rates.constants, np.zeros(ROWS * width), width, quaternions,
-            len(self.rates.quaternions), self.steps, self.times, self.lengths, self.states, int(dense), wanted.size, wanted,
-            result,
+            len(self.rates.quaternions), self.steps, self.times, self.lengths, self.states, int(dense), wanted.size,
+            wanted, result,
         )  # fmt: skip
         return result
 

@@ -19,8 +19,8 @@ from ..dynamics.mobility import check_bodies, massless_motion
 from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
 from . import path as runs
-from .event import expressions_of, specs_of
 from .closing import closed_start
+from .event import expressions_of, specs_of
 from .initial import initial_state, number
 from .integrate import integrate
 from .kernels import Kernels, kernels_of
