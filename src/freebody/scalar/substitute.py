@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from fractions import Fraction
 from typing import Any
 
-from .algebra import Field, divide
+from .algebra import Field, Floats, divide
 from .polynomial import Polynomial, Ring
 
 
@@ -45,18 +46,19 @@ class Substitution:
         self.field = field
         self.values = values
         self._made: dict[int, Any] = dict(generators or {})
+        self._inexact = isinstance(field, Arrays | Floats)
 
     def __call__(self, x: Any) -> Any:
         """The value of an element, or of a number."""
         if type(x) is not Polynomial:
-            return x
+            return float(x) if self._inexact else x
         total: Any = 0
         for monomial, c in x.terms():
-            term: Any = c
+            term: Any = float(Fraction(c, x.den)) if self._inexact else c
             for index, e in monomial:
                 term = self._power(index, e) * term
             total = total + term
-        return divide(total, x.den) if x.den != 1 else total
+        return total if x.den == 1 or self._inexact else divide(total, x.den)
 
     def _power(self, index: int, e: int) -> Any:
         base = self.generator(index)
@@ -82,7 +84,7 @@ class Substitution:
             return self.ring.variable(index)
         arguments = [self(argument) for argument in g.arguments]
         if g.kind == "inverse":
-            return divide(1, arguments[0])
+            return 1 / arguments[0] if self._inexact else divide(1, arguments[0])
         return self.field.apply(g.name or g.kind, *arguments)
 
     def _touches(self, g: Any) -> bool:

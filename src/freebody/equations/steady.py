@@ -1,0 +1,617 @@
+"""Steady motions: equilibria and relative equilibria, when they exist, and whether they are stable.
+
+The conditions are the equations of motion at constant coordinates and constant ignorable rates; see
+:mod:`freebody.equations.steady_problem`. They are split into factors, solved in closed form where they are quadratic in
+what is asked for, and in numbers otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from ..describe.system import System
+from ..errors import ModelError, nearest
+from ..model.model import Model
+from ..scalar.polynomial import Polynomial
+from ..scalar.substitute import Substitution, arrays
+from .display import displayed, equation_latex, latex, text
+from .integrals import numbers
+from .steady_problem import Problem
+from .steady_solve import Found, factors, product, sign_kept, solutions
+
+if TYPE_CHECKING:
+    from .equations import Equations
+    from .stability import Stability
+    from .steady_numeric import Branch
+
+
+def steady_motions(
+    system: System | Model | Equations,
+    *,
+    solve_for: Any = None,
+    terms: Mapping[Any, Any] | None = None,
+    values: Mapping[Any, Any] | None = None,
+) -> SteadyMotions:
+    """Motions in which the coordinates stay constant but for those that nothing depends on, which turn at constant rates.
+
+        E_k(q, u = Σ w_a ξ_a, u' = 0) = 0
+
+    Parameters
+    ----------
+    system : System, Model or Equations
+    solve_for : str, symbol or sequence of them, optional
+        Unknowns to solve for; without it, rates before coordinates. An unknown is a coordinate (``theta``), the rate
+        of an ignorable one (``psi'``), a term, or the force of a constraint.
+    terms : mapping, optional
+        New names for combinations of rates, each in place of the last rate in it:
+        ``{"Omega_zeta": "phi' + psi'*cos(theta)"}`` is the total spin.
+    values : mapping, optional
+        Parameters, and unknowns that are given, by name or symbol; then ``.states`` holds all roots in numbers.
+
+    Returns
+    -------
+    SteadyMotions
+
+    Raises
+    ------
+    ModelError
+        No steady motion exists (what would have to hold), no closed form for what is asked (what was left), unit
+        quaternions, or too few values.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("conical pendulum")
+    >>> m, L, g = s.parameters(m=1, L=0.5, g=9.81)
+    >>> s.assume(L > 0), s.assume(g > 0)
+    (None, None)
+    >>> s.gravity = (0, 0, -g)
+    >>> bob = s.body("bob", fb.particle(m))
+    >>> arm = s.universal("arm", s.ground, bob, to=(0, 0, L), axis=("z", "x"), coordinate="psi theta")
+    >>> print(fb.steady_motions(s, solve_for="theta").text())
+    0 = L*psi'^2*cos(theta) - g or sin(theta)
+    theta = acos(g/(L*psi'^2))  if L*psi'^2 - g >= 0
+    theta = -acos(g/(L*psi'^2))  if L*psi'^2 - g >= 0
+    theta = 0, any psi'  (coordinates are singular here)
+    theta = pi, any psi'  (coordinates are singular here)
+    """
+    from .equations import Equations, equations
+
+    e = system if isinstance(system, Equations) else equations(system)
+    return SteadyMotions(Problem(e, terms), solve_for, values)
+
+
+@dataclass(frozen=True)
+class SteadyState:
+    """One steady motion in numbers.
+
+    Attributes
+    ----------
+    name : str
+    values : dict
+        The unknowns that were solved for, and those given, by name.
+    state : dict
+        All coordinates and speeds by name: an initial state for :func:`freebody.simulate`.
+    residual : float
+        Largest condition, relative to the sum of the sizes of its terms.
+    error : float
+        Last Newton step, an estimate of the error of the unknowns.
+    stability : Stability
+    """
+
+    name: str
+    values: dict[str, float]
+    state: dict[str, float]
+    residual: float
+    error: float
+    stability: Stability
+
+    def __repr__(self) -> str:
+        shown = ", ".join(f"{name} = {value:.8g}" for name, value in self.values.items())
+        return f"{self.name + ': ' if self.name else ''}{shown}; {self.stability}"
+
+
+class SteadyMotion:
+    """One steady motion in closed form."""
+
+    def __init__(self, owner: SteadyMotions, found: Found) -> None:
+        self._owner = owner
+        self._p = owner.problem
+        self.found = found
+
+    @property
+    def name(self) -> str:
+        """What the unknowns are; of two values of a quadratic, which: fast or slow."""
+        return ", ".join(self.found.labels) or self._assignments(text, ", ")
+
+    @cached_property
+    def solution(self) -> dict[str, Any]:
+        """Values of the unknowns as SymPy expressions, by name."""
+        return {self._p.name(a): displayed(x, self._p.ring) for a, x in self.found.values.items()}
+
+    @cached_property
+    def existence(self) -> tuple[Any, ...]:
+        """Inequalities, SymPy relations, under which the motion exists."""
+        return tuple(sympy.Ge(displayed(x, self._p.ring), 0, evaluate=False) for x in self._exists)
+
+    @cached_property
+    def assuming(self) -> tuple[Any, ...]:
+        """Inequalities that the name stands under: "fast" and "slow" change places with the sign of the spin."""
+        return tuple(sympy.Gt(displayed(x, self._p.ring), 0, evaluate=False) for x in self.found.positive)
+
+    @cached_property
+    def limits(self) -> dict[str, Any]:
+        """Value of an unknown where the discriminant is governed by its square: high spin."""
+        return {self._p.name(a): displayed(x, self._p.ring) for a, x in self.found.limits.items()}
+
+    @property
+    def _exists(self) -> tuple[Any, ...]:
+        result: list[Any] = []
+        for x in self.found.exists:
+            y = sign_kept(self._p.ring, x)
+            if (type(y) is Polynomial or y < 0) and y not in result:
+                result.append(y)
+        return tuple(result)
+
+    @cached_property
+    def left(self) -> tuple[Any, ...]:
+        """Conditions without a closed form, as SymPy ``Eq``."""
+        return tuple(sympy.Eq(displayed(x, self._p.ring), 0, evaluate=False) for x in self.found.left)
+
+    @cached_property
+    def singular(self) -> bool:
+        """Whether the coordinates are singular there (Euler angles of an upright top).
+
+        A coordinate then says less than it does elsewhere, and so do the conditions: look at the motion in other ones.
+        """
+        return self._owner.linear.singular(self.found.values)
+
+    @cached_property
+    def free(self) -> tuple[str, ...]:
+        """Unknowns that may have any value (or were given)."""
+        solved = set(self.found.values)
+        return tuple(self._p.name(a) for a in self._p.named if a not in solved)
+
+    @cached_property
+    def _stable_if(self) -> list[Any] | None:
+        from .stability import hurwitz
+
+        c = self._owner.linear.characteristic(self.found.values, sympy.Symbol("s"))
+        return None if c is None else hurwitz(self._p, c)
+
+    @cached_property
+    def characteristic(self) -> Any:
+        """Characteristic polynomial of small deviations in ``s``, without its zero roots; None if not formed.
+
+        It is not formed for systems with constraints, for more than four speeds, and where the coordinates are singular.
+        """
+        s = sympy.Symbol("s")
+        c = self._owner.linear.characteristic(self.found.values, s)
+        if c is None:
+            return None
+        return sum((displayed(x, self._p.ring) * s**k for k, x in enumerate(c)), start=sympy.S.Zero)
+
+    @cached_property
+    def stable_if(self) -> tuple[Any, ...] | None:
+        """Inequalities under which all eigenvalues are on the imaginary axis (conservative) or left of it.
+
+        Empty if that is always so, None if it is not known in closed form.
+        """
+        if self._stable_if is None:
+            return None
+        if any(type(x) is not Polynomial for x in self._stable_if):
+            return (sympy.false,)
+        return tuple(sympy.Gt(displayed(x, self._p.ring), 0, evaluate=False) for x in self._stable_if)
+
+    @cached_property
+    def _energy(self) -> Any:
+        return self._owner.amended.curvature(self.found.values)
+
+    @cached_property
+    def stable_by_energy_if(self) -> Any:
+        """Inequality under which the amended potential has a minimum, so that the motion is stable; None if unknown.
+
+        Known for one coordinate beside the ignorable ones, also where the coordinates are singular (the sleeping top).
+        """
+        x = self._energy
+        if x is None:
+            return None
+        if type(x) is not Polynomial:
+            return sympy.true if x > 0 else sympy.false
+        return sympy.Gt(displayed(x, self._p.ring), 0, evaluate=False)
+
+    # -- display ----------------------------------------------------------------------------------
+
+    def _assignments(self, show: Any, separator: str) -> str:
+        ring = self._p.ring
+        parts = []
+        for a, x in self.found.values.items():
+            parts.append(f"{show(ring.generator(a), ring)} = {show(x, ring)}")
+        return separator.join(parts)
+
+    def _shown(self, show: Any, words: tuple[str, str, str, str]) -> str:
+        ring = self._p.ring
+        or_any, given, greater, left = words
+        line = self._assignments(show, ", ") or "-"
+        free = [a for a in self._p.named if a not in self.found.values and a not in self._present]
+        if free:
+            line += or_any + ", ".join(show(ring.generator(a), ring) for a in free)
+        if self._exists:
+            line += given + ", ".join(show(x, ring) + greater for x in self._exists)
+        if self.found.left:
+            line += left + ", ".join(show(x, ring) + " = 0" for x in self.found.left)
+        return line
+
+    @property
+    def _present(self) -> set[Any]:
+        ring = self._p.ring
+        result: set[Any] = set()
+        for x in (*self.found.values.values(), *self.found.left):
+            result |= ring.atoms_of(x)
+        return result
+
+    def text(self) -> str:
+        """Values, existence and what is left, as a line of plain text."""
+        label = f"{self.name}: " if self.found.labels else ""
+        mark = "  (coordinates are singular here)" if self.singular else ""
+        return label + self._shown(text, (", any ", "  if ", " >= 0", "  where ")) + mark
+
+    def latex(self) -> str:
+        """The same as LaTeX."""
+        label = rf"\text{{{self.name}: }} " if self.found.labels else ""
+        words = (r",\ \text{any } ", r"\quad\text{if } ", r" \ge 0", r"\quad\text{where } ")
+        mark = r"\quad\text{(coordinates are singular here)}" if self.singular else ""
+        return label + self._shown(latex, words) + mark
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return self.text()
+
+
+class SteadyMotions(Sequence[SteadyMotion]):
+    """The steady motions of a system. Made by :func:`steady_motions`."""
+
+    def __init__(self, problem: Problem, solve_for: Any, values: Mapping[Any, Any] | None) -> None:
+        self.problem = problem
+        self._asked = self._atoms(solve_for)
+        self._given = values
+        p = problem
+        wanted = self._asked or tuple(a for a in p.unknowns if a not in p.terms)
+        others = tuple(a for a in p.unknowns if a not in wanted)
+        self._found = tuple(
+            SteadyMotion(self, one) for one in solutions(p.ring, p.conditions, wanted, others)
+        )
+        self._refuse_none()
+        if values is None and self._asked:
+            self._refuse_unsolved()
+
+    def _atoms(self, asked: Any) -> tuple[Any, ...]:
+        if asked is None:
+            return ()
+        p = self.problem
+        if isinstance(asked, str):
+            asked = asked.replace(",", " ").split()
+        elif isinstance(asked, sympy.Basic):
+            asked = [asked]
+        result = []
+        for one in asked:
+            atom = p.atom(one, p.unknowns)
+            if atom is None:
+                names = [p.name(a) for a in p.unknowns]
+                raise ModelError(
+                    f"'{one}' is no unknown of the steady motions of '{p.e.model.name}'; {nearest(str(one), names)}"
+                )
+            result.append(atom)
+        return tuple(result)
+
+    def _refuse_none(self) -> None:
+        p = self.problem
+        unknowns = set(p.unknowns)
+
+        def needs(one: Found) -> list[Any]:
+            return [x for x in one.left if not p.ring.atoms_of(x) & unknowns]
+
+        if self._found and not all(needs(one.found) for one in self._found):
+            self._found = tuple(one for one in self._found if not needs(one.found))
+            return
+        missing = needs(self._found[0].found) if self._found else self._impossible()
+        shown = ", ".join(f"{text(x, p.ring) if type(x) is Polynomial else abs(x)} = 0" for x in missing)
+        raise ModelError(
+            f"'{p.e.model.name}' has no steady motion: it would need {shown}. Change the loads, or choose parameters "
+            f"for which that holds."
+        )
+
+    def _impossible(self) -> list[Any]:
+        p = self.problem
+        live = set(p.unknowns)
+        never = [x for x in p.conditions if factors(p.ring, x, live) is None]
+        return never or list(p.conditions)
+
+    def _refuse_unsolved(self) -> None:
+        p = self.problem
+        for one in self._found:
+            if one.found.left:
+                left = ", ".join(f"{text(x, p.ring)} = 0" for x in one.found.left)
+                asked = ", ".join(p.name(a) for a in self._asked)
+                raise ModelError(
+                    f"No closed form for {asked}; left is {left}. Ask for another unknown, or give values= for "
+                    f"roots in numbers."
+                )
+
+    # -- conditions -------------------------------------------------------------------------------
+
+    @cached_property
+    def conditions(self) -> tuple[Any, ...]:
+        """The conditions of steady motion as SymPy ``Eq``, trivial ones left out, common factors kept."""
+        p = self.problem
+        return tuple(sympy.Eq(displayed(self._live(x), p.ring), 0, evaluate=False) for x in p.conditions)
+
+    @cached_property
+    def branches(self) -> tuple[tuple[Any, ...], ...]:
+        """Per condition its factors that may vanish, as SymPy expressions."""
+        p = self.problem
+        return tuple(tuple(displayed(f, p.ring) for f in self._factors(x)) for x in p.conditions)
+
+    def _factors(self, x: Any) -> list[Any]:
+        return factors(self.problem.ring, x, set(self.problem.unknowns)) or [x]
+
+    def _live(self, x: Any) -> Any:
+        return product(self._factors(x))
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """Names of the unknowns in the conditions."""
+        return tuple(self.problem.name(a) for a in self.problem.unknowns)
+
+    @property
+    def rates(self) -> tuple[str, ...]:
+        """Names of the rates that are constant."""
+        return tuple(self.problem.name(a) for a in self.problem.rates)
+
+    @cached_property
+    def linear(self) -> Any:
+        """The linearised equations about any of the motions."""
+        from .stability import Linear
+
+        return Linear(self.problem)
+
+    @cached_property
+    def amended(self) -> Any:
+        """The amended potential."""
+        from .stability import Amended
+
+        return Amended(self.problem)
+
+    # -- the motions ------------------------------------------------------------------------------
+
+    def __getitem__(self, key: Any) -> Any:
+        if isinstance(key, str):
+            for one in self._found:
+                if key == one.name:
+                    return one
+            raise ModelError(f"Unknown steady motion '{key}'; {nearest(key, [one.name for one in self._found])}")
+        return self._found[key]
+
+    def __iter__(self) -> Iterator[SteadyMotion]:
+        return iter(self._found)
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    # -- numbers ----------------------------------------------------------------------------------
+
+    @cached_property
+    def states(self) -> tuple[SteadyState, ...]:
+        """All steady motions at the values given."""
+        return self.at(self._given or {})
+
+    def at(self, values: Mapping[Any, Any]) -> tuple[SteadyState, ...]:
+        """All steady motions in numbers.
+
+        Parameters
+        ----------
+        values : mapping
+            Parameters and given unknowns, by name or symbol; the other unknowns are solved for.
+
+        Raises
+        ------
+        ModelError
+            More unknowns than conditions.
+        """
+        from .steady_numeric import Underdetermined, roots
+
+        p = self.problem
+        atoms, asked, given = self._numbers(values)
+        live = [self._live(x) for x in p.conditions]
+        try:
+            found = roots(p.ring, live, asked, atoms)
+        except Underdetermined:
+            names = [p.name(a) for a in asked]
+            raise ModelError(
+                f"The {len(live)} condition(s) of steady motion do not determine {', '.join(names)}. Give values of "
+                f"some of them: values={{'{names[-1]}': ...}}."
+            ) from None
+        result = []
+        for k, (x, residual, error) in enumerate(found):
+            name = self._label(found, k, asked)
+            result.append(self._state(name, dict(zip(asked, map(float, x), strict=True)), atoms, given, residual, error))
+        return tuple(result)
+
+    def _label(self, found: Sequence[Any], k: int, asked: Sequence[Any]) -> str:
+        """Of two values of one rate, which: fast or slow."""
+        if len(asked) != 1 or asked[0] not in self.problem.rates or len(found) != 2:
+            return ""
+        mine, other = abs(found[k][0][0]), abs(found[1 - k][0][0])
+        if abs(mine - other) * 10**9 <= mine + other:
+            return ""
+        return "fast" if mine > other else "slow"
+
+    def _numbers(self, values: Mapping[Any, Any]) -> tuple[dict[Any, Any], list[Any], dict[Any, float]]:
+        """(numbers of all that is known, unknowns to solve for, unknowns given)."""
+        p = self.problem
+        given: dict[Any, float] = {}
+        rest = {}
+        for key, value in values.items():
+            atom = p.atom(key, p.named)
+            if atom is None:
+                rest[key] = value
+            else:
+                given[atom] = float(sympy.sympify(value) if isinstance(value, str) else value)
+        for key in rest:
+            name = str(key)
+            if name in p.e.model.coordinate_names or name in p.e.model.speed_names:
+                raise ModelError(
+                    f"'{name}' is no unknown of these steady motions; {nearest(name, [p.name(a) for a in p.named])}"
+                )
+        own = [q for q in p.e.model.parameters if q.symbol in p.unknowns and q.default is None]
+        atoms = numbers(p.e, {**rest, **{q.symbol: 0 for q in own}})
+        for symbol in p.terms:  # a term that is a parameter with a default is given by it
+            if symbol in atoms and symbol not in self._asked and symbol not in given and not any(q.symbol == symbol for q in own):
+                given[symbol] = atoms[symbol]
+        asked = [a for a in p.unknowns if a not in given]
+        atoms.update(given)
+        return atoms, asked, given
+
+    def _state(
+        self, name: str, solved: dict[Any, float], atoms: Mapping[Any, Any], given: Mapping[Any, float],
+        residual: float, error: float,
+    ) -> SteadyState:  # fmt: skip
+        from .stability import stability
+
+        full = self._full({**atoms, **solved})
+        p = self.problem
+        state = {c.name: float(full[c.symbol]) for c in p.e.model.coordinates}
+        state.update({s.name: float(full[s.symbol]) for s in p.e.model.speeds})
+        shown = {p.name(a): v for a, v in {**given, **solved}.items()}
+        return SteadyState(name, shown, state, residual, error, stability(self.linear, self.amended, full))
+
+    def _full(self, atoms: dict[Any, Any]) -> dict[Any, Any]:
+        """Numbers of all atoms on a steady motion: rates from terms, speeds from rates, accelerations zero."""
+        p = self.problem
+        full = dict(atoms)
+        at = Substitution(p.ring, arrays, full)
+        full.update({rate: float(at(x)) for rate, x in p.replaced.items()})
+        at = Substitution(p.ring, arrays, full)
+        full.update({a: float(at(x)) for a, x in p.steady_values.items() if a not in p.rates})
+        at = Substitution(p.ring, arrays, full)
+        full.update({p.e.model.speeds[j].symbol: float(at(x)) for j, x in p.dependent.items()})
+        return full
+
+    def continuation(
+        self, parameter: Any, span: Any, *, values: Mapping[Any, Any] | None = None, points: int = 400
+    ) -> tuple[Branch, ...]:
+        """The branches of steady motions over a range of one parameter, by pseudo-arclength steps.
+
+        Every root at either end of the range starts a branch; folds and bifurcations on it are located.
+
+        Parameters
+        ----------
+        parameter : str or symbol
+            A parameter, or an unknown that is given elsewhere in ``values``.
+        span : pair of numbers
+        values : mapping, optional
+            Parameters and given unknowns; those of :func:`steady_motions` if not given.
+        points : int
+            Most points of a branch.
+
+        Raises
+        ------
+        ModelError
+            An unknown parameter, a bad range, or no root at either end.
+        """
+        from .steady_numeric import check_span
+
+        a, b = check_span(span)
+        p = self.problem
+        given = {self._name(k): v for k, v in (values if values is not None else self._given or {}).items()}
+        name = self._name(parameter)
+        known = {q.name: q.symbol for q in p.e.model.parameters} | {p.name(u): u for u in p.unknowns}
+        if name not in known:
+            raise ModelError(f"Unknown parameter '{name}' to continue along; {nearest(name, known)}")
+        branches: list[Branch] = []
+        for end, direction in ((a, 1), (b, -1)):
+            for state in self.at({**given, name: end}):
+                if not any(_passes(branch, end, state.values) for branch in branches):
+                    branches.append(self._branch(known[name], name, (a, b), end, direction, given, state, points))
+        if not branches:
+            raise ModelError(
+                f"No steady motion at either end of the range of {name} from {a:g} to {b:g}. Choose a range with one at "
+                f"an end."
+            )
+        return tuple(branches)
+
+    def _name(self, key: Any) -> str:
+        return self.problem.name(key) if isinstance(key, sympy.Basic) else str(key)
+
+    def _branch(
+        self, symbol: Any, name: str, span: tuple[float, float], end: float, direction: int,
+        given: Mapping[str, Any], state: SteadyState, points: int,
+    ) -> Branch:  # fmt: skip
+        import numpy as np
+
+        from .stability import stability
+        from .steady_numeric import Branch, Pieces, Special, follow
+
+        p = self.problem
+        atoms, asked, _ = self._numbers({**given, name: end})
+        live = [self._live(x) for x in p.conditions]
+        one = Pieces(p.ring, live, [*asked, symbol], {a: v for a, v in atoms.items() if a != symbol})
+        start = np.array([*(state.values[p.name(a)] for a in asked), end])
+        scale = np.array([*(1 if angle else max(1, abs(x)) for angle, x in zip(one.angles, start[:-1], strict=False)), abs(span[1] - span[0])])
+        sense = direction if span[0] < span[1] else -direction
+        path, special = follow(one, start, span, scale, sense, points)
+        names = [p.name(a) for a in asked]
+        verdicts = []
+        for z in path:
+            full = self._full({**atoms, **dict(zip((*asked, symbol), map(float, z), strict=True))})
+            verdicts.append(stability(self.linear, self.amended, full).verdict)
+        marks = tuple(
+            Special(kind, float(z[-1]), {n: float(x) for n, x in zip(names, z, strict=False)}) for kind, z in special
+        )
+        columns = {n: path[:, k] for k, n in enumerate(names)}
+        return Branch(name, path[:, -1], columns, tuple(verdicts), marks)
+
+    # -- display ----------------------------------------------------------------------------------
+
+    def text(self) -> str:
+        """Conditions and motions, a line each."""
+        ring = self.problem.ring
+        lines = []
+        for x in self.problem.conditions:
+            lines.append("0 = " + " or ".join(text(f, ring) for f in self._factors(x)))
+        return "\n".join([*lines, *(one.text() for one in self._found)])
+
+    def latex(self) -> str:
+        """The same as a LaTeX ``aligned`` block."""
+        ring = self.problem.ring
+        lines = []
+        for x in self.problem.conditions:
+            lines.append("&" + r"\ \text{or}\ ".join(equation_latex(f, 0, ring) for f in self._factors(x)))
+        lines += ["&" + one.latex() for one in self._found]
+        return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        head = f"Steady motions of '{self.problem.e.model.name}'"
+        if self._given is not None:
+            return "\n".join([head, *map(repr, self.states)])
+        return f"{head}\n{self.text()}"
+
+
+def _passes(branch: Branch, end: float, values: Mapping[str, float]) -> bool:
+    """Whether a branch goes through a root at one end of its range."""
+    for k in (0, -1):
+        if abs(branch.parameters[k] - end) > abs(end) / 10**9 + 1 / 10**12:
+            continue
+        if all(abs(column[k] - values[name]) <= (1 + abs(values[name])) / 10**6 for name, column in branch.values.items()):
+            return True
+    return False
