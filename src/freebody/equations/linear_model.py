@@ -77,6 +77,7 @@ class LinearModel:
         self.values = dict(values or {})
         self.times = times
         self.canonical = dict(terms)
+        self._shown: dict[Any, Any] = {}  # canonical polynomials as SymPy expressions
 
     @property
     def symbolic(self) -> bool:
@@ -98,9 +99,12 @@ class LinearModel:
     def _matrix(self, rows: Any, columns: int) -> Any:
         if self.ring is None:
             return np.asarray(rows, dtype=float)
-        return sympy.ImmutableMatrix(
-            len(rows), columns, [displayed(x, self.ring) for row in rows for x in row]
-        )
+        shown = self._shown
+        for row in rows:
+            for x in row:
+                if x not in shown:
+                    shown[x] = displayed(x, self.ring)
+        return sympy.ImmutableMatrix(len(rows), columns, [shown[x] for row in rows for x in row])
 
     def _part(self, name: str, sign: int) -> Any:
         """Half the sum, or the difference, of a matrix and its transpose."""

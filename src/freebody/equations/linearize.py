@@ -25,7 +25,7 @@ from ..errors import ModelError, nearest
 from ..model.assemble import assemble
 from ..model.model import Model
 from ..scalar.algebra import Field, floats
-from ..scalar.arrays import arrays
+from ..scalar.arrays import arrays, column
 from ..scalar.dual import DualField, slope_of, value_of
 from ..scalar.expression import evaluate
 from ..scalar.polynomial import Ring
@@ -367,14 +367,15 @@ def _about_trajectory(
     states = about.states if hasattr(about, "states") else np.concatenate([about.q, about.u], axis=-1)
     shape = times.shape
     times, states = times.reshape(-1), np.asarray(states).reshape(times.size, -1)
-    q = [states[:, i] for i in range(model.n_q)]
-    u = [states[:, model.n_q + j] for j in range(model.n_u)]
+    q = [column(states[:, i]) for i in range(model.n_q)]
+    u = [column(states[:, model.n_q + j]) for j in range(model.n_u)]
+    at = column(times)
     if model.constraints:
         from .linearize_constrained import constrained_along
 
-        return constrained_along(model, q, u, times, shape, numbers, inputs, _names(model, independent))
-    udot = forward_dynamics(model, State(model, arrays, times, q, u, numbers))
-    terms = _terms(model, arrays, q, u, udot, times, numbers, inputs)
+        return constrained_along(model, [*map(np.asarray, q)], [*map(np.asarray, u)], times, shape, numbers, inputs, _names(model, independent))
+    udot = forward_dynamics(model, State(model, arrays, at, q, u, numbers))
+    terms = _terms(model, arrays, q, u, udot, at, numbers, inputs)
     terms = _in_rates(terms, tangent_drift(model, u))
     stacked = {}
     for key in ("M", "C", "K", "B", *(["A"] if "A" in terms else [])):
@@ -387,7 +388,7 @@ def _about_trajectory(
         tangent_names(model),
         tuple(inputs),
         stacked,
-        point=_named_point(model, [x.reshape(shape) for x in q], [x.reshape(shape) for x in u]),
+        point=_named_point(model, *([np.asarray(x).reshape(shape) for x in y] for y in (q, u))),
         values=_by_name(model, numbers),
         times=times.reshape(shape),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -14,6 +15,30 @@ _NAMES = {
     "asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2", "pow": "power",
     "min": "minimum", "max": "maximum",
 }  # fmt: skip
+
+
+class Column(np.ndarray):
+    """An array that takes a Fraction as a number; NumPy alone would make an array of Python objects."""
+
+    __slots__ = ()
+
+
+def _plain(name: str) -> Callable[[Any, Any], Any]:
+    of_array = getattr(np.ndarray, name)
+
+    def operation(self: Any, other: Any) -> Any:
+        return of_array(self, float(other) if type(other) is Fraction else other)
+
+    return operation
+
+
+for _name in ("add", "radd", "sub", "rsub", "mul", "rmul", "truediv", "rtruediv"):
+    setattr(Column, f"__{_name}__", _plain(f"__{_name}__"))
+
+
+def column(values: Any) -> Any:
+    """Values as a scalar of the field :data:`arrays`."""
+    return np.asarray(values, dtype=float).view(Column)
 
 
 class Arrays(Field):
