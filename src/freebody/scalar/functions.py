@@ -95,8 +95,8 @@ def derivative(ring: Any, g: Any, atom: Any) -> Any:
         y, x = g.arguments
         return divide(ring, x * d[0] - y * d[1], x * x + y * y)
     x = g.arguments[0]
-    if g.name == "abs":
-        return apply(ring, "sign", [x]) * d[0]
+    if g.name == "abs":  # |x|' = x x'/|x|, in the form that the direction of a force along x has
+        return divide(ring, x * d[0], itself)
     if g.name == "log":
         return divide(ring, d[0], x)
     if g.name == "atan":
