@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from . import testing as testing
     from .compile.program import compile_system as compile  # noqa: F401
     from .describe.system import System as System
+    from .equations import component_forms as forms
     from .equations.equations import equations as equations
     from .equations.linearize import linearize as linearize
     from .equations.steady import steady_motions as steady_motions
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
     from .model.model import Model as Model
     from .picture.compare_linear import compare_linear as compare_linear
     from .simulate.event import event as event
+    from .simulate.impulse import centre_of_percussion as centre_of_percussion
+    from .simulate.impulse import impulse as impulse
     from .simulate.simulate import simulate as simulate
     from .simulate.trajectory import Trajectory as Trajectory
     from .space.density import from_density as from_density
@@ -65,6 +68,7 @@ _EXPORTS = {
     "Trajectory": "simulate.trajectory",
     "assemble": "model.assemble",
     "box": "space.solids",
+    "centre_of_percussion": "simulate.impulse",
     "compare_linear": "picture.compare_linear",
     "compile": "compile.program:compile_system",
     "cone": "space.solids",
@@ -74,7 +78,9 @@ _EXPORTS = {
     "equations": "equations.equations",
     "errors": "errors",
     "event": "simulate.event",
+    "forms": "equations.component_forms",
     "from_density": "space.density",
+    "impulse": "simulate.impulse",
     "linearize": "equations.linearize",
     "mesh": "space.mesh",
     "particle": "space.solids",
@@ -103,7 +109,7 @@ def _resolve(name: str) -> Any:
     """The object of a public name, imported now and kept in this module's dictionary."""
     module_name, _, attribute = _EXPORTS[name].partition(":")
     module = import_module(f"{__name__}.{module_name}")
-    value = module if name in ("errors", "testing") else getattr(module, attribute or name)
+    value = module if name in ("errors", "forms", "testing") else getattr(module, attribute or name)
     globals()[name] = value
     return value
 

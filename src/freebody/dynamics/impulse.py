@@ -1,0 +1,189 @@
+"""Impulses: what a blow of no duration does to speeds, and what the joints transmit of it.
+
+    M Δu = Jᵀ P + Gᵀ Λ,        G Δu = 0
+
+and for each link, from the tips inward, the impulse that its joint transmits to it
+
+    F_i = I_i ΔV_i - (blows on i) + Σ F_child.
+
+Velocity terms, weights and the forces of springs and dampers are finite and have no impulse.
+
+Source: chapter 6, eqs (6.3), (6.21), integrated over the duration; Featherstone (2008), §11.7.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..model.model import GROUND, Model
+from ..scalar.algebra import Vector, add, apply, apply_transpose, cross, scale, subtract
+from ..space.spatial import (
+    ZERO6,
+    Spatial,
+    force_to_parent,
+    minus,
+    momentum_of,
+    motion_to_child,
+    plus,
+    power,
+    times,
+)
+from .composite import mass_matrix
+from .constraints import linearized, wrenches
+from .coordinates import forces_on_coordinates
+from .joint_freedom import transmissible
+from .kinematics import link_postures, place_of, point_position, rotation
+from .linear import Factorization
+from .loading import Loading
+from .state import State
+
+Blow = tuple[Any, Vector, Vector]
+"""(point, impulse, moment impulse) in ground axes; the point is one of the body struck, or (body, point) of another."""
+
+
+def blows_on(model: Model, state: State, blows: Sequence[Blow]) -> Loading:
+    """Impulses sorted by the links that they act on."""
+    result = Loading()
+    for where, impulse, moment in blows:
+        body, point = where if isinstance(where, tuple) else (where.body, where)
+        link, _ = place_of(model, body)
+        if link == GROUND:
+            continue
+        posture = link_postures(model, state)[link]
+        arm = subtract(point_position(model, state, point), posture.position)
+        n = apply_transpose(posture.rotation, add(moment, cross(arm, impulse)))
+        result.wrenches[link] = plus(result.wrench(link), (n, apply_transpose(posture.rotation, impulse)))
+    return result
+
+
+def generalized_impulse(model: Model, state: State, blows: Loading) -> tuple[Any, ...]:
+    """Jᵀ P: impulses conjugate to the speeds [N s, N m s]. Length n_u."""
+    F = _inward(model, state, [blows.wrench(i) for i in range(len(model.links))])
+    total = forces_on_coordinates(
+        model, state, [power(state.subspace(i), F[i]) if link.one_dof else 0 for i, link in enumerate(model.links)]
+    )
+    for i, link in enumerate(model.links):
+        if link.u >= 0:
+            n, f = F[i]
+            for k in range(3):
+                total[link.u + k] = n[k]
+                if link.kind == "free":
+                    total[link.u + 3 + k] = f[k]
+    return tuple(total)
+
+
+def speed_jumps(
+    model: Model, state: State, impulses: Sequence[Any], active: Sequence[int] = ()
+) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """Δu, and the impulses Λ of the constraints (zero for those that are not ``active``).
+
+    Parameters
+    ----------
+    impulses : sequence, length n_u
+        From :func:`generalized_impulse`.
+    active : sequence of int
+        Independent conditions, of :func:`rows`; their rates stay as they are.
+    """
+    M = Factorization(mass_matrix(model, state))
+    jump = list(M.solve(impulses))
+    multipliers: list[Any] = [0] * len(linearized(model, state).matrix)
+    if active:
+        G = [linearized(model, state).matrix[i] for i in active]
+        X = [M.solve(row) for row in G]
+        A = [[_dot(row, x) for x in X] for row in G]
+        found = Factorization(A).solve([-_dot(row, jump) for row in G])
+        for i, x, multiplier in zip(active, X, found, strict=True):
+            multipliers[i] = multiplier
+            jump = [a + multiplier * b for a, b in zip(jump, x, strict=True)]
+    return tuple(jump), tuple(multipliers)
+
+
+def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    total: Any = 0
+    for x, y in zip(a, b, strict=True):
+        total = total + x * y
+    return total
+
+
+def link_jumps(model: Model, state: State, jump: Sequence[Any]) -> list[Spatial]:
+    """ΔV of every link about its origin, in its axes."""
+    result: list[Spatial] = []
+    for i, link in enumerate(model.links):
+        R, p, _ = state.joint(i)
+        change = ZERO6 if link.parent == GROUND else motion_to_child(R, p, result[link.parent])
+        if link.one_dof:
+            rate: Any = 0
+            for j, partial in link.partials:
+                rate = rate + state(partial) * jump[j]
+            change = plus(change, times(rate, state.subspace(i)))
+        elif link.u >= 0:
+            w = (jump[link.u], jump[link.u + 1], jump[link.u + 2])
+            v: Vector = (0, 0, 0)
+            if link.kind == "free":
+                v = (jump[link.u + 3], jump[link.u + 4], jump[link.u + 5])
+            change = plus(change, (w, v))
+        result.append(change)
+    return result
+
+
+def point_jump(model: Model, state: State, jumps: Sequence[Spatial], point: Any) -> Vector:
+    """Δv of a point, in ground axes, given the jumps of the links [m/s]."""
+    link, origin = place_of(model, point.body)
+    if link == GROUND:
+        return (0, 0, 0)
+    w, v = jumps[link]
+    p = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
+    return apply(rotation(model, state, link), add(v, cross(w, p)))
+
+
+def with_constraints(model: Model, state: State, blows: Sequence[Blow], multipliers: Sequence[Any]) -> list[Blow]:
+    """The blows together with the impulses of loops, ropes and rolling contacts."""
+    result = list(blows)
+    for multiplier, acting in zip(multipliers, wrenches(model, state), strict=True):
+        if isinstance(multiplier, int) and multiplier == 0:
+            continue
+        result += [(where, scale(multiplier, f), scale(multiplier, n)) for where, f, n in acting]
+    return result
+
+
+def impulsive_reactions(
+    model: Model, state: State, jumps: Sequence[Spatial], blows: Loading
+) -> dict[str, tuple[Vector, Vector]]:
+    """(impulse, moment impulse) of every joint on its child, about the joint's point, in ground axes [N s, N m s].
+
+    Parameters
+    ----------
+    jumps : list of Spatial
+        From :func:`link_jumps`.
+    blows : Loading
+        All impulses on bodies, those of constraints included.
+    """
+    own = []
+    for i in range(len(model.links)):
+        own.append(minus(momentum_of(state.inertia(i), jumps[i]), blows.wrench(i)))
+    F = _inward(model, state, own)
+    result = {}
+    for name, joint in model.joints.items():
+        last = joint.links[-1]
+        n, f = transmissible(model, state, joint, F[last])
+        R = rotation(model, state, last)
+        result[name] = (apply(R, f), apply(R, n))
+    return result
+
+
+def _inward(model: Model, state: State, own: Sequence[Spatial]) -> list[Spatial]:
+    """Each link's wrench together with those of all links outward of it."""
+    F = list(own)
+    for i in range(len(model.links) - 1, -1, -1):
+        parent = model.links[i].parent
+        if parent != GROUND:
+            R, p, _ = state.joint(i)
+            F[parent] = plus(F[parent], force_to_parent(R, p, F[i]))
+    return F
+
+
+def reached(model: Model, state: State, jump: Sequence[Any]) -> State:
+    """The state just after: the same coordinates, u + Δu."""
+    u = [a + b for a, b in zip(state.u, jump, strict=True)]
+    return State(model, state.field, state.t, state.q, u, state.values)

@@ -1,0 +1,435 @@
+"""Impulses on a machine, exactly: speeds just after and impulsive reactions as expressions.
+
+    M Δu = Jᵀ P + Gᵀ Λ,    G Δu = 0;        Newton's restitution at a point:  n·v⁺ = -e n·v⁻,  P = P n
+
+One :class:`Struck` holds the outcome, of exact symbols or of floats; :func:`freebody.impulse` makes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import sympy
+
+from ..describe.body import Body, Point
+from ..dynamics.composite import mass_matrix
+from ..dynamics.constraints import linearized, rows, wrenches
+from ..dynamics.energy import kinetic_energy
+from ..dynamics.impulse import (
+    blows_on,
+    generalized_impulse,
+    impulsive_reactions,
+    link_jumps,
+    point_jump,
+    reached,
+    speed_jumps,
+    with_constraints,
+)
+from ..dynamics.kinematics import point_velocity
+from ..dynamics.state import State
+from ..errors import ModelError, nearest
+from ..model.closure import Closure
+from ..model.model import Model
+from ..scalar.algebra import ZERO, Vector, add, divide, dot, floats, scale
+from ..scalar.element import Polynomial
+from ..scalar.ratio import Ratio
+from ..scalar.substitute import Substitution
+from .equations import Equations
+from .fractions import ratio_displayed, ratio_latex, ratio_text
+from .reaction import unknowns
+from .solve import Request, SolveResult, answer
+from .systems import Row, collect, eliminate
+from .vocabulary import Vocabulary
+
+Jumps = Callable[[Sequence[Any]], tuple[tuple[Any, ...], tuple[Any, ...]]]
+"""From Jᵀ P to (Δu, Λ)."""
+
+
+@dataclass(frozen=True)
+class ImpulsiveReaction:
+    """Impulse of a joint on its child [N s], and moment impulse about the joint's point on it [N m s], ground axes.
+
+    ``components`` holds the named components, as those of the reactions: ``pin_x``.
+    """
+
+    joint: str
+    impulse: Any
+    moment: Any
+    on: str
+    components: dict[str, Any]
+
+
+class Struck:
+    """What an impulse does. Made by :func:`freebody.impulse`; numbers, or SymPy expressions of an exact result.
+
+    Attributes
+    ----------
+    before, after, change : dict
+        Speeds by name, just before, just after, and their difference.
+    impulse, moment : tuple
+        What was applied, in ground axes [N s], [N m s]; with a restitution, what the impact comes to.
+    """
+
+    def __init__(
+        self, e: Equations, state: State, jumps: Jumps, blows: Sequence[tuple[Any, Vector, Vector]]
+    ) -> None:
+        self.model: Model = e.model
+        self.exact = state.field is e.ring
+        self._e = e
+        self._state = state
+        self._blows = list(blows)
+        f = generalized_impulse(self.model, state, blows_on(self.model, state, blows))
+        jump, multipliers = jumps(f)
+        self._jump = tuple(self._tidy(x) for x in jump)
+        self._multipliers = tuple(self._tidy(x) for x in multipliers)
+        self._reached = reached(self.model, state, self._jump)
+        names = self.model.speed_names
+        self.before = {n: self._show(x) for n, x in zip(names, state.u, strict=True)}
+        self.after = {n: self._show(self._tidy(x)) for n, x in zip(names, self._reached.u, strict=True)}
+        self.change = {n: self._show(x) for n, x in zip(names, self._jump, strict=True)}
+        self.impulse = tuple(self._show(x) for x in blows[0][1])
+        self.moment = tuple(self._show(x) for x in blows[0][2])
+
+    def _tidy(self, x: Any) -> Any:
+        return x.tidy() if type(x) is Ratio else x
+
+    def _show(self, x: Any) -> Any:
+        return ratio_displayed(x, self._e.ring) if self.exact else float(x)
+
+    def _column(self, v: Sequence[Any]) -> Any:
+        values = [self._show(self._tidy(x)) for x in v]
+        return sympy.ImmutableMatrix(values) if self.exact else tuple(values)
+
+    # -- what follows -------------------------------------------------------------------------------
+
+    @cached_property
+    def _link_jumps(self) -> list[Any]:
+        return link_jumps(self.model, self._state, self._jump)
+
+    @cached_property
+    def _wrenches(self) -> dict[str, tuple[Vector, Vector, str]]:
+        """(impulse, moment, child) of every joint, those that close loops included."""
+        model, state = self.model, self._state
+        everything = with_constraints(model, state, self._blows, self._multipliers)
+        found = impulsive_reactions(model, state, self._link_jumps, blows_on(model, state, everything))
+        result = {name: (*pair, model.joints[name].child) for name, pair in found.items()}
+        for name, joint in model.constraints.items():
+            if not isinstance(joint, Closure):
+                continue
+            force, moment = ZERO, ZERO
+            for row, value, pair in zip(rows(model), self._multipliers, wrenches(model, state), strict=True):
+                if row.owner == name:
+                    force = add(force, scale(value, pair[0][1]))
+                    moment = add(moment, scale(value, pair[0][2]))
+            result[name] = (force, moment, joint.child.name)
+        return result
+
+    @cached_property
+    def reactions(self) -> Mapping[str, ImpulsiveReaction]:
+        """Impulsive reaction of every joint, by its name."""
+        return _Reactions(self)
+
+    @cached_property
+    def multipliers(self) -> dict[str, Any]:
+        """Impulse of each scalar constraint by name."""
+        names = [row.name for row in rows(self.model)]
+        return {name: self._show(x) for name, x in zip(names, self._multipliers, strict=True)}
+
+    @cached_property
+    def canonical_components(self) -> dict[str, Any]:
+        """Value of every named reaction component: ratios, or floats."""
+        result: dict[str, Any] = {}
+        for name in self.model.joints:
+            impulse, moment, _ = self._wrenches[name]
+            for c, along, of_force in self._directions(name):
+                v = impulse if of_force else moment
+                result[c] = self._tidy(dot(along, v))
+        for row, value in zip(rows(self.model), self._multipliers, strict=True):
+            result[row.name] = value
+        return result
+
+    def _directions(self, joint: str) -> list[tuple[str, Vector, bool]]:
+        """(name, unit vector in ground axes, whether of the force) of a joint's reaction components."""
+        state = self._state if self.exact else self._e.state
+        result = []
+        for c in unknowns(self.model, state, joint):
+            of_force = any(x != 0 for x in c.force)
+            along = c.force if of_force else c.moment
+            if not self.exact:
+                along = tuple(self._number(x) for x in along)  # type: ignore[assignment]
+            result.append((c.name, along, of_force))
+        return result
+
+    @cached_property
+    def _number(self) -> Any:
+        state = self._state
+        values = dict(state.values)
+        values[self.model.names.atoms["t"]] = float(state.t)
+        values |= {c.symbol: x for c, x in zip(self.model.coordinates, state.q, strict=True)}
+        values |= {s.symbol: x for s, x in zip(self.model.speeds, state.u, strict=True)}
+        return Substitution(self._e.ring, floats, values)
+
+    @cached_property
+    def energy_change(self) -> Any:
+        """Change of the kinetic energy [J]: P·(v⁻ + v⁺)/2 where nothing is driven."""
+        after = kinetic_energy(self.model, self._reached)
+        return self._show(self._tidy(after - kinetic_energy(self.model, self._state)))
+
+    def velocity(self, point: Point | Body) -> tuple[Any, Any]:
+        """Velocity of a point just before and just after, in ground axes [m/s]."""
+        point = point.origin if isinstance(point, Body) else point
+        before = point_velocity(self.model, self._state, point)
+        jump = point_jump(self.model, self._state, self._link_jumps, point)
+        return self._column(before), self._column(add(before, jump))
+
+    @property
+    def initial(self) -> dict[str, Any]:
+        """Coordinates, and the speeds just after, by name: where the next ``simulate`` begins.
+
+        Raises
+        ------
+        ModelError
+            A state that was left symbolic.
+        """
+        names = self.model.coordinate_names
+        values = {n: self._show(x) for n, x in zip(names, self._state.q, strict=True)} | self.after
+        if self.exact:
+            free = {c.symbol for c in self.model.coordinates} | {s.symbol for s in self.model.speeds}
+            for name, value in values.items():
+                held = [c for c in free if sympy.sympify(value).has(c)]
+                if held:
+                    raise ModelError(
+                        f"The state of this impulse is left open: '{name}' is {value} just after. Give the state, "
+                        f"initial={{...}}, and values={{}} for numbers, to go on with a simulation."
+                    )
+        return values
+
+    # -- questions ----------------------------------------------------------------------------------
+
+    def solve(self, equations: Any, for_: Any) -> SolveResult:
+        """Parameters for which something holds just after: ``hit.solve("pin_x = 0", for_="h")``.
+
+        Parameters
+        ----------
+        equations : text, Eq, or sequence of them
+            In parameters, components of the impulsive reactions (``pin_x``), and speeds, which stand for those just
+            after.
+        for_ : name or sequence of names
+            The unknowns.
+
+        Raises
+        ------
+        ModelError
+            A numeric result; requests that can not be met, with what was left.
+        """
+        if not self.exact:
+            raise ModelError("This impulse was computed with numbers. Leave out values= to ask for symbols.")
+        ring = self._e.ring
+        request = Request(self._e)
+        request.ask(for_)
+        values = {request.vocabulary.reactions[n]: x for n, x in self.canonical_components.items()}
+        values |= {s.symbol: x for s, x in zip(self.model.speeds, self._reached.u, strict=True)}
+        places = {}
+        for symbol in values:
+            (g,) = ring.used(ring.generator(symbol))
+            places[g.index] = (str(symbol), symbol, 1)
+        given = [equations] if isinstance(equations, str | sympy.Basic) else list(equations)
+        for one in given:
+            title, x = request.vocabulary.equation(one, "the question")
+            terms = collect(x, {i: (name, n) for i, (name, _, n) in places.items()}, ring)
+            of_name = {name: values[symbol] for name, symbol, _ in places.values()}
+            total = Ratio(ring, 0)
+            for monomial, c in terms.items():
+                for name, n in monomial:
+                    for _ in range(n):
+                        c = c * of_name[name]
+                total = total + c
+            request.add(title, total.num)
+        return answer(request)
+
+    # -- display ------------------------------------------------------------------------------------
+
+    def _written(self, x: Any) -> str:
+        return ratio_text(self._tidy(x), self._e.ring) if self.exact else f"{float(x):.9g}"
+
+    def text(self) -> str:
+        """Speeds before and after, and the impulsive reactions, as plain text."""
+        lines = [f"Impulse on '{self.model.name}': speeds just after"]
+        for name, x in zip(self.model.speed_names, self._reached.u, strict=True):
+            lines.append(f"  {name} = {self._written(x)}")
+        parts = {n: x for n, x in self.canonical_components.items() if not _zero(x)}
+        if parts:
+            lines.append("impulsive reactions on the child bodies")
+            lines += [f"  {name} = {self._written(x)}" for name, x in parts.items()]
+        return "\n".join(lines)
+
+    def latex(self) -> str:
+        """The same as a LaTeX ``aligned`` block."""
+        ring = self._e.ring
+        vocabulary = Vocabulary(self._e)
+        lines = []
+        for speed, x in zip(self.model.speeds, self._reached.u, strict=True):
+            lines.append(f"{vocabulary.latex(speed.symbol)}^{{+}} &= {self._latex(x, ring)}")
+        for name, x in self.canonical_components.items():
+            if not _zero(x):
+                lines.append(f"\\hat{{{vocabulary.latex(vocabulary.reactions[name])}}} &= {self._latex(x, ring)}")
+        return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
+
+    def _latex(self, x: Any, ring: Any) -> str:
+        return ratio_latex(self._tidy(x), ring) if self.exact else f"{float(x):.9g}"
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return self.text()
+
+
+def _zero(x: Any) -> bool:
+    return bool(x == 0)
+
+
+class _Reactions(Mapping[str, ImpulsiveReaction]):
+    """Impulsive reactions by joint."""
+
+    def __init__(self, struck: Struck) -> None:
+        self._s = struck
+
+    def __getitem__(self, name: str) -> ImpulsiveReaction:
+        s = self._s
+        if name not in s._wrenches:
+            raise ModelError(f"Unknown joint '{name}'; {nearest(str(name), list(s._wrenches))}")
+        impulse, moment, child = s._wrenches[name]
+        vocabulary = Vocabulary(s._e)
+        own = {c: s._show(x) for c, x in s.canonical_components.items() if vocabulary.owner[c] == name}
+        return ImpulsiveReaction(name, s._column(impulse), s._column(moment), child, own)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._s._wrenches
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._s._wrenches)
+
+    def __len__(self) -> int:
+        return len(self._s._wrenches)
+
+
+def exact_jumps(e: Equations, state: State) -> Jumps:
+    """Δu and Λ by elimination on ratios of canonical polynomials; dependent conditions get no impulse."""
+    model, ring = e.model, e.ring
+    M = mass_matrix(model, state)
+    G = linearized(model, state).matrix
+    us = [f"u{j:04d}" for j in range(model.n_u)]
+    ls = [f"w{i:04d}" for i in range(len(G))]
+
+    def jumps(f: Sequence[Any]) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        system = []
+        for j, row in enumerate(M):
+            terms = {((us[k], 1),): Ratio(ring, x) for k, x in enumerate(row) if x != 0}
+            terms |= {((ls[i], 1),): Ratio(ring, -G[i][j]) for i in range(len(G)) if G[i][j] != 0}
+            if f[j] != 0:
+                terms[()] = -(f[j] if type(f[j]) is Ratio else Ratio(ring, f[j]))
+            system.append(Row(model.speed_names[j], terms))
+        for name, row in zip(ls, G, strict=True):
+            system.append(Row(name, {((us[k], 1),): Ratio(ring, x) for k, x in enumerate(row) if x != 0}))
+        solved, left = eliminate(system, [us, ls])
+        loose = [name for key, name in zip(us, model.speed_names, strict=True) if _open(solved, key, us)]
+        if loose or left:
+            raise ModelError(
+                f"The impulse does not determine {', '.join(loose) or 'the speeds'}: no mass moves with them alone. "
+                f"Give the bodies mass and moments of inertia."
+            )
+        zero = Ratio(ring, 0)
+        return (
+            tuple(solved[key].get((), zero) for key in us),
+            tuple(solved[key].get((), zero) if key in solved else 0 for key in ls),
+        )
+
+    return jumps
+
+
+def _open(solved: Mapping[str, Any], key: str, us: Sequence[str]) -> bool:
+    return key not in solved or any(v in us for monomial in solved[key] for v, _ in monomial)
+
+
+def float_jumps(model: Model, state: State, active: Sequence[int]) -> Jumps:
+    """Δu and Λ of floats."""
+    return lambda f: speed_jumps(model, state, f, active)
+
+
+def restituted(
+    e: Equations, state: State, jumps: Jumps, point: Point, normal: Vector, restitution: Any
+) -> Vector:
+    """Impulse along the normal that turns n·v⁻ into -e n·v⁻ (Newton).
+
+    Raises
+    ------
+    ModelError
+        A point that can not move along the normal; of numbers, one that is not approaching, or e outside 0..1.
+    """
+    model = e.model
+    length = state.field.sqrt(dot(normal, normal))
+    n = (divide(normal[0], length), divide(normal[1], length), divide(normal[2], length))
+    jump, _ = jumps(generalized_impulse(model, state, blows_on(model, state, [(point, n, ZERO)])))
+    gained = dot(n, point_jump(model, state, link_jumps(model, state, jump), point))
+    speed = dot(n, point_velocity(model, state, point))
+    if type(gained) is Ratio:
+        gained = gained.tidy()
+    exact = state.field is e.ring
+    if gained == 0 or (not exact and not gained > 0):
+        raise ModelError(f"No impulse at {point} can change its velocity along the normal: the joints hold it there.")
+    if not exact:
+        if not 0 <= restitution <= 1:
+            raise ModelError(f"Expected a coefficient of restitution from 0 to 1, got {restitution}.")
+        if not speed < 0:
+            raise ModelError(
+                f"No impact: {point} moves along the normal at {float(speed):.6g} m/s, and only approaches the surface "
+                f"at less than 0. The normal points from the surface to the body."
+            )
+    return scale(divide(-(1 + restitution) * speed, gained), n)
+
+
+def percussion(
+    e: Equations, joint: str, start: Sequence[Any], along: Sequence[Any], direction: Vector, body: Any
+) -> SolveResult:
+    """Distance h from the joint's point at which a blow along ``direction`` leaves the joint without impulse in it."""
+    model, ring = e.model, e.ring
+    vocabulary = Vocabulary(e)
+    name = "h"
+    while name in vocabulary.names:
+        name += "_"
+    symbol = sympy.Symbol(name, real=True)
+    h = ring.generator(symbol, "parameter")
+    state = e.state
+    jumps = exact_jumps(e, state)
+    total = []
+    # linear in h: one blow at the joint's point, one further along
+    for k in range(2):
+        place = tuple(a + k * b for a, b in zip(start, along, strict=True))
+        f = blows_on(model, state, [(_Place(body, place), direction, ZERO)])
+        jump, multipliers = jumps(generalized_impulse(model, state, f))
+        everything = with_constraints(model, state, [(_Place(body, place), direction, ZERO)], multipliers)
+        found = impulsive_reactions(model, state, link_jumps(model, state, jump), blows_on(model, state, everything))
+        value = dot(found[joint][0], direction)
+        total.append(value if type(value) is Ratio else Ratio(ring, value))
+    request = Request(e, vocabulary)
+    request.ask(symbol)
+    x = (total[0] + (total[1] - total[0]) * h).num
+    if not (type(x) is Polynomial and ring.depends(x) >> ring.find(symbol).index & 1):
+        raise ModelError(
+            f"The impulse of joint '{joint}' does not depend on where along {tuple(along)} the blow falls. "
+            f"Choose another direction, or another line."
+        )
+    request.add(f"impulse of '{joint}' along the blow", x)
+    return answer(request)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A point of a body, with components of any scalars or expressions."""
+
+    body: Any
+    components: Any
