@@ -15,7 +15,7 @@ from typing import Any
 
 import sympy
 
-from ..errors import ModelError
+from ..errors import ExpressionError, ModelError
 from ..scalar.element import element
 from ..scalar.polynomial import Polynomial, Ring
 from .display import displayed, text
@@ -174,10 +174,19 @@ def ratios(ring: Ring, f: Factor) -> list[Any]:
 def squares(ring: Ring, f: Factor) -> list[Any]:
     """w² with s² = -w², of a quadratic or biquadratic factor in even powers."""
     c = ratios(ring, f)
-    if f.degree == 2:
-        return [c[0]]
-    half, root = c[2] / 2, sympy.sqrt(sympy.factor(c[2] ** 2 / 4 - c[0]))
-    return [half - root, half + root]
+    return [c[0]] if f.degree == 2 else biquadratic(ring, c[2], c[0])
+
+
+def biquadratic(ring: Ring, b: Any, c: Any) -> list[Any]:
+    """The two w² of w⁴ - b w² + c = 0; the root knows what the system says is positive."""
+    half, product = (ring.coerce(ring.from_sympy(x)) for x in (b / 2, c))
+    inside = half * half - product
+    try:
+        root = displayed(ring.sqrt(inside), ring)
+    except ExpressionError:  # a negative number
+        root = sympy.sqrt(ring.to_sympy(inside))
+    middle = displayed(half, ring)
+    return [sympy.factor_terms(middle - root), sympy.factor_terms(middle + root)]
 
 
 def roots(ring: Ring, f: Factor) -> list[Any]:

@@ -16,7 +16,7 @@ from typing import Any
 import sympy
 
 from ..errors import ModelError
-from .characteristic import Characteristic, determinant
+from .characteristic import Characteristic, biquadratic, determinant
 from .forcing import T, Term
 from .rational import Rationals, S
 
@@ -93,8 +93,7 @@ def _of_time(field: Rationals, rest: Any, f: Any, k: int) -> Any:
     if degree == 2:
         return _quadratic(r, c, k)
     if degree == 4 and c[1] == 0 and c[3] == 0 and k == 1:
-        half, root = c[2] / 2, sympy.sqrt(sympy.factor(c[2] ** 2 / 4 - c[0]))
-        low, high = half - root, half + root
+        low, high = biquadratic(field.ring, c[2], c[0])
         total = sympy.Integer(0)
         for w2, other in ((low, high), (high, low)):
             # s² = -w² in the numerator leaves what stands over s² + w²
