@@ -93,11 +93,16 @@ def gear(system: System, first: Joint, second: Joint, ratio: Any, *, name: str |
                 f"A gear couples joints with one displacement, but '{joint.name}' is a {joint.type}. "
                 f"Use s.constrain on its coordinates."
             )
+        if joint.closes:
+            raise ModelError(
+                f"A gear couples joints that have coordinates, but '{joint.name}' closes a loop. Declare it before the "
+                f"joint that shall close the loop."
+            )
     if first is second:
         raise ModelError(f"A gear couples two joints, got '{first.name}' twice.")
     name = name or f"gear_{first.name}_{second.name}"
     system.claim(name, system.constraints, "constraint")
-    factor = system.expression(ratio, f"the ratio of gear '{name}'")
+    factor = _fixed(system, ratio, f"the ratio of gear '{name}'", "coordinate", "speed", "time")
     return _store(system, Gear(name, first, second, factor))
 
 
@@ -109,6 +114,7 @@ def rope(system: System, points: Sequence[Any], length: Any, *, name: str = "rop
     points : sequence of at least two Points
         A rope that passes a point twice has it twice in the list.
     length : expression [m]
+        Of parameters and, for a rope that is hauled in, of time.
     """
     system.claim(name, system.constraints, "constraint")
     places = tuple(system.own_point(point, f"rope '{name}'") for point in points)
@@ -117,7 +123,9 @@ def rope(system: System, points: Sequence[Any], length: Any, *, name: str = "rop
     moving = [p for p in places if not p.body.is_ground]
     if not moving:
         raise ModelError(f"All points of rope '{name}' are on the ground, so it holds nothing.")
-    return _store(system, Rope(name, places, system.expression(length, f"the length of rope '{name}'")))
+    return _store(
+        system, Rope(name, places, _fixed(system, length, f"the length of rope '{name}'", "coordinate", "speed"))
+    )
 
 
 def rolling(
@@ -168,13 +176,24 @@ def rolling(
             name,
             center,
             None if axis is None else direction(system, axis, f"the axis of {what}"),
-            system.expression(radius, f"the radius of {what}"),
+            _fixed(system, radius, f"the radius of {what}", "coordinate", "speed", "time"),
             base,
             (letter, up),
             ("xyz"[i], UNIT["xyz"[i]]),
             ("xyz"[j], UNIT["xyz"[j]]),
         ),
     )
+
+
+def _fixed(system: System, value: Any, what: str, *kinds: str) -> Any:
+    """An expression that does not depend on names of these kinds."""
+    expression = system.expression(value, what)
+    moving = system.names.depends(expression, *kinds)
+    if moving:
+        raise ModelError(
+            f"{what[0].upper()}{what[1:]} can not depend on {', '.join(moving)}. Write it out by s.constrain."
+        )
+    return expression
 
 
 def _named(system: System, condition: Any, name: str | None, what: str) -> tuple[str, Any]:

@@ -281,8 +281,11 @@ class System:
     def claim(self, name: str, table: dict[str, Any], what: str) -> str:
         """A new name of a joint or load."""
         check_name(name, what)
-        if name in table:
-            raise ModelError(f"There is already a {what} '{name}' in this system. Choose another name.")
+        # joints and constraints both have multipliers that bear their names
+        others = {"joint": self.constraints, "constraint": self.joints}.get(what, {})
+        for known, names in ((what, table), ("constraint" if what == "joint" else "joint", others)):
+            if name in names:
+                raise ModelError(f"There is already a {known} '{name}' in this system. Choose another name.")
         return name
 
     @property

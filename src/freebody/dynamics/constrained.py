@@ -134,7 +134,7 @@ def _least(model: Model, state: State, G: list[Any], residual: list[Any]) -> lis
 
 
 # Rows of G are compared at unit length; what is left of a dependent row after Gram-Schmidt is round-off.
-DEPENDENT = 1e-9  # noqa: float tolerance of a rank decision, made once at set-up on floats
+DEPENDENT = 10**-9
 
 
 def independent_rows(model: Model, state: State) -> tuple[int, ...]:
@@ -182,19 +182,31 @@ def closed_coordinates(
     kinds = rows(model)
     free = [j for j in range(model.n_u) if j not in set(held)]
     q = [*map(float, q)]
+    active = [i for i, kind in enumerate(kinds) if not kind.on_speeds]
     best = float("inf")
     stalled = 0
+    # round-off of a machine of any size
+    small = DEPENDENT * (1 + float(np.abs(q).max(initial=0)))
     for _ in range(steps):
         state = float_state(model, q, t=t, values=values)
-        given = linearized(model, state)
-        active = [i for i, kind in enumerate(kinds) if not kind.on_speeds]
-        phi = np.array([float(given.residual[i]) for i in active])
+        try:
+            given = linearized(model, state)
+            phi = np.array([float(given.residual[i]) for i in active])
+            G = np.array([[float(given.matrix[i][j]) for j in free] for i in active])
+        except (ZeroDivisionError, ValueError):
+            phi = G = np.array([np.nan])
+        if not (np.isfinite(phi).all() and np.isfinite(G).all()):
+            where = ", ".join(f"{c.name} = {x:.6g}" for c, x in zip(model.coordinates, q, strict=True))
+            raise ModelError(
+                f"A constraint of '{model.name}' ({', '.join(model.constraints)}) has no direction at {where}: two "
+                f"points of a rope in one place, a wheel that lies flat, or an expression without a value there. Begin "
+                f"elsewhere."
+            )
         size = float(np.abs(phi).max(initial=0))
         stalled = stalled + 1 if size >= best else 0
         best = min(best, size)
-        if size == 0 or (stalled >= 2 and size < 1e-9):
+        if size == 0 or (stalled >= 2 and size < small):
             return q
-        G = np.array([[float(given.matrix[i][j]) for j in free] for i in active])
         step = np.zeros(model.n_u)
         step[free] = -np.linalg.lstsq(G, phi, rcond=DEPENDENT)[0]
         length = np.abs(step).max(initial=0)
@@ -207,7 +219,7 @@ def closed_coordinates(
     final = residuals(model, float_state(model, q, t=t, values=values))
     missed = {kind.name: float(r) for kind, r in zip(kinds, final, strict=True) if not kind.on_speeds}
     worst = max(missed, key=lambda name: abs(missed[name]))
-    if abs(missed[worst]) < 1e-9:
+    if abs(missed[worst]) < small:
         return q
     raise ModelError(
         f"The constraints can not be met near the coordinates given: after {steps} steps '{worst}' is still missed by "

@@ -11,7 +11,7 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 8, with exa
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ..describe.constraint import Gear, Rolling, Rope, SpeedCondition
@@ -54,8 +54,10 @@ class Row:
 
 
 def rows(model: Model) -> tuple[Row, ...]:
-    """Names of all scalar conditions, in order."""
+    """Names of all scalar conditions, in order; an underscore keeps them apart from other names of the model."""
     result: list[Row] = []
+    taken = {*model.names.kinds, *model.loads}
+    taken |= {f"{name}_{ending}" for name in model.joints for ending in (*"xyznpq", "Mx", "My", "Mz", "Mn", "Mp", "Mq")}
     for name, constraint in model.constraints.items():
         if isinstance(constraint, Closure):
             result += [Row(f"{name}_{letter}", name) for letter, _ in constraint.along]
@@ -65,6 +67,12 @@ def rows(model: Model) -> tuple[Row, ...]:
             result += [Row(f"{name}_{e[0]}", name, True) for e in (constraint.first, constraint.second)]
         else:
             result.append(Row(name, name, isinstance(constraint, SpeedCondition)))
+    for i, row in enumerate(result):
+        name = row.name
+        while name in taken:
+            name += "_"
+        taken.add(name)
+        result[i] = replace(row, name=name)
     return tuple(result)
 
 
@@ -112,7 +120,9 @@ def _closure(model: Model, state: State, joint: Closure) -> list[Any]:
     )
     d = gap if joint.in_ground else apply_transpose(R_P, gap)
     result = [dot(e, d) for _, e in joint.along]
-    result += [dot(apply(R_P, a), apply(R_C, b)) for _, a, b in joint.square]
+    for _, a, b in joint.square:
+        a, b = state.vector(a), state.vector(b)
+        result.append(dot(apply(R_P, a), apply(R_C, b)) - dot(a, b))
     return result
 
 
@@ -156,7 +166,7 @@ def wrenches(model: Model, state: State) -> list[list[tuple[Any, Vector, Vector]
                 # the parent feels the opposite force where the child's point is
                 result.append([(at, force, ZERO), ((constraint.parent, at), negate(force), ZERO)])
             for _, a, b in constraint.square:
-                moment = cross(apply(R_C, b), apply(R_P, a))
+                moment = cross(apply(R_C, state.vector(b)), apply(R_P, state.vector(a)))
                 result.append([(at, ZERO, moment), ((constraint.parent, at), ZERO, negate(moment))])
         elif isinstance(constraint, Rolling):
             arm = _arm(model, state, constraint)

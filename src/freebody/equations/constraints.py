@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from ..dynamics.constrained import DEPENDENT, closed_coordinates
 from ..dynamics.constraints import rows, wrenches
+from ..dynamics.indeterminate import self_stresses
+from ..dynamics.state import float_state, rest_coordinates
 from ..errors import ModelError, nearest
 from ..model.closure import Closure
-from ..scalar.algebra import ZERO, add, scale
-from .reaction import Reaction
+from ..scalar.algebra import ZERO, add, dot, scale
+from .reaction import Reaction, unknowns
 
 if TYPE_CHECKING:
     from .equations import Equations
@@ -39,6 +42,34 @@ def closure_reactions(e: Equations) -> dict[str, Reaction]:
             components=parts,
         )
     return result
+
+
+def indeterminate(e: Equations, near: Mapping[Any, Any] | None, values: Mapping[Any, Any] | None) -> tuple[str, ...]:
+    """Names of the reaction components that the motion does not determine, at a closed position."""
+    model = e.model
+    q: list[Any] = list(rest_coordinates(model))
+    for key, value in (near or {}).items():
+        name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
+        if name not in model.coordinate_names:
+            raise ModelError(f"Unknown coordinate '{name}' in near; {nearest(name, model.coordinate_names)}")
+        number = model.names.expression(value, f"'{name}' in near")
+        if model.names.depends(number, "parameter", "coordinate", "speed", "time"):
+            raise ModelError(f"Expected a number for '{name}' in near, got {value!r}.")
+        q[model.coordinate_names.index(name)] = float(number)
+    q = closed_coordinates(model, q, values=values)
+    state = float_state(model, q, values=values)
+    stresses = self_stresses(model, state)
+    found: dict[str, None] = {}
+    for stress in stresses:
+        found.update({name: None for name, n in stress.multipliers.items() if n != 0})
+    if stresses:
+        for joint in model.joints:
+            for c in unknowns(model, e.state, joint):
+                along, of = (c.force, 0) if c.force != ZERO else (c.moment, 1)
+                direction = [state(e.sympy(x)) for x in along]
+                if any(abs(dot(direction, stress.joints[joint][of])) > DEPENDENT for stress in stresses):
+                    found[c.name] = None
+    return tuple(found)
 
 
 def eliminated(e: Equations, independent: Sequence[Any]) -> tuple[Any, ...]:

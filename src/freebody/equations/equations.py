@@ -30,8 +30,8 @@ from ..model.assemble import assemble
 from ..model.model import Model
 from ..scalar.algebra import ZERO, Vector, add, apply, cross
 from ..scalar.polynomial import Ring
+from .constraints import closure_reactions, eliminated, indeterminate
 from .display import displayed, equation_latex, equation_mathml, equation_text
-from .constraints import closure_reactions, eliminated
 from .free_body import FreeBody, own_body
 from .reaction import Reaction, unknowns
 
@@ -265,6 +265,40 @@ class Equations:
         return tuple(
             sympy.Eq(self.displayed(x), 0, evaluate=False) for x in eliminated(self, independent)
         )
+
+    def indeterminate(
+        self, near: Mapping[Any, Any] | None = None, values: Mapping[Any, Any] | None = None
+    ) -> tuple[str, ...]:
+        """Names of the reaction components that the motion does not determine.
+
+        Where several constraints do the same, rigid bodies do not tell how they share the load: out of the plane
+        of a planar linkage, for one. They are found by the rank of the constraint matrix at a closed position.
+
+        Parameters
+        ----------
+        near : mapping, optional
+            Coordinates by name, near which the machine is closed; zero if not given. Singular positions, such as
+            bars in one line, have more of them than others.
+        values : mapping, optional
+            Of parameters, in place of their defaults.
+
+        Returns
+        -------
+        tuple of str
+            Multipliers first, then components of the other joints (as in ``free_body``).
+
+        Examples
+        --------
+        >>> import freebody as fb
+        >>> s = fb.System("door")
+        >>> door = s.body("door", fb.box(20, (1, 2, 0.1)))
+        >>> upper = s.hinge("upper", s.ground, door, at=(0, 1.5, 0), to=(0.5, 0.5, 0), axis="y", coordinate="turn")
+        >>> lower = s.hinge("lower", s.ground, door, at=(0, 0.5, 0), to=(0.5, -0.5, 0), axis="y")
+        >>> found = fb.equations(s).indeterminate()
+        >>> [name for name in found if name.startswith("upper")]
+        ['upper_x', 'upper_y', 'upper_z', 'upper_Mx', 'upper_Mz']
+        """
+        return indeterminate(self, near, values)
 
     @cached_property
     def coordinates(self) -> tuple[Any, ...]:

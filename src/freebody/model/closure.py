@@ -27,7 +27,8 @@ class Closure:
     """A loop-closing joint.
 
     ``along`` are the (letter, unit vector) in parent joint axes in which d vanishes; ``in_ground`` says that they are
-    ground axes instead; ``square`` the (letter, vector on the parent, vector on the child) whose dot products vanish.
+    ground axes instead; ``square`` the (letter, vector on the parent, vector on the child) whose dot products keep the
+    value that they have when the axes of both are parallel, mostly zero.
     """
 
     name: str
@@ -45,7 +46,8 @@ class Closure:
 
 def closure(joint: Joint) -> Closure:
     """The conditions of a joint that closes a loop."""
-    axes = [primitive.axis for primitive in joint.primitives]
+    # a loop-closing joint has no displacement, so the sense of its axis means nothing
+    axes = [_positive(primitive.axis) for primitive in joint.primitives]
     letters = tuple(zip(LETTERS, IDENTITY, strict=True))
     # the moment of a condition a·b = 0 acts along b × a: these three turn about x, y and z
     locked = (("x", Z, Y), ("y", X, Z), ("z", Y, X))
@@ -82,6 +84,10 @@ def closure(joint: Joint) -> Closure:
         joint.name, joint.type, joint.parent, joint.child, joint.at, joint.to, joint.parent_axes, joint.child_axes,
         along, in_ground, square,
     )  # fmt: skip
+
+
+def _positive(axis: Vector) -> Vector:
+    return _minus(axis) if _minus(axis) in IDENTITY else axis
 
 
 def _across(joint: Joint, n: Vector) -> list[tuple[str, Vector]]:

@@ -18,9 +18,15 @@ from ..dynamics.state import float_state
 from ..errors import ModelError, SimulationError
 from ..model import Model
 from .initial import named_state
+from .kernels import Kernels, Program
+from .path import Path, observe
 
 MISSED = 1e-9
 """Residual, relative to the sizes in it, beyond which a start does not satisfy the constraints."""
+
+
+DRIFTED = 1e-6
+"""Residual beyond which a condition left out as redundant is seen not to follow from the others."""
 
 
 def closed_start(
@@ -60,6 +66,32 @@ def closed_start(
     return y, active
 
 
+def check_redundant(kernels: Kernels, program: Program, path: Path) -> None:
+    """Conditions that were redundant at the start must hold along the whole motion.
+
+    Raises
+    ------
+    SimulationError
+        They do not: the start was a singular position, where the machine could have gone either way.
+    """
+    names = kernels.dropped
+    if not names:
+        return
+    count = 2 * len(names)
+    missed = np.abs(
+        observe(program.address("dropped"), count, path.times, path.states, path.rates.constants)
+    ) / (1 + np.abs(path.states).max(axis=1, keepdims=True))
+    late = np.flatnonzero((missed > DRIFTED).any(axis=1))
+    if len(late):
+        k = int(late[0])
+        worst = int(missed[k].argmax())
+        raise SimulationError(
+            f"The constraint '{names[worst // 2]}' of '{kernels.model.name}' followed from the others at the start, "
+            f"but at t = {path.times[k]:.6g} s it does not. The start is a singular position, such as bars in one line, "
+            f"from which the machine can move in more ways than elsewhere. Start a little beside it."
+        )
+
+
 def _held(model: Model, named: set[int]) -> tuple[int, ...]:
     """Speeds along which nothing may move, since their coordinates are named."""
     held: set[int] = set()
@@ -70,7 +102,8 @@ def _held(model: Model, named: set[int]) -> tuple[int, ...]:
         if coordinate.kind == "scalar":
             held.add(model.speed_names.index(coordinate.name + "'"))
             continue
-        link = next(link for link in model.links if link.q >= 0 and link.q <= i < link.q + 7)
+        sizes = {"free": 7, "ball": 4}
+        link = next(one for one in model.links if 0 <= one.q <= i < one.q + sizes.get(one.kind, 0))
         start = link.u if coordinate.kind == "quaternion" else link.u + 3
         held.update(range(start, start + 3))
     return tuple(sorted(held))

@@ -31,6 +31,7 @@ from ..dynamics import (
     traced_state,
 )
 from ..dynamics.constrained import position_correction, speed_correction
+from ..dynamics.constraints import linearized, rows
 from ..dynamics.motion import all_reactions, motion, total_power
 from ..errors import ModelError
 from ..model import Model, assemble
@@ -66,6 +67,7 @@ class Kernels:
         self._others: dict[tuple[int, ...], Kernels] = {}
         self._programs: dict[Any, Program] = {}
         self._work: bool | None = None
+        self._names_dropped: tuple[str, ...] = ()
 
     def holding(self, active: tuple[int, ...]) -> Kernels:
         """The programs of a constrained model with these independent conditions."""
@@ -106,7 +108,8 @@ class Kernels:
         return self._programs[key]
 
     def motion(self) -> Program:
-        """Functions ``rates``, ``energy`` (kinetic, potential) and, of a constrained model, ``projection``."""
+        """Functions ``rates``, ``energy`` (kinetic, potential) and, of a constrained model, ``projection`` and
+        ``dropped`` (residual and rate of the conditions that were redundant at the start)."""
 
         def functions(state: State) -> dict[str, Sequence[Any]]:
             moving = motion(self.model, state, self.active)
@@ -115,9 +118,27 @@ class Kernels:
             rates = [*coordinate_rates(self.model, state), *moving.udot]
             energy = [kinetic_energy(self.model, state), potential_energy(self.model, state)]
             found = {"rates": [*rates, power] if self._work else rates, "energy": energy}
-            return {**found, "projection": self._projected(state)} if self.active else found
+            if self.active:
+                found["projection"] = self._projected(state)
+            left = self._dropped(state)
+            self._names_dropped = tuple(left)
+            return {**found, "dropped": [x for pair in left.values() for x in pair]} if left else found
 
         return self._program("motion", functions)
+
+    @property
+    def dropped(self) -> tuple[str, ...]:
+        """Conditions that were redundant at the start, less those that hold identically."""
+        self.motion()
+        return self._names_dropped
+
+    def _dropped(self, state: State) -> dict[str, tuple[Any, Any]]:
+        given = linearized(self.model, state)
+        return {
+            row.name: (given.residual[i], given.rate[i])
+            for i, row in enumerate(rows(self.model))
+            if i not in self.active and not (_is_zero(given.residual[i]) and _is_zero(given.rate[i]))
+        }
 
     def _projected(self, state: State) -> list[Any]:
         """(q, u) moved onto the constraints, by one Newton step for q, then for u.

@@ -19,7 +19,7 @@ from ..dynamics.mobility import check_bodies, massless_motion
 from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
 from . import path as runs
-from .closing import closed_start
+from .closing import check_redundant, closed_start
 from .event import expressions_of, specs_of
 from .initial import initial_state, number
 from .integrate import integrate
@@ -177,6 +177,8 @@ def simulate(
             max_steps=max_steps,
             between=between,
         )
+    if model.constraints:
+        check_redundant(kernels, program, path)
     trajectory = Trajectory(kernels, numbers, path, specs, tolerances, wanted, samples)
     if path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.TOO_MANY_STEPS):
         raise _failure(trajectory, path, kernels, end)

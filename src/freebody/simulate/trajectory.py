@@ -12,6 +12,8 @@ import sympy
 from numpy.typing import ArrayLike, NDArray
 
 from ..dynamics.constraints import rows
+from ..dynamics.indeterminate import indeterminate
+from ..dynamics.state import float_state
 from ..errors import ExpressionError, SimulationError, nearest
 from .event import Event, EventSpec
 from .kernels import Kernels, Program
@@ -268,8 +270,8 @@ class Trajectory:
     def reactions(self) -> dict[str, Reaction]:
         """What every joint transmits to its child, about the joint's point on the child, in ground axes.
 
-        Joints that close loops and rolling wheels (about the centre of the wheel) are among them. Components that
-        are :attr:`indeterminate` are zero.
+        Joints that close loops and rolling wheels (about the centre of the wheel) are among them. Those that are
+        :attr:`indeterminate` are one of many solutions: the constraints declared last carry nothing.
         """
         found = self._observed(self.kernels.reactions(), "reactions", self.t, self.states)
         return _ByName(
@@ -295,12 +297,16 @@ class Trajectory:
 
     @property
     def indeterminate(self) -> tuple[str, ...]:
-        """Constraint forces that no motion determines, because other constraints already do what theirs would.
+        """Reactions that no motion determines, because several constraints do the same.
 
-        A planar linkage of rigid parts has them: forces out of its plane depend on how its pins were fitted.
+        A planar linkage of rigid parts has them: forces out of its plane depend on how its pins were fitted. Named
+        as in :attr:`multipliers`; of the other joints ``A_z`` is the force of joint A along the ground's z, ``A_Mx``
+        its moment about x. Found by rank at the start. Among :attr:`reactions` they are one of many solutions.
         """
-        kept = set(self.kernels.active)
-        return tuple(row.name for i, row in enumerate(rows(self.kernels.model)) if i not in kept)
+        model = self.kernels.model
+        y = self.path.states[0]
+        q, u = y[: model.n_q].tolist(), y[model.n_q : model.n_q + model.n_u].tolist()
+        return indeterminate(model, float_state(model, q, u, self.path.start, self.values))
 
     @cached_property
     def data(self) -> xarray.Dataset:
