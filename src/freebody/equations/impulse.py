@@ -7,7 +7,7 @@ One :class:`Struck` holds the outcome, of exact symbols or of floats; :func:`fre
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -35,13 +35,13 @@ from ..model.closure import Closure
 from ..model.model import Model
 from ..scalar.algebra import ZERO, Vector, add, divide, dot, floats, scale
 from ..scalar.element import Polynomial
-from ..scalar.ratio import Ratio
+from ..scalar.ratio import Ratio, cleared
 from ..scalar.substitute import Substitution
 from .equations import Equations
 from .fractions import ratio_displayed, ratio_latex, ratio_text
 from .reaction import unknowns
 from .solve import Request, SolveResult, answer
-from .systems import Row, collect, eliminate
+from .systems import Row, Terms, collect, eliminate
 from .vocabulary import Vocabulary
 
 Jumps = Callable[[Sequence[Any]], tuple[tuple[Any, ...], tuple[Any, ...]]]
@@ -113,9 +113,15 @@ class Struck:
     def _wrenches(self) -> dict[str, tuple[Vector, Vector, str]]:
         """(impulse, moment, child) of every joint, those that close loops included."""
         model, state = self.model, self._state
-        everything = with_constraints(model, state, self._blows, self._multipliers)
-        found = impulsive_reactions(model, state, self._link_jumps, blows_on(model, state, everything))
-        result = {name: (*pair, model.joints[name].child) for name, pair in found.items()}
+        D, jump, multipliers, blows = self._over_one()
+        everything = with_constraints(model, state, blows, multipliers)
+        jumps = link_jumps(model, state, jump)
+        found = impulsive_reactions(model, state, jumps, blows_on(model, state, everything))
+        result = {}
+        for name, (impulse, moment) in found.items():
+            if D is not None:
+                impulse, moment = (self._divided(v, D) for v in (impulse, moment))
+            result[name] = (impulse, moment, model.joints[name].child)
         for name, joint in model.constraints.items():
             if not isinstance(joint, Closure):
                 continue
@@ -126,6 +132,24 @@ class Struck:
                     moment = add(moment, scale(value, pair[0][2]))
             result[name] = (force, moment, joint.child.name)
         return result
+
+    def _over_one(self) -> tuple[Any, Sequence[Any], Sequence[Any], list[tuple[Any, Vector, Vector]]]:
+        """(D, D Δu, D Λ, D P): with one denominator, sums stay polynomials. D is None for floats."""
+        if not self.exact:
+            return None, self._jump, self._multipliers, self._blows
+        ring, n, m = self._e.ring, len(self._jump), len(self._multipliers)
+        parts = [c for _, impulse, moment in self._blows for c in (*impulse, *moment)]
+        everything = [1, *self._jump, *self._multipliers, *parts]
+        D, *rest = cleared(ring, [x if type(x) is Ratio else Ratio(ring, x) for x in everything])
+        blows = []
+        for i, (where, _, _) in enumerate(self._blows):
+            a, b, c, d, f, g = rest[n + m + 6 * i : n + m + 6 * i + 6]
+            blows.append((where, (a, b, c), (d, f, g)))
+        return D, rest[:n], rest[n : n + m], blows
+
+    def _divided(self, v: Vector, D: Any) -> Vector:
+        x, y, z = (Ratio(self._e.ring, c, D).tidy() for c in v)
+        return (x, y, z)
 
     @cached_property
     def reactions(self) -> Mapping[str, ImpulsiveReaction]:
@@ -318,41 +342,77 @@ class _Reactions(Mapping[str, ImpulsiveReaction]):
 
 
 def exact_jumps(e: Equations, state: State) -> Jumps:
-    """Δu and Λ by elimination on ratios of canonical polynomials; dependent conditions get no impulse."""
+    """Δu and Λ by elimination on ratios of canonical polynomials; dependent conditions get no impulse.
+
+        Δu = N w  with  G N = 0,      (Nᵀ M N) w = Nᵀ Jᵀ P,      Gᵀ Λ = M Δu - Jᵀ P
+
+    N is formed first, and without division: far shorter than by the inverse of M.
+    """
     model, ring = e.model, e.ring
     M = mass_matrix(model, state)
     G = linearized(model, state).matrix
     us = [f"u{j:04d}" for j in range(model.n_u)]
-    ls = [f"w{i:04d}" for i in range(len(G))]
+    ws = [f"w{i:04d}" for i in range(len(G))]
+    dependent, _ = eliminate([Row(name, _linear(ring, us, row)) for name, row in zip(ws, G, strict=True)], [us])
+    free = [k for k, key in enumerate(us) if key not in dependent]
+    N = []
+    for k in free:
+        column = [Ratio(ring, 0)] * model.n_u
+        column[k] = Ratio(ring, 1)
+        for key, terms in dependent.items():
+            column[us.index(key)] = terms.get(((us[k], 1),), Ratio(ring, 0)).tidy()
+        N.append(cleared(ring, column))
+    reduced = [[_sum(a[i] * M[i][j] * b[j] for i in range(len(M)) for j in range(len(M))) for b in N] for a in N]
+    keys = [us[k] for k in free]
 
     def jumps(f: Sequence[Any]) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
         system = []
-        for j, row in enumerate(M):
-            terms = {((us[k], 1),): Ratio(ring, x) for k, x in enumerate(row) if x != 0}
-            terms |= {((ls[i], 1),): Ratio(ring, -G[i][j]) for i in range(len(G)) if G[i][j] != 0}
-            if f[j] != 0:
-                terms[()] = -(f[j] if type(f[j]) is Ratio else Ratio(ring, f[j]))
-            system.append(Row(model.speed_names[j], terms))
-        for name, row in zip(ls, G, strict=True):
-            system.append(Row(name, {((us[k], 1),): Ratio(ring, x) for k, x in enumerate(row) if x != 0}))
-        solved, left = eliminate(system, [us, ls])
-        loose = [name for key, name in zip(us, model.speed_names, strict=True) if _open(solved, key, us)]
+        for a, row, k in zip(N, reduced, free, strict=True):
+            terms = _linear(ring, keys, row)
+            right = _sum(x * y for x, y in zip(a, f, strict=True))
+            if right != 0:
+                terms[()] = -(right if type(right) is Ratio else Ratio(ring, right))
+            system.append(Row(model.speed_names[k], terms))
+        solved, left = eliminate(system, [keys])
+        loose = [model.speed_names[k] for k in free if us[k] not in solved or _open(solved[us[k]])]
         if loose or left:
             raise ModelError(
                 f"The impulse does not determine {', '.join(loose) or 'the speeds'}: no mass moves with them alone. "
                 f"Give the bodies mass and moments of inertia."
             )
+        w = [solved[key].get((), Ratio(ring, 0)) for key in keys]
+        jump = [_sum(a[j] * x for a, x in zip(N, w, strict=True)) for j in range(model.n_u)]
+        jump = [(x if type(x) is Ratio else Ratio(ring, x)).tidy() for x in jump]
+        if not G:
+            return tuple(jump), ()
+        system = []
+        for key in dependent:
+            j = us.index(key)
+            terms = _linear(ring, ws, [row[j] for row in G])
+            right = _sum(x * y for x, y in zip(M[j], jump, strict=True)) - f[j]
+            if right != 0:
+                terms[()] = -(right if type(right) is Ratio else Ratio(ring, right))
+            system.append(Row(key, terms))
+        found, _ = eliminate(system, [ws])
         zero = Ratio(ring, 0)
-        return (
-            tuple(solved[key].get((), zero) for key in us),
-            tuple(solved[key].get((), zero) if key in solved else 0 for key in ls),
-        )
+        return tuple(jump), tuple(found[key].get((), zero) if key in found else 0 for key in ws)
 
     return jumps
 
 
-def _open(solved: Mapping[str, Any], key: str, us: Sequence[str]) -> bool:
-    return key not in solved or any(v in us for monomial in solved[key] for v, _ in monomial)
+def _linear(ring: Any, keys: Sequence[str], row: Sequence[Any]) -> Terms:
+    return {((key, 1),): Ratio(ring, x) for key, x in zip(keys, row, strict=True) if x != 0}
+
+
+def _sum(values: Iterable[Any]) -> Any:
+    total: Any = 0
+    for x in values:
+        total = total + x
+    return total
+
+
+def _open(terms: Terms) -> bool:
+    return any(monomial for monomial in terms)
 
 
 def float_jumps(model: Model, state: State, active: Sequence[int]) -> Jumps:

@@ -237,7 +237,7 @@ class Request:
             return
         try:
             self.fixed = {k: self._valued(v, {left: right}) for k, v in self.fixed.items()}
-        except ExpressionError as error:
+        except (ExpressionError, ZeroDivisionError) as error:
             raise ModelError(f"With {name} = {value}: {error}") from None
         self.fixed[left] = right
 
@@ -267,7 +267,7 @@ class Request:
         for title, x in self.equations:
             try:
                 valued.append((title, fixed(x) if self.fixed else x))
-            except ExpressionError as error:
+            except (ExpressionError, ZeroDivisionError) as error:
                 raise ModelError(f"With the values in where, '{title}' has none: {error}") from None
         self._angles(valued, places)
         rows = []
@@ -417,6 +417,8 @@ def answer(request: Request, also: Sequence[Any] = ()) -> SolveResult:
     symbols = {key: sympy.Dummy(key, real=True) for row in rows for key in row.unknowns}
     branches = roots(open_rows, request.ring, given, symbols)
     solutions = [_branch(request, solved, branch, {**free, **accelerations}) for branch in branches]
+    # roots that differ only in what was not asked for
+    solutions = [s for i, s in enumerate(solutions) if all(s.values != other.values for other in solutions[:i])]
     if not solutions:
         raise ModelError(
             f"There is no real solution for {', '.join(names)}: left was "
