@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 import sympy
 
-from freebody.scalar.parser import parse
 from freebody.errors import ExpressionError
+from freebody.scalar.parser import parse
 
 NAMES = {name: sympy.Symbol(name) for name in ("k", "theta", "theta'", "length")}
 

@@ -30,7 +30,14 @@ from freebody.dynamics import (
 )
 from freebody.dynamics.kinematics import angular_velocity, point_acceleration, point_position, point_velocity
 from freebody.dynamics.momentum import mass_centre
-from freebody.testing import JOINTS, random_chain, random_rotation, random_state, random_system
+from freebody.testing import (
+    JOINTS,
+    random_chain,
+    random_inertia,
+    random_rotation,
+    random_state,
+    random_system,
+)
 
 EPS = np.finfo(float).eps
 EXACT = 2**10 * EPS  # of the largest term; recursions over at most five bodies
@@ -40,12 +47,44 @@ SEEDS = range(12)
 T = 0.3
 
 
-@pytest.fixture(params=SEEDS)
+@pytest.fixture(params=[*SEEDS, "solved", "together"])
 def machine(request):
-    """A random tree of five bodies, loaded; every third with a driven joint."""
+    """A random tree of five bodies, loaded; every third with a driven joint. Two with coordinates as expressions."""
+    if request.param in COUPLED:
+        return Machine(coupled(COUPLED[request.param]), 3)
     seed = request.param
     s = random_system(seed, 5, driven=seed % 3 == 0)
     return Machine(s, seed)
+
+
+COUPLED = {
+    # the displacements determine the coordinates one after another
+    "solved": ["q1 + t**2/3", "2*q2 + sin(q1)", "q3 - q1*q2 + t*q1"],
+    # all together only, through the mass matrix
+    "together": ["q1 + t**2/3", "q2*q1 + q1", "q3 + q2**2/2"],
+}
+
+
+def coupled(coordinates):
+    """Three joints whose displacements are functions of all coordinates and time, with loads of every kind."""
+    rng = np.random.default_rng(5)
+    s = fb.System("coupled")
+    s.gravity = (1, -2, 3)
+    s.coordinates("q1 q2 q3")
+    parent = s.ground
+    for i, (kind, coordinate) in enumerate(zip(("hinge", "slider", "screw"), coordinates, strict=True)):
+        body = s.body(f"b{i}", fb.MassProperties(1 + i, rng.normal(size=3), random_inertia(rng)))
+        given = {"at": rng.normal(size=3), "to": rng.normal(size=3), "axis": rng.normal(size=3)}
+        if kind == "screw":
+            given["pitch"] = 0.3
+        joint = getattr(s, kind)(f"j{i}", parent, body, coordinate=s.expression(coordinate), **given)
+        s.spring(f"k{i}", joint, stiffness=2, rest=0.2)
+        s.damper(f"c{i}", joint, damping=0.5)
+        parent = body
+    for q in ("q1", "q2", "q3"):
+        s.generalized_force(q, f"{q}' - t")
+    s.torque("M", s.joints["j0"], "3*sin(t)")
+    return s
 
 
 class Machine:
@@ -372,3 +411,8 @@ def test_cost_of_forward_dynamics_is_linear_in_the_number_of_bodies():
 
     five, ten, twenty = map(operations, (5, 10, 20))
     assert twenty - ten <= 2.2 * (ten - five)
+
+
+def test_coupled_machines_are_what_they_say():
+    assert fb.assemble(coupled(COUPLED["solved"])).order is not None
+    assert fb.assemble(coupled(COUPLED["together"])).order is None

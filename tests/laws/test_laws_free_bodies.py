@@ -185,3 +185,31 @@ def test_the_equations_solve_for_reactions_and_accelerations_alone():
             )
             difference = with_udot - solution[0][sympy.Symbol(name, real=True)]
             assert abs(difference.subs(state).evalf(30)) < 1e-25
+
+
+@pytest.mark.parametrize(
+    "coordinates",
+    [
+        ["q1 + t**2/3", "2*q2 + sin(q1)", "q3 - q1*q2"],
+        ["q1", "q2*q1", "q3 + q2"],
+        ["q1", "q1/2", "q2 + q3", "q3"],
+    ],
+    ids=["solved", "together", "geared"],
+)
+def test_displacements_that_are_expressions(coordinates):
+    """Generalized forces on every coordinate, springs on every joint: six equations of every body still hold."""
+    s = fb.System("coupled")
+    s.gravity = (1, -2, 3)
+    s.coordinates("q1 q2 q3")
+    parent = s.ground
+    for i, coordinate in enumerate(coordinates):
+        body = s.body(f"b{i}", fb.MassProperties(1 + i, (1, 0, i), ((3, 1, 0), (1, 4, 0), (0, 0, 5))))
+        kind = ("hinge", "slider")[i % 2]
+        given = {"at": (1, i, 0), "to": (0, 1, -1), "axis": "xyz"[i % 3]}
+        joint = getattr(s, kind)(f"j{i}", parent, body, coordinate=s.expression(coordinate), **given)
+        s.spring(f"k{i}", joint, stiffness=2, rest=1)
+        parent = body
+    for q in ("q1", "q2", "q3"):
+        s.generalized_force(q, f"{q}' - t")
+    eq, values, condition = on_a_motion(s, 3)
+    check(eq, values, EXACT * condition)

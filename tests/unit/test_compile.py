@@ -236,7 +236,9 @@ def test_wrong_arguments_are_refused():
 OTHERS = {"x86-64": "", "haswell": "+avx,+avx2,+fma,+bmi,+bmi2", "this": None}
 
 
-@pytest.mark.skipif(platform.machine().lower() not in ("x86_64", "amd64"), reason="names processors of this family")
+@pytest.mark.skipif(
+    platform.machine().lower() not in ("x86_64", "amd64"), reason="names processors of this family"
+)
 @pytest.mark.parametrize("name", OTHERS)
 def test_shorter_vectors_and_no_fused_operation(monkeypatch, name):
     """Code for processors with 2 and 4 lanes, which run on this one if it has 4."""

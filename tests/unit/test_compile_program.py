@@ -62,7 +62,11 @@ class Case:
         q = random.uniform(-1, 1, (count, self.model.n_q))
         for i in self.model.quaternions:
             q[:, i : i + 4] /= np.linalg.norm(q[:, i : i + 4], axis=1)[:, None]
-        return q, random.uniform(-1, 1, (count, self.model.n_u)), random.uniform(-1, 1, (count, self.model.n_u))
+        return (
+            q,
+            random.uniform(-1, 1, (count, self.model.n_u)),
+            random.uniform(-1, 1, (count, self.model.n_u)),
+        )
 
     def state(self, q, u, t=0.0, **values):
         return dynamics.float_state(self.model, list(q), list(u), t, {**self.values, **values})
@@ -120,7 +124,9 @@ def test_batch_is_the_states_one_by_one(machine):
             assert np.array_equal(forces[name].force[i], one.force)
             assert np.array_equal(forces[name].moment[i], one.moment)
         for name in model.bodies:
-            assert np.array_equal(postures[name].rotation[i], program.poses(Q[i], T[i], **values)[name].rotation)
+            assert np.array_equal(
+                postures[name].rotation[i], program.poses(Q[i], T[i], **values)[name].rotation
+            )
 
 
 def test_motion_and_forces_agree(machine):
@@ -263,13 +269,22 @@ def test_a_machine_at_rest_has_products_too():
 
 AT_REST = [0, 0, 0]
 WRONG = [
-    (lambda p: p.forward_dynamics([0, 0], AT_REST), r"Expected q of shape \(3,\) or \(N, 3\), one number for each of"),
+    (
+        lambda p: p.forward_dynamics([0, 0], AT_REST),
+        r"Expected q of shape \(3,\) or \(N, 3\), one number for each of",
+    ),
     (lambda p: p.bias(AT_REST, [0]), r"Expected u of shape \(3,\).*x', theta', phi'; got shape \(1,\)"),
     (lambda p: p.inverse_dynamics(AT_REST, AT_REST, 1), r"Expected udot of shape \(3,\)"),
     (lambda p: p.mass_matrix(np.zeros((2, 3)), np.zeros(3)), "Expected t for 2 states as in q, got 3"),
     (lambda p: p.mass_matrix(AT_REST, np.zeros((3, 3))), r"Expected t to be a number or of shape \(N,\)"),
-    (lambda p: p.bias(np.zeros((2, 3)), AT_REST, M=[1, 2, 3]), "Expected parameter 'M' for 2 states as in q, got 3"),
-    (lambda p: p.mass_matrix(AT_REST, M=np.ones((2, 2))), r"Expected parameter 'M' to be a number or of shape \(N,\)"),
+    (
+        lambda p: p.bias(np.zeros((2, 3)), AT_REST, M=[1, 2, 3]),
+        "Expected parameter 'M' for 2 states as in q, got 3",
+    ),
+    (
+        lambda p: p.mass_matrix(AT_REST, M=np.ones((2, 2))),
+        r"Expected parameter 'M' to be a number or of shape \(N,\)",
+    ),
     (lambda p: p.mass_matrix(AT_REST, mass=1), "Unknown parameter 'mass'; known names: M, a, b, g, k, m"),
     (lambda p: p.mass_matrix(AT_REST), "No value for parameter b"),
     (lambda p: p.mass_matrix(["x", 0, 0]), "Expected numbers for q, got"),

@@ -10,8 +10,8 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from freebody.scalar.parser import FUNCTIONS, MAX_DEPTH, MAX_LENGTH, parse
 from freebody.errors import ExpressionError
+from freebody.scalar.parser import FUNCTIONS, MAX_DEPTH, MAX_LENGTH, parse
 
 t = sympy.Symbol("t")
 k, m = sympy.symbols("k m", real=True)

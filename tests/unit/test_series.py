@@ -32,7 +32,7 @@ CASES = {
 def test_function_of_one_argument(name):
     field, x = series(X)
     result = field.apply(name, x)
-    expected = (X if name == "abs" else CASES[name](X))
+    expected = X if name == "abs" else CASES[name](X)
     for k in range(ORDER + 1):
         exact = float(sympy.diff(expected, t, k).subs(t, 0))
         assert result.derivative(k) == pytest.approx(exact, rel=1e-12, abs=1e-12)
@@ -47,13 +47,16 @@ def test_function_of_two_arguments(name, exact):
 
 
 @pytest.mark.parametrize(
-    "operation", [lambda x, y: x * y, lambda x, y: x / y, lambda x, y: 2 - x, lambda x, y: 1 / y, lambda x, y: x**3]
+    "operation",
+    [lambda x, y: x * y, lambda x, y: x / y, lambda x, y: 2 - x, lambda x, y: 1 / y, lambda x, y: x**3],
 )
 def test_arithmetic(operation):
     x, y = series(X)[1], series(Y)[1]
     result, exact = operation(x, y), operation(X, Y)
     for k in range(ORDER + 1):
-        assert result.derivative(k) == pytest.approx(float(sympy.diff(exact, t, k).subs(t, 0)), rel=1e-12, abs=1e-13)
+        assert result.derivative(k) == pytest.approx(
+            float(sympy.diff(exact, t, k).subs(t, 0)), rel=1e-12, abs=1e-13
+        )
 
 
 def test_unknown_function_is_named():

@@ -34,9 +34,8 @@ from . import elliptic
 from .elliptic import Angle, Clock, Jacobi, Phase
 from .precise import complete_third, decimal, first, precise, root_between, sine_cosine
 
-#: Amplitude of u = cos(theta) below which a nutation is called steady, and speed of the axis at the upper
-#: limit, relative to that at the lower one, below which a path is called a cusp: what rounding of the data
-#: can do.
+#: Amplitude of u = cos(theta) below which a nutation is called steady, and distance of the stop of the precession from
+#: the upper limit, in units of the nutation, below which a path is called a cusp: what rounding of the data can do.
 ROUNDING = 1e-12
 
 
@@ -175,9 +174,13 @@ class Nutation:
             return "through the vertical"
         if self._spread < ROUNDING:
             return "steady"
-        # speed of the axis along the circles of latitude at the two limits
+        if a == 0:
+            return "wave"
+        # Where the precession stops: its distance from the upper limit in units of the nutation; and the speed
+        # of the axis along the circles of latitude at the two limits. Near the vertical only the second tells.
+        stop = (b / a - u2) / (u2 - u1)
         upper, lower = ((b - a * u) / ((1 - u) * (1 + u)).sqrt() for u in (u2, u1))
-        if abs(upper) < Decimal(ROUNDING) * abs(lower):
+        if abs(stop) < Decimal(ROUNDING) and abs(upper) < Decimal(ROUNDING) * abs(lower):
             return "cusp"
         return "loop" if (upper < 0) != (lower < 0) else "wave"
 

@@ -188,13 +188,13 @@ class TorqueFreeMotion:
                 f"Expected two equal principal moments for a body cone and a space cone, got ({moments}) kg m². The "
                 "general body has polhode() and herpolhode(t) in their place; make two moments equal for cones."
             )
-        w = self.axes.T @ self.w0
-        I_t, I_s, w_s = self.moments[axis - 1], self.moments[axis], w[axis]
+        w = (self.axes.T @ self.w0).tolist()
+        I_t, I_s, w_s = float(self.moments[axis - 1]), float(self.moments[axis]), w[axis]
         w_t = math.hypot(w[axis - 1], w[axis - 2])
         alpha, beta = math.atan2(I_t * w_t, I_s * w_s), math.atan2(w_t, w_s)
         return Cones(
             axis=axis,
-            rate=float(Fraction(float(I_s)) - Fraction(float(I_t))) * w_s / I_t,
+            rate=(I_s - I_t) * w_s / I_t,
             alpha=alpha,
             beta=beta,
             body_cone=min(beta, math.pi - beta),

@@ -100,7 +100,9 @@ class Series:
             if isinstance(other, int) and other == 0:
                 return 0
             return Series(self.field, tuple(a * other for a in self.c))
-        return Series(self.field, tuple(_convolution(self.c, other.c, k) for k in range(self.field.order + 1)))
+        return Series(
+            self.field, tuple(_convolution(self.c, other.c, k) for k in range(self.field.order + 1))
+        )
 
     __rmul__ = __mul__
 

@@ -28,9 +28,10 @@ from ..compile import native
 
 SOURCES = ("loop.py", "dop853.py", "machine.py", "tableau.py", "layout.py")
 CALLED = ("advance", "sample", "observe")
-OPTIMISATION = 3
-LIBRARIES = frozenset(("pow", "memcpy", "memset", "memmove"))
-"""Functions of C that the code may call."""
+LIBRARIES = frozenset(
+    ("pow", "exp", "exp2", "log", "log2", "fma", "floor", "ceil", "memcpy", "memset", "memmove")
+)
+"""Functions of C that the code may call, if this process has them."""
 
 _ONE = threading.Lock()
 _DECLARED = re.compile(r'^declare [^@\n]*@"?([^"(\n]+)"?\(', re.MULTILINE)
@@ -105,7 +106,7 @@ def _loaded(header: dict[str, Any], code: bytes) -> tuple[dict[str, Function], n
     """Functions in object code; None if it is not what it should be."""
     if set(header) != {"functions", "needed"} or set(header["functions"]) != set(CALLED):
         return None
-    if not all(map(llvm.address_of_symbol, header["needed"])):  # LLVM would end the process
+    if not all(map(llvm.address_of_symbol, header["needed"])):  # LLVM would end the process for want of one
         return None
     try:
         library = native.Library(code)
@@ -133,7 +134,7 @@ def _standalone(compiled: Mapping[str, Any]) -> tuple[dict[str, Any], bytes] | N
     called = {name: compiled[name] for name in CALLED}
     functions = {name: (made.code.native_name, made.arguments, made.result) for name, made in called.items()}
     header = {"needed": needed, "functions": functions}
-    return header, native.object_code(text, OPTIMISATION)
+    return header, native.object_code(text)
 
 
 def outside(text: str) -> list[str]:
@@ -154,7 +155,7 @@ def outside(text: str) -> list[str]:
 
 def _key() -> str:
     """Hash of the source of the loop and of what compiles it."""
-    digest = hashlib.sha256(f"loop {disk.VERSION} {native.version()} O{OPTIMISATION}\n".encode())
+    digest = hashlib.sha256(f"loop {disk.VERSION} {native.version()}\n".encode())
     here = Path(__file__).parent
     for name in SOURCES:
         digest.update((here / name).read_bytes())

@@ -1,0 +1,295 @@
+"""The compiled loop: kept as machine code that stands alone, found again, and refused where it does not."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import struct
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import freebody as fb
+from freebody.compile import cache, native
+from freebody.compile.kernels import compile_tape
+from freebody.scalar.trace import Tape
+from freebody.simulate import loop as loops
+from freebody.simulate.integrate import integrate
+from freebody.simulate.path import Rates, Watch
+
+HERE = Path(loops.__file__).parent
+make = loops._loop.__wrapped__
+"""The loop as a process makes it that has none yet."""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty cache."""
+    monkeypatch.setenv("FREEBODY_CACHE", str(tmp_path))
+    return tmp_path / "kernels"
+
+
+@pytest.fixture(scope="module")
+def oscillator():
+    """x'' = -x, and the event x = 0."""
+    tape = Tape()
+    x, v = tape.input("x"), tape.input("v")
+    kernels = compile_tape(tape, {"rates": [v, -x], "events": [x]}, None, [x, v], [])
+    c = kernels.constants([])
+    return Rates(kernels["rates"].address, 2, c, keep=kernels), Watch(
+        kernels["events"].address, (0,), (False,), keep=kernels
+    )
+
+
+def run(made, oscillator, monkeypatch):
+    """Times, states and events of a run with this loop, and values between the steps."""
+    with monkeypatch.context() as patch:
+        patch.setattr(loops, "_loop", lambda: made)
+        rates, watch = oscillator
+        path = integrate(rates, [1.0, 0.0], 0.0, 20.0, watch=watch, relative=1e-10, absolute=1e-10)
+        inside = path.sample(np.linspace(0, 20, 41))
+    return path, inside
+
+
+# --- kept and found again --------------------------------------------------------------------------
+
+
+def test_second_process_finds_the_code(folder, oscillator, monkeypatch):
+    first, second = make(), make()
+    assert not first.from_disk
+    assert second.from_disk
+    assert len(list(folder.iterdir())) == 1
+    (a, within_a), (b, within_b) = (run(made, oscillator, monkeypatch) for made in (first, second))
+    assert np.array_equal(a.states, b.states)
+    assert np.array_equal(within_a, within_b)
+    t = np.linspace(0, 20, 41)
+    assert within_b == pytest.approx(np.stack([np.cos(t), -np.sin(t)], axis=1), abs=1e-8)
+    zeros = [crossing.time for crossing in b.crossings]
+    assert zeros == pytest.approx((np.arange(6) + 0.5) * np.pi, abs=1e-8)
+
+
+def test_nothing_is_kept_without_a_cache(monkeypatch, oscillator):
+    monkeypatch.setenv("FREEBODY_CACHE", "off")
+    made = make()
+    assert not made.from_disk
+    assert run(made, oscillator, monkeypatch)[0].status == "finished"
+
+
+def damage_header(change):
+    def damage(path):
+        key = path.stem
+        header, code = cache.load(key)
+        change(header)
+        cache.store(key, header, code)
+
+    return damage
+
+
+def cut(path):
+    path.write_bytes(path.read_bytes()[:-100])
+
+
+def foreign(path):
+    """The kernel of a model in the place of the loop."""
+    tape = Tape()
+    x = tape.input("x")
+    compile_tape(tape, {"f": [x]}, None, [x], [])
+    (other,) = (file for file in path.parent.iterdir() if file != path)
+    other.rename(path)
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        cut,
+        foreign,
+        damage_header(lambda header: header.clear()),
+        damage_header(lambda header: header["functions"].pop("sample")),
+        damage_header(lambda header: header["needed"].append("no_such_function_of_C")),
+        damage_header(lambda header: header["functions"].update(sample=["no_such_symbol", [], "None"])),
+    ],
+)
+def test_damaged_or_foreign_code_is_made_again(folder, damage, oscillator, monkeypatch):
+    make()
+    (path,) = folder.iterdir()
+    damage(path)
+    again = make()
+    assert not again.from_disk
+    assert run(again, oscillator, monkeypatch)[0].status == "finished"
+    assert make().from_disk
+
+
+def test_key_follows_the_source_and_what_compiles_it(monkeypatch, tmp_path):
+    key = loops._key()
+    assert loops._key() == key
+    with monkeypatch.context() as patch:
+        patch.setattr(native, "version", lambda: "another processor")
+        assert loops._key() != key
+    with monkeypatch.context() as patch:
+        patch.setattr(loops.importlib.util, "find_spec", lambda name: None)
+        assert loops._key() != key
+    for changed in loops.SOURCES:
+        for name in loops.SOURCES:
+            text = (HERE / name).read_bytes()
+            (tmp_path / name).write_bytes(text + b"# changed\n" if name == changed else text)
+        with monkeypatch.context() as patch:
+            patch.setattr(loops, "__file__", str(tmp_path / "loop.py"))
+            assert loops._key() != key
+
+
+def test_key_knows_every_module_of_the_loop():
+    tree = ast.parse((HERE / "dop853.py").read_text(encoding="utf-8"))
+    imported = {
+        name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and node.level == 1
+        for name in ([node.module] if node.module else [alias.name for alias in node.names])
+    }
+    assert imported == {"tableau", "layout", "machine"}
+    assert {f"{name}.py" for name in imported} < set(loops.SOURCES)
+
+
+def test_threads_share_one_loop(monkeypatch):
+    count = []
+    inner = loops.cache(lambda: count.append(1) or make())
+    monkeypatch.setattr(loops, "_loop", inner)
+    found = []
+    threads = [threading.Thread(target=lambda: found.append(loops.loop())) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert count == [1]
+    assert len(found) == 4
+    assert all(one is found[0] for one in found)
+
+
+# --- standing alone --------------------------------------------------------------------------------
+
+
+def undefined(code):
+    """Names that an object file in the ELF format of 64 bits leaves open."""
+    start, size, count = (
+        struct.unpack_from(f, code, at)[0] for f, at in (("<Q", 0x28), ("<H", 0x3A), ("<H", 0x3C))
+    )
+    sections = [struct.unpack_from("<IIQQQQIIQQ", code, start + k * size) for k in range(count)]
+    (table,) = (section for section in sections if section[1] == 2)
+    names = sections[table[6]]
+    found = set()
+    for at in range(table[4], table[4] + table[5], 24):
+        name, info, _, section = struct.unpack_from("<IBBH", code, at)
+        if section == 0 and info >> 4 != 0:
+            begin = names[4] + name
+            found.add(code[begin : code.index(b"\0", begin)].decode())
+    return found
+
+
+def test_code_needs_nothing_but_the_libraries_of_c(folder):
+    make()
+    (path,) = folder.iterdir()
+    header, code = cache.load(path.stem)
+    assert header["needed"] == ["pow"]
+    assert loops.LIBRARIES.issuperset(header["needed"])
+    if not code.startswith(b"\x7fELF\x02"):
+        pytest.skip("another format of object files")
+    assert undefined(code) - {"_GLOBAL_OFFSET_TABLE_"} == {"pow"}  # the loader makes that table
+
+
+def test_names_that_a_module_leaves_open():
+    text = """
+@here = internal global i64 0
+@"there" = external global i64
+declare double @llvm.sqrt.f64(double)
+declare double @llvm.pow.f64(double, double)
+declare void @llvm.memcpy.p0.p0.i64(ptr, ptr, i64, i1)
+declare noundef i32 @"a.b$c"(ptr)
+define void @f() {
+  ret void
+}
+"""
+    assert loops.outside(text) == ["a.b$c", "memcpy", "pow", "there"]
+
+
+def test_code_that_leans_on_numba_is_refused_and_run_by_numba(folder, oscillator, monkeypatch):
+    monkeypatch.setattr(loops, "outside", lambda text: ["NRT_decref", "pow"])
+    refused = make()
+    assert not refused.from_disk
+    assert not folder.exists()
+    path, inside = run(refused, oscillator, monkeypatch)
+    monkeypatch.undo()
+    other, expected = run(loops.loop(), oscillator, monkeypatch)
+    assert path.status == "finished"
+    assert len(path.crossings) == len(other.crossings) == 6
+    assert inside == pytest.approx(expected, abs=1e-12)
+
+
+def test_function_with_exceptions_does_not_stand_alone():
+    from freebody.simulate.dop853 import FUNCTIONS
+    from freebody.simulate.machine import Compiled
+
+    def observe(x: float) -> int:
+        return int(x)
+
+    assert loops._standalone(FUNCTIONS) is not None
+    assert loops._standalone({**FUNCTIONS, "observe": Compiled(observe)}) is None
+
+
+def test_calls_that_would_read_wrong_memory_are_refused(oscillator):
+    rates, _ = oscillator
+    state = np.zeros((1, 2))
+    for times in (np.zeros(1, dtype=np.float32), np.zeros(4)[::2]):
+        with pytest.raises(
+            TypeError, match=r"Expected a contiguous array of float64 .* got float.* of shape"
+        ):
+            loops.observe(rates.address, 1, times, state, 2, rates.constants, np.zeros(2), 2)
+
+
+def test_compiled_function_is_not_for_python():
+    from freebody.simulate.dop853 import FUNCTIONS
+
+    with pytest.raises(TypeError, match="Expected compiled code to call 'observe', got a call from Python"):
+        FUNCTIONS["observe"]()
+
+
+# --- a fresh process -------------------------------------------------------------------------------
+
+MODEL = """
+import json, sys
+import freebody as fb
+s = fb.System("pendulum")
+m, L, g = s.parameters(m=1.0, L=2.0, g=9.81)
+s.gravity = (0, -g, 0)
+bar = s.body("bar", fb.slender_bar(m, L, axis="y"))
+s.hinge("pin", s.ground, bar, to=(0, L / 2, 0), axis="z", coordinate="theta")
+motion = fb.simulate(s, 2, initial={"theta": 1}, events=["theta'"])
+value, events = motion["theta"][-1], len(motion.events)
+from freebody.simulate.loop import loop
+heavy = ("numba", "scipy", "xarray", "pandas", "matplotlib", "rich", "flint", "trimesh", "click")
+print(json.dumps([value, events, loop().from_disk, [name for name in heavy if name in sys.modules]]))
+"""
+
+
+def test_run_loads_no_compiler_and_no_product_that_was_not_asked_for():
+    motion = fb.System("warm")  # this process has put the loop on the disk
+    body = motion.body("body", fb.particle(1))
+    motion.slider("guide", motion.ground, body, axis="x", coordinate="x")
+    fb.simulate(motion, 1)
+    environment = {**os.environ, "PYTHONPATH": str(HERE.parents[1])}
+    done = subprocess.run(
+        [sys.executable, "-c", MODEL],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    value, events, from_disk, loaded = json.loads(done.stdout)
+    assert value == pytest.approx(-0.35, abs=1)
+    assert events >= 1
+    assert from_disk
+    assert [name for name in loaded if name != "flint"] == []  # SymPy computes with flint where it finds it
