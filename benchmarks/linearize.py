@@ -54,7 +54,9 @@ def largest_difference(n: int) -> float:
     # rows of SymPy's first-order form: q' = u, then -M u' = K q
     pairs = [(M, -peer_M[n:, n:]), (K, peer_A[n:, :n])]
     return max(
-        abs(a - b) for mine, peer in pairs for a, b in zip(values(mine), values(sympy.Matrix(peer)), strict=True)
+        abs(a - b)
+        for mine, peer in pairs
+        for a, b in zip(values(mine), values(sympy.Matrix(peer)), strict=True)
     )
 
 
@@ -84,8 +86,10 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 185.0) -> None:
         ["n", "freebody", "SymPy linearize", "ratio"],
         [row[:4] for row in rows],
         [
-            "freebody: fb.linearize(fb.equations(s)) to M, C, K as SymPy matrices, with the forming of all that is needed.",
-            "SymPy: to_linearizer().linearize(op_point) of equations that KanesMethod has formed before the clock starts.",
+            "freebody: fb.linearize(fb.equations(s)) to M, C, K as SymPy matrices, with the forming of all that "
+            "is needed.",
+            "SymPy: to_linearizer().linearize(op_point) of equations that KanesMethod has formed before the "
+            "clock starts.",
         ],
     )
 

@@ -7,6 +7,7 @@ import pytest
 import sympy
 
 import freebody as fb
+from freebody.exact.gyroscope import precession_response
 
 EPS = np.finfo(float).eps
 t = sympy.Symbol("t")
@@ -49,8 +50,8 @@ def test_double_pendulum():
 def airfoil():
     """Problem 6.14: plunge and pitch of a section; the mass centre is s behind the elastic axis."""
     s = fb.System("airfoil")
-    m, I, d, kx, kt = s.parameters(m=10, I_E="9/10", d="1/10", kx=4000, kth=200)
-    rod = fb.MassProperties(m, center=(d, 0, 0), inertia=sympy.diag(0, 0, I - m * d**2))
+    m, I_E, d, kx, kt = s.parameters(m=10, I_E="9/10", d="1/10", kx=4000, kth=200)
+    rod = fb.MassProperties(m, center=(d, 0, 0), inertia=sympy.diag(0, 0, I_E - m * d**2))
     section = s.body("section", rod)
     carrier = s.body("carrier", fb.particle(0))
     plunge = s.slider("plunge", s.ground, carrier, axis="y", coordinate="x")
@@ -63,9 +64,9 @@ def airfoil():
 def test_airfoil_section():
     """(kx - m w²)(kθ - I_E w²) = (m d)² w⁴, X/Θ = m d w² / (kx - m w²)."""
     s = airfoil()
-    m, I, d, kx, kt = 10, 0.9, 0.1, 4000, 200
+    m, I_E, d, kx, kt = 10, 0.9, 0.1, 4000, 200
     linear = fb.linearize(s, values={})
-    a, b, c = m * I - (m * d) ** 2, -(m * kt + I * kx), kx * kt
+    a, b, c = m * I_E - (m * d) ** 2, -(m * kt + I_E * kx), kx * kt
     exact = np.sqrt(np.sort(np.roots([a, b, c])))
     assert np.abs(linear.natural_frequencies() / exact - 1).max() < 20 * EPS
     for w, mode in zip(exact, linear.modes(), strict=True):
@@ -123,19 +124,15 @@ def test_gyroscope_frequency():
     assert len(roots) == 6 and roots.count(0) == 4
     (w,) = linear.natural_frequencies()
     assert zero(w**2 - sigma**2 - (p * sympy.sin(theta)) ** 2)
-    # the same in numbers, by another path: Lagrange's linear equations in `exact`
+    # the same in numbers, from the independent closed form
     values = {"theta_0": 1.0, "p": 2.5}
     numeric = linear.numeric(values)
-    point = {k: v for k, v in numeric.values.items()}
+    point = numeric.values
     I_xi = point["m"] * (point["R"] ** 2 / 4 + point["L"] ** 2)
     I_zeta = point["m"] * point["R"] ** 2 / 2
     mgL = point["m"] * point["g"] * point["L"]
     spin = (mgL / 2.5 + I_xi * 2.5 * math.cos(1.0)) / I_zeta
-    exact = fb.exact.precession_response(I_xi, I_zeta, mgL, 1.0, spin) if hasattr(fb, "exact") else None
-    if exact is None:
-        from freebody.exact.gyroscope import precession_response
-
-        exact = precession_response(I_xi, I_zeta, mgL, 1.0, spin)
+    exact = precession_response(I_xi, I_zeta, mgL, 1.0, spin)
     assert abs(numeric.eigenvalues()[-2] - 1j * exact.frequency) < 1e-12 * exact.frequency
     assert np.count_nonzero(numeric.eigenvalues() == 0) == 4
 
@@ -213,9 +210,9 @@ def spinning_body():
 def test_free_rigid_body(axis):
     """Spin about principal axis 3: the rate of growth squared is -(I3 - I1)(I3 - I2) w²/(I1 I2) (Euler)."""
     spin = 3
-    I = dict(zip("xyz", (1, 2, 2.5), strict=True))
-    i1, i2 = (I[k] for k in "xyz" if k != axis)
-    square = (I[axis] - i1) * (I[axis] - i2) * spin**2 / (i1 * i2)
+    inertia = dict(zip("xyz", (1, 2, 2.5), strict=True))
+    i1, i2 = (inertia[k] for k in "xyz" if k != axis)
+    square = (inertia[axis] - i1) * (inertia[axis] - i2) * spin**2 / (i1 * i2)
     exact = math.sqrt(abs(square)) * (1j if square > 0 else 1)
     linear = fb.linearize(spinning_body(), about={f"pivot_w{axis}": spin}, values={})
     found = linear.eigenvalues()
@@ -247,7 +244,7 @@ def test_follower_force():
     s.spring("k2", B, stiffness=k)
     s.force("P", b.origin, (0, -P, 0), frame=b)
     linear = fb.linearize(s)
-    assert linear.K == sympy.Matrix([[2 * k - L * P, L * P - k], [-k, k]])
+    assert sympy.Matrix([[2 * k - L * P, L * P - k], [-k, k]]) == linear.K
     assert linear.circulatory == sympy.Matrix([[0, L * P / 2], [-L * P / 2, 0]])
     critical = 3.5 - math.sqrt(2)
     below, above = (fb.linearize(s, values={"P": critical * f}).eigenvalues() for f in (0.999, 1.001))
@@ -277,7 +274,7 @@ def test_rolling_disk_upright():
         assert np.abs(found[-2:] ** 2 + square).max() < 1e-13 * abs(square)
         # (m r² + I_t) lean'' - (I_s + m r²) Ω yaw' - m g r lean = 0,   I_t yaw'' + I_s Ω lean' = 0
         I_t, I_s = 1.3 * 0.25 / 4, 1.3 * 0.25 / 2
-        assert linear.M == pytest.approx(np.diag([I_t, 1.3 * 0.25 + I_t, 1.3 * 0.25 + I_s]), abs=1e-15)
+        assert pytest.approx(np.diag([I_t, 1.3 * 0.25 + I_t, 1.3 * 0.25 + I_s]), abs=1e-15) == linear.M
         assert linear.C[1, 0] == pytest.approx(-(I_s + 1.3 * 0.25) * rate)
         assert linear.C[0, 1] == pytest.approx(I_s * rate)
         assert linear.K[1, 1] == pytest.approx(-1.3 * 9.81 * 0.5)
@@ -297,8 +294,8 @@ def test_rolling_disk_steady_turn():
     s.rolling("floor", disk, radius=r, axis="y", normal="z")
     lean, yaw_rate = 0.2, -0.7
     S, K_, G = math.sin(lean), math.cos(lean), 9.81
-    # moments about the contact point along the direction of travel: the yaw rate and the roll rate w that balance the lean
-    # (I_s + m r²)(w + p sin) p cos - I_t p² sin cos + m g r sin = 0 up to sense, I_t = 1/4, I_s = 1/2
+    # moments about the contact point along the direction of travel: the yaw rate and the roll rate w that balance the
+    # lean (I_s + m r²)(w + p sin) p cos - I_t p² sin cos + m g r sin = 0 up to sense, I_t = 1/4, I_s = 1/2
     w = (-G * S / (yaw_rate * K_) + yaw_rate * S / 4) / 1.5 - yaw_rate * S
     about = {"z": K_, "lean": lean, "yaw'": yaw_rate, "roll'": w}
     linear = fb.linearize(s, about=about, values={}, independent="yaw lean roll")

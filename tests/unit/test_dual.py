@@ -8,6 +8,7 @@ import sympy
 
 from freebody.dynamics import inverse_dynamics, traced_state
 from freebody.dynamics.state import State
+from freebody.model import assemble
 from freebody.scalar.algebra import FUNCTIONS, floats
 from freebody.scalar.arrays import arrays, column
 from freebody.scalar.derivative import forward
@@ -16,7 +17,6 @@ from freebody.scalar.polynomial import Ring
 from freebody.scalar.series import SeriesField
 from freebody.scalar.trace import Tape
 from freebody.testing import random_system
-from freebody.model import assemble
 
 TWO = {"atan2", "pow", "min", "max"}
 
@@ -80,7 +80,9 @@ def test_machines_agree_with_the_trace(seed):
     q, u, a = (rng.uniform(0.2, 1, size=(n, 2)) for n in (model.n_q, model.n_u, model.n_u))
     field = DualField(arrays)
     speeds = [field.variable(column(x), j) for j, x in enumerate(u)]
-    mine = inverse_dynamics(model, State(model, field, column(np.zeros(2)), [*map(column, q)], speeds, values), [*map(column, a)])
+    mine = inverse_dynamics(
+        model, State(model, field, column(np.zeros(2)), [*map(column, q)], speeds, values), [*map(column, a)]
+    )
     for k in range(2):
         at = {"t": 0.0, **numbers, **{f"a{j}": x[k] for j, x in enumerate(a)}}
         at |= {c.name: x[k] for c, x in zip(model.coordinates, q, strict=True)}

@@ -100,7 +100,8 @@ def of(ring: Ring, terms: Mapping[str, Any], n: int) -> Characteristic:
         )
     s = ring.generator(S, "parameter")
     rows = [
-        [terms["M"][i][j] * s * s + terms["C"][i][j] * s + terms["K"][i][j] for j in range(n)] for i in range(n)
+        [terms["M"][i][j] * s * s + terms["C"][i][j] * s + terms["K"][i][j] for j in range(n)]
+        for i in range(n)
     ]
     return Characteristic(ring, rows, determinant(ring, rows))
 
@@ -240,7 +241,9 @@ def modes_of(linear: Any) -> Modes:
             made += _at_zero(linear, f.times)
             continue
         if f.even:
-            chosen = list(zip(found[::2], [(sympy.sqrt(w2), sympy.Integer(0)) for w2 in squares(ring, f)], strict=True))
+            chosen = list(
+                zip(found[::2], [(sympy.sqrt(w2), sympy.Integer(0)) for w2 in squares(ring, f)], strict=True)
+            )
         elif f.degree == 2:
             chosen = [(found[0], oscillations(ring, f)[0])]
         else:

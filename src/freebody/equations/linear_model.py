@@ -2,10 +2,12 @@
 
     M ξ'' + C ξ' + K ξ = B f
 
-C splits into the damping (symmetric) and the gyroscopic (skew) part, K into the stiffness (symmetric) and the circulatory
-(skew) part. The first of each pair alone changes the energy ½ ξ'ᵀM ξ' + ½ ξᵀS ξ by ξ'ᵀD ξ', the gyroscopic part never does.
+C splits into the damping (symmetric) and the gyroscopic (skew) part, K into the stiffness (symmetric) and the
+circulatory (skew) part. The gyroscopic part does no work; the energy ½ ξ'ᵀM ξ' + ½ ξᵀS ξ changes at the rate
+-ξ'ᵀD ξ' of damping and -ξ'ᵀN ξ of circulatory forces.
 
-Source: Meirovitch, Methods of Analytical Dynamics (1970), §8.2; Merkin, Introduction to the Theory of Stability (1997), §6.1.
+Source: Meirovitch, Methods of Analytical Dynamics (1970), §8.2; Merkin, Introduction to the Theory of Stability (1997),
+§6.1.
 """
 
 from __future__ import annotations
@@ -184,9 +186,7 @@ class LinearModel:
                 )
             terms[key] = np.array(matrix.xreplace(found).evalf().tolist(), dtype=float).reshape(matrix.shape)
         numbers = {name: float(value) for name, value in given.items()}
-        return LinearModel(
-            self.model, self.coordinates, self.inputs, terms, point=self.point, values=numbers
-        )
+        return LinearModel(self.model, self.coordinates, self.inputs, terms, point=self.point, values=numbers)
 
     @cached_property
     def first_order(self) -> tuple[Any, Any]:
@@ -240,15 +240,17 @@ class LinearModel:
     def eigenvalues(self) -> Any:
         """Roots s of det(M s² + C s + K) = 0 [1/s].
 
-        Numeric: a complex array, by magnitude; roots at zero (rigid-body modes and constant rates) are exactly zero. Along
-        a trajectory, those of each instant. Symbolic: a list with repetitions, where the factors of the
+        Numeric: a complex array, by magnitude; roots at zero (rigid-body modes and constant rates) are exactly zero.
+        Along a trajectory, those of each instant. Symbolic: a list with repetitions, where the factors of the
         characteristic polynomial can be solved.
         """
         if self.ring is not None:
             return self.characteristic.roots()
         if self.times is not None and np.ndim(self.times):
             A = self.first_order[0]
-            return np.array([modes.eigenvalues(a) for a in A.reshape(-1, *A.shape[-2:])]).reshape(A.shape[:-1])
+            return np.array([modes.eigenvalues(a) for a in A.reshape(-1, *A.shape[-2:])]).reshape(
+                A.shape[:-1]
+            )
         return self.modes().all_eigenvalues
 
     def natural_frequencies(self) -> Any:
@@ -361,7 +363,9 @@ class LinearModel:
 
     def __repr__(self) -> str:
         if self.times is not None and np.ndim(self.times):
-            return f"Linear equations of '{self.model.name}' along a trajectory, at {np.size(self.times)} times"
+            return (
+                f"Linear equations of '{self.model.name}' along a trajectory, at {np.size(self.times)} times"
+            )
         return f"Linear equations of '{self.model.name}'\n{self.text()}"
 
 

@@ -22,8 +22,12 @@ def rows_of(linear: Any) -> Rows:
             for x, name in zip(terms[key][i], linear.coordinates, strict=True)
         ]
         if linear.carried:
-            left += [(float(x), name, 0) for x, name in zip(terms["K_carried"][i], linear.carried, strict=True)]
-        result.append((left, [(float(x), name, 0) for x, name in zip(terms["B"][i], linear.inputs, strict=True)]))
+            left += [
+                (float(x), name, 0) for x, name in zip(terms["K_carried"][i], linear.carried, strict=True)
+            ]
+        result.append(
+            (left, [(float(x), name, 0) for x, name in zip(terms["B"][i], linear.inputs, strict=True)])
+        )
     return result
 
 

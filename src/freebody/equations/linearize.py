@@ -51,8 +51,8 @@ def linearize(
     """Linear equations of the small motions of a machine about an equilibrium or a motion.
 
     M ξ'' + C ξ' + K ξ = B f, where ξ are the deviations of the coordinates. They bear the coordinates' names; of a
-    ball joint ``j`` they are the small turns ``j_rx, j_ry, j_rz`` about the child's axes, q = q0 ∘ exp(ξ/2), and of a free
-    joint the displacements ``j_dx, j_dy, j_dz`` along them besides.
+    ball joint ``j`` they are the small turns ``j_rx, j_ry, j_rz`` about the child's axes, q = q0 ∘ exp(ξ/2), and of a
+    free joint the displacements ``j_dx, j_dy, j_dz`` along them besides.
 
     Parameters
     ----------
@@ -60,8 +60,8 @@ def linearize(
     about : mapping, Trajectory, state of one, or steady motion
         Values of coordinates and speeds by name or SymPy atom: numbers, text, or expressions of parameters and of new
         symbols. What is not named is zero. Speeds that are not zero make a steady motion: its coordinates move at
-        these rates, and neither the balance nor the linear equations may change with time. A trajectory gives arrays over its
-        output times, ``trajectory.at(t)`` the linear equations at that instant.
+        these rates, and neither the balance nor the linear equations may change with time. A trajectory gives arrays
+        over its output times, ``trajectory.at(t)`` the linear equations at that instant.
     where : mapping, optional
         Parameters in terms of others, such as the relation under which a steady motion exists.
     values : mapping, optional
@@ -115,7 +115,8 @@ def linearize(
 def _symbolic(model: Model, about: Any, where: Mapping[Any, Any], inputs: Sequence[str]) -> LinearModel:
     if model.constraints:
         raise ModelError(
-            f"'{model.name}' has constraints ({', '.join(model.constraints)}): its linear equations are formed at numbers. "
+            f"'{model.name}' has constraints ({', '.join(model.constraints)}): its linear equations are formed "
+            "at numbers. "
             "Give values={...} (values={} takes the defaults), or coordinates that leave no constraint."
         )
     point = operating_point(model, about)
@@ -142,7 +143,12 @@ def _symbolic(model: Model, about: Any, where: Mapping[Any, Any], inputs: Sequen
     _steady(model, ring, terms)
     terms = _in_rates(terms, tangent_drift(model, u0))
     return LinearModel(
-        model, tangent_names(model), tuple(inputs), terms, ring=ring, point=_named_point(model, point.q, point.u)
+        model,
+        tangent_names(model),
+        tuple(inputs),
+        terms,
+        ring=ring,
+        point=_named_point(model, point.q, point.u),
     )
 
 
@@ -168,7 +174,7 @@ def _balanced(model: Model, ring: Ring, residual: Sequence[Any]) -> None:
     raise ModelError(
         f"The state given is not {what} of '{model.name}': without accelerations the equations of motion leave {shown} "
         "in place of 0. Give a balanced state in `about` (fb.steady_motions finds them), a relation among parameters "
-        "as where={parameter: expression}, or a trajectory."
+        "as where={parameter: expression} (or in `inputs` a load that is zero but for disturbances), or a trajectory."
     )
 
 
@@ -179,8 +185,10 @@ def _steady(model: Model, ring: Ring, terms: Mapping[str, Any]) -> None:
             for x in row:
                 if ring.depends(x) & time:
                     raise ModelError(
-                        f"The motion given is balanced, but the linear equations of '{model.name}' about it change with "
-                        f"time: {name} has {text(x, ring)} in the row of '{tangent_names(model)[i]}'. Linearise about a "
+                        f"The motion given is balanced, but the linear equations of '{model.name}' about it "
+                        "change with "
+                        f"time: {name} has {text(x, ring)} in the row of '{tangent_names(model)[i]}'. Linearise "
+                        "about a "
                         "trajectory (about=fb.simulate(...)), or use coordinates in which the motion is steady."
                     )
 
@@ -272,25 +280,34 @@ def _numeric(
     for k in TIMES:
         t = k * quarter
         q = along(model, floats, q0, u0, t, numbers)
-        looked.append(_as_arrays(_terms(model, floats, q, u0, (0,) * model.n_u, t, numbers, inputs), model, inputs))
+        looked.append(
+            _as_arrays(_terms(model, floats, q, u0, (0,) * model.n_u, t, numbers, inputs), model, inputs)
+        )
     scale = _scale(looked[0], np.array(u0))
     names = tangent_names(model)
     worst = max(looked, key=lambda one: float(np.max(np.abs(one["residual"]) / scale, initial=0)))
-    check_balance(model, worst["residual"], scale, names, "without accelerations the equations of motion leave")
+    check_balance(
+        model, worst["residual"], scale, names, "without accelerations the equations of motion leave"
+    )
     for one in looked[1:]:
         for key in "MCKB":
             check_same(model, looked[0][key], one[key], key)
     terms = {k: np.array(v, dtype=float) for k, v in _in_rates(looked[0], tangent_drift(model, u0)).items()}
-    return LinearModel(model, names, tuple(inputs), terms, point=_named_point(model, q0, u0), values=_by_name(model, numbers))
+    return LinearModel(
+        model, names, tuple(inputs), terms, point=_named_point(model, q0, u0), values=_by_name(model, numbers)
+    )
 
 
 def check_balance(model: Model, residual: Any, scale: Any, names: Sequence[str], what: str) -> None:
     """Refuse a residual that is not round-off."""
-    off = {name: float(r) for name, r, a in zip(names, residual, scale, strict=True) if not abs(r) <= SMALL * a}
+    off = {
+        name: float(r) for name, r, a in zip(names, residual, scale, strict=True) if not abs(r) <= SMALL * a
+    }
     if off:
         shown = ", ".join(f"{name}: {r:.6g}" for name, r in off.items())
         raise ModelError(
-            f"The state given is not an equilibrium or a steady motion of '{model.name}': {what} {shown} in place of 0. "
+            f"The state given is not an equilibrium or a steady motion of '{model.name}': {what} {shown} in "
+            "place of 0. "
             "Give a balanced state in `about` (fb.steady_motions finds them), or a trajectory."
         )
 
@@ -301,7 +318,8 @@ def check_same(model: Model, first: Any, later: Any, what: str) -> None:
     change = np.max(np.abs(later - first), initial=0)
     if change > 10**4 * SMALL * size:
         raise ModelError(
-            f"The motion given is balanced, but the linear equations of '{model.name}' about it change with time: entries "
+            f"The motion given is balanced, but the linear equations of '{model.name}' about it change with "
+            "time: entries "
             f"of {what} up to {size:.6g} change by {change:.6g}. Linearise about a trajectory "
             "(about=fb.simulate(...)), or use coordinates in which the motion is steady."
         )
@@ -373,7 +391,16 @@ def _about_trajectory(
     if model.constraints:
         from .linearize_constrained import constrained_along
 
-        return constrained_along(model, [*map(np.asarray, q)], [*map(np.asarray, u)], times, shape, numbers, inputs, _names(model, independent))
+        return constrained_along(
+            model,
+            [*map(np.asarray, q)],
+            [*map(np.asarray, u)],
+            times,
+            shape,
+            numbers,
+            inputs,
+            _names(model, independent),
+        )
     udot = forward_dynamics(model, State(model, arrays, at, q, u, numbers))
     terms = _terms(model, arrays, q, u, udot, at, numbers, inputs)
     terms = _in_rates(terms, tangent_drift(model, u))
@@ -421,4 +448,7 @@ def _listed(model: Model, given: Any, known: Sequence[str], what: str) -> tuple[
 
 
 def _named_point(model: Model, q: Sequence[Any], u: Sequence[Any]) -> dict[str, Any]:
-    return {**dict(zip(model.coordinate_names, q, strict=True)), **dict(zip(model.speed_names, u, strict=True))}
+    return {
+        **dict(zip(model.coordinate_names, q, strict=True)),
+        **dict(zip(model.speed_names, u, strict=True)),
+    }

@@ -3,8 +3,8 @@
     φ(q) = 0,   ψ = G u + g = 0,      G_h T = 0,   δu = S v + P p,   ξ = T p
 
 The accelerations u'(q, u) that satisfy the constraints are differentiated on dual numbers and projected on admissible
-deviations: those of the coordinates lie in the null space of the conditions on coordinates, those of the speeds satisfy all
-conditions to first order. This is exact, since the conditions hold along every motion that begins on them.
+deviations: those of the coordinates lie in the null space of the conditions on coordinates, those of the speeds satisfy
+all conditions to first order. This is exact, since the conditions hold along every motion that begins on them.
 
 Sources: Meijaard, Papadopoulos, Ruina & Schwab (2007), appendix; Neimark & Fufaev, Dynamics of Nonholonomic Systems
 (1972), chapter V.
@@ -35,7 +35,7 @@ from .operating_point import along, perturbed, tangent_drift, tangent_names
 Array = NDArray[np.float64]
 SMALL = 10**-9
 STEP = 20
-"""Steps a radian of the fastest speed by which a motion with changing dependent speeds is followed, to see that it is steady."""
+"""Steps a radian of the fastest speed by which a motion is followed whose dependent speeds change."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,9 @@ def constrained(
             for key in ("M", "C", "K", "B"):
                 check_same(model, first[key], later[key], key)
             check_same(model, first["E"][kept], later["E"][kept], "E")
-            moving = np.abs(later["E"] - first["E"]).max(initial=0) + np.abs(later["E_rates"] - first["E_rates"]).max(initial=0)
+            moving = np.abs(later["E"] - first["E"]).max(initial=0) + np.abs(
+                later["E_rates"] - first["E_rates"]
+            ).max(initial=0)
             if moving > 10**4 * SMALL * np.abs(first["E_rates"]).max(initial=1) and not kept.any():
                 # what is carried does not act back, and follows at rates that change with time: it is left out
                 carried = []
@@ -100,7 +102,10 @@ def constrained(
         [names[j] for j in choice.speeds],
         inputs,
         terms,
-        point={**dict(zip(model.coordinate_names, q, strict=True)), **dict(zip(model.speed_names, u, strict=True))},
+        point={
+            **dict(zip(model.coordinate_names, q, strict=True)),
+            **dict(zip(model.speed_names, u, strict=True)),
+        },
         values=values,
         carried=carried,
     )
@@ -159,7 +164,8 @@ def _speeds(model: Model, state: State, held: Sequence[int]) -> list[float]:
     if missed:
         shown = ", ".join(f"{name}: {r:.6g}" for name, r in missed.items())
         raise ModelError(
-            f"The speeds given in `about` do not satisfy the constraints of '{model.name}': they miss {shown}. Leave out those "
+            f"The speeds given in `about` do not satisfy the constraints of '{model.name}': they miss {shown}. "
+            "Leave out those "
             "that follow from the others."
         )
     return u.tolist()
@@ -188,13 +194,16 @@ def _choice(model: Model, state: State, active: Sequence[int], independent: Sequ
     further = _pivots(reduced, [j for j in rest if j not in dependent])
     if len(dependent) + len(further) < len(active):
         raise ModelError(
-            f"The coordinates {', '.join(independent)} are not independent: with them held, '{model.name}' can still move, and "
+            f"The coordinates {', '.join(independent)} are not independent: with them held, '{model.name}' can "
+            "still move, and "
             "the constraints relate them. Name others, or leave the choice out."
         )
     fixed = {*dependent, *further}
     speeds = named or [j for j in range(n) if j not in fixed]
     carried = [j for j in range(n) if j not in set(speeds) | set(dependent)]
-    return Choice(tuple(speeds), tuple(carried), tuple(sorted(fixed)), tuple(sorted(dependent)), tuple(active))
+    return Choice(
+        tuple(speeds), tuple(carried), tuple(sorted(fixed)), tuple(sorted(dependent)), tuple(active)
+    )
 
 
 def _pivots(G: Array, columns: Sequence[int]) -> list[int]:
@@ -238,7 +247,9 @@ def _terms(
     holonomic = [k for k, i in enumerate(choice.active) if not kinds[i].on_speeds]
 
     def slopes(xs: Sequence[Any], start: int, count: int) -> Array:
-        return np.array([[slope_of(x, start + j) for j in range(count)] for x in xs], dtype=float).reshape(len(xs), count)
+        return np.array([[slope_of(x, start + j) for j in range(count)] for x in xs], dtype=float).reshape(
+            len(xs), count
+        )
 
     by_q, by_u = slopes(moved, 0, n), slopes(moved, n, n)
     by_input = slopes(moved, 3 * n, len(parameters))
@@ -283,7 +294,13 @@ def _terms(
             B[:, k] = S[names.index(name)]
     C, K = -reduced @ w_by_w, -reduced @ w_by_p
     for X in (C, K):  # round-off of exact zeros
-        X[np.abs(X) <= 10 * np.finfo(float).eps * np.abs(reduced).max() * np.abs(np.concatenate([by_q, by_u])).max(initial=0)] = 0
+        X[
+            np.abs(X)
+            <= 10
+            * np.finfo(float).eps
+            * np.abs(reduced).max()
+            * np.abs(np.concatenate([by_q, by_u])).max(initial=0)
+        ] = 0
     udot = np.array([value_of(x) for x in moved], dtype=float)
     fast = np.abs(u).max(initial=0)
     return {

@@ -32,8 +32,8 @@ class Mode:
     Attributes
     ----------
     kind : str
-        ``oscillation``, ``decay``, ``growth``, ``rigid body`` (a shape without stiffness) or ``drift`` (a constant rate).
-    eigenvalue : complex or expression
+        ``oscillation``, ``decay``, ``growth``, ``rigid body`` (a shape without stiffness) or ``drift`` (a constant
+    rate). eigenvalue : complex or expression
         s, with Im s >= 0 [1/s].
     frequency, damping_ratio : float or expression
         |s| [rad/s], -Re s / |s| (0 where s is zero).
@@ -69,7 +69,8 @@ class Modes(Sequence[Mode]):
         names = list(self._modes[0].shape) if self._modes else []
         head = ["mode", "kind", "frequency", "damping ratio", *names]
         return head, [
-            [k + 1, m.kind, m.frequency, m.damping_ratio, *m.shape.values()] for k, m in enumerate(self._modes)
+            [k + 1, m.kind, m.frequency, m.damping_ratio, *m.shape.values()]
+            for k, m in enumerate(self._modes)
         ]
 
     def text(self) -> str:
@@ -78,7 +79,10 @@ class Modes(Sequence[Mode]):
         cells = [head, *([_text(x) for x in row] for row in rows)]
         widths = [max(len(row[i]) for row in cells) for i in range(len(head))]
         return "\n".join(
-            "  ".join(cell.ljust(w) if i == 1 else cell.rjust(w) for i, (cell, w) in enumerate(zip(row, widths, strict=True)))
+            "  ".join(
+                cell.ljust(w) if i == 1 else cell.rjust(w)
+                for i, (cell, w) in enumerate(zip(row, widths, strict=True))
+            )
             for row in cells
         )
 
@@ -88,7 +92,9 @@ class Modes(Sequence[Mode]):
         titles = [rf"\text{{{x}}}" for x in head[:4]] + [sympy.latex(sympy.Symbol(x)) for x in head[4:]]
         lines = [" & ".join(titles) + r" \\ \hline"]
         lines += [" & ".join(_latex(x) for x in row) + r" \\" for row in rows]
-        return rf"\begin{{array}}{{rl{'r' * (len(head) - 2)}}}" + "\n" + "\n".join(lines) + "\n" + r"\end{array}"
+        return (
+            rf"\begin{{array}}{{rl{'r' * (len(head) - 2)}}}" + "\n" + "\n".join(lines) + "\n" + r"\end{array}"
+        )
 
     def mathml(self) -> str:
         """The table as presentation MathML."""
@@ -183,7 +189,7 @@ def _order(s: Array) -> Array:
     top = size.max(initial=0)
     key = [float(f"{x:.9e}") if x > NULL * top else 0 for x in size]
     real = [float(f"{x:.6e}") if abs(x) > NULL * top else 0 for x in s.real]
-    return np.lexsort((-s.imag, real, key))
+    return np.lexsort((-s.imag, np.array(real), np.array(key)))
 
 
 def modes_of(linear: Any) -> Modes:

@@ -1,6 +1,6 @@
 """Where equations are linearised: values of coordinates and speeds, and where a steady motion takes them.
 
-    q(t) = q0 + u0 t,        e(t) = e0 ∘ exp(ω t / 2),        p(t) = p0 + R0 ∫ exp([ω]× τ) dτ v
+q(t) = q0 + u0 t,        e(t) = e0 ∘ exp(ω t / 2),        p(t) = p0 + R0 ∫ exp([ω]× τ) dτ v
 """
 
 from __future__ import annotations
@@ -76,8 +76,8 @@ def operating_point(model: Model, about: Any) -> OperatingPoint:
 def _of_steady_motion(model: Model, about: Any) -> Any:
     """The values of a steady motion in numbers, or of one in closed form with symbols for what it leaves free.
 
-    A coordinate ``theta`` that is free has the value ``theta_0``, a speed ``psi'`` the value ``psi_rate_0``; parameters of
-    these names are taken for them.
+    A coordinate ``theta`` that is free has the value ``theta_0``, a speed ``psi'`` the value ``psi_rate_0``; parameters
+    of these names are taken for them.
     """
     if hasattr(about, "state") and isinstance(about.state, Mapping):
         return about.state
@@ -113,6 +113,12 @@ def value_of_name(model: Model, value: Any, what: str) -> Any:
             f"Expected a constant for {what}, got '{result}', which moves. Linearise about a motion in time by "
             "`about=` a trajectory."
         )
+    if isinstance(result, sympy.Basic) and sympy.Symbol("s") in result.free_symbols:
+        raise ModelError(
+            f"The symbol s in {what}, '{result}', is that of the characteristic polynomial. Use another name, "
+            "or a real "
+            "symbol: sympy.Symbol('s', real=True)."
+        )
     return result
 
 
@@ -136,16 +142,16 @@ def along(
         half = divide(rate * t, 2)
         s, c = divide(field.sin(half), rate), field.cos(half)
         e0 = tuple(q[start : start + 4])
-        result[start : start + 4] = quaternion_product(e0, (c, *scale(s, w)))  # type: ignore[arg-type]
+        result[start : start + 4] = quaternion_product(e0, (c, *scale(s, w)))
         if link.kind == "free":
             v = tuple(u[link.u + 3 : link.u + 6])
-            wv = cross(w, v)  # type: ignore[arg-type]
+            wv = cross(w, v)
             square = rate * rate
             turn = divide(1 - field.cos(rate * t), square)
             lag = divide(rate * t - field.sin(rate * t), square * rate)
-            way = add(scale(t, v), add(scale(turn, wv), scale(lag, cross(w, wv))))  # type: ignore[arg-type]
+            way = add(scale(t, v), add(scale(turn, wv), scale(lag, cross(w, wv))))
             p0 = tuple(q[link.q : link.q + 3])
-            result[link.q : link.q + 3] = add(p0, apply(matrix_from_quaternion(e0), way))  # type: ignore[arg-type]
+            result[link.q : link.q + 3] = add(p0, apply(matrix_from_quaternion(e0), way))
     return tuple(result)
 
 
@@ -198,7 +204,14 @@ def tangent_drift(model: Model, u: Sequence[Any]) -> list[list[Any]]:
     A: list[list[Any]] = [[0] * n for _ in range(n)]
 
     def put(row: int, column: int, x: Sequence[Any]) -> None:
-        for i, j, sign, k in ((0, 1, 1, 2), (0, 2, -1, 1), (1, 0, -1, 2), (1, 2, 1, 0), (2, 0, 1, 1), (2, 1, -1, 0)):
+        for i, j, sign, k in (
+            (0, 1, 1, 2),
+            (0, 2, -1, 1),
+            (1, 0, -1, 2),
+            (1, 2, 1, 0),
+            (2, 0, 1, 1),
+            (2, 1, -1, 0),
+        ):
             A[row + i][column + j] = sign * x[k]  # -[x]×
 
     for link in model.links:

@@ -20,7 +20,7 @@ from .characteristic import Characteristic, biquadratic, determinant
 from .forcing import T, Term
 from .rational import Rationals, S
 
-_W = sympy.Symbol("w", positive=True)
+_W = sympy.Dummy("w", positive=True)
 
 
 def inverse_transform(character: Characteristic, rows: Sequence[Sequence[Any]], term: Term | None) -> Any:
@@ -35,7 +35,9 @@ def inverse_transform(character: Characteristic, rows: Sequence[Sequence[Any]], 
     times = 0
     if term is not None:
         above, below, times = _transform(ring, s, term)
-    field = Rationals(ring, [top, character.determinant, above, below, *(f.element for f in character.factors)])
+    field = Rationals(
+        ring, [top, character.determinant, above, below, *(f.element for f in character.factors)]
+    )
     factors = [(field.poly(f.element).monic(), f.times) for f in character.factors]
     if times:
         other = field.poly(below).monic()
@@ -106,7 +108,8 @@ def _of_time(field: Rationals, rest: Any, f: Any, k: int) -> Any:
         above, slope = sympy.Poly(list(reversed(r)), S), poly.diff(S)
         return sum(above.eval(s) / slope.eval(s) * sympy.exp(s * T) for s in found)
     raise ModelError(
-        f"The characteristic factor {poly.as_expr()} (power {k}) has no roots in closed form, so the response has none. "
+        f"The characteristic factor {poly.as_expr()} (power {k}) has no roots in closed form, so the response "
+        "has none. "
         "Give numbers: model.numeric(values), or values= in fb.linearize."
     )
 

@@ -1,7 +1,7 @@
 """Rational functions of a ring's generators, and polynomials in s over them.
 
-Partial fractions divide; the ring of canonical polynomials would name each divisor. Here sines, roots and the like stand
-for themselves: an identity of rational functions holds whatever relations they have. Results go back to the
+Partial fractions divide; the ring of canonical polynomials would name each divisor. Here sines, roots and the like
+stand for themselves: an identity of rational functions holds whatever relations they have. Results go back to the
 ring, where they are canonical again.
 """
 
@@ -36,7 +36,9 @@ class Rationals:
         plain = [i for i in sorted(indices) if ring.generators[i].kind != "inverse"]
         symbols = [sympy.Symbol(f"g{i}") for i in plain]
         self.domain = sympy.QQ.frac_field(*symbols) if symbols else sympy.QQ
-        self._values: dict[int, Any] = {i: self.domain.from_sympy(x) for i, x in zip(plain, symbols, strict=True)}
+        self._values: dict[int, Any] = {
+            i: self.domain.from_sympy(x) for i, x in zip(plain, symbols, strict=True)
+        }
         self._atoms = {x: ring.to_sympy(ring.variable(i)) for i, x in zip(plain, symbols, strict=True)}
         for i in sorted(indices - set(plain)):  # older generators first: an inverse is of older ones
             self._values[i] = 1 / self(ring.generators[i].arguments[0])

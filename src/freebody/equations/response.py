@@ -2,8 +2,9 @@
 
     X(s) = (M s² + C s + K)⁻¹ (M (s ξ_0 + ξ'_0) + C ξ_0 + B F(s))
 
-A symbolic model is transformed back by partial fractions over the factors of the characteristic polynomial. In a numeric
-one the inputs are the solution of linear equations themselves, and the whole is a sum of exponentials of its modes.
+A symbolic model is transformed back by partial fractions over the factors of the characteristic polynomial. In a
+numeric one the inputs are the solution of linear equations themselves, and the whole is a sum of exponentials of its
+modes.
 
 Source: chapter 6, eqs (6.115) to (6.120); Meirovitch (1970), §8.4.
 """
@@ -20,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError, nearest
 from .forcing import Term, terms_of
+from .mathml import document
 from .operating_point import value_of_name
 from .partial_fractions import inverse_transform
 
@@ -59,7 +61,7 @@ class ExactResponse(Mapping[str, Any]):
     def mathml(self) -> str:
         """Presentation MathML, an element for each coordinate."""
         return "\n".join(
-            sympy.mathml(sympy.Eq(sympy.Function(n)(T), x, evaluate=False), printer="presentation")
+            document(sympy.mathml(sympy.Eq(sympy.Function(n)(T), x, evaluate=False), printer="presentation"))
             for n, x in self.items()
         )
 
@@ -96,9 +98,7 @@ class Response:
             from scipy.linalg import expm
 
             found = expm(np.multiply.outer(flat, self._Z)) @ self._start
-        return {
-            name: found[:, i].real.reshape(times.shape)[()] for i, name in enumerate(self.names)
-        }
+        return {name: found[:, i].real.reshape(times.shape)[()] for i, name in enumerate(self.names)}
 
     def terms(self, name: str) -> list[tuple[complex, complex]]:
         """(c, s) of the terms of Σ c e^(s t), largest first.
@@ -112,7 +112,8 @@ class Response:
             raise ModelError(f"Unknown name '{name}' in a response; {nearest(str(name), self.names)}")
         if not self._modal:
             raise ModelError(
-                "This response holds powers of t times exponentials (a rigid-body mode, or a resonance), so it has no terms "
+                "This response holds powers of t times exponentials (a rigid-body mode, or a resonance), so it "
+                "has no terms "
                 "c e^(s t). Call response(t), or take the response of a symbolic model."
             )
         pairs = list(zip(self._parts[self.names.index(name)].tolist(), self._roots.tolist(), strict=True))
@@ -191,9 +192,7 @@ def _exact(linear: Any, start: Start, inputs: list[tuple[int, Term]]) -> ExactRe
     x0 = [ring.from_sympy(sympy.sympify(x)) for x in start.positions]
     v0 = [ring.from_sympy(sympy.sympify(x)) for x in start.rates]
     sides: list[tuple[list[Any], Any]] = []
-    free = [
-        sum((M[i][j] * (s * x0[j] + v0[j]) + C[i][j] * x0[j] for j in range(n)), 0) for i in range(n)
-    ]
+    free = [sum((M[i][j] * (s * x0[j] + v0[j]) + C[i][j] * x0[j] for j in range(n)), 0) for i in range(n)]
     if any(x != 0 for x in free):
         sides.append((free, None))
     for k, term in inputs:
@@ -202,7 +201,10 @@ def _exact(linear: Any, start: Start, inputs: list[tuple[int, Term]]) -> ExactRe
     for j, name in enumerate(linear.coordinates):
         total: Any = sympy.Integer(0)
         for column, term in sides:
-            rows = [[column[i] if c == j else x for c, x in enumerate(row)] for i, row in enumerate(character.matrix)]
+            rows = [
+                [column[i] if c == j else x for c, x in enumerate(row)]
+                for i, row in enumerate(character.matrix)
+            ]
             total += inverse_transform(character, rows, term)
         found[name] = total
     return ExactResponse(found)

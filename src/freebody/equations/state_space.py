@@ -66,7 +66,8 @@ class StateSpace:
         self._numbers("scipy.signal.StateSpace")
         if not self.inputs:
             raise ModelError(
-                "scipy.signal.StateSpace needs an input, and this model has none. Name some: fb.linearize(s, inputs=...)."
+                "scipy.signal.StateSpace needs an input, and this model has none. Name some: fb.linearize(s, "
+                "inputs=...)."
             )
         from scipy.signal import StateSpace as ScipyStateSpace
 
@@ -85,7 +86,8 @@ class StateSpace:
             import control
         except ImportError:
             raise ModelError(
-                "python-control is not installed, so there is no control.StateSpace. Install it: pip install control; or "
+                "python-control is not installed, so there is no control.StateSpace. Install it: pip install "
+                "control; or "
                 "use to_scipy()."
             ) from None
         return control.ss(
@@ -97,6 +99,5 @@ class StateSpace:
         def listed(names: Sequence[str]) -> str:
             return ", ".join(names) or "none"
 
-        return (
-            f"State space: states {listed(self.states)}; inputs {listed(self.inputs)}; outputs {listed(self.outputs)}"
-        )
+        parts = {"states": self.states, "inputs": self.inputs, "outputs": self.outputs}
+        return "State space: " + "; ".join(f"{what} {listed(names)}" for what, names in parts.items())

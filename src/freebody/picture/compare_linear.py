@@ -74,7 +74,7 @@ def compare_linear(
             f"'{model.name}' has {what}; compare_linear takes machines whose coordinates are independent angles and "
             "displacements. Compare fb.simulate with linearize(...).response(...) in the quantity of interest."
         )
-    response = linear.response(initial)
+    response: Any = linear.response(initial)
     t = np.linspace(0, until, samples)
     found = response(t)
     start = response(0)
@@ -140,11 +140,20 @@ class Comparison:
         """
         names = list(self.difference)
         drawn = figure(8, 0.8 + 2.6 * len(names))
-        panels = drawn.subplots(2 * len(names), 1, sharex=True, squeeze=False, height_ratios=[2, 1] * len(names))[:, 0]
+        panels = drawn.subplots(
+            2 * len(names), 1, sharex=True, squeeze=False, height_ratios=[2, 1] * len(names)
+        )[:, 0]
         for k, name in enumerate(names):
             both, below = panels[2 * k], panels[2 * k + 1]
             both.plot(self.t, self.nonlinear_motion[name], color=COLORS[0], linewidth=1.6, label="nonlinear")
-            both.plot(self.t, self.linear_motion[name], color=COLORS[1], linewidth=1.2, linestyle="--", label="linear")
+            both.plot(
+                self.t,
+                self.linear_motion[name],
+                color=COLORS[1],
+                linewidth=1.2,
+                linestyle="--",
+                label="linear",
+            )
             both.set_ylabel(f"deviation of {name}")
             below.plot(self.t, self.difference[name], color=COLORS[3], linewidth=1.0)
             below.set_ylabel("difference")

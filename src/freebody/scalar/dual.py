@@ -71,7 +71,9 @@ class Dual:
 
     def __add__(self, other: Any) -> Any:
         if type(other) is not Dual:
-            return NotImplemented if type(other) is Series else Dual(self.base, self.value + other, self.slopes)
+            return (
+                NotImplemented if type(other) is Series else Dual(self.base, self.value + other, self.slopes)
+            )
         slopes = dict(self.slopes)
         for i, d in other.slopes.items():
             if i in slopes:
