@@ -20,25 +20,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import sympy
-
-from ..describe.load import Force, GeneralizedForce, JointForce
-from ..dynamics.kinematics import coordinate_rates, link_postures, point_position
-from ..dynamics.loading import speed_of
-from ..dynamics.momentum import mass_centre, momentum
 from ..errors import ModelError, nearest
-from ..model.model import GROUND
-from ..scalar.algebra import IDENTITY, ZERO, Vector, cross, dot, scale
 from ..scalar.substitute import Substitution, arrays
+from .along_motion import numbers, random_numbers, rate_of, residuals_of
+from .candidates import candidates
 from .display import latex, text
-from .symmetry import rigid_motion, solved
 
 if TYPE_CHECKING:
     from .equations import Equations
-
-AXES = "XYZ"
-LARGEST_SOLVED = 3
-"""Degrees of freedom up to which M μ = ∂I/∂u is solved exactly."""
 
 
 @dataclass(frozen=True)
@@ -91,14 +80,12 @@ class Integral:
     def proof(self) -> Proof:
         """The multipliers of the equations of motion that make up its rate."""
         e = self._e
-        mu = {
-            name: e.displayed(x) for name, x in zip(e.model.speed_names, self._mu, strict=True) if x != 0
-        }
+        mu = {name: e.displayed(x) for name, x in zip(e.model.speed_names, self._mu, strict=True) if x != 0}
         nu = {name: e.displayed(x) for name, x in zip(e.condition_names, self._nu, strict=True) if x != 0}
         named = [(x, f"(equation of {n})") for n, x in zip(e.model.speed_names, self._mu, strict=True)]
         named += [(x, f"(rate of {n})") for n, x in zip(e.condition_names, self._nu, strict=True)]
         parts = [_times(text(x, e.ring), what) for x, what in named if x != 0]
-        return Proof(mu, nu, f"d({self.name})/dt = " + ((" + ".join(parts).replace("+ -", "- ") or "0")))
+        return Proof(mu, nu, f"d({self.name})/dt = " + (" + ".join(parts).replace("+ -", "- ") or "0"))
 
     def remainder(self) -> Any:
         """dI/dt - Σ μ_j E_j - Σ ν_i ψ_i formed anew: the canonical zero, int 0."""
@@ -157,7 +144,9 @@ class Integrals(Sequence[Integral]):
             if key == one.name or key in one.also:
                 return one
         if not self._found:
-            raise ModelError(f"This system has no conserved quantity that is known here, so none named '{key}'.")
+            raise ModelError(
+                f"This system has no conserved quantity that is known here, so none named '{key}'."
+            )
         raise ModelError(f"Unknown conserved quantity '{key}'; {nearest(key, self.names)}")
 
     def __iter__(self) -> Iterator[Integral]:
@@ -209,7 +198,7 @@ def integrals(e: Equations) -> Integrals:
     d(energy)/dt = theta'*(equation of theta')
     """
     found: list[Integral] = []
-    for name, canonical, mu in _candidates(e):
+    for name, canonical, mu in candidates(e):
         nu = _proven(e, canonical, mu)
         if nu is None:
             continue
@@ -222,23 +211,6 @@ def integrals(e: Equations) -> Integrals:
 
 
 # -- proof ----------------------------------------------------------------------------------------
-
-
-def residuals_of(e: Equations) -> tuple[Any, ...]:
-    """E_j = M u' + h - Q - Gᵀ λ, canonical; zero along every motion."""
-    if "residuals" not in e.state.cache:
-        e.state.cache["residuals"] = tuple(left - right for left, right in e.balances)
-    return e.state.cache["residuals"]
-
-
-def rate_of(e: Equations, x: Any) -> Any:
-    """dx/dt along q' = N u, with u' as symbols."""
-    rates = {
-        c.symbol: rate
-        for c, rate in zip(e.model.coordinates, coordinate_rates(e.model, e.state), strict=True)
-    }
-    rates.update({speed.symbol: udot for speed, udot in zip(e.model.speeds, e.udot, strict=True)})
-    return e.ring.total_derivative(x, rates)
 
 
 def remainder(e: Equations, canonical: Any, mu: Sequence[Any], nu: Sequence[Any]) -> Any:
@@ -283,176 +255,6 @@ def _by_constraint(e: Equations, mu: Sequence[Any]) -> tuple[Any, ...] | None:
     return tuple(nu)
 
 
-# -- candidates -----------------------------------------------------------------------------------
-
-
-def _candidates(e: Equations) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
-    """(name, quantity, multipliers μ) of all that may be conserved."""
-    yield from _energies(e)
-    n = e.model.n_u
-    p = momenta(e)
-    still = _static(e)
-    for j, speed in enumerate(e.model.speed_names):
-        coordinate = speed.removesuffix("'")
-        if speed.endswith("'") and still[j] == 0 and p[j] != 0:
-            yield f"momentum of {coordinate}", p[j], tuple(int(k == j) for k in range(n))
-    for name, w, v in _motions(e):
-        xi = rigid_motion(e.model, e.state, w, v)
-        if xi is None:
-            yield from _through_masses(e, name, w, v)
-        elif _along(xi, still) == 0:  # the force along the motion at rest: it costs next to nothing to ask
-            yield name, _along(xi, p), xi
-    for link in e.model.links:
-        if link.u < 0:
-            continue
-        for k in range(3):
-            if still[link.u + k] == 0 and p[link.u + k] != 0:
-                which = f"angular momentum along {'xyz'[k]} of {link.body}"
-                yield which, p[link.u + k], tuple(int(j == link.u + k) for j in range(n))
-
-
-def _through_masses(
-    e: Equations, name: str, w: Vector, v: Vector
-) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
-    """A momentum along a motion that the joints do not allow to rigid bodies, but to particles and bars.
-
-    Its multipliers solve M μ = ∂I/∂u; asked of small systems, where numbers at a random state say that it is conserved.
-    """
-    if e.model.n_u > LARGEST_SOLVED or e.condition_names:
-        return
-    given = momentum(e.model, e.state)
-    I = dot(v, given.linear) + dot(w, given.angular)
-    gradient = [e.ring.derivative(I, speed.symbol) for speed in e.model.speeds]
-    if all(x == 0 for x in gradient) or not _steady_in_numbers(e, I):
-        return
-    balance = [
-        ({j: x for j, x in enumerate(row) if x != 0}, g)
-        for row, g in zip(e.canonical_mass_matrix, gradient, strict=True)
-    ]
-    mu = solved(e.model.n_u, balance, {})
-    if mu is not None:
-        yield name, I, mu
-
-
-def _steady_in_numbers(e: Equations, x: Any) -> bool:
-    """Whether dx/dt is zero, to round-off, at a random state."""
-    import numpy as np
-
-    random = np.random.default_rng(1)
-    atoms: dict[Any, Any] = dict.fromkeys((speed.acceleration for speed in e.model.speeds), 0)
-    for g in e.ring.generators:
-        if not g.arguments and g.atom is not None and g.kind != "constant" and g.atom not in atoms:
-            atoms[g.atom] = random.uniform(1, 2)
-    for start in e.model.quaternions:
-        parts = [e.model.coordinates[start + k].symbol for k in range(4)]
-        norm = np.sqrt(sum(atoms[part] ** 2 for part in parts))
-        atoms.update({part: atoms[part] / norm for part in parts})
-    at = Substitution(e.ring, arrays, atoms)
-    M = np.array([[float(at(entry)) for entry in row] for row in e.canonical_mass_matrix])
-    right = np.array([float(at(E)) for E in residuals_of(e)])
-    if abs(np.linalg.det(M)) <= np.finfo(float).eps * np.linalg.norm(M) ** len(M):
-        return False
-    udot = -np.linalg.solve(M, right)
-    atoms.update({speed.acceleration: a for speed, a in zip(e.model.speeds, udot, strict=True)})
-    rate = rate_of(e, x)
-    size = sum(abs(float(at(e.ring.derivative(x, s.symbol))) * a) for s, a in zip(e.model.speeds, udot, strict=True))
-    value = float(Substitution(e.ring, arrays, atoms)(rate))
-    return abs(value) <= np.sqrt(np.finfo(float).eps) * (1 + size)
-
-
-def momenta(e: Equations) -> tuple[Any, ...]:
-    """∂T/∂u_j, canonical."""
-    if "momenta" not in e.state.cache:
-        T = e.energy.canonical_kinetic
-        e.state.cache["momenta"] = tuple(e.ring.derivative(T, speed.symbol) for speed in e.model.speeds)
-    return e.state.cache["momenta"]
-
-
-def _along(a: Sequence[Any], b: Sequence[Any]) -> Any:
-    total: Any = 0
-    for x, y in zip(a, b, strict=True):
-        total = total + x * y
-    return total
-
-
-def _static(e: Equations) -> list[Any]:
-    """E_j at rest without constraint forces: less the forces of weight, springs and loads."""
-    zero = {speed.symbol: 0 for speed in e.model.speeds} | {speed.acceleration: 0 for speed in e.model.speeds}
-    zero |= {symbol: 0 for symbol in e.multipliers}
-    at_rest = Substitution(e.ring, e.ring, zero)
-    return [at_rest(E) for E in residuals_of(e)]
-
-
-def _energies(e: Equations) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
-    """T₂ - T₀ + V less the work of constant forces; the energy itself if nothing is driven."""
-    T, p = e.energy.canonical_kinetic, momenta(e)
-    u = e.state.u
-    V = e.energy.canonical_potential - _work_of_constants(e)
-    h = _along(p, u) - T + V
-    if h == 0 or not e.ring.atoms_of(h) & {speed.symbol for speed in e.model.speeds}:
-        return
-    name = "energy" if h == T + V else "Jacobi's integral"
-    yield name, h, u
-
-
-def _work_of_constants(e: Equations) -> Any:
-    """Σ F·r of forces with constant components in ground axes, Q q and value * displacement."""
-    model, state = e.model, e.state
-    total: Any = 0
-    for load in model.loads.values():
-        if isinstance(load, Force) and load.frame.is_ground and _constant(e, *load.components):
-            total = total + dot(state.vector(load.components), point_position(model, state, load.point))
-        elif isinstance(load, GeneralizedForce) and _constant(e, load.value):
-            symbol = model.speeds[speed_of(model, load)].name.removesuffix("'")
-            total = total + state(load.value) * state.q[model.coordinate_names.index(symbol)]
-        elif isinstance(load, JointForce) and _constant(e, load.value):
-            link = model.links[model.joints[load.joint.name].links[load.index]]
-            total = total + state(load.value) * state(link.displacement)
-    return total
-
-
-def _constant(e: Equations, *values: Any) -> bool:
-    symbols = {parameter.symbol for parameter in e.model.parameters}
-    return all(e.ring.atoms_of(e.state(value)) <= symbols for value in values)
-
-
-def _motions(e: Equations) -> Iterator[tuple[str, Vector, Vector]]:
-    """(name, w, v) of the rigid motions to try: translations, turnings about fixed points and the mass centre."""
-    for axis, unit in zip(AXES, IDENTITY, strict=True):
-        yield f"linear momentum along {axis}", ZERO, unit
-    for axis, unit in zip(AXES, IDENTITY, strict=True):
-        yield f"angular momentum along {axis} about the ground's origin", unit, ZERO
-    postures = link_postures(e.model, e.state)
-    parameters = {parameter.symbol for parameter in e.model.parameters}
-    for name, joint in e.model.joints.items():
-        i = joint.links[0]
-        link = e.model.links[i]
-        if link.parent != GROUND or link.kind == "free":
-            continue
-        axes = list(zip(AXES, IDENTITY, strict=True))
-        if link.one_dof:
-            n = e.state.vector(link.axis)
-            R = e.state.matrix(link.rotation)
-            n = tuple(dot(row, n) for row in R)  # type: ignore[assignment]
-            if n not in IDENTITY and scale(-1, n) not in IDENTITY:
-                axes.append((f"the axis of {name}", n))
-                if link.kind == "slider":
-                    yield f"linear momentum along the axis of {name}", ZERO, n
-        at = postures[i].position
-        if at == ZERO or link.kind == "slider":
-            at = ZERO
-            axes = axes[3:]
-        if not all(e.ring.atoms_of(x) <= parameters for x in at):
-            continue
-        for axis, unit in axes:
-            yield f"angular momentum along {axis} about {name}", unit, cross(at, unit)
-    _, centre = mass_centre(e.model, e.state)
-    if all(e.ring.atoms_of(x) <= parameters for x in centre):
-        return
-    for axis, unit in zip(AXES, IDENTITY, strict=True):
-        yield f"angular momentum along {axis} about the mass centre", unit, cross(centre, unit)
-
-
 # -- independence ---------------------------------------------------------------------------------
 
 
@@ -466,17 +268,7 @@ def _independent(e: Equations, found: Sequence[Integral]) -> list[Integral]:
     if len(found) < 2:
         return list(found)
     count = 2 * len(found) + 4
-    random = np.random.default_rng(len(found))
-    atoms = {}
-    for g in e.ring.generators:
-        if not g.arguments and g.atom is not None and g.kind != "constant":
-            fixed = g.kind == "parameter"
-            atoms[g.atom] = 1 + random.random() if fixed else random.uniform(-1, 1, count)
-    for start in e.model.quaternions:
-        parts = [e.model.coordinates[start + k].symbol for k in range(4)]
-        norm = np.sqrt(sum(atoms[part] ** 2 for part in parts))
-        atoms.update({part: atoms[part] / norm for part in parts})
-    at = Substitution(e.ring, arrays, atoms)
+    at = Substitution(e.ring, arrays, random_numbers(e, len(found), count))
     kept: list[Integral] = []
     basis: list[Any] = [np.ones(count) / np.sqrt(count)]  # a constant is no integral
     small = np.sqrt(np.finfo(float).eps)
@@ -493,45 +285,7 @@ def _independent(e: Equations, found: Sequence[Integral]) -> list[Integral]:
     return kept
 
 
-# -- numbers --------------------------------------------------------------------------------------
-
-
-def numbers(e: Equations, given: Mapping[Any, Any]) -> dict[Any, Any]:
-    """Numbers for all atoms: those given by name or symbol, parameters by default, coordinates and speeds zero."""
-    model = e.model
-    known = {**model.names.atoms}
-    known.update({speed.name: speed.symbol for speed in model.speeds})
-    known.update({c.name: c.symbol for c in model.coordinates})
-    parameters = {parameter.name for parameter in model.parameters}
-    by_symbol = {symbol: name for name, symbol in known.items()}
-    atoms: dict[Any, Any] = {c.symbol: 0 for c in model.coordinates} | {s.symbol: 0 for s in model.speeds}
-    atoms.update({model.coordinates[i].symbol: 1 for i in model.quaternions})
-    atoms[model.names.atoms["t"]] = 0
-    constants = {}
-    for key, value in given.items():
-        name = key if isinstance(key, str) else by_symbol.get(key, str(key))
-        if name not in known:
-            raise ModelError(f"Unknown name '{name}'; {nearest(name, known)}")
-        if name in parameters and getattr(value, "ndim", 0) == 0:
-            constants[name] = value
-        else:
-            atoms[known[name]] = _plain(value)
-    arrays_given = {name for name in parameters if known[name] in atoms}
-    values = model.values({**dict.fromkeys(arrays_given, 0), **constants})
-    for parameter in model.parameters:
-        if parameter.name not in arrays_given:
-            atoms[parameter.symbol] = values[parameter.name]
-    return atoms
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, str | sympy.Basic):
-        return float(sympy.sympify(value))
-    return value
-
-
 def _times(factor: str, what: str) -> str:
     if factor in ("1", "-1"):
         return ("-" if factor == "-1" else "") + what
     return f"({factor})*{what}" if " " in factor else f"{factor}*{what}"
-

@@ -21,9 +21,10 @@ import sympy
 from ..errors import ModelError
 from ..scalar.algebra import HALF, divide
 from ..scalar.substitute import Substitution
+from .along_motion import momenta, rate_of, residuals_of
 from .constraints import determinant
 from .display import equation_latex, equation_text
-from .integrals import integrals, momenta, rate_of, residuals_of
+from .integrals import integrals
 
 if TYPE_CHECKING:
     from .equations import Equations
@@ -186,9 +187,7 @@ class Routh:
     @cached_property
     def equations(self) -> tuple[Any, ...]:
         """The reduced equations of motion as SymPy ``Eq``, one per coordinate that is left."""
-        return tuple(
-            sympy.Eq(self._e.displayed(x), 0, evaluate=False) for x in self.canonical_equations
-        )
+        return tuple(sympy.Eq(self._e.displayed(x), 0, evaluate=False) for x in self.canonical_equations)
 
     @cached_property
     def recovery(self) -> dict[str, Recovery]:
@@ -226,4 +225,6 @@ class Routh:
         return f"$\\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
-        return f"Routh's reduction of '{self._e.model.name}', without {', '.join(self.ignorable)}\n{self.text()}"
+        return (
+            f"Routh's reduction of '{self._e.model.name}', without {', '.join(self.ignorable)}\n{self.text()}"
+        )

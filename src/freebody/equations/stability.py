@@ -141,7 +141,6 @@ class Linear:
         lowest = min(in_s)
         return [in_s.get(k, 0) for k in range(lowest, max(in_s) + 1)]
 
-
     def _steady(self, A: Sequence[Sequence[Any]], values: Mapping[Any, Any]) -> list[list[Any]]:
         """A matrix over a steady motion, canonical."""
         p = self.problem
@@ -180,7 +179,12 @@ def hurwitz(problem: Problem, c: Sequence[Any]) -> list[Any] | None:
     elif len(c) == 4:
         raw = [c[0] * lead, c[2] * lead, c[1] * c[2] - c[0] * c[3]]
     elif len(c) == 5:
-        raw = [c[0] * lead, c[1] * lead, c[3] * lead, lead * (c[1] * c[2] * c[3] - c[4] * c[1] ** 2 - c[0] * c[3] ** 2)]
+        raw = [
+            c[0] * lead,
+            c[1] * lead,
+            c[3] * lead,
+            lead * (c[1] * c[2] * c[3] - c[4] * c[1] ** 2 - c[0] * c[3] ** 2),
+        ]
     else:
         return None
     result = []
@@ -201,7 +205,12 @@ class Amended:
         chosen = set(problem.pivots)
         found = e.integrals if "integrals" in vars(e) else integrals(e)
         conservative = any(name in found.names for name in ("energy", "Jacobi's integral"))
-        if not conservative or problem.dependent or problem.matrix or any(len(f) > 1 for f in problem.families):
+        if (
+            not conservative
+            or problem.dependent
+            or problem.matrix
+            or any(len(f) > 1 for f in problem.families)
+        ):
             return
         if not chosen <= set(ignorable(e)):
             return
@@ -247,7 +256,7 @@ class Amended:
         return np.array([float(Substitution(p.ring, arrays, {**atoms, **terms})(x))])
 
     def curvature(self, values: Mapping[Any, Any]) -> Any:
-        """∂²W/∂q² of one coordinate at a steady motion in closed form, canonical; None if it is not that.
+        """Of the sign of ∂²W/∂q² of one coordinate at a steady motion, canonical; None if it is not known.
 
         W is expanded in powers of the deviation, so that a limit is taken where the coordinates are singular.
         """
@@ -263,7 +272,8 @@ class Amended:
         place = sympy.Symbol("_steady", real=True)
         hold = Substitution(ring, ring, {q: ring.generator(place, "parameter")})
         held = {
-            symbol: hold(put_in(again(steady(x)))) for symbol, x in zip(self.symbols, self.momenta, strict=True)
+            symbol: hold(put_in(again(steady(x))))
+            for symbol, x in zip(self.symbols, self.momenta, strict=True)
         }
         values = {a: hold(v) for a, v in values.items()}
         start = hold(put_in(ring.generator(q)))
@@ -283,7 +293,8 @@ class Amended:
                 total = total - quotient[j] * bottom[k + i - j]
             quotient.append(ring.quotient(ring.coerce(total), ring.coerce(bottom[k])) if total != 0 else 0)
         back = Substitution(ring, ring, {place: ring.generator(q)})
-        return sign_kept(ring, back(2 * quotient[2]))
+        N, D = fraction(ring, back(2 * quotient[2]))
+        return sign_kept(ring, N * D)
 
 
 class _AlongSeries(Substitution):

@@ -8,7 +8,6 @@ what is asked for, and in numbers otherwise.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -19,15 +18,15 @@ from ..errors import ModelError, nearest
 from ..model.model import Model
 from ..scalar.polynomial import Polynomial
 from ..scalar.substitute import Substitution, arrays
-from .display import displayed, equation_latex, latex, text
-from .integrals import numbers
+from .along_motion import numbers
+from .display import displayed, equation_latex, text
+from .steady_motion import SteadyMotion, SteadyState
 from .steady_problem import Problem
-from .steady_solve import Found, factors, product, sign_kept, solutions
+from .steady_solve import Found, factors, product, solutions
 
 if TYPE_CHECKING:
+    from .continuation import Branch
     from .equations import Equations
-    from .stability import Stability
-    from .steady_numeric import Branch
 
 
 def steady_motions(
@@ -37,7 +36,7 @@ def steady_motions(
     terms: Mapping[Any, Any] | None = None,
     values: Mapping[Any, Any] | None = None,
 ) -> SteadyMotions:
-    """Motions in which the coordinates stay constant but for those that nothing depends on, which turn at constant rates.
+    """Motions in which coordinates stay constant, but for those that nothing depends on, which turn at constant rates.
 
         E_k(q, u = Σ w_a ξ_a, u' = 0) = 0
 
@@ -84,195 +83,6 @@ def steady_motions(
 
     e = system if isinstance(system, Equations) else equations(system)
     return SteadyMotions(Problem(e, terms), solve_for, values)
-
-
-@dataclass(frozen=True)
-class SteadyState:
-    """One steady motion in numbers.
-
-    Attributes
-    ----------
-    name : str
-    values : dict
-        The unknowns that were solved for, and those given, by name.
-    state : dict
-        All coordinates and speeds by name: an initial state for :func:`freebody.simulate`.
-    residual : float
-        Largest condition, relative to the sum of the sizes of its terms.
-    error : float
-        Last Newton step, an estimate of the error of the unknowns.
-    stability : Stability
-    """
-
-    name: str
-    values: dict[str, float]
-    state: dict[str, float]
-    residual: float
-    error: float
-    stability: Stability
-
-    def __repr__(self) -> str:
-        shown = ", ".join(f"{name} = {value:.8g}" for name, value in self.values.items())
-        return f"{self.name + ': ' if self.name else ''}{shown}; {self.stability}"
-
-
-class SteadyMotion:
-    """One steady motion in closed form."""
-
-    def __init__(self, owner: SteadyMotions, found: Found) -> None:
-        self._owner = owner
-        self._p = owner.problem
-        self.found = found
-
-    @property
-    def name(self) -> str:
-        """What the unknowns are; of two values of a quadratic, which: fast or slow."""
-        return ", ".join(self.found.labels) or self._assignments(text, ", ")
-
-    @cached_property
-    def solution(self) -> dict[str, Any]:
-        """Values of the unknowns as SymPy expressions, by name."""
-        return {self._p.name(a): displayed(x, self._p.ring) for a, x in self.found.values.items()}
-
-    @cached_property
-    def existence(self) -> tuple[Any, ...]:
-        """Inequalities, SymPy relations, under which the motion exists."""
-        return tuple(sympy.Ge(displayed(x, self._p.ring), 0, evaluate=False) for x in self._exists)
-
-    @cached_property
-    def assuming(self) -> tuple[Any, ...]:
-        """Inequalities that the name stands under: "fast" and "slow" change places with the sign of the spin."""
-        return tuple(sympy.Gt(displayed(x, self._p.ring), 0, evaluate=False) for x in self.found.positive)
-
-    @cached_property
-    def limits(self) -> dict[str, Any]:
-        """Value of an unknown where the discriminant is governed by its square: high spin."""
-        return {self._p.name(a): displayed(x, self._p.ring) for a, x in self.found.limits.items()}
-
-    @property
-    def _exists(self) -> tuple[Any, ...]:
-        result: list[Any] = []
-        for x in self.found.exists:
-            y = sign_kept(self._p.ring, x)
-            if (type(y) is Polynomial or y < 0) and y not in result:
-                result.append(y)
-        return tuple(result)
-
-    @cached_property
-    def left(self) -> tuple[Any, ...]:
-        """Conditions without a closed form, as SymPy ``Eq``."""
-        return tuple(sympy.Eq(displayed(x, self._p.ring), 0, evaluate=False) for x in self.found.left)
-
-    @cached_property
-    def singular(self) -> bool:
-        """Whether the coordinates are singular there (Euler angles of an upright top).
-
-        A coordinate then says less than it does elsewhere, and so do the conditions: look at the motion in other ones.
-        """
-        return self._owner.linear.singular(self.found.values)
-
-    @cached_property
-    def free(self) -> tuple[str, ...]:
-        """Unknowns that may have any value (or were given)."""
-        solved = set(self.found.values)
-        return tuple(self._p.name(a) for a in self._p.named if a not in solved)
-
-    @cached_property
-    def _stable_if(self) -> list[Any] | None:
-        from .stability import hurwitz
-
-        c = self._owner.linear.characteristic(self.found.values, sympy.Symbol("s"))
-        return None if c is None else hurwitz(self._p, c)
-
-    @cached_property
-    def characteristic(self) -> Any:
-        """Characteristic polynomial of small deviations in ``s``, without its zero roots; None if not formed.
-
-        It is not formed for systems with constraints, for more than four speeds, and where the coordinates are singular.
-        """
-        s = sympy.Symbol("s")
-        c = self._owner.linear.characteristic(self.found.values, s)
-        if c is None:
-            return None
-        return sum((displayed(x, self._p.ring) * s**k for k, x in enumerate(c)), start=sympy.S.Zero)
-
-    @cached_property
-    def stable_if(self) -> tuple[Any, ...] | None:
-        """Inequalities under which all eigenvalues are on the imaginary axis (conservative) or left of it.
-
-        Empty if that is always so, None if it is not known in closed form.
-        """
-        if self._stable_if is None:
-            return None
-        if any(type(x) is not Polynomial for x in self._stable_if):
-            return (sympy.false,)
-        return tuple(sympy.Gt(displayed(x, self._p.ring), 0, evaluate=False) for x in self._stable_if)
-
-    @cached_property
-    def _energy(self) -> Any:
-        return self._owner.amended.curvature(self.found.values)
-
-    @cached_property
-    def stable_by_energy_if(self) -> Any:
-        """Inequality under which the amended potential has a minimum, so that the motion is stable; None if unknown.
-
-        Known for one coordinate beside the ignorable ones, also where the coordinates are singular (the sleeping top).
-        """
-        x = self._energy
-        if x is None:
-            return None
-        if type(x) is not Polynomial:
-            return sympy.true if x > 0 else sympy.false
-        return sympy.Gt(displayed(x, self._p.ring), 0, evaluate=False)
-
-    # -- display ----------------------------------------------------------------------------------
-
-    def _assignments(self, show: Any, separator: str) -> str:
-        ring = self._p.ring
-        parts = []
-        for a, x in self.found.values.items():
-            parts.append(f"{show(ring.generator(a), ring)} = {show(x, ring)}")
-        return separator.join(parts)
-
-    def _shown(self, show: Any, words: tuple[str, str, str, str]) -> str:
-        ring = self._p.ring
-        or_any, given, greater, left = words
-        line = self._assignments(show, ", ") or "-"
-        free = [a for a in self._p.named if a not in self.found.values and a not in self._present]
-        if free:
-            line += or_any + ", ".join(show(ring.generator(a), ring) for a in free)
-        if self._exists:
-            line += given + ", ".join(show(x, ring) + greater for x in self._exists)
-        if self.found.left:
-            line += left + ", ".join(show(x, ring) + " = 0" for x in self.found.left)
-        return line
-
-    @property
-    def _present(self) -> set[Any]:
-        ring = self._p.ring
-        result: set[Any] = set()
-        for x in (*self.found.values.values(), *self.found.left):
-            result |= ring.atoms_of(x)
-        return result
-
-    def text(self) -> str:
-        """Values, existence and what is left, as a line of plain text."""
-        label = f"{self.name}: " if self.found.labels else ""
-        mark = "  (coordinates are singular here)" if self.singular else ""
-        return label + self._shown(text, (", any ", "  if ", " >= 0", "  where ")) + mark
-
-    def latex(self) -> str:
-        """The same as LaTeX."""
-        label = rf"\text{{{self.name}: }} " if self.found.labels else ""
-        words = (r",\ \text{any } ", r"\quad\text{if } ", r" \ge 0", r"\quad\text{where } ")
-        mark = r"\quad\text{(coordinates are singular here)}" if self.singular else ""
-        return label + self._shown(latex, words) + mark
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
-    def __repr__(self) -> str:
-        return self.text()
 
 
 class SteadyMotions(Sequence[SteadyMotion]):
@@ -396,7 +206,9 @@ class SteadyMotions(Sequence[SteadyMotion]):
             for one in self._found:
                 if key == one.name:
                     return one
-            raise ModelError(f"Unknown steady motion '{key}'; {nearest(key, [one.name for one in self._found])}")
+            raise ModelError(
+                f"Unknown steady motion '{key}'; {nearest(key, [one.name for one in self._found])}"
+            )
         return self._found[key]
 
     def __iter__(self) -> Iterator[SteadyMotion]:
@@ -441,7 +253,9 @@ class SteadyMotions(Sequence[SteadyMotion]):
         result = []
         for k, (x, residual, error) in enumerate(found):
             name = self._label(found, k, asked)
-            result.append(self._state(name, dict(zip(asked, map(float, x), strict=True)), atoms, given, residual, error))
+            result.append(
+                self._state(name, dict(zip(asked, map(float, x), strict=True)), atoms, given, residual, error)
+            )
         return tuple(result)
 
     def _label(self, found: Sequence[Any], k: int, asked: Sequence[Any]) -> str:
@@ -473,7 +287,12 @@ class SteadyMotions(Sequence[SteadyMotion]):
         own = [q for q in p.e.model.parameters if q.symbol in p.unknowns and q.default is None]
         atoms = numbers(p.e, {**rest, **{q.symbol: 0 for q in own}})
         for symbol in p.terms:  # a term that is a parameter with a default is given by it
-            if symbol in atoms and symbol not in self._asked and symbol not in given and not any(q.symbol == symbol for q in own):
+            if (
+                symbol in atoms
+                and symbol not in self._asked
+                and symbol not in given
+                and not any(q.symbol == symbol for q in own)
+            ):
                 given[symbol] = atoms[symbol]
         asked = [a for a in p.unknowns if a not in given]
         atoms.update(given)
@@ -526,7 +345,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
         ModelError
             An unknown parameter, a bad range, or no root at either end.
         """
-        from .steady_numeric import check_span
+        from .continuation import check_span
 
         a, b = check_span(span)
         p = self.problem
@@ -539,11 +358,13 @@ class SteadyMotions(Sequence[SteadyMotion]):
         for end, direction in ((a, 1), (b, -1)):
             for state in self.at({**given, name: end}):
                 if not any(_passes(branch, end, state.values) for branch in branches):
-                    branches.append(self._branch(known[name], name, (a, b), end, direction, given, state, points))
+                    branches.append(
+                        self._branch(known[name], name, (a, b), end, direction, given, state, points)
+                    )
         if not branches:
             raise ModelError(
-                f"No steady motion at either end of the range of {name} from {a:g} to {b:g}. Choose a range with one at "
-                f"an end."
+                f"No steady motion at either end of the range of {name} from {a:g} to {b:g}. Choose a range with "
+                f"one at an end."
             )
         return tuple(branches)
 
@@ -556,24 +377,25 @@ class SteadyMotions(Sequence[SteadyMotion]):
     ) -> Branch:  # fmt: skip
         import numpy as np
 
+        from .continuation import Branch, Special, follow
         from .stability import stability
-        from .steady_numeric import Branch, Pieces, Special, follow
+        from .steady_numeric import Pieces
 
         p = self.problem
         atoms, asked, _ = self._numbers({**given, name: end})
         live = [self._live(x) for x in p.conditions]
         one = Pieces(p.ring, live, [*asked, symbol], {a: v for a, v in atoms.items() if a != symbol})
         start = np.array([*(state.values[p.name(a)] for a in asked), end])
-        scale = np.array([*(1 if angle else max(1, abs(x)) for angle, x in zip(one.angles, start[:-1], strict=False)), abs(span[1] - span[0])])
         sense = direction if span[0] < span[1] else -direction
-        path, special = follow(one, start, span, scale, sense, points)
+        path, special = follow(one, start, span, sense, points)
         names = [p.name(a) for a in asked]
         verdicts = []
         for z in path:
             full = self._full({**atoms, **dict(zip((*asked, symbol), map(float, z), strict=True))})
             verdicts.append(stability(self.linear, self.amended, full).verdict)
         marks = tuple(
-            Special(kind, float(z[-1]), {n: float(x) for n, x in zip(names, z, strict=False)}) for kind, z in special
+            Special(kind, float(z[-1]), {n: float(x) for n, x in zip(names, z, strict=False)})
+            for kind, z in special
         )
         columns = {n: path[:, k] for k, n in enumerate(names)}
         return Branch(name, path[:, -1], columns, tuple(verdicts), marks)
@@ -612,6 +434,9 @@ def _passes(branch: Branch, end: float, values: Mapping[str, float]) -> bool:
     for k in (0, -1):
         if abs(branch.parameters[k] - end) > abs(end) / 10**9 + 1 / 10**12:
             continue
-        if all(abs(column[k] - values[name]) <= (1 + abs(values[name])) / 10**6 for name, column in branch.values.items()):
+        if all(
+            abs(column[k] - values[name]) <= (1 + abs(values[name])) / 10**6
+            for name, column in branch.values.items()
+        ):
             return True
     return False

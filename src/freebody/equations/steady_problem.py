@@ -1,7 +1,7 @@
 """Conditions of steady motion: the equations of motion with everything constant that can be.
 
-A motion is steady if it runs along a symmetry of the machine: the speeds are u = Σ w_a ξ_a with constant rates w_a, where
-ξ_a are constant directions in the coordinates along which no equation of motion changes, and all else stands still:
+A motion is steady if it runs along a symmetry of the machine: the speeds are u = Σ w_a ξ_a with constant rates w_a,
+where ξ_a are constant directions in the coordinates along which no equation of motion changes:
 
     E_k(q, u = Σ w_a ξ_a, u' = 0) = 0,        φ_i(q) = 0.
 
@@ -24,8 +24,8 @@ from ..errors import ModelError
 from ..scalar.algebra import divide
 from ..scalar.polynomial import Polynomial, Ring
 from ..scalar.substitute import Substitution
+from .along_motion import residuals_of
 from .constraints import determinant
-from .integrals import residuals_of
 from .symmetry import solved
 
 if TYPE_CHECKING:
@@ -143,13 +143,17 @@ class Problem:
         """Speeds that the conditions determine, first of coordinates on which nothing else depends."""
         e = self.e
         used = frozenset().union(*(e.ring.atoms_of(x) for x in (*E, *(x for row in G for x in row))))
-        order = sorted(
-            range(e.model.n_u), key=lambda j: self.coordinates[self.coordinate_of[j]] in used
-        )
+        order = sorted(range(e.model.n_u), key=lambda j: self.coordinates[self.coordinate_of[j]] in used)
+        best: tuple[int, tuple[int, ...]] | None = None
         for chosen in combinations(order, len(G)):
             det = determinant([[row[j] for j in chosen] for row in G])
-            if det != 0:
-                return tuple(sorted(chosen))
+            size = len(det) if isinstance(det, Polynomial) else 0
+            if det != 0 and (best is None or size < best[0]):
+                best = (size, tuple(sorted(chosen)))
+            if best is not None and best[0] == 0:  # a plain number in front: no division
+                break
+        if best is not None:
+            return best[1]
         raise ModelError(
             "The conditions on speeds depend on each other, so that no speeds are determined by them. Leave one out."
         )

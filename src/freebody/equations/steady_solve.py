@@ -1,8 +1,8 @@
 """Closed forms of the conditions of steady motion: factors, quadratics, angles from their cosine and sine.
 
-    A w² + B w + C = 0:    w = (-B ± sqrt(B² - 4 A C)) / (2 A)      exists for B² - 4 A C >= 0
-                           w -> -B/A (fast), -C/B (slow)            for B² much larger than 4 A C
-    a sin(x) + b cos(x) + d = 0:   x = atan2(-a d ± b r, -b d ∓ a r),   r = sqrt(a² + b² - d²)
+A w² + B w + C = 0:    w = (-B ± sqrt(B² - 4 A C)) / (2 A)      exists for B² - 4 A C >= 0
+                       w -> -B/A (fast), -C/B (slow)            for B² much larger than 4 A C
+a sin(x) + b cos(x) + d = 0:   x = atan2(-a d ± b r, -b d ∓ a r),   r = sqrt(a² + b² - d²)
 """
 
 from __future__ import annotations
@@ -47,7 +47,9 @@ class Found:
     branch: tuple[Any, ...] = ()
 
 
-def solutions(ring: Ring, conditions: Sequence[Any], wanted: Sequence[Any], others: Sequence[Any]) -> list[Found]:
+def solutions(
+    ring: Ring, conditions: Sequence[Any], wanted: Sequence[Any], others: Sequence[Any]
+) -> list[Found]:
     """All solutions of the conditions for the wanted unknowns, one for each choice of factors.
 
     Factors without a wanted unknown are solved for one of the ``others``.
@@ -56,7 +58,11 @@ def solutions(ring: Ring, conditions: Sequence[Any], wanted: Sequence[Any], othe
     return [
         one
         for k, one in enumerate(found)
-        if not any(_covers(other, one) and (j < k or not _covers(one, other)) for j, other in enumerate(found) if j != k)
+        if not any(
+            _covers(other, one) and (j < k or not _covers(one, other))
+            for j, other in enumerate(found)
+            if j != k
+        )
     ]
 
 
@@ -130,7 +136,9 @@ def factors(ring: Ring, x: Any, unknowns: set[Any]) -> list[Any] | None:
         return []
     if type(x) is not Polynomial:
         return None
-    found = [f for f, _ in ring.factor(x)[1] if not is_positive(ring, f.num) and not is_positive(ring, -f.num)]
+    found = [
+        f for f, _ in ring.factor(x)[1] if not is_positive(ring, f.num) and not is_positive(ring, -f.num)
+    ]
     live = [f for f in found if ring.atoms_of(f) & unknowns]
     return live or ([product(found)] if found else None)
 
@@ -151,9 +159,7 @@ def sign_kept(ring: Ring, x: Any) -> Any:
     return result
 
 
-def _closed_form(
-    ring: Ring, x: Any, wanted: Sequence[Any], others: Sequence[Any]
-) -> tuple[Any, list[Root]]:
+def _closed_form(ring: Ring, x: Any, wanted: Sequence[Any], others: Sequence[Any]) -> tuple[Any, list[Root]]:
     """(unknown, its roots) of one irreducible polynomial; (None, []) if no unknown has a closed form."""
     present = ring.atoms_of(x)
     some = [a for a in wanted if a in present]
@@ -226,7 +232,7 @@ def _quadratic(ring: Ring, A: Any, B: Any, C: Any) -> list[Root]:
     if type(side) is Polynomial:
         # by the sign of its content, so that a letter in front, such as a spin, is what is taken as positive
         signed = 1 if ring.factor(side)[0] > 0 else -1
-        positive = (signed * side,)
+        positive: tuple[Any, ...] = (signed * side,)
     else:
         positive, signed = (), side  # known: the fast root takes the sign of -B
     roots = []

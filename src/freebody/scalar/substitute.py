@@ -114,7 +114,9 @@ class Arrays(Field):
             "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "atan2": np.arctan2, "abs": np.abs,
             "pow": lambda x, y: np.asarray(x, dtype=float) ** y, "min": np.minimum, "max": np.maximum,
         }  # fmt: skip
-        return (names.get(function) or getattr(np, function))(*(np.asarray(a, dtype=float) for a in arguments))
+        return (names.get(function) or getattr(np, function))(
+            *(np.asarray(a, dtype=float) for a in arguments)
+        )
 
 
 arrays = Arrays()

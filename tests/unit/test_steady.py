@@ -1,0 +1,376 @@
+"""Steady motions: conditions, branches, numbers, continuation, stability, and what can not be done."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import sympy
+
+import freebody as fb
+from freebody.equations.steady_problem import Problem
+from freebody.gallery.cart_and_bar import build as cart_and_bar
+from freebody.gallery.double_pendulum import build as double_pendulum
+from freebody.gallery.gyroscope import build as gyroscope
+from freebody.gallery.torque_free import build as torque_free
+from freebody.scalar.polynomial import Ring
+from freebody.scalar.series import SeriesField
+from freebody.scalar.substitute import Substitution, arrays
+
+EPS = np.finfo(float).eps
+SPIN = {"Omega_zeta": "phi' + psi'*cos(theta)"}
+
+
+def pendulum(damping=0):
+    s = fb.System("pendulum")
+    m, L, g = s.parameters(m=1, L=2, g=9.81)
+    s.parameters(c=damping)
+    s.assume(g > 0), s.assume(L > 0)
+    s.gravity = (0, -g, 0)
+    pin = s.hinge("pin", s.ground, s.body("bob", fb.particle(m)), to=(0, L, 0), coordinate="theta")
+    if damping:
+        s.damper("d", pin, damping="c")
+    return s
+
+
+def point(load=None, gravity=0):
+    s = fb.System("point")
+    s.parameters(m=1, g=9.81, F=3)
+    body = s.body("b", fb.particle("m"))
+    s.slider("j", s.ground, body, axis="z", coordinate="z")
+    s.gravity = (0, 0, gravity)
+    if load:
+        s.generalized_force("z", load)
+    return s
+
+
+# -- closed forms ---------------------------------------------------------------------------------
+
+
+def test_equilibria_of_a_pendulum() -> None:
+    found = fb.steady_motions(pendulum())
+    assert found.text() == "0 = sin(theta)\ntheta = 0\ntheta = pi"
+    assert found.rates == () and found.unknowns == ("theta",)
+    hanging, standing = found
+    assert hanging.stable_if == () and standing.stable_if == (sympy.false,)
+    assert hanging.stable_by_energy_if is sympy.true and standing.stable_by_energy_if is sympy.false
+    s = sympy.Symbol("s")
+    m, L, g = sympy.symbols("m L g", real=True)
+    assert sympy.expand(hanging.characteristic - (m * L**2 * s**2 + m * g * L)) == 0
+
+
+def test_damping_decides() -> None:
+    found = fb.steady_motions(pendulum(damping=0.3), values={})
+    hanging, standing = found.states
+    assert hanging.stability.verdict == "asymptotically stable" and standing.stability.verdict == "unstable"
+    # m L² s² + c s + m g L
+    np.testing.assert_allclose(
+        np.sort_complex(hanging.stability.eigenvalues),
+        np.sort_complex(np.roots([4, 0.3, 2 * 9.81])),
+        rtol=16 * EPS,
+    )
+    assert found[0].stable_if == (sympy.Gt(sympy.Symbol("c", real=True), 0),)
+
+
+def test_all_equilibria_of_a_double_pendulum() -> None:
+    found = fb.steady_motions(double_pendulum(), values={})
+    assert [tuple(one.solution.values()) for one in found] == [
+        (0, 0), (0, sympy.pi), (sympy.pi, 0), (sympy.pi, sympy.pi)
+    ]  # fmt: skip
+    assert [one.stability.verdict for one in found.states] == ["stable", "unstable", "unstable", "unstable"]
+    assert [one.stability.energy for one in found.states] == ["stable", "unstable", "unstable", "undecided"]
+
+
+def test_balance_of_sine_and_cosine() -> None:
+    found = fb.steady_motions(cart_and_bar())
+    F, k, m, g = sympy.symbols("F k m g", real=True)
+    assert found[0].solution == {"x": F / k, "theta": sympy.atan(2 * F / (m * g))}
+    assert sympy.expand(found[1].solution["theta"] - found[0].solution["theta"]) == sympy.pi
+
+
+def test_sine_cosine_and_a_constant() -> None:
+    """A bar turned by a couple under its weight and a side load: a sin + b cos + d = 0, both roots."""
+    s = fb.System("loaded")
+    a, b, d = s.parameters(a=3, b=4, d=2)
+    s.hinge("pin", s.ground, s.body("bar", fb.slender_bar(1, 1)), coordinate="theta")
+    s.generalized_force("theta", "a*sin(theta) + b*cos(theta) + d")
+    found = fb.steady_motions(s)
+    (exists,) = found[0].existence
+    assert found[1].existence == (exists,) and sympy.expand(exists.lhs - (a**2 + b**2 - d**2)) == 0
+    values = {a: 3, b: 4, d: 2}
+    closed = sorted(float(one.solution["theta"].xreplace(values)) for one in found)
+    for x in closed:
+        assert 3 * np.sin(x) + 4 * np.cos(x) + 2 == pytest.approx(0, abs=16 * EPS)
+    assert [one.values["theta"] for one in found.at({})] == pytest.approx(closed, rel=16 * EPS)
+    assert found.at({"d": 6}) == ()
+
+
+def test_quartic_in_squares() -> None:
+    found = fb.steady_motions(point("F*(z^4 - 5*z^2 + 4)"))
+    z = [float(one.solution["z"].subs("F", 3)) for one in found]
+    assert sorted(z) == pytest.approx([-2, -1, 1, 2], rel=8 * EPS)
+
+
+def test_roots_without_a_closed_form() -> None:
+    s = point("F*(z^5 - z - 1)")
+    found = fb.steady_motions(s)
+    assert len(found) == 1 and len(found[0].left) == 1 and "where" in found.text()
+    (one,) = found.at({})
+    assert one.values["z"] == pytest.approx(1.1673039782614187, rel=4 * EPS)
+    assert one.residual < 8 * EPS and one.error < 8 * EPS
+    with pytest.raises(
+        fb.errors.ModelError, match=r"No closed form for z; left is F\*\(z\^5 - z - 1\) = 0|left is .* = 0"
+    ):
+        fb.steady_motions(s, solve_for="z")
+
+
+def test_roots_of_other_functions() -> None:
+    states = fb.steady_motions(point("F*(exp(z) - 2 - z)")).at({})
+    assert [round(one.values["z"], 6) for one in states] == [-1.841406, 1.146193]
+
+
+def test_coupled_unknowns_in_numbers() -> None:
+    s = fb.System("two")
+    s.parameters(k=1)
+    a, b = s.body("a", fb.particle(1)), s.body("b", fb.particle(1))
+    s.slider("ja", s.ground, a, axis="x", coordinate="x")
+    s.slider("jb", s.ground, b, axis="y", coordinate="y")
+    s.generalized_force("x", "k*(x^2 + y^2 - 5)")
+    s.generalized_force("y", "k*(x*y - 2)")
+    states = fb.steady_motions(s).at({})
+    found = sorted((round(one.values["x"], 9), round(one.values["y"], 9)) for one in states)
+    assert found == [(-2, -1), (-1, -2), (1, 2), (2, 1)]
+
+
+def test_symmetry_of_absolute_azimuths() -> None:
+    """Nothing depends on a turn of both azimuths together: one rate, found without being told."""
+    s = fb.System("double")
+    m, L, g = s.parameters(m=1, L=1, g=9.81)
+    s.gravity = (0, 0, -g)
+    p1, t1, p2, t2 = s.coordinates("p1 t1 p2 t2")
+    a, b, w = s.body("a", fb.particle(m)), s.body("b", fb.particle(m)), s.body("w", fb.particle(0))
+    s.universal("j1", s.ground, a, to=(0, 0, L), axis=("z", "x"), coordinate=[p1, t1])
+    s.hinge("level", a, w, axis="x", coordinate=-t1)
+    s.universal("j2", w, b, to=(0, 0, L), axis=("z", "x"), coordinate=[p2 - p1, t2])
+    found = fb.steady_motions(s)
+    assert found.rates == ("p1'",)
+    e = fb.equations(s)
+    assert Problem(e).families == [{0: 1, 2: 1}]
+    states = [one for one in found.at({"p1'": 6.0}) if one.stability.spectral != "singular"]
+    for one in states:
+        t1_, t2_ = one.values["t1"], one.values["t2"]
+        side = 1 if abs(one.values["p2"]) < 1 else -1
+        # forces on both, and on the lower bob alone, along and across their arms
+        assert 36 * (np.sin(t1_) * side + np.sin(t2_)) * np.cos(t2_) == pytest.approx(
+            9.81 * np.sin(t2_), abs=1e-12
+        )
+        assert one.state["p2'"] == one.state["p1'"] == 6.0
+    assert len([one for one in states if one.stability.verdict == "stable"]) == 8
+
+
+def test_equilibrium_under_constraints() -> None:
+    s = fb.System("rod")
+    m, L, g = s.parameters(m=1, L=2, g=9.81)
+    s.gravity = (0, -g, 0)
+    s.assume(g > 0), s.assume(L > 0)
+    s.planar("p", s.ground, s.body("b", fb.disk(m, 1)), coordinate="x y f")
+    s.constrain("x**2 + y**2 - L**2", name="rod")
+    low, high = sorted(fb.steady_motions(s).at({}), key=lambda one: one.values["y"])
+    assert low.values == pytest.approx({"rod": -9.81 / 4, "x": 0, "y": -2}, abs=16 * EPS)
+    # a pendulum: s² = -g/L, and two zeros of the free turning
+    frequency = np.abs(low.stability.eigenvalues.imag).max()
+    assert frequency == pytest.approx(np.sqrt(9.81 / 2), rel=1e-9)
+    assert low.stability.spectral == "stable" and high.stability.spectral == "unstable"
+
+
+# -- numbers --------------------------------------------------------------------------------------
+
+
+def test_state_in_numbers() -> None:
+    (slow, fast) = fb.steady_motions(gyroscope(), terms=SPIN, values={"theta": 1.0}).states
+    assert (slow.name, fast.name) == ("slow", "fast")
+    assert set(slow.state) == {"psi", "theta", "phi", "psi'", "theta'", "phi'"}
+    assert slow.state["phi'"] == pytest.approx(300 - slow.values["psi'"] * np.cos(1.0), rel=4 * EPS)
+    assert repr(slow).startswith(
+        "slow: theta = 1, Omega_zeta = 300, psi' = 1.8541609; stable (spectral: stable"
+    )
+    assert slow.residual < 16 * EPS
+
+
+def test_values_of_rates_that_are_open() -> None:
+    s = gyroscope("XYZ", "alpha beta phi")
+    found = fb.steady_motions(s)
+    assert found[0].free == ("phi'",)
+    states = [
+        one for one in found.at({"phi'": 300}) if abs(one.values["alpha"]) + abs(one.values["beta"]) == 0
+    ]
+    assert [one.stability.verdict for one in states] == ["stable"]
+    states = [
+        one for one in found.at({"phi'": 30}) if abs(one.values["alpha"]) + abs(one.values["beta"]) == 0
+    ]
+    assert [one.stability.verdict for one in states] == ["unstable"]
+
+
+def test_stability_where_angles_are_singular() -> None:
+    """The sleeping top in Euler angles: no eigenvalues there, but the amended potential has a limit."""
+    found = fb.steady_motions(gyroscope(), terms=SPIN)
+    for spin, verdict in ((300, "stable"), (30, "unstable")):
+        upright = next(one for one in found.at({"psi'": 0, "Omega_zeta": spin}) if one.values["theta"] == 0)
+        assert upright.stability.spectral == "singular" and upright.stability.verdict == verdict
+
+
+# -- continuation ---------------------------------------------------------------------------------
+
+
+def test_fold_of_a_branch() -> None:
+    """z² = p: the branch turns back at p = 0."""
+    s = fb.System("fold")
+    s.parameters(p=1)
+    s.slider("j", s.ground, s.body("b", fb.particle(1)), axis="z", coordinate="z")
+    s.generalized_force("z", "p - z^2")
+    (branch,) = fb.steady_motions(s).continuation("p", (-1, 4))
+    assert [one.kind for one in branch.special] == ["fold"]
+    assert branch.folds[0].parameter == pytest.approx(0, abs=1e-9)
+    assert branch.folds[0].values["z"] == pytest.approx(0, abs=1e-6)
+    np.testing.assert_allclose(branch.values["z"] ** 2, branch.parameters, atol=1e-9)
+    assert sorted(branch.values["z"][[0, -1]]) == pytest.approx([-2, 2], rel=1e-9)
+    assert set(branch.stable) == {"stable", "unstable"} or set(branch.stable) == {
+        "stable",
+        "unstable",
+        "undecided",
+    }
+
+
+def test_continuation_of_a_rate() -> None:
+    found = fb.steady_motions(gyroscope(), terms=SPIN)
+    branches = found.continuation("Omega_zeta", (50, 600), values={"theta": 1.0})
+    (branch,) = branches
+    (fold,) = branch.folds
+    from freebody.exact.gyroscope import gyroscope_moments, least_spin
+
+    assert fold.parameter == pytest.approx(
+        least_spin(*gyroscope_moments(1.2, 0.06, 0.1), 1.2 * 9.81 * 0.1, 1.0), rel=1e-9
+    )
+    assert branch.parameter == "Omega_zeta" and set(branch.values) == {"psi'"}
+
+
+@pytest.mark.parametrize(
+    ("parameter", "span", "message"),
+    [
+        ("Omga", (1, 2), "Unknown parameter 'Omga' to continue along"),
+        ("p", 3, "Expected a range of two numbers to continue over, such as"),
+        ("p", (2, 2), "Expected a range of two different finite numbers"),
+        ("p", (-2, -1), "No steady motion at either end of the range of p from -2 to -1"),
+    ],
+)
+def test_continuation_refuses(parameter, span, message) -> None:
+    s = fb.System("fold")
+    s.parameters(p=1)
+    s.slider("j", s.ground, s.body("b", fb.particle(1)), axis="z", coordinate="z")
+    s.generalized_force("z", "p - z^2")
+    with pytest.raises(fb.errors.ModelError, match=message):
+        fb.steady_motions(s).continuation(parameter, span)
+
+
+# -- errors ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (lambda: point(gravity="-g"), "'point' has no steady motion: it would need g = 0. Change the loads"),
+        (lambda: point("3"), "'point' has no steady motion: it would need 3 = 0"),
+        (lambda: point("F*sin(t)"), "has no steady motion: the equation of z' depends on the time"),
+        (lambda: point("-F*exp(z)"), "'point' has no steady motion|No steady"),
+        (torque_free, "joint 'C' has a unit quaternion. Describe its turning by Euler angles: s.gimbal"),
+    ],
+    ids=["falling", "pushed", "shaken", "never", "quaternion"],
+)
+def test_no_steady_motion(build, message) -> None:
+    with pytest.raises(fb.errors.ModelError, match=message):
+        fb.steady_motions(build())
+
+
+def test_unknown_names() -> None:
+    with pytest.raises(
+        fb.errors.ModelError,
+        match="'thta' is no unknown of the steady motions of 'gyroscope'; did you mean 'theta'",
+    ):
+        fb.steady_motions(gyroscope(), solve_for="thta")
+    with pytest.raises(
+        fb.errors.ModelError, match="Expected the term 'W' to hold a rate of this steady motion"
+    ):
+        fb.steady_motions(gyroscope(), terms={"W": "psi'*cos(theta)"})
+    found = fb.steady_motions(pendulum())
+    with pytest.raises(fb.errors.ModelError, match="'theta'' is no unknown of these steady motions"):
+        found.at({"theta'": 1})
+    with pytest.raises(fb.errors.ModelError, match="Unknown steady motion 'fast'"):
+        found["fast"]
+
+
+def test_too_few_values() -> None:
+    found = fb.steady_motions(gyroscope(), terms=SPIN)
+    with pytest.raises(
+        fb.errors.ModelError, match=r"do not determine psi', theta. Give values of some of them"
+    ):
+        found.at({"Omega_zeta": 300})
+
+
+def test_dependent_conditions_on_speeds() -> None:
+    s = fb.System("wheel")
+    s.planar("p", s.ground, s.body("w", fb.disk(1, 1)), coordinate="x y f")
+    s.constrain_speed("x' + f'", name="a")
+    s.constrain_speed("2*x' + 2*f'", name="b")
+    with pytest.raises(fb.errors.ModelError, match="The conditions on speeds depend on each other"):
+        fb.steady_motions(s)
+
+
+# -- display --------------------------------------------------------------------------------------
+
+
+def test_display() -> None:
+    found = fb.steady_motions(gyroscope(), terms=SPIN)
+    lines = found.text().splitlines()
+    assert lines[0] == "0 = (R^2 + 4*L^2)*psi'^2*cos(theta) - 2*R^2*Omega_zeta*psi' + 4*L*g or sin(theta)"
+    assert lines[1].startswith("fast: psi' = R^2*Omega_zeta/((R^2 + 4*L^2)*cos(theta)) + sqrt(")
+    assert lines[1].endswith("if R^4*Omega_zeta^2 - 4*(R^2 + 4*L^2)*L*g*cos(theta) >= 0")
+    assert lines[3] == "theta = 0, any psi', Omega_zeta  (coordinates are singular here)"
+    assert repr(found).startswith("Steady motions of 'gyroscope'\n0 = ")
+    latex = found.latex()
+    assert r"\text{fast: }" in latex and r"\ge 0" in latex and r"\ \text{or}\ " in latex
+    assert found._repr_latex_().startswith("$") and found[0]._repr_latex_().startswith("$")
+    assert found[0].text() == lines[1] == repr(found[0])
+    (condition,) = found.conditions
+    assert isinstance(condition, sympy.Eq) and condition.rhs == 0
+    numbers = fb.steady_motions(gyroscope(), terms=SPIN, values={"theta": 1.0})
+    assert "slow: theta = 1" in repr(numbers)
+    assert found["fast"] is found[0] and len(found) == 4
+
+
+# -- substitution ---------------------------------------------------------------------------------
+
+
+def test_substitution_in_other_fields() -> None:
+    t = sympy.Symbol("t")
+    m, q = sympy.Symbol("m", real=True), sympy.Function("q")(t)
+    ring = Ring()
+    x = ring.from_sympy(
+        m * sympy.sin(q) ** 2 + sympy.sqrt(2) * q / (1 + m) - sympy.pi * sympy.exp(m) + sympy.Rational(1, 3)
+    )
+    given = {m: np.array([0.5, 2.0]), q: np.array([1.0, -0.3])}
+    expected = (
+        given[m] * np.sin(given[q]) ** 2
+        + np.sqrt(2) * given[q] / (1 + given[m])
+        - np.pi * np.exp(given[m])
+        + 1 / 3
+    )
+    np.testing.assert_allclose(Substitution(ring, arrays, given)(x), expected, rtol=8 * EPS)
+    assert Substitution(ring, ring, {q: 0})(x) == ring.from_sympy(
+        -sympy.pi * sympy.exp(m) + sympy.Rational(1, 3)
+    )
+    field = SeriesField(ring, 1)
+    along = Substitution(ring, field, {m: field.series([1]), q: field.series([0, 1])})(
+        ring.from_sympy(m * sympy.sin(q))
+    )
+    assert along.c == (0, 1)
+    with pytest.raises(KeyError):
+        Substitution(ring, arrays, {m: 1.0})(x)
