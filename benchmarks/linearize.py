@@ -11,13 +11,11 @@ QUICK = (2, 6)
 AGREEMENT = 1e-12
 
 
-def ours(n: int) -> tuple[Any, Any, Any]:
+def ours(system: Any) -> tuple[Any, Any, Any]:
     """M, C, K as SymPy matrices, from the described system on."""
     import freebody as fb
 
-    from .models import BUILDERS
-
-    linear = fb.linearize(fb.equations(BUILDERS["planar"](n)))
+    linear = fb.linearize(fb.equations(system))
     return linear.M, linear.C, linear.K
 
 
@@ -38,6 +36,7 @@ def largest_difference(n: int) -> float:
 
     import sympy
 
+    from .models import BUILDERS
     from .sympy_chains import planar_chain
 
     choose = random.Random(n)
@@ -49,7 +48,7 @@ def largest_difference(n: int) -> float:
         at = {x: sympy.Float(numbers[str(x)], 30) for x in matrix.free_symbols}
         return [float(x) for x in matrix.xreplace(at)]
 
-    M, _, K = ours(n)
+    M, _, K = ours(BUILDERS["planar"](n))
     peer_M, peer_A = theirs(planar_chain(n), n)
     # rows of SymPy's first-order form: q' = u, then -M u' = K q
     pairs = [(M, -peer_M[n:, n:]), (K, peer_A[n:, :n])]
@@ -62,12 +61,15 @@ def largest_difference(n: int) -> float:
 
 def main(quick: bool = False, repeats: int = 5, limit: float = 185.0) -> None:
     """Print the table; sizes after one that took SymPy longer than ``limit`` are skipped."""
+    from .models import BUILDERS
+
     rows: list[list[Any]] = []
     slow = False
     installed = module("sympy") is not None
     for n in QUICK if quick else SIZES:
-        ours(n)
-        mine = seconds(lambda n=n: ours(n), repeats)  # type: ignore[misc]
+        system = BUILDERS["planar"](n)
+        ours(system)
+        mine = seconds(lambda system=system: ours(system), repeats)  # type: ignore[misc]
         if not installed or slow:
             rows.append([n, time_text(mine), *[NOT_INSTALLED if not installed else "-"] * 3])
             continue
