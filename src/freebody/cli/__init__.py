@@ -13,6 +13,7 @@ import click
 
 from .. import __version__
 from ..errors import FreebodyError
+from .analyze import analyze
 from .check import check
 from .equations import equations
 from .gallery import gallery
@@ -30,7 +31,7 @@ def command() -> None:
     """
 
 
-for subcommand in (gallery, run, equations, check):
+for subcommand in (gallery, run, equations, analyze, check):
     command.add_command(subcommand)
 
 

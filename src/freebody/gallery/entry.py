@@ -64,6 +64,8 @@ class Entry:
         Gives (trajectory, answers, plots).
     until : float
         Length of the run where none is asked for [s].
+    start : mapping
+        Values by name, numbers or expressions of parameters, from which the motion of the run begins.
     """
 
     name: str
@@ -73,6 +75,7 @@ class Entry:
     build: Callable[[], fb.System]
     solve: Callable[[Case], tuple[fb.Trajectory, Answers, Plots]]
     until: float
+    start: Mapping[str, Any] = field(default_factory=dict)
 
     def run(
         self, values: Mapping[str, Any] | None = None, until: Any = None, tolerance: float | None = None

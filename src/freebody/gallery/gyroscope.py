@@ -149,4 +149,5 @@ GYROSCOPE = Entry(
     build,
     solve,
     until=2.5,
+    start=RELEASE,
 )
