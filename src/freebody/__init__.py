@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from . import errors as errors
+    from . import exact as exact
     from . import testing as testing
     from .compile.program import compile_system as compile  # noqa: F401
     from .describe.system import System as System
@@ -78,6 +79,7 @@ _EXPORTS = {
     "equations": "equations.equations",
     "errors": "errors",
     "event": "simulate.event",
+    "exact": "exact",
     "forms": "equations.component_forms",
     "from_density": "space.density",
     "impulse": "simulate.impulse",
@@ -109,7 +111,7 @@ def _resolve(name: str) -> Any:
     """The object of a public name, imported now and kept in this module's dictionary."""
     module_name, _, attribute = _EXPORTS[name].partition(":")
     module = import_module(f"{__name__}.{module_name}")
-    value = module if name in ("errors", "forms", "testing") else getattr(module, attribute or name)
+    value = module if name in ("errors", "exact", "forms", "testing") else getattr(module, attribute or name)
     globals()[name] = value
     return value
 
