@@ -122,6 +122,29 @@ def test_values_along_a_motion() -> None:
     assert np.ptp(columns["theta"]) > 1e-3
 
 
+@pytest.mark.parametrize("build", [gyroscope, double_pendulum, free_body, torque_free])
+def test_rates_by_the_recursive_dynamics(build) -> None:
+    """dI/dt with u' from the articulated-body algorithm on floats, at a random state: zero to round-off."""
+    from freebody.dynamics.articulated import forward_dynamics
+    from freebody.dynamics.state import float_state
+    from freebody.scalar.substitute import Substitution, arrays
+    from freebody.testing import random_state
+
+    e = fb.equations(build())
+    q, u = random_state(e.model, 3)
+    state = float_state(e.model, q, u)
+    atoms = {c.symbol: x for c, x in zip(e.model.coordinates, state.q, strict=True)}
+    atoms |= {u.symbol: x for u, x in zip(e.model.speeds, state.u, strict=True)}
+    atoms |= {
+        u.acceleration: x for u, x in zip(e.model.speeds, forward_dynamics(e.model, state), strict=True)
+    }
+    atoms |= dict(state.values)
+    at = Substitution(e.ring, arrays, atoms)
+    for one in e.integrals:
+        size = sum(abs(float(at(e.ring.derivative(one.canonical, a))) * x) for a, x in atoms.items())
+        assert abs(float(at(rate_of(e, one.canonical)))) <= 256 * np.finfo(float).eps * (1 + size)
+
+
 def test_value_of_one_state() -> None:
     energy = fb.equations(gyroscope()).integrals["energy"]
     m, L, g = 1.2, 0.1, 9.81

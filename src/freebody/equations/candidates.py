@@ -16,7 +16,7 @@ from ..dynamics.kinematics import link_postures, point_position
 from ..dynamics.loading import speed_of
 from ..dynamics.momentum import mass_centre, momentum
 from ..model.model import GROUND
-from ..scalar.algebra import IDENTITY, ZERO, Vector, cross, dot, scale
+from ..scalar.algebra import HALF, IDENTITY, ZERO, Vector, cross, dot, scale
 from ..scalar.substitute import Substitution, arrays
 from .along_motion import momenta, random_numbers, rate_of, residuals_of
 from .symmetry import rigid_motion, solved
@@ -34,24 +34,27 @@ def candidates(e: Equations) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
     yield from _energies(e)
     n = e.model.n_u
     p = momenta(e)
-    still = _static(e)
+    numbers = random_numbers(e, 1)
+    at = Substitution(e.ring, arrays, numbers)
+    still = _static(e, numbers)
     for j, speed in enumerate(e.model.speed_names):
         coordinate = speed.removesuffix("'")
-        if speed.endswith("'") and still[j] == 0 and p[j] != 0:
-            yield f"momentum of {coordinate}", p[j], tuple(int(k == j) for k in range(n))
+        alone = tuple(int(k == j) for k in range(n))
+        if speed.endswith("'") and p[j] != 0 and _balanced(still, alone, at):
+            yield f"momentum of {coordinate}", p[j], alone
     for name, w, v in _motions(e):
-        xi = rigid_motion(e.model, e.state, w, v)
+        xi = rigid_motion(e.model, e.state, w, v, at)
         if xi is None:
             yield from _through_masses(e, name, w, v)
-        elif _along(xi, still) == 0:  # the force along the motion at rest: it costs next to nothing to ask
+        elif _balanced(still, xi, at):
             yield name, _along(xi, p), xi
     for link in e.model.links:
         if link.u < 0:
             continue
         for k in range(3):
-            if still[link.u + k] == 0 and p[link.u + k] != 0:
-                which = f"angular momentum along {'xyz'[k]} of {link.body}"
-                yield which, p[link.u + k], tuple(int(j == link.u + k) for j in range(n))
+            alone = tuple(int(j == link.u + k) for j in range(n))
+            if p[link.u + k] != 0 and _balanced(still, alone, at):
+                yield f"angular momentum along {'xyz'[k]} of {link.body}", p[link.u + k], alone
 
 
 def _through_masses(
@@ -104,12 +107,21 @@ def _along(a: Sequence[Any], b: Sequence[Any]) -> Any:
     return total
 
 
-def _static(e: Equations) -> list[Any]:
-    """E_j at rest without constraint forces: less the forces of weight, springs and loads."""
-    zero = {speed.symbol: 0 for speed in e.model.speeds} | {speed.acceleration: 0 for speed in e.model.speeds}
-    zero |= {symbol: 0 for symbol in e.multipliers}
-    at_rest = Substitution(e.ring, e.ring, zero)
-    return [at_rest(E) for E in residuals_of(e)]
+def _static(e: Equations, at: dict[Any, Any]) -> list[float]:
+    """E_j at rest at a random place, without constraint forces: less the forces of weight, springs and loads."""
+    rest = {speed.symbol: 0 for speed in e.model.speeds} | {speed.acceleration: 0 for speed in e.model.speeds}
+    rest |= {symbol: 0 for symbol in e.multipliers}
+    numbers = Substitution(e.ring, arrays, at | rest)
+    return [float(numbers(E)) for E in residuals_of(e)]
+
+
+def _balanced(forces: Sequence[float], xi: Sequence[Any], at: Substitution) -> bool:
+    """Whether there is no force along a motion at rest, to round-off: it costs next to nothing to ask."""
+    from sys import float_info
+
+    parts = [force * float(at(x)) for force, x in zip(forces, xi, strict=True) if force]
+    # written so that a place where a root is not real refuses nothing
+    return not abs(sum(parts)) > (1 + sum(map(abs, parts))) * float_info.epsilon**HALF
 
 
 def _energies(e: Equations) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:

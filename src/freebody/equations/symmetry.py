@@ -10,7 +10,7 @@ Its components ξ_j are the multipliers of the equations of motion in the balanc
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import combinations
 from typing import Any
 
@@ -24,10 +24,12 @@ Row = tuple[dict[int, Any], Any]
 """Σ coefficient_j ξ_j = right side."""
 
 
-def rigid_motion(model: Model, state: State, w: Vector, v: Vector) -> tuple[Any, ...] | None:
+def rigid_motion(
+    model: Model, state: State, w: Vector, v: Vector, at: Callable[[Any], Any] | None = None
+) -> tuple[Any, ...] | None:
     """Components ξ of the rigid motion with rate of turning w and velocity v at the ground's origin, ground axes.
 
-    None where a joint does not allow it.
+    None where a joint does not allow it. ``at`` gives the number of a scalar at some state, to refuse early.
     """
     rows: list[Row] = []
     fixed: dict[int, Any] = {}
@@ -59,7 +61,7 @@ def rigid_motion(model: Model, state: State, w: Vector, v: Vector) -> tuple[Any,
                 columns[j] = [x + factor * y for x, y in zip(column, (*w_N, *v_N), strict=True)]
         for k, right in enumerate((*w, *target)):
             rows.append(({j: c[k] for j, c in columns.items() if c[k] != 0}, right))
-    return solved(model.n_u, rows, fixed)
+    return solved(model.n_u, rows, fixed, at)
 
 
 def _at_rest(model: Model, state: State, i: int, rows: list[Row], fixed: dict[int, Any]) -> None:
@@ -70,7 +72,9 @@ def _at_rest(model: Model, state: State, i: int, rows: list[Row], fixed: dict[in
         rows.append(({j: state(partial) for j, partial in link.partials}, 0))
 
 
-def solved(n: int, rows: Sequence[Row], fixed: dict[int, Any]) -> tuple[Any, ...] | None:
+def solved(
+    n: int, rows: Sequence[Row], fixed: dict[int, Any], at: Callable[[Any], Any] | None = None
+) -> tuple[Any, ...] | None:
     """The solution of linear equations for n unknowns, exact; None if there is none or it is not unique."""
     known = dict(fixed)
     left = list(rows)
@@ -87,6 +91,8 @@ def solved(n: int, rows: Sequence[Row], fixed: dict[int, Any]) -> tuple[Any, ...
         known[j] = divide(single[1], c) if not isinstance(c, int) or c != 1 else single[1]
     unknown = sorted({j for row, _ in left for j in row})
     if unknown:
+        if at is not None and not _consistent(left, unknown, at):
+            return None
         found = _cramer(left, unknown)
         if found is None:
             return None
@@ -94,6 +100,18 @@ def solved(n: int, rows: Sequence[Row], fixed: dict[int, Any]) -> tuple[Any, ...
         if any(row or right != 0 for row, right in (_reduced(row, known) for row in left)):
             return None
     return tuple(known[j] for j in range(n)) if len(known) == n else None
+
+
+def _consistent(rows: Sequence[Row], unknown: Sequence[int], at: Callable[[Any], Any]) -> bool:
+    """Whether the equations have a solution in numbers, to round-off: divisions of polynomials are dear."""
+    import numpy as np
+
+    A = np.array([[float(at(row.get(j, 0))) for j in unknown] for row, _ in rows])
+    b = np.array([float(at(right)) for _, right in rows])
+    if not (np.isfinite(A).all() and np.isfinite(b).all()):
+        return True
+    x = np.linalg.lstsq(A, b, rcond=None)[0]
+    return bool(np.linalg.norm(A @ x - b) <= np.sqrt(np.finfo(float).eps) * (1 + np.linalg.norm(b)))
 
 
 def _reduced(row: Row, known: dict[int, Any]) -> Row:
