@@ -48,18 +48,35 @@ Jumps = Callable[[Sequence[Any]], tuple[tuple[Any, ...], tuple[Any, ...]]]
 """From Jᵀ P to (Δu, Λ)."""
 
 
-@dataclass(frozen=True)
 class ImpulsiveReaction:
     """Impulse of a joint on its child [N s], and moment impulse about the joint's point on it [N m s], ground axes.
 
-    ``components`` holds the named components, as those of the reactions: ``pin_x``.
+    Attributes
+    ----------
+    joint, on : str
+        The joint, and the child body that the impulses act on.
+    impulse, moment : SymPy columns, or tuples of floats
     """
 
-    joint: str
-    impulse: Any
-    moment: Any
-    on: str
-    components: dict[str, Any]
+    def __init__(self, struck: Struck, joint: str) -> None:
+        self._struck = struck
+        self.joint = joint
+        impulse, moment, self.on = struck._wrenches[joint]
+        self.impulse = struck._column(impulse)
+        self.moment = struck._column(moment)
+
+    @cached_property
+    def components(self) -> dict[str, Any]:
+        """The named components, as those of the reactions: ``pin_x``."""
+        s = self._struck
+        if self.joint in s.model.joints:
+            return {name: s._show(x) for name, x in s._joint_components(self.joint).items()}
+        names = {row.name for row in rows(s.model) if row.owner == self.joint}
+        return {name: value for name, value in s.multipliers.items() if name in names}
+
+    def __repr__(self) -> str:
+        parts = [", ".join(map(str, v)) for v in (self.impulse, self.moment)]
+        return f"Impulse of joint '{self.joint}' on '{self.on}': ({parts[0]}), moment impulse ({parts[1]})"
 
 
 class Struck:
@@ -167,13 +184,17 @@ class Struck:
         """Value of every named reaction component: ratios, or floats."""
         result: dict[str, Any] = {}
         for name in self.model.joints:
-            impulse, moment, _ = self._wrenches[name]
-            for c, along, of_force in self._directions(name):
-                v = impulse if of_force else moment
-                result[c] = self._tidy(dot(along, v))
+            result |= self._joint_components(name)
         for row, value in zip(rows(self.model), self._multipliers, strict=True):
             result[row.name] = value
         return result
+
+    def _joint_components(self, joint: str) -> dict[str, Any]:
+        impulse, moment, _ = self._wrenches[joint]
+        return {
+            name: self._tidy(dot(along, impulse if of_force else moment))
+            for name, along, of_force in self._directions(joint)
+        }
 
     def _directions(self, joint: str) -> list[tuple[str, Vector, bool]]:
         """(name, unit vector in ground axes, whether of the force) of a joint's reaction components."""
@@ -284,10 +305,16 @@ class Struck:
         lines = [f"Impulse on '{self.model.name}': speeds just after"]
         for name, x in zip(self.model.speed_names, self._reached.u, strict=True):
             lines.append(f"  {name} = {self._written(x)}")
-        parts = {n: x for n, x in self.canonical_components.items() if not _zero(x)}
-        if parts:
-            lines.append("impulsive reactions on the child bodies")
+        if not self._wrenches:
+            return "\n".join(lines)
+        lines.append("impulsive reactions on the child bodies")
+        if self.exact:
+            parts = {n: x for n, x in self.canonical_components.items() if not _zero(x)}
             lines += [f"  {name} = {self._written(x)}" for name, x in parts.items()]
+            return "\n".join(lines)
+        for name, (impulse, moment, _) in self._wrenches.items():
+            P, n = (", ".join(map(self._written, v)) for v in (impulse, moment))
+            lines.append(f"  {name}:  impulse ({P}), moment impulse ({n})")
         return "\n".join(lines)
 
     def latex(self) -> str:
@@ -297,7 +324,7 @@ class Struck:
         lines = []
         for speed, x in zip(self.model.speeds, self._reached.u, strict=True):
             lines.append(f"{vocabulary.latex(speed.symbol)}^{{+}} &= {self._latex(x, ring)}")
-        for name, x in self.canonical_components.items():
+        for name, x in self.canonical_components.items() if self.exact else ():
             if not _zero(x):
                 lines.append(f"\\hat{{{vocabulary.latex(vocabulary.reactions[name])}}} &= {self._latex(x, ring)}")
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
@@ -326,10 +353,7 @@ class _Reactions(Mapping[str, ImpulsiveReaction]):
         s = self._s
         if name not in s._wrenches:
             raise ModelError(f"Unknown joint '{name}'; {nearest(str(name), list(s._wrenches))}")
-        impulse, moment, child = s._wrenches[name]
-        vocabulary = Vocabulary(s._e)
-        own = {c: s._show(x) for c, x in s.canonical_components.items() if vocabulary.owner[c] == name}
-        return ImpulsiveReaction(name, s._column(impulse), s._column(moment), child, own)
+        return ImpulsiveReaction(s, name)
 
     def __contains__(self, name: object) -> bool:
         return name in self._s._wrenches
