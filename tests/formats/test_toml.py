@@ -11,7 +11,7 @@ import sympy
 import freebody as fb
 from freebody.formats import read_case
 from freebody.formats.text import expression_text, toml_number
-from freebody.formats.toml_read import JOINTS, SOLIDS, case_from_text
+from freebody.formats.toml_read import CONSTRAINTS, JOINTS, SOLIDS, case_from_text
 from freebody.formats.toml_write import toml_text
 from freebody.gallery import entries
 from freebody.scalar.algebra import IDENTITY
@@ -45,6 +45,8 @@ def described(system: fb.System) -> dict[str, object]:
         "bodies": {name: plain(body.mass_properties) for name, body in system.bodies.items()},
         "joints": plain(system.joints),
         "loads": list(plain(system.loads).items()),  # type: ignore[attr-defined]
+        "constraints": list(plain(system.constraints).items()),  # type: ignore[attr-defined]
+        "order": [*system.joints],
         "gravity": system.gravity,
         "about": system.about,
     }
@@ -96,9 +98,9 @@ def test_the_hole_of_the_page() -> None:
 
 def test_the_page_names_every_solid_joint_and_key() -> None:
     page = PAGE.read_text(encoding="utf-8")
-    for word in (*SOLIDS, *JOINTS):
+    for word in (*SOLIDS, *JOINTS, *CONSTRAINTS, *(key for keys in CONSTRAINTS.values() for key in keys)):
         assert f"`{word}`" in page
-    assert len(EXAMPLES) == 2
+    assert len(EXAMPLES) == 3
 
 
 # --- round trips ---
@@ -320,3 +322,93 @@ def test_toml_number() -> None:
     assert toml_number(2**70 + 1) is None
     assert toml_number(10**400) is None
     assert toml_number(sympy.pi) is None
+
+
+# --- constraints ---
+
+
+def constrained() -> fb.System:
+    """A loop and one constraint of each kind."""
+    s = fb.System("constrained")
+    r, L = s.parameters(r=0.5, L=4.0)
+    crank, rod, wheel, weight = (s.body(n, fb.box(1, (1, 2, 3))) for n in ("crank", "rod", "wheel", "weight"))
+    shaft = s.hinge("shaft", s.ground, crank, coordinate="a")
+    s.hinge("pin", crank, rod, at=(1, 0, 0), coordinate="b")
+    s.slider("guide", s.ground, rod, at=(0, 1, 0), axis="-y", parent_axes=fb.Rotation.euler("XYZ", 0.1, 0.2, 0.3))
+    s.free("air", s.ground, wheel)
+    s.hinge("drum", s.ground, weight, at=(0, 3, 0), axis="x", coordinate="d")
+    s.universal("hook", wheel, weight, axis=("y", (1, 0, 1)))
+    s.constrain("sin(a) = b^2 + t", name="wire")
+    s.constrain_speed("r*a' - cos(b)*d'", name="blade")
+    s.gear(shaft, s.joints["drum"], -r)
+    s.rope([s.ground.point(0, 1, 0), rod.origin, weight.point(0, "r", 0)], L + s.t / 2, name="line")
+    s.rolling("contact", wheel.point(0, 0, "r/2"), radius=r, axis=("sin(r)", 0, "cos(r)"), normal="-z")
+    s.rolling("ball", weight, radius=2 * r, normal="x", plane=s.ground.point(0, 0, "r"))
+    return s
+
+
+def test_round_trip_of_constraints() -> None:
+    result = again(constrained(), initial={"a": 0.1}, near={"b": "r/2", "air_x": 1}, until=2)
+    assert [*result.constraints] == ["wire", "blade", "gear_shaft_drum", "line", "contact", "ball"]
+    assert [name for name, joint in result.joints.items() if joint.closes] == ["guide", "hook"]
+    assert fb.assemble(result).constraints.keys() == fb.assemble(constrained()).constraints.keys()
+
+
+def test_near_is_kept() -> None:
+    case = case_from_text(toml_text(constrained(), near={"b": "r/2"}), "again.toml")
+    assert case.initial == {} and str(case.near["b"]) == "r/2"
+
+
+@pytest.mark.parametrize("name", ["four-bar", "slider-crank", "two-gears", "block-and-tackle", "rolling-disk", "whipple-bicycle"])
+def test_round_trip_of_the_constrained_gallery(name: str) -> None:
+    again(entries()[name].build())
+
+
+def test_the_disk_of_the_page_rolls() -> None:
+    case = case_from_text(EXAMPLES[2], "disk.toml")
+    found = fb.simulate(case.system, 2, initial=case.initial, near=case.near)
+    # x'' = 2/3 g sin(beta)
+    assert found["x"][-1] == pytest.approx(2 / 3 * 5 * 2**2 / 2)
+    assert found["turn"][-1] == pytest.approx(-found["x"][-1] / 0.25)
+
+
+def test_order_of_joints_decides_which_one_closes_the_loop() -> None:
+    text = toml_text(constrained())
+    first, second = text.index("[joints.pin]"), text.index("[joints.guide]")
+    third = text.index("[joints.air]")
+    swapped = text[:first] + text[second:third] + text[first:second] + text[third:]
+    with pytest.raises(fb.errors.FormatError, match="'pin' closes a loop.*Leave out coordinate="):
+        case_from_text(swapped, "swapped.toml")
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ('type = "chain"', "constraints.held.type: Unknown type of constraint 'chain'; known names"),
+        ('type = "condition"', "Expected the key 'expression', but it is missing"),
+        ('type = "condition"\nexpression = true', "Expected a number or an expression in quotes, got true or false"),
+        ('type = "speed"\nexpression = "theta"', "holds no speed"),
+        ('type = "gear"\nfirst = "pn"\nsecond = "pin"\nratio = 2', "held.first: Unknown joint 'pn'; did you mean 'pin'"),
+        ('type = "gear"\nfirst = "pin"\nsecond = "pin"\nratio = 2', "couples two joints, got 'pin' twice"),
+        ('type = "rope"\npoints = "bar"\nlength = 1', "held.points: Expected a list of points, got 'bar'"),
+        ('type = "rope"\npoints = ["bar", "baz"]\nlength = 1', "Unknown body 'baz'"),
+        ('type = "rolling"\nwheel = "bar"\nradius = 1\nnormal = "q"', "Expected 'x', 'y' or 'z', with or without"),
+        ('type = "rolling"\nwheel = "bar"\nradius = 1\nspin = 2', "held.spin: Unknown key 'spin'"),
+    ],
+)  # fmt: skip
+def test_refused_constraints(keys: str, message: str) -> None:
+    text = f"""
+[bodies.bar]
+solid = "particle"
+mass = 1
+[joints.pin]
+type = "hinge"
+child = "bar"
+to = [0, 1, 0]
+coordinate = "theta"
+[constraints.held]
+{keys}
+"""
+    with pytest.raises(fb.errors.FormatError, match=r"bad.toml, line 1\d, constraints.held") as caught:
+        case_from_text(text, "bad.toml")
+    assert message in str(caught.value)

@@ -6,21 +6,26 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..errors import ModelError
 from .model import find
 from .table import Grid
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from ..describe.system import System
+    from ..model import Model
 
 
 @click.command()
 @click.argument("model")
 def check(model: str) -> None:
-    """Assemble MODEL and list its bodies, joints, loads, degrees of freedom and parameters."""
+    """Assemble MODEL and list its bodies, joints, constraints, loads, degrees of freedom and parameters."""
     from ..formats.text import expression_text
     from ..model import assemble
 
-    system = find(model).build()
+    found = find(model)
+    system = found.build()
     assembled = assemble(system)
 
     def text(value: Any) -> str:
@@ -28,6 +33,7 @@ def check(model: str) -> None:
 
     _bodies(system, text)
     _joints(system, text)
+    _constraints(system, text)
     if system.loads:
         grid = Grid("Load", "Kind")
         for name, load in system.loads.items():
@@ -38,7 +44,11 @@ def check(model: str) -> None:
     _parameters(system)
     coordinates = ", ".join(coordinate.name for coordinate in assembled.coordinates)
     click.echo(f"Coordinates: {coordinates or 'none'}")
-    click.echo(f"Degrees of freedom: {len(assembled.speeds)}")
+    if not assembled.constraints:
+        click.echo(f"Degrees of freedom: {len(assembled.speeds)}")
+        click.echo(f"'{system.name}' is sound.")
+        return
+    _freedom(assembled, found.near)
     click.echo(f"'{system.name}' is sound.")
 
 
@@ -58,8 +68,60 @@ def _joints(system: System, text: Any) -> None:
         for primitive in joint.primitives:
             y = primitive.coordinate
             displacements += [text(one) for one in (y if isinstance(y, tuple) else (y,)) if one is not None]
+        if joint.closes:
+            displacements = ["closes a loop"]
         grid.row(name, joint.type, joint.parent.name, joint.child.name, ", ".join(displacements))
     grid.print()
+
+
+def _constraints(system: System, text: Any) -> None:
+    if not system.constraints:
+        return
+    from ..describe.constraint import Gear, Rolling, Rope
+
+    grid = Grid("Constraint", "Kind", "Keeps")
+    for name, one in system.constraints.items():
+        if isinstance(one, Gear):
+            what = f"{one.first.name} = {text(one.ratio)} * {one.second.name}"
+        elif isinstance(one, Rope):
+            what = f"length {text(one.length)} over {len(one.points)} points"
+        elif isinstance(one, Rolling):
+            what = f"{one.center.body.name} rolling, radius {text(one.radius)}"
+        else:
+            what = f"{text(one.expression)} = 0"
+        grid.row(name, type(one).__name__, what)
+    grid.print()
+
+
+def _freedom(model: Model, near: Mapping[str, Any]) -> None:
+    """Degrees of freedom of a machine with constraints, at a closed position with the default values."""
+    from ..dynamics.constrained import closed_coordinates, independent_rows
+    from ..dynamics.constraints import rows
+    from ..dynamics.indeterminate import indeterminate
+    from ..dynamics.state import float_state
+    from ..simulate.initial import named_state
+
+    kinds = rows(model)
+    click.echo(f"Constraint forces: {', '.join(row.name for row in kinds)}")
+    numbers = model.values()
+    start, _ = named_state(model, numbers, near, "near")
+    try:
+        q = closed_coordinates(model, start[: model.n_q].tolist(), values=numbers)
+    except ModelError as error:
+        click.echo(f"Degrees of freedom: unknown. {error}")
+        return
+    state = float_state(model, q, values=numbers)
+    active = independent_rows(model, state)
+    shape = sum(not kinds[i].on_speeds for i in active)
+    place = ", ".join(f"{name} = {x:.6g}" for name, x in zip(model.coordinate_names, q, strict=True))
+    click.echo(f"Closed position: {place}")
+    click.echo(
+        f"Degrees of freedom there: {model.n_u - len(active)} ({model.n_u} speeds, {len(active)} independent "
+        f"constraints{f', {len(active) - shape} of them on speeds only' if shape < len(active) else ''})"
+    )
+    open_ = indeterminate(model, state)
+    if open_:
+        click.echo(f"Indeterminate reactions: {', '.join(open_)}")
 
 
 def _parameters(system: System) -> None:

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from .model import find
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from ..equations import Equations
 
 
 @click.command()
@@ -18,9 +23,28 @@ def equations(model: str, latex: bool, body: str | None) -> None:
     from ..equations import equations as equations_of
     from ..errors import ModelError, nearest
 
-    system = find(model).build()
+    found = find(model)
+    system = found.build()
     if body is not None and body not in system.bodies:
         raise ModelError(f"Expected a body of '{system.name}', got '{body}'; {nearest(body, system.bodies)}")
     whole = equations_of(system)
     product: Any = whole if body is None else whole.free_body(body)
     click.echo(product.latex() if latex else product.text())
+    if whole.model.constraints and body is None and not latex:
+        _constraint_forces(whole, found.near)
+
+
+def _constraint_forces(whole: Equations, near: Mapping[str, Any]) -> None:
+    """The multipliers, and which reactions no motion determines."""
+    from ..errors import ModelError
+
+    matrix = whole.conditions.matrix
+    live = [name for name, row in zip(whole.condition_names, matrix, strict=True) if any(x != 0 for x in row)]
+    click.echo(f"\nConstraint forces (multipliers): {', '.join(live)}")
+    places = {name: value for name, value in near.items() if name in whole.model.coordinate_names}
+    try:
+        indeterminate = whole.indeterminate(places)
+    except ModelError:
+        return  # `check` says why the machine does not close
+    if indeterminate:
+        click.echo(f"Indeterminate reactions: {', '.join(indeterminate)}")

@@ -36,6 +36,14 @@ class FileEntry:
     title: str = ""
     asks: tuple[str, ...] = ()
 
+    @property
+    def start(self) -> Mapping[str, Any]:
+        return self.case.initial
+
+    @property
+    def near(self) -> Mapping[str, Any]:
+        return {**self.case.near, **self.case.initial}
+
     def build(self) -> System:
         return self.case.system
 
@@ -52,7 +60,9 @@ class FileEntry:
         if tolerance is None:
             tolerance = 1e-9 if case.tolerance is None else case.tolerance
         length = case.until if until is None else until
-        trajectory = simulate(case.system, length, initial=case.initial, values=values, tolerance=tolerance)
+        trajectory = simulate(
+            case.system, length, initial=case.initial, near=case.near, values=values, tolerance=tolerance
+        )
         plots: dict[str, Any] = {}
         if trajectory.kernels.model.coordinates:
             plots["coordinates.png"] = lambda path: trajectory.plot(path=path)

@@ -60,6 +60,8 @@ class Rolling:
     normal: tuple[str, Any]
     first: tuple[str, Any]
     second: tuple[str, Any]
+    given: Any = None
+    """The axis as the user gave it."""
 
 
 Constraint = Rolling | Condition | SpeedCondition | Gear | Rope

@@ -181,6 +181,7 @@ def rolling(
             (letter, up),
             ("xyz"[i], UNIT["xyz"[i]]),
             ("xyz"[j], UNIT["xyz"[j]]),
+            axis,
         ),
     )
 

@@ -233,8 +233,8 @@ def free(
     system.claim(name, system.joints, "joint")
     if closes_loop(system, child):
         raise ModelError(
-            f"Free joint '{name}' would leave '{child.name}', which another joint holds, free: it does nothing. "
-            f"Leave it out."
+            f"Free joint '{name}' would leave '{getattr(child, 'name', child)}', which another joint holds, free: "
+            f"it does nothing. Leave it out."
         )
     prefix = coordinate or name
     q = _components(system, prefix, ["x", "y", "z", "e0", "e1", "e2", "e3"], "coordinate")
@@ -254,6 +254,8 @@ def weld(
 
 def closes_loop(system: System, child: Any) -> bool:
     """Whether a joint with this child closes a loop: the child is the ground, or hangs on an earlier joint."""
+    if isinstance(child, str):
+        return child == "ground" or child in system.hung
     if not isinstance(child, Body):
         return False
     return child.system is system and (child.is_ground or child.name in system.hung)
@@ -266,9 +268,9 @@ def _coordinates(system: System, child: Any, name: str, given: Any, defaults: li
     if closes_loop(system, child):
         if given is not None:
             raise ModelError(
-                f"Joint '{name}' closes a loop, since '{child.name}' is already held by an earlier joint: its "
-                f"displacement follows from the other coordinates. Leave out coordinate=, or declare this joint "
-                f"before the one that shall close the loop."
+                f"Joint '{name}' closes a loop, since '{getattr(child, 'name', child)}' is already held by an earlier "
+                f"joint: its displacement follows from the other coordinates. Leave out coordinate=, or declare this "
+                f"joint before the one that shall close the loop."
             )
         return [None] * len(defaults)
     if given is None:

@@ -282,7 +282,7 @@ class System:
         """A new name of a joint or load."""
         check_name(name, what)
         # joints and constraints both have multipliers that bear their names
-        others = {"joint": self.constraints, "constraint": self.joints}.get(what, {})
+        others: dict[str, Any] = {"joint": self.constraints, "constraint": self.joints}.get(what, {})  # type: ignore
         for known, names in ((what, table), ("constraint" if what == "joint" else "joint", others)):
             if name in names:
                 raise ModelError(f"There is already a {known} '{name}' in this system. Choose another name.")

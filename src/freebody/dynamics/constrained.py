@@ -13,13 +13,17 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import sympy
 
+from ..describe.constraint import Condition, Gear, Rope, SpeedCondition
+from ..describe.names import TIME
 from ..errors import ModelError
 from ..model.model import Model
 from ..scalar.algebra import Vector, apply_transpose, cross, scale, subtract
+from ..scalar.expression import exact
 from ..space.spatial import plus
 from .composite import mass_matrix
-from .constraints import linearized, residuals, rows, wrenches
+from .constraints import linearized, residuals, rows, torques, wrenches
 from .kinematics import coordinate_rates, link_postures, place_of, point_position
 from .linear import Factorization
 from .loading import Loading, loading
@@ -69,13 +73,16 @@ def constrained_loading(model: Model, state: State, multipliers: Sequence[Any]) 
     given = loading(model, state)
     result = Loading(dict(given.wrenches), dict(given.along), dict(given.generalized))
     matrix = linearized(model, state).matrix
-    for i, acting in enumerate(wrenches(model, state)):
-        value = multipliers[i]
+    for i, (row, acting) in enumerate(zip(rows(model), wrenches(model, state), strict=True)):
+        value, owner = multipliers[i], model.constraints[row.owner]
         if isinstance(value, int) and value == 0:
             continue
         for where, force, moment in acting:
             _press(model, state, result, where, scale(value, force), scale(value, moment))
-        if not acting:
+        if isinstance(owner, Gear):
+            for _, link, factor in torques(model, state, owner):
+                result.along[link] = result.along.get(link, 0) + factor * value
+        elif not acting:
             for j, entry in enumerate(matrix[i]):
                 result.generalized[j] = result.generalized.get(j, 0) + entry * value
     return result
@@ -95,12 +102,19 @@ def _press(model: Model, state: State, result: Loading, where: Any, force: Vecto
 
 
 def constraint_power(model: Model, state: State, multipliers: Sequence[Any]) -> Any:
-    """Power that conditions with explicit time put in: -Σ λ g, where ψ = G u + g [W]."""
+    """Power that conditions with explicit time put in: -Σ λ g, where ψ = G u + g [W].
+
+    Joints, gears and wheels do no work between what they join; where that is driven, the drive does it. A rope does
+    work where it is hauled in.
+    """
     given = linearized(model, state)
     total: Any = 0
-    for value, rate, row in zip(multipliers, given.rate, given.matrix, strict=True):
-        g = rate - _dot(row, state.u)
-        total = total - value * g
+    for kind, value, rate, row in zip(rows(model), multipliers, given.rate, given.matrix, strict=True):
+        owner = model.constraints[kind.owner]
+        if isinstance(owner, Condition | SpeedCondition):
+            total = total - value * (rate - _dot(row, state.u))
+        elif isinstance(owner, Rope) and isinstance(owner.length, sympy.Basic):
+            total = total - value * state(exact(owner.length.diff(TIME)))
     return total
 
 

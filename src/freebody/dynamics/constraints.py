@@ -150,6 +150,15 @@ def _rolling(model: Model, state: State, wheel: Rolling) -> list[Any]:
     return [height, dot(wheel.first[1], slip), dot(wheel.second[1], slip)]
 
 
+def torques(model: Model, state: State, gear: Gear) -> list[tuple[str, int, Any]]:
+    """(joint, link, force or torque along its displacement) of a gear per unit multiplier.
+
+    They act on driven shafts too, which the matrix G, over the free speeds, does not see.
+    """
+    pairs = ((gear.first, 1), (gear.second, -state(gear.ratio)))
+    return [(joint.name, model.joints[joint.name].links[0], value) for joint, value in pairs]
+
+
 def wrenches(model: Model, state: State) -> list[list[tuple[Any, Vector, Vector]]]:
     """Per condition, the (point, force, moment) per unit multiplier on bodies, in ground axes.
 

@@ -61,7 +61,9 @@ def generalized_impulse(model: Model, state: State, blows: Loading) -> tuple[Any
     """Jᵀ P: impulses conjugate to the speeds [N s, N m s]. Length n_u."""
     F = _inward(model, state, [blows.wrench(i) for i in range(len(model.links))])
     total = forces_on_coordinates(
-        model, state, [power(state.subspace(i), F[i]) if link.one_dof else 0 for i, link in enumerate(model.links)]
+        model,
+        state,
+        [power(state.subspace(i), F[i]) if link.one_dof else 0 for i, link in enumerate(model.links)],
     )
     for i, link in enumerate(model.links):
         if link.u >= 0:
@@ -137,7 +139,9 @@ def point_jump(model: Model, state: State, jumps: Sequence[Spatial], point: Any)
     return apply(rotation(model, state, link), add(v, cross(w, p)))
 
 
-def with_constraints(model: Model, state: State, blows: Sequence[Blow], multipliers: Sequence[Any]) -> list[Blow]:
+def with_constraints(
+    model: Model, state: State, blows: Sequence[Blow], multipliers: Sequence[Any]
+) -> list[Blow]:
     """The blows together with the impulses of loops, ropes and rolling contacts."""
     result = list(blows)
     for multiplier, acting in zip(multipliers, wrenches(model, state), strict=True):

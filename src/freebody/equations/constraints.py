@@ -11,7 +11,8 @@ from ..dynamics.indeterminate import self_stresses
 from ..dynamics.state import float_state, rest_coordinates
 from ..errors import ModelError, nearest
 from ..model.closure import Closure
-from ..scalar.algebra import ZERO, add, dot, scale
+from ..scalar.algebra import ZERO, add, dot, floats, scale
+from ..scalar.expression import evaluate
 from .reaction import Reaction, unknowns
 
 if TYPE_CHECKING:
@@ -48,14 +49,16 @@ def indeterminate(e: Equations, near: Mapping[Any, Any] | None, values: Mapping[
     """Names of the reaction components that the motion does not determine, at a closed position."""
     model = e.model
     q: list[Any] = list(rest_coordinates(model))
+    given = model.values(values)
+    numbers = {p.symbol: given[p.name] for p in model.parameters}
     for key, value in (near or {}).items():
         name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
         if name not in model.coordinate_names:
             raise ModelError(f"Unknown coordinate '{name}' in near; {nearest(name, model.coordinate_names)}")
         number = model.names.expression(value, f"'{name}' in near")
-        if model.names.depends(number, "parameter", "coordinate", "speed", "time"):
-            raise ModelError(f"Expected a number for '{name}' in near, got {value!r}.")
-        q[model.coordinate_names.index(name)] = float(number)
+        if model.names.depends(number, "coordinate", "speed", "time"):
+            raise ModelError(f"Expected a number or an expression of parameters for '{name}' in near, got {value!r}.")
+        q[model.coordinate_names.index(name)] = float(evaluate(number, numbers, floats))
     q = closed_coordinates(model, q, values=values)
     state = float_state(model, q, values=values)
     stresses = self_stresses(model, state)

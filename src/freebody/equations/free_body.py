@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from ..describe.body import Body, Point
+from ..describe.constraint import Gear
 from ..describe.load import (
     Damper,
     Force,
@@ -25,7 +26,7 @@ from ..describe.load import (
     Spring,
     Torque,
 )
-from ..dynamics.constraints import rows
+from ..dynamics.constraints import rows, torques
 from ..dynamics.coordinates import forces_on_free_displacements
 from ..dynamics.joint_freedom import pressing
 from ..dynamics.kinematics import accelerations, point_position, rotation, velocities
@@ -153,18 +154,22 @@ class FreeBody:
             if body.name == self.body:
                 at = point_position(model, state, point)
                 result.append(Action(row.name, "reaction", scale(value, force), scale(value, moment), at, row.owner))
-        if not pair:
+        owner = model.constraints[row.owner]
+        if isinstance(owner, Gear):
+            for joint, link, factor in torques(model, state, owner):
+                result += self._along_joint(row.name, joint, link, factor * value, "reaction")
+        elif not pair:
             matrix = e.conditions.matrix[rows(model).index(row)]
             for j, entry in enumerate(matrix):
                 if entry != 0:
                     result += self._of_generalized_value(row.name, j, entry * value, "reaction")
-            if result:
-                # one unknown: its force and couple on this body stand on one line
-                force, moment = ZERO, ZERO
-                for part in result:
-                    arm = subtract(part.at, result[0].at)
-                    force, moment = add(force, part.force), add(moment, add(part.moment, cross(arm, part.force)))
-                result = [replace(result[0], force=force, moment=moment)]
+        if not pair and result:
+            # one unknown: its force and couple on this body stand on one line
+            force, moment = ZERO, ZERO
+            for part in result:
+                arm = subtract(part.at, result[0].at)
+                force, moment = add(force, part.force), add(moment, add(part.moment, cross(arm, part.force)))
+            result = [replace(result[0], force=force, moment=moment)]
         return result
 
     def _of_load(self, load: Any) -> list[Action]:
@@ -333,7 +338,7 @@ class FreeBody:
 
     def text(self) -> str:
         """The forces by name and the equations, as plain text; of a planar model, those in the plane."""
-        from .planar import plane_in, planar_text
+        from .planar import planar_text, plane_in
 
         if not isinstance(plane_in(self), str):
             return planar_text(self)
@@ -355,7 +360,7 @@ class FreeBody:
 
     def latex(self) -> str:
         """The equations as a LaTeX ``aligned`` block; of a planar model, those in the plane."""
-        from .planar import plane_in, planar_latex
+        from .planar import planar_latex, plane_in
 
         if not isinstance(plane_in(self), str):
             return planar_latex(self)

@@ -46,7 +46,7 @@ def read(path: str | os.PathLike[str]) -> System:
 
 
 def read_case(path: str | os.PathLike[str]) -> Case:
-    """The system of a model file with its ``[initial]`` values and its ``[run]``; errors as :func:`read`."""
+    """The system of a model file with its ``[initial]``, ``[near]`` and ``[run]``; errors as :func:`read`."""
     from .toml_read import case_from_text
 
     file = _checked(path)
@@ -83,6 +83,7 @@ def write(
     initial: Mapping[str, Any] | None = None,
     until: Any = None,
     tolerance: float | None = None,
+    near: Mapping[str, Any] | None = None,
 ) -> None:
     """Write a system as a model file that :func:`read` reads back as the same system.
 
@@ -98,6 +99,8 @@ def write(
     until : number or expression, optional
         Length of the run [s].
     tolerance : float, optional
+    near : mapping, optional
+        Of a machine with constraints, for the table ``[near]``: where the search for a closed position begins.
 
     Raises
     ------
@@ -119,7 +122,7 @@ def write(
     from .toml_write import toml_text
 
     file = _checked(path)
-    text = toml_text(system, initial=initial, until=until, tolerance=tolerance)
+    text = toml_text(system, initial=initial, until=until, tolerance=tolerance, near=near)
     with replacing(file) as new:
         new.write_text(text, encoding="utf-8", newline="\n")
 

@@ -21,9 +21,12 @@ class Case:
         Length of the run [s].
     tolerance : float or None
         Of the integration.
+    near : dict of str to expression
+        Of a machine with constraints: where the search for what is not in ``initial`` begins.
     """
 
     system: System
     initial: dict[str, Any] = field(default_factory=dict)
     until: Any = None
     tolerance: float | None = None
+    near: dict[str, Any] = field(default_factory=dict)

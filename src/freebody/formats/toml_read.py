@@ -19,7 +19,7 @@ from .case import Case
 from .positions import key_lines
 from .table import Document, Table
 
-MAX_ENTITIES = 20_000  # parameters, bodies, joints and loads together
+MAX_ENTITIES = 20_000  # parameters, bodies, joints, constraints and loads together
 
 SOLIDS = (
     "particle", "slender_bar", "disk", "ring", "cylinder", "tube", "cone", "box", "plate", "sphere",
@@ -96,6 +96,8 @@ def case_from_text(text: str, name: str = "model.toml") -> Case:
     # joints may hang on coordinates and loads on joints, so this order, whatever the file's
     for joint, table in root.tables("joints"):
         _joint(system, joint, table)
+    for constraint, table in root.tables("constraints"):
+        _constraint(system, constraint, table)
     if root.has("gravity"):
         gravity = root.vector("gravity")
         root.guard(lambda: setattr(system, "gravity", gravity), "gravity")
@@ -105,7 +107,7 @@ def case_from_text(text: str, name: str = "model.toml") -> Case:
         unit, about = table.text("unit", ""), table.text("about", "")
         table.guard(lambda symbol=symbol, u=unit, a=about: system.describe(symbol, unit=u, about=a))
         table.done()
-    case = Case(system, _initial(system, root), *_run(root))
+    case = Case(system, _initial(system, root, "initial"), *_run(root), _initial(system, root, "near"))
     root.done()
     return case
 
@@ -248,6 +250,48 @@ def _coordinate(table: Table, value: Any) -> Any:
     return value if isinstance(value, str) else table.read(value, "coordinate")
 
 
+# --- constraints ------------------------------------------------------------------------------
+
+CONSTRAINTS = {
+    "condition": ("expression",),
+    "speed": ("expression",),
+    "gear": ("first", "second", "ratio"),
+    "rope": ("points", "length"),
+    "rolling": ("wheel", "radius", "axis", "normal", "plane"),
+}
+
+
+def _constraint(system: System, name: str, table: Table) -> None:
+    kind = table.text("type")
+    if kind not in CONSTRAINTS:
+        table.fail(f"Unknown type of constraint '{kind}'; {nearest(kind, CONSTRAINTS)}", "type")
+    call: Callable[[], Any]
+    if kind in ("condition", "speed"):
+        value = table.raw("expression")
+        make = system.constrain if kind == "condition" else system.constrain_speed
+        # "y = x^2" is read by the system, which knows equations
+        expression = value if isinstance(value, str) else table.read(value, "expression")
+        call = lambda: make(expression, name=name)  # noqa: E731
+    elif kind == "gear":
+        first, second = _own_joint(table, "first"), _own_joint(table, "second")
+        ratio = table.expression("ratio")
+        call = lambda: system.gear(first, second, ratio, name=name)  # noqa: E731
+    elif kind == "rope":
+        points = table.raw("points")
+        if not isinstance(points, list):
+            table.fail(f"Expected a list of points, got {points!r}.", "points")
+        places = [_place(table, one, "points") for one in points]
+        length = table.expression("length")
+        call = lambda: system.rope(places, length, name=name)  # noqa: E731
+    else:
+        wheel, radius, normal = _point(table, "wheel"), table.expression("radius"), table.text("normal", "y")
+        axis = _axis(table, table.data["axis"], kind) if table.has("axis") else None
+        plane = _point(table, "plane") if table.has("plane") else None
+        call = lambda: system.rolling(name, wheel, radius=radius, axis=axis, normal=normal, plane=plane)  # noqa: E731
+    table.done()
+    table.guard(call)
+
+
 # --- loads ------------------------------------------------------------------------------------
 
 
@@ -317,11 +361,11 @@ def _generalized(system: System, name: str, table: Table) -> Callable[[], Any]:
     return lambda: system.generalized_force(coordinate, value, name=name)
 
 
-def _own_joint(table: Table) -> Any:
-    name = table.text("joint")
+def _own_joint(table: Table, key: str = "joint") -> Any:
+    name = table.text(key)
     joints = table.system.joints
     if name not in joints:
-        table.fail(f"Unknown joint '{name}'; {nearest(name, joints)}", "joint")
+        table.fail(f"Unknown joint '{name}'; {nearest(name, joints)}", key)
     return joints[name]
 
 
@@ -331,7 +375,10 @@ def _frame(table: Table) -> Any:
 
 def _point(table: Table, key: str) -> Point:
     """``{ body = "bar", point = [0, "a", 0] }``, or the name of a body for its origin."""
-    value = table.raw(key)
+    return _place(table, table.raw(key), key)
+
+
+def _place(table: Table, value: Any, key: str) -> Point:
     if isinstance(value, str):
         return table.guard(lambda: table.system.own_body(value, f"'{key}'").origin, key)
     if not isinstance(value, dict):
@@ -348,8 +395,9 @@ def _point(table: Table, key: str) -> Point:
 # --- what to run ------------------------------------------------------------------------------
 
 
-def _initial(system: System, root: Table) -> dict[str, Any]:
-    table = root.table("initial")
+def _initial(system: System, root: Table, section: str) -> dict[str, Any]:
+    """Values of coordinates and speeds: ``[initial]``, or ``[near]`` of a machine with constraints."""
+    table = root.table(section)
     names = system.names
     known = [name for name, kind in names.kinds.items() if kind in ("coordinate", "speed")]
     turning = [joint.name for joint in system.joints.values() if joint.type in ("ball", "free")]

@@ -10,6 +10,7 @@ from typing import Any
 
 import sympy
 
+from ..describe import constraint as constraints
 from ..describe import load as loads
 from ..describe.body import Body, Point
 from ..describe.joint import Joint
@@ -31,13 +32,14 @@ def toml_text(
     initial: Mapping[str, Any] | None = None,
     until: Any = None,
     tolerance: float | None = None,
+    near: Mapping[str, Any] | None = None,
 ) -> str:
     """The text of a model file.
 
     Parameters
     ----------
     system : System
-    initial : mapping of str to number or expression, optional
+    initial, near : mapping of str to number or expression, optional
     until, tolerance : optional
         Of the table ``[run]``.
 
@@ -47,11 +49,11 @@ def toml_text(
         An expression that the file's language has no word for.
     """
     writer = _Writer(system)
-    text = writer.document(initial, until, tolerance, assumed=())
+    text = writer.document(initial, near, until, tolerance, assumed=())
     # masses and dimensions are assumed positive by their use: only what the reader would not know is written
     implied = case_from_text(text, "the text being written").system.positive
     rest = system.positive - implied
-    return writer.document(initial, until, tolerance, assumed=rest) if rest else text
+    return writer.document(initial, near, until, tolerance, assumed=rest) if rest else text
 
 
 class _Writer:
@@ -79,7 +81,9 @@ class _Writer:
 
     # --- the document ---
 
-    def document(self, initial: Any, until: Any, tolerance: Any, assumed: Iterable[Any]) -> str:
+    def document(
+        self, initial: Any, near: Any, until: Any, tolerance: Any, assumed: Iterable[Any]
+    ) -> str:
         system = self.system
         head = {"name": quoted(system.name)}
         if any(component != 0 for component in system.gravity):
@@ -98,17 +102,19 @@ class _Writer:
         self.used: set[Any] = set()
         for name, joint in system.joints.items():
             parts.append(block(("joints", name), self.joint(joint)))
+        for name, held in system.constraints.items():
+            parts.append(block(("constraints", name), self.constraint(held)))
         for name, one in system.loads.items():
             section, keys = self.load(one)
             parts.append(block((section, name), keys))
         for name, (unit, about) in system.about.items():
             keys = {"unit": quoted(unit), "about": quoted(about)}
             parts.append(block(("describe", name), {k: v for k, v in keys.items() if v != '""'}))
-        if initial:
-            known = system.names
-            named = {known.texts.get(name, name): value for name, value in initial.items()}
-            values = {name: self.start(name, value) for name, value in named.items()}
-            parts.append(block(("initial",), values))
+        for section, start in (("initial", initial), ("near", near)):
+            if start:
+                named = {system.names.texts.get(name, name): value for name, value in start.items()}
+                values = {name: self.start(name, value) for name, value in named.items()}
+                parts.append(block((section,), values))
         run = {}
         if until is not None:
             run["until"] = self.value(system.expression(until, "until"))
@@ -139,7 +145,7 @@ class _Writer:
         names = self.system.names
         order: dict[str, Any] = dict.fromkeys(first)
         for joint in self.system.joints.values():
-            for primitive in joint.primitives:
+            for primitive in () if joint.closes else joint.primitives:
                 y = primitive.coordinate
                 for atom in y if isinstance(y, tuple) else (y,):
                     text = names.texts.get(atom) if isinstance(atom, sympy.Basic) else None
@@ -223,6 +229,8 @@ class _Writer:
             keys["axis"] = self.axis(joint.given["axis"])
         if "pitch" in JOINTS[joint.type]:
             keys["pitch"] = self.value(joint.primitives[0].pitch)
+        if joint.closes:
+            return keys  # it has no coordinates
         if joint.type in ("ball", "free"):
             prefix = joint.given["coordinate"] or joint.name
             if prefix != joint.name:
@@ -245,6 +253,31 @@ class _Writer:
         if len(axis) == 2:
             return f"[{', '.join(map(self.axis, axis))}]"
         return self.row(self.system.vector(axis, "the axis"))
+
+    # --- constraints ---
+
+    def constraint(self, one: Any) -> dict[str, str]:
+        match one:
+            case constraints.Condition():
+                return {"type": quoted("condition"), "expression": self.value(one.expression)}
+            case constraints.SpeedCondition():
+                return {"type": quoted("speed"), "expression": self.value(one.expression)}
+            case constraints.Gear():
+                keys = {"first": quoted(one.first.name), "second": quoted(one.second.name)}
+                return {"type": quoted("gear"), **keys, "ratio": self.value(one.ratio)}
+            case constraints.Rope():
+                points = f"[{', '.join(map(self.point, one.points))}]"
+                return {"type": quoted("rope"), "points": points, "length": self.value(one.length)}
+            case constraints.Rolling():
+                keys = {"wheel": self.point(one.center), "radius": self.value(one.radius)}
+                if one.given is not None:
+                    keys["axis"] = self.axis(one.given)
+                letter, up = one.normal
+                keys["normal"] = quoted(letter if sum(up) > 0 else f"-{letter}")
+                if one.plane.components != ZERO:
+                    keys["plane"] = self.point(one.plane)
+                return {"type": quoted("rolling"), **keys}
+        raise AssertionError(f"no words for {one!r}")
 
     # --- loads ---
 

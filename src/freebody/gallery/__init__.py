@@ -38,11 +38,20 @@ class Gallery(Mapping[str, Entry]):
 
 def entries() -> Gallery:
     """All entries, by name or alias."""
+    from .block_and_tackle import BLOCK_AND_TACKLE
     from .cart_and_bar import CART_AND_BAR
     from .double_pendulum import DOUBLE_PENDULUM
+    from .four_bar import FOUR_BAR
     from .gyroscope import GYROSCOPE
     from .hinged_bar import HINGED_BAR
+    from .rolling_disk import ROLLING_DISK
+    from .slider_crank import SLIDER_CRANK
     from .torque_free import TORQUE_FREE
     from .tumbling_body import TUMBLING_BODY
+    from .two_gears import TWO_GEARS
+    from .whipple_bicycle import WHIPPLE_BICYCLE
 
-    return Gallery(GYROSCOPE, TORQUE_FREE, HINGED_BAR, CART_AND_BAR, DOUBLE_PENDULUM, TUMBLING_BODY)
+    return Gallery(
+        GYROSCOPE, TORQUE_FREE, HINGED_BAR, CART_AND_BAR, DOUBLE_PENDULUM, TUMBLING_BODY, ROLLING_DISK, FOUR_BAR,
+        SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
+    )  # fmt: skip

@@ -66,6 +66,8 @@ class Entry:
         Length of the run where none is asked for [s].
     start : mapping
         Values by name, numbers or expressions of parameters, from which the motion of the run begins.
+    near : mapping
+        Of a machine with constraints: coordinates near which it is closed.
     """
 
     name: str
@@ -76,6 +78,7 @@ class Entry:
     solve: Callable[[Case], tuple[fb.Trajectory, Answers, Plots]]
     until: float
     start: Mapping[str, Any] = field(default_factory=dict)
+    near: Mapping[str, Any] = field(default_factory=dict)
 
     def run(
         self, values: Mapping[str, Any] | None = None, until: Any = None, tolerance: float | None = None
@@ -147,11 +150,17 @@ class Case:
         return np.array([self.number(entry, state) for entry in matrix]).reshape(matrix.shape)
 
     def accelerations(self, state: Mapping[str, Any]) -> dict[str, float]:
-        """u' by name at coordinates and speeds, from the equations of motion: M u' = -bias."""
-        M, bias = self.numbers(self.equations.mass_matrix, state), self.numbers(self.equations.bias, state)
-        found = np.linalg.solve(M, -bias[:, 0])
-        names = [speed.name + "'" for speed in self.equations.model.speeds]
-        return dict(zip(names, found.tolist(), strict=True))
+        """u' by name at coordinates and speeds, from the equations of motion: M u' = -bias + Gᵀ λ, G u' = -γ."""
+        e = self.equations
+        M, bias = self.numbers(e.mass_matrix, state), self.numbers(e.bias, state)
+        if e.model.constraints:
+            G, gamma = self.numbers(e.constraint_matrix, state), self.numbers(e.constraint_bias, state)
+            M = np.block([[M, -G.T], [G, np.zeros((len(G), len(G)))]])
+            bias = np.vstack([bias, gamma])
+        # redundant conditions leave multipliers open, but no acceleration
+        found = np.linalg.lstsq(M, -bias[:, 0])[0] if e.model.constraints else np.linalg.solve(M, -bias[:, 0])
+        names = [speed.name + "'" for speed in e.model.speeds]
+        return dict(zip(names, found.tolist(), strict=False))
 
     def simulate(self, until: Any = None, **options: Any) -> fb.Trajectory:
         """The motion at this case's values and tolerance; options as of :func:`freebody.simulate`."""

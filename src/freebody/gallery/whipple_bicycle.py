@@ -98,7 +98,9 @@ def stable_speeds(parts: dict[str, np.ndarray], g: float) -> tuple[float, float]
     x = np.polynomial.Polynomial([0.0, 1.0])
     (M11, M12), (M21, M22) = parts["M"]
     (C11, C12), (C21, C22) = parts["C1"]
-    (K11, K12), (K21, K22) = ([g * a + b * x for a, b in zip(*two, strict=True)] for two in zip(parts["K0"], parts["K2"], strict=True))
+    (K11, K12), (K21, K22) = (
+        [g * a + b * x for a, b in zip(*rows, strict=True)] for rows in zip(parts["K0"], parts["K2"], strict=True)
+    )
     a4 = M11 * M22 - M12 * M21
     b3 = M11 * C22 + C11 * M22 - M12 * C21 - C12 * M21
     a2 = M11 * K22 + K11 * M22 - M12 * K21 - K12 * M21 + (C11 * C22 - C12 * C21) * x

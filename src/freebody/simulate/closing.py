@@ -87,7 +87,7 @@ def check_redundant(kernels: Kernels, program: Program, path: Path) -> None:
         worst = int(missed[k].argmax())
         raise SimulationError(
             f"The constraint '{names[worst // 2]}' of '{kernels.model.name}' followed from the others at the start, "
-            f"but at t = {path.times[k]:.6g} s it does not. The start is a singular position, such as bars in one line, "
+            f"but at t = {path.times[k]:.6g} s it does not. The start is a singular position, such as bars in line, "
             f"from which the machine can move in more ways than elsewhere. Start a little beside it."
         )
 
