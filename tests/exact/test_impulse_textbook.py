@@ -41,7 +41,13 @@ def test_problem_6_17_satellite():
     assert hit.after["space_wx"] == J * d / I1
     assert hit.after["space_wy"] == 0 and hit.after["space_wz"] == spin
     assert hit.after["space_vz"] == J / M
-    number = fb.impulse(s, at=drum.point(0, d, 0), impulse=(0, 0, J), initial=hit.initial | {"space_wx": 0, "space_vz": 0}, values={})
+    number = fb.impulse(
+        s,
+        at=drum.point(0, d, 0),
+        impulse=(0, 0, J),
+        initial=hit.initial | {"space_wx": 0, "space_vz": 0},
+        values={},
+    )
     assert number.after["space_wx"] == pytest.approx(0.315, rel=1e-14)
     # what follows: precession about H at |H|/I_1, the body cone at (I_3 - I_1) w3/I_1
     w1, w3, I_1, I_3 = 0.315, 5 * math.pi, 1600, 2000

@@ -42,17 +42,17 @@ def test_moment_equations_from_the_rate_of_momentum():
 
 def test_moment_equations_term_by_term():
     # (6.27), first line
-    I = {n: sympy.Symbol(f"I_{n}", real=True) for n in ("xx", "yy", "zz", "xy", "xz", "yz")}
+    J = {n: sympy.Symbol(f"I_{n}", real=True) for n in ("xx", "yy", "zz", "xy", "xz", "yz")}
     x, y, z = forms.rates("omega")
     dx, dy, dz = (w.diff(t) for w in (x, y, z))
     first = (
-        I["xx"] * dx - I["xy"] * dy - I["xz"] * dz - I["xz"] * x * y + I["xy"] * x * z
-        + (I["zz"] - I["yy"]) * y * z - I["yz"] * (y**2 - z**2)
+        J["xx"] * dx - J["xy"] * dy - J["xz"] * dz - J["xz"] * x * y + J["xy"] * x * z
+        + (J["zz"] - J["yy"]) * y * z - J["yz"] * (y**2 - z**2)
     )  # fmt: skip
     assert sympy.expand(forms.moment_equations()[0] - first) == 0
     third = (
-        -I["xz"] * dx - I["yz"] * dy + I["zz"] * dz + (I["yy"] - I["xx"]) * x * y - I["yz"] * x * z
-        + I["xz"] * y * z - I["xy"] * (x**2 - y**2)
+        -J["xz"] * dx - J["yz"] * dy + J["zz"] * dz + (J["yy"] - J["xx"]) * x * y - J["yz"] * x * z
+        + J["xz"] * y * z - J["xy"] * (x**2 - y**2)
     )  # fmt: skip
     assert sympy.expand(forms.moment_equations()[2] - third) == 0
 
@@ -71,17 +71,17 @@ def test_modified_equations_in_an_intermediate_frame():
     R = sympy.rot_axis3(-psi) * sympy.rot_axis1(-theta)
     frame = sympy.Matrix([theta.diff(t), psi.diff(t) * sympy.sin(theta), psi.diff(t) * sympy.cos(theta)])
     body = frame + sympy.Matrix([0, 0, phi.diff(t)])
-    I, K = sympy.symbols("I_xi I_zeta", real=True)
-    H = R * sympy.diag(I, I, K) * body
-    M = forms.modified_euler_equations((I, I, K), frame, body)
+    J, K = sympy.symbols("I_xi I_zeta", real=True)
+    H = R * sympy.diag(J, J, K) * body
+    M = forms.modified_euler_equations((J, J, K), frame, body)
     assert zero(R.T * H.diff(t) - M)
     # (6.90) with the symbols of the chapter
     w = forms.rates("omega", ("xi", "eta", "zeta"))
     spin = sympy.Function("Omega_zeta")(t)
     printed = sympy.Matrix(
         [
-            I * w[0].diff(t) + w[1] * (K * spin - I * w[2]),
-            I * w[1].diff(t) + w[0] * (I * w[2] - K * spin),  # the print has omega_zeta for omega_xi
+            J * w[0].diff(t) + w[1] * (K * spin - J * w[2]),
+            J * w[1].diff(t) + w[0] * (J * w[2] - K * spin),  # the print has omega_zeta for omega_xi
             K * spin.diff(t),
         ]
     )
@@ -102,7 +102,10 @@ def test_body_axes_are_one_such_frame():
         (lambda: forms.modified_euler_equations(None, (0, 0, 0), (0, 0, 1)), "give them by body_rate="),
         (lambda: forms.angular_momentum((1, 2)), "Expected an inertia as MassProperties"),
         (lambda: forms.angular_momentum([[1, 2, 3], [0, 1, 0], [0, 0, 1]]), "Expected a symmetric inertia"),
-        (lambda: forms.angular_momentum((1, 2, 3), (1, 2)), "Expected three components of an angular velocity"),
+        (
+            lambda: forms.angular_momentum((1, 2, 3), (1, 2)),
+            "Expected three components of an angular velocity",
+        ),
         (lambda: forms.euler_equations(forms.inertia_matrix().tolist()), "Expected three principal moments"),
     ],
 )

@@ -131,7 +131,10 @@ def test_the_force_at_which_the_normal_force_vanishes():
     m, L, H, D, mu, b, g = 50, 1.2, 0.8, 0.15, 0.25, np.deg2rad(20), 9.81
     c, s = np.cos(b), np.sin(b)
     low = mu * (H / 2 + D)
-    values = {x: v for x, v in zip(sympy.symbols("m L H D mu beta g", real=True), (m, L, H, D, mu, b, g), strict=True)}
+    values = {
+        x: v
+        for x, v in zip(sympy.symbols("m L H D mu beta g", real=True), (m, L, H, D, mu, b, g), strict=True)
+    }
     expected = m * g * (L / 2 - low) / (c * H / 2 + s * (L - low))
     assert float(tipping["F"].subs(values)) == pytest.approx(expected, rel=1e-13)
 
@@ -220,7 +223,7 @@ def test_what_polynomials_can_and_can_not():
     s = fb.System("spring")
     m, k, c, F = s.parameters(m=1, k=1, c=1, F=1)
     bob = s.body("bob", fb.particle(m))
-    way = s.slider("way", s.ground, bob, coordinate="x")
+    s.slider("way", s.ground, bob, coordinate="x")
     s.force("pull", bob.origin, ("F - k*x - c*x^3", 0, 0))
     e = fb.equations(s)
     result = e.solve("x", where={"x''": 0, "F": 0})
@@ -230,8 +233,6 @@ def test_what_polynomials_can_and_can_not():
         e.solve("x", where={"x''": 0})
     numeric = e.solve("x", where={"x''": 0, "F": 10, "k": 1, "c": 1})
     assert [float(b["x"]) for b in numeric.branches] == [2]
-    s.torque  # noqa: B018
-    assert way.name == "way"
 
 
 @pytest.mark.parametrize(
@@ -240,7 +241,11 @@ def test_what_polynomials_can_and_can_not():
         ([], None, "Expected at least one unknown to solve for"),
         ("foo", None, "Expected a known name, got 'foo'"),
         (["pin_x", "M"], None, r"Under-determined: 6 equations do not determine 'M'"),
-        (["pin_x"], {"theta''": 0, "theta'": 0}, r"Over-determined: 6 equations for pin_x; left was 'a\*m\*g.*moment z"),
+        (
+            ["pin_x"],
+            {"theta''": 0, "theta'": 0},
+            r"Over-determined: 6 equations for pin_x; left was 'm\*a\*g\*sin.*moment z",
+        ),
         (["pin_x", "pin_x"], None, "'pin_x' is asked for twice"),
         ("t", None, "The time can not be an unknown"),
         ("pin_x + pin_y", None, "Expected a name, a square such as theta'\\^2"),
@@ -253,8 +258,6 @@ def test_what_polynomials_can_and_can_not():
 )
 def test_refusals(bar, unknowns, where, message):
     e, *_ = bar
-    if message.startswith("Over-determined: 6"):
-        message = message.replace(r"a\*m\*g", r".*")
     with pytest.raises(ModelError, match=message):
         e.solve(unknowns, where=where)
 
@@ -292,7 +295,7 @@ def test_ratios_cancel_what_divides():
     assert repr(Ratio(ring, f(m * s), f(M * (1 - c**2))).tidy()) == "(m)/(M*sin(q(t)))"
     x = Ratio(ring, f(m), f(M + s))
     assert x - x == 0 and not (x - x) and x / x == 1 and x * (1 / x) == 1 and x**-1 == 1 / x
-    assert (1 + x) - x == 1 and (x + f(m)) - f(m) == x and -(-x) == x
+    assert (1 + x) - x == 1 and (x + f(m)) - f(m) == x and 0 - (-x) == x
     assert Ratio(ring, f(1 / m), f(1 / M)).num == f(M)
     assert Ratio(ring, f(s), f(s * m)).whole() == f(1 / m)
     # (1 + s)(1 - s)/(c (1 + s)) = c/(1 + s) by the relation alone

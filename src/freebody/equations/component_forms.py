@@ -31,7 +31,7 @@ t = sympy.Symbol("t")
 
 def inertia_matrix(names: str = "xyz") -> Any:
     """The matrix of moments and products of inertia about axes of the given letters, as symbols [kg m²]."""
-    a, b, c = names
+    a, b, c = tuple(names)
 
     def entry(i: str, j: str) -> Any:
         pair = "".join(sorted(i + j))
@@ -68,8 +68,8 @@ def angular_momentum(inertia: Any = None, omega: Any = None) -> Any:
     >>> angular_momentum((1, 2, 3), (4, 5, 6)).T
     Matrix([[4, 10, 18]])
     """
-    I, w = _inertia(inertia), _rates(omega)
-    return sympy.ImmutableMatrix(I * w)
+    J, w = _inertia(inertia), _rates(omega)
+    return sympy.ImmutableMatrix(J * w)
 
 
 def moment_equations(inertia: Any = None, omega: Any = None, alpha: Any = None) -> Any:
@@ -87,9 +87,9 @@ def moment_equations(inertia: Any = None, omega: Any = None, alpha: Any = None) 
     SymPy column
         M_x, M_y, M_z, grouped as they are printed [N m].
     """
-    I, w = _inertia(inertia), _rates(omega)
+    J, w = _inertia(inertia), _rates(omega)
     a = _derivative(w, alpha, "alpha")
-    return _grouped(I * a + w.cross(I * w), w)
+    return _grouped(J * a + w.cross(J * w), w)
 
 
 def euler_equations(moments: Any = None, omega: Any = None, alpha: Any = None) -> Any:
@@ -163,22 +163,22 @@ def modified_euler_equations(
     if inertia is None:
         I_xi, I_zeta = sympy.symbols("I_xi I_zeta", real=True)
         inertia = (I_xi, I_xi, I_zeta)
-    I = _inertia(inertia)
+    J = _inertia(inertia)
     w = rates("omega", greek) if frame is None else _rates(frame)
     if body is None:
         spin = sympy.Function("Omega_zeta")(t)
         body = (w[0], w[1], spin)
     W = _rates(body)
     relative = _skew(W - w)
-    drift = (relative * I - I * relative).applyfunc(lambda x: sympy.simplify(sympy.expand(x)))
+    drift = (relative * J - J * relative).applyfunc(lambda x: sympy.simplify(sympy.expand(x)))
     if drift != sympy.zeros(3, 3):
         raise ModelError(
             f"The inertia is not constant in this frame: as the body turns by Omega - omega = {tuple(W - w)} in it, "
-            f"the matrix changes at the rate {drift.tolist()}. Take axes in which it is constant, such as body axes, or "
-            f"any that turn about the axis of a body of revolution."
+            f"the matrix changes at the rate {drift.tolist()}. Take axes in which it is constant, such as body axes, "
+            f"or any that turn about the axis of a body of revolution."
         )
-    H = I * W
-    rate = I * _derivative(W, body_rate, "body_rate")
+    H = J * W
+    rate = J * _derivative(W, body_rate, "body_rate")
     return _grouped(rate + w.cross(H), w)
 
 
@@ -195,10 +195,12 @@ def _inertia(inertia: Any) -> Any:
         raise ModelError(
             f"Expected an inertia as MassProperties, a matrix 3 x 3 or three principal moments, got {inertia!r}."
         )
-    I = sympy.ImmutableMatrix([[sympy.sympify(exact(x)) for x in row] for row in rows])
-    if (I - I.T).applyfunc(sympy.expand) != sympy.zeros(3, 3):
-        raise ModelError("Expected a symmetric inertia matrix: I_xy stands at (x, y) and at (y, x), both with a minus.")
-    return I
+    J = sympy.ImmutableMatrix([[sympy.sympify(exact(x)) for x in row] for row in rows])
+    if (J - J.T).applyfunc(sympy.expand) != sympy.zeros(3, 3):
+        raise ModelError(
+            "Expected a symmetric inertia matrix: I_xy stands at (x, y) and at (y, x), both with a minus."
+        )
+    return J
 
 
 def _rates(omega: Any) -> Any:

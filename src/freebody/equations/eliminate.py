@@ -71,7 +71,8 @@ class Elimination:
         """The results as SymPy ``Eq``."""
         show = self._e.displayed
         return tuple(
-            sympy.Eq(show(left), show(right), evaluate=False) for left, right in (s.balance for s in self.steps)
+            sympy.Eq(show(left), show(right), evaluate=False)
+            for left, right in (s.balance for s in self.steps)
         )
 
     def text(self) -> str:
@@ -173,7 +174,9 @@ def _check_one_each(free: Sequence[FreeBody]) -> None:
     seen: set[str] = set()
     for body in free:
         if body.body in seen:
-            raise ModelError(f"Body '{body.body}' is given twice. Its six equations can be taken about one point only.")
+            raise ModelError(
+                f"Body '{body.body}' is given twice. Its six equations can be taken about one point only."
+            )
         seen.add(body.body)
 
 

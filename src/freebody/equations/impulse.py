@@ -204,7 +204,8 @@ class Struck:
             of_force = any(x != 0 for x in c.force)
             along = c.force if of_force else c.moment
             if not self.exact:
-                along = tuple(self._number(x) for x in along)  # type: ignore[assignment]
+                a, b, d = along
+                along = (self._number(a), self._number(b), self._number(d))
             result.append((c.name, along, of_force))
         return result
 
@@ -326,7 +327,9 @@ class Struck:
             lines.append(f"{vocabulary.latex(speed.symbol)}^{{+}} &= {self._latex(x, ring)}")
         for name, x in self.canonical_components.items() if self.exact else ():
             if not _zero(x):
-                lines.append(f"\\hat{{{vocabulary.latex(vocabulary.reactions[name])}}} &= {self._latex(x, ring)}")
+                lines.append(
+                    f"\\hat{{{vocabulary.latex(vocabulary.reactions[name])}}} &= {self._latex(x, ring)}"
+                )
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
 
     def _latex(self, x: Any, ring: Any) -> str:
@@ -377,7 +380,9 @@ def exact_jumps(e: Equations, state: State) -> Jumps:
     G = linearized(model, state).matrix
     us = [f"u{j:04d}" for j in range(model.n_u)]
     ws = [f"w{i:04d}" for i in range(len(G))]
-    dependent, _ = eliminate([Row(name, _linear(ring, us, row)) for name, row in zip(ws, G, strict=True)], [us])
+    dependent, _ = eliminate(
+        [Row(name, _linear(ring, us, row)) for name, row in zip(ws, G, strict=True)], [us]
+    )
     free = [k for k, key in enumerate(us) if key not in dependent]
     N = []
     for k in free:
@@ -386,7 +391,9 @@ def exact_jumps(e: Equations, state: State) -> Jumps:
         for key, terms in dependent.items():
             column[us.index(key)] = terms.get(((us[k], 1),), Ratio(ring, 0)).tidy()
         N.append(cleared(ring, column))
-    reduced = [[_sum(a[i] * M[i][j] * b[j] for i in range(len(M)) for j in range(len(M))) for b in N] for a in N]
+    reduced = [
+        [_sum(a[i] * M[i][j] * b[j] for i in range(len(M)) for j in range(len(M))) for b in N] for a in N
+    ]
     keys = [us[k] for k in free]
 
     def jumps(f: Sequence[Any]) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
@@ -464,7 +471,9 @@ def restituted(
         gained = gained.tidy()
     exact = state.field is e.ring
     if gained == 0 or (not exact and not gained > 0):
-        raise ModelError(f"No impulse at {point} can change its velocity along the normal: the joints hold it there.")
+        raise ModelError(
+            f"No impulse at {point} can change its velocity along the normal: the joints hold it there."
+        )
     if not exact:
         if not 0 <= restitution <= 1:
             raise ModelError(f"Expected a coefficient of restitution from 0 to 1, got {restitution}.")
@@ -496,13 +505,15 @@ def percussion(
         f = blows_on(model, state, [(_Place(body, place), direction, ZERO)])
         jump, multipliers = jumps(generalized_impulse(model, state, f))
         everything = with_constraints(model, state, [(_Place(body, place), direction, ZERO)], multipliers)
-        found = impulsive_reactions(model, state, link_jumps(model, state, jump), blows_on(model, state, everything))
+        found = impulsive_reactions(
+            model, state, link_jumps(model, state, jump), blows_on(model, state, everything)
+        )
         value = dot(found[joint][0], direction)
         total.append(value if type(value) is Ratio else Ratio(ring, value))
     request = Request(e, vocabulary)
     request.ask(symbol)
     x = (total[0] + (total[1] - total[0]) * h).num
-    if not (type(x) is Polynomial and ring.depends(x) >> ring.find(symbol).index & 1):
+    if symbol not in (ring.atoms_of(x) if type(x) is Polynomial else ()):
         raise ModelError(
             f"The impulse of joint '{joint}' does not depend on where along {tuple(along)} the blow falls. "
             f"Choose another direction, or another line."

@@ -23,7 +23,19 @@ import sympy
 from ..describe.body import Body, Point
 from ..dynamics.kinematics import accelerations, point_acceleration, point_position, velocities
 from ..errors import ModelError, nearest
-from ..scalar.algebra import ZERO, Matrix, Vector, add, add_matrices, apply, cross, dot, outer, scale, subtract
+from ..scalar.algebra import (
+    ZERO,
+    Matrix,
+    Vector,
+    add,
+    add_matrices,
+    apply,
+    cross,
+    dot,
+    outer,
+    scale,
+    subtract,
+)
 from ..scalar.algebra import subtract_matrices as less
 from .display import latex, text
 from .planar import plane_in
@@ -162,8 +174,10 @@ class MomentForm:
         ring = self._e.ring
         inertia = "I_A" if self.of_body else "I_C"
         general = (
-            r"\mathbf{M}_A &= \boldsymbol{\rho} \times m \mathbf{a}_A + %s \boldsymbol{\alpha} + "
-            r"\boldsymbol{\omega} \times %s \boldsymbol{\omega}" % (inertia, inertia)
+            r"\mathbf{M}_A &= \boldsymbol{\rho} \times m \mathbf{a}_A + "
+            + inertia
+            + r" \boldsymbol{\alpha} + "
+            r"\boldsymbol{\omega} \times " + inertia + r" \boldsymbol{\omega}"
         )
         if not self.of_body:
             general += r" + \boldsymbol{\rho} \times m \ddot{\boldsymbol{\rho}}"

@@ -110,7 +110,9 @@ def _across(e: Equations, k: int) -> Plane | str:
             terms = collect(left - right, places, e.ring)
             within = (i != k) if i < 3 else (i - 3 == k)
             if within and any(monomial for monomial in terms):
-                return f"the {title} equation of '{body}' holds the reaction {next(m for m in terms if m)[0][0]}"
+                return (
+                    f"the {title} equation of '{body}' holds the reaction {next(m for m in terms if m)[0][0]}"
+                )
             if not within:
                 if () in terms:
                     return f"the {title} equation of '{body}' holds more than reactions across the plane"
@@ -149,9 +151,14 @@ def planar_balances(body: FreeBody) -> tuple[tuple[str, Any, Any], ...]:
     """
     found = plane_in(body)
     if isinstance(found, str):
-        raise ModelError(f"Free body '{body.body}' is not planar: {found}. Its six equations are in .equations.")
+        raise ModelError(
+            f"Free body '{body.body}' is not planar: {found}. Its six equations are in .equations."
+        )
     plane, k = found
-    zero = {body._e.ring.find(sympy.Symbol(name, real=True)).index for name in plane.zero}
+    zero = set()
+    for name in plane.zero:
+        (g,) = body._e.ring.used(body._e.ring.generator(sympy.Symbol(name, real=True), "reaction"))
+        zero.add(g.index)
     result = []
     titles = body._titles()
     for i in (*(j for j in range(3) if j != k), k + 3):

@@ -17,7 +17,9 @@ MOST_UNKNOWNS = 3
 MOST_DEGREE = 4
 
 
-def roots(rows: Sequence[Row], ring: Any, given: set[str], symbols: Mapping[str, Any]) -> list[dict[str, Any]]:
+def roots(
+    rows: Sequence[Row], ring: Any, given: set[str], symbols: Mapping[str, Any]
+) -> list[dict[str, Any]]:
     """Every real solution of the rows for their unknowns, as SymPy expressions by key.
 
     Parameters

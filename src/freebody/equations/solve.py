@@ -210,7 +210,11 @@ class Request:
         elif isinstance(where, str | sympy.Basic):
             self.equations.append(self.vocabulary.equation(where, "where"))
         elif isinstance(where, Iterable):
-            pair = isinstance(where, tuple) and len(where) == 2 and not isinstance(where[0], Mapping | sympy.Equality)
+            pair = (
+                isinstance(where, tuple)
+                and len(where) == 2
+                and not isinstance(where[0], Mapping | sympy.Equality)
+            )
             if pair and not all(isinstance(x, str) and "=" in x for x in where):
                 self.equations.append(self.vocabulary.equation(where, "where"))
             else:
@@ -309,7 +313,9 @@ class Request:
         except ValueError as error:
             g = self.ring.generators[error.args[0]]
             name = places[g.index][0]
-            raise ModelError(f"'{title}' has other powers of {g.atom} than '{name}'. Ask for {g.atom} itself.") from None
+            raise ModelError(
+                f"'{title}' has other powers of {g.atom} than '{name}'. Ask for {g.atom} itself."
+            ) from None
         mask = 0
         for index in places:
             mask |= self.ring.generators[index].depends
@@ -317,10 +323,13 @@ class Request:
             for part in (c.num, c.den):
                 for g in self.ring.used(part) if type(part) is Polynomial else ():
                     if g.depends & mask and g.index not in places:
-                        atom = next(places[i][0] for i in places if self.ring.generators[i].depends & g.depends)
+                        atom = next(
+                            places[i][0] for i in places if self.ring.generators[i].depends & g.depends
+                        )
+                        inside = self.ring.text(self.ring.variable(g.index))
                         raise ModelError(
-                            f"In '{title}' the unknown '{atom}' stands inside {self.ring.text(self.ring.variable(g.index))}:"
-                            f" there is no closed form. Give '{atom}' a value, or ask for something else."
+                            f"In '{title}' the unknown '{atom}' stands inside {inside}: there is "
+                            f"no closed form. Give '{atom}' a value, or ask for something else."
                         )
         return terms
 
@@ -380,7 +389,9 @@ def answer(request: Request, also: Sequence[Any] = ()) -> SolveResult:
     names = {u.name for u in request.asked}
     fixed = request.fixed_names
     free = {
-        name: symbol for name, symbol in vocabulary.reactions.items() if name not in names and name not in fixed
+        name: symbol
+        for name, symbol in vocabulary.reactions.items()
+        if name not in names and name not in fixed
     }
     for given in also:
         expression = vocabulary.expression(given, "the unknowns to eliminate")
@@ -418,7 +429,9 @@ def answer(request: Request, also: Sequence[Any] = ()) -> SolveResult:
     branches = roots(open_rows, request.ring, given, symbols)
     solutions = [_branch(request, solved, branch, {**free, **accelerations}) for branch in branches]
     # roots that differ only in what was not asked for
-    solutions = [s for i, s in enumerate(solutions) if all(s.values != other.values for other in solutions[:i])]
+    solutions = [
+        s for i, s in enumerate(solutions) if all(s.values != other.values for other in solutions[:i])
+    ]
     if not solutions:
         raise ModelError(
             f"There is no real solution for {', '.join(names)}: left was "
@@ -448,7 +461,9 @@ def _check_determined(
     hint = ""
     loose = [name for name in lacking if name in free]
     if loose:
-        owners = sorted({request.vocabulary.owner[name] for name in loose if name in request.vocabulary.owner})
+        owners = sorted(
+            {request.vocabulary.owner[name] for name in loose if name in request.vocabulary.owner}
+        )
         hint = f" {', '.join(loose)} act in {', '.join(map(repr, owners))}: take the bodies there too, or"
     raise ModelError(
         f"Under-determined: {counts} do not determine {', '.join(of)}."
@@ -461,7 +476,7 @@ def _check_determined(
 def _conditions(request: Request, rows: Sequence[Row], accelerations: Mapping[str, Any]) -> list[Any]:
     """What the rows without unknowns demand of the motion; a demand on anything else is a contradiction."""
     ring = request.ring
-    result = []
+    result: list[Any] = []
     accelerated = 0
     for symbol in request.vocabulary.accelerations.values():
         g = ring.find(symbol)
@@ -477,6 +492,7 @@ def _conditions(request: Request, rows: Sequence[Row], accelerations: Mapping[st
                 result.append(x)
             continue
         asked = ", ".join(u.name for u in request.asked)
+        x = -x if text(x, ring).startswith("-") else x
         raise ModelError(
             f"Over-determined: {len(request.equations)} equations for {asked}; left was "
             f"'{equation_text(x, 0, ring)}' (from '{row.name}'). Ask also for an unknown that stands in it, or take "
@@ -506,7 +522,9 @@ def _row_text(request: Request, row: Row) -> str:
     return f"{row.name} (in {', '.join(sorted(row.unknowns))})"
 
 
-def _branch(request: Request, solved: Mapping[str, Any], found: Mapping[str, Any], hidden: Mapping[str, Any]) -> Branch:
+def _branch(
+    request: Request, solved: Mapping[str, Any], found: Mapping[str, Any], hidden: Mapping[str, Any]
+) -> Branch:
     """Values of all that was asked for, given the roots of the rows that are not linear."""
     ring = request.ring
     ratios: dict[str, Ratio] = {}
@@ -515,7 +533,9 @@ def _branch(request: Request, solved: Mapping[str, Any], found: Mapping[str, Any
     for u in request.asked:
         for key in u.keys:
             terms = solved.get(key)
-            if terms is not None and all(not monomial or _given(monomial, hidden, found) for monomial in terms):
+            if terms is not None and all(
+                not monomial or _given(monomial, hidden, found) for monomial in terms
+            ):
                 total = Ratio(ring, 0)
                 for monomial, c in terms.items():
                     for name, n in monomial:

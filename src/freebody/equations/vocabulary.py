@@ -108,7 +108,9 @@ class Vocabulary:
         """LaTeX of an expression, its atoms as everywhere in the equations."""
         written = {}
         for atom in _atoms(expression):
-            written[sympy.Symbol(self.texts.get(atom, str(atom)))] = latex(self.ring.generator(atom), self.ring)
+            written[sympy.Symbol(self.texts.get(atom, str(atom)))] = latex(
+                self.ring.generator(atom), self.ring
+            )
         named = {atom: sympy.Symbol(self.texts.get(atom, str(atom))) for atom in _atoms(expression)}
         return sympy.latex(expression.xreplace(named), symbol_names=written)
 

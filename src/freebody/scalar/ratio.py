@@ -124,7 +124,11 @@ class Ratio:
 
     def whole(self) -> Any:
         """The ratio as an element of the ring; a denominator becomes inverse generators."""
-        return self.num if self.den == 1 else self.ring.quotient(self.ring.coerce(self.num), self.ring.coerce(self.den))
+        return (
+            self.num
+            if self.den == 1
+            else self.ring.quotient(self.ring.coerce(self.num), self.ring.coerce(self.den))
+        )
 
     def tidy(self) -> Ratio:
         """The same in the shortest of the forms known: sines that cancel, roots out of the denominator."""

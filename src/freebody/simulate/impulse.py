@@ -124,7 +124,9 @@ def impulse(
         e_N = state(model.names.expression(restitution, "the coefficient of restitution"))
         P = restituted(e, state, jumps, point, direction, e_N)
     elif impulse is None and moment is None:
-        raise ModelError("Expected an impulse, impulse=(Jx, Jy, Jz), a moment impulse, or normal= and restitution=.")
+        raise ModelError(
+            "Expected an impulse, impulse=(Jx, Jy, Jz), a moment impulse, or normal= and restitution=."
+        )
     else:
         P = ZERO if impulse is None else _vector(state, impulse, R, "the impulse")
     n = ZERO if moment is None else _vector(state, moment, R, "the moment impulse")
@@ -168,11 +170,17 @@ def centre_of_percussion(
     """
     e = _equations(s)
     model, state = e.model, e.state
-    name = joint if isinstance(joint, str) else getattr(joint, "name", None)
+    name = joint if isinstance(joint, str) else str(getattr(joint, "name", joint))
     if name not in model.joints:
-        raise ModelError(f"Unknown joint '{name}'; {nearest(str(name), model.joints)}")
+        raise ModelError(f"Unknown joint '{name}'; {nearest(name, model.joints)}")
     place = model.joints[name]
-    struck = place.child if body is None else body if isinstance(body, str) else own_body(model, body, "a blow").name
+    struck = (
+        place.child
+        if body is None
+        else body
+        if isinstance(body, str)
+        else own_body(model, body, "a blow").name
+    )
     if struck not in (place.child, place.parent) or struck == "ground":
         raise ModelError(
             f"Joint '{name}' joins '{place.parent}' and '{place.child}'; expected one of them as the body that is "
@@ -196,7 +204,9 @@ def centre_of_percussion(
     if direction is None:
         link = model.links[place.links[-1]]
         if link.kind != "hinge" or len(place.links) != 1:
-            raise ModelError(f"Joint '{name}' is no hinge: give the direction of the blow, direction=(x, y, z).")
+            raise ModelError(
+                f"Joint '{name}' is no hinge: give the direction of the blow, direction=(x, y, z)."
+            )
         axis = sympy.Matrix(link.axis)
         blow = apply(R_body, state.vector(list(axis.cross(sympy.Matrix(line)))))
     else:
@@ -257,14 +267,18 @@ def _exact_state(e: Equations, initial: Mapping[Any, Any], t: Any) -> State:
     names = [*model.coordinate_names, *model.speed_names]
     given = dict(zip(names, [*e.state.q, *e.state.u], strict=True))
     turned = {
-        link.joint: link.q + (3 if link.kind == "free" else 0) for link in model.links if link.kind in ("ball", "free")
+        link.joint: link.q + (3 if link.kind == "free" else 0)
+        for link in model.links
+        if link.kind in ("ball", "free")
     }
     for key, value in initial.items():
         name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
         if name in turned:
             parts: Sequence[Any] = value.as_quaternion() if isinstance(value, Rotation) else value
             for k, part in enumerate(parts):
-                given[names[turned[name] + k]] = vocabulary.element(part, f"the initial quaternion of '{name}'")
+                given[names[turned[name] + k]] = vocabulary.element(
+                    part, f"the initial quaternion of '{name}'"
+                )
         elif name in given:
             given[name] = vocabulary.element(value, f"the initial value of '{name}'")
         else:
