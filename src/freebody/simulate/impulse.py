@@ -14,7 +14,8 @@ from ..dynamics.kinematics import place_of, rotation
 from ..dynamics.state import State, float_state
 from ..equations.equations import Equations
 from ..equations.free_body import own_body
-from ..equations.impulse import Struck, exact_jumps, float_jumps, percussion, restituted
+from ..equations.impulse import Struck
+from ..equations.impulse_jumps import exact_jumps, float_jumps, percussion, restituted
 from ..equations.vocabulary import Vocabulary
 from ..errors import ModelError, nearest
 from ..model.assemble import assemble
