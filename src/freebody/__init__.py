@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from . import testing as testing
     from .compile.program import compile_system as compile  # noqa: F401
     from .describe.system import System as System
-    from .equations import component_forms as forms
+    from .equations import component_forms as forms  # noqa: F401
     from .equations.equations import equations as equations
     from .equations.linearize import linearize as linearize
     from .equations.steady import steady_motions as steady_motions

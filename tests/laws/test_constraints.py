@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.dynamics import coordinate_rates, float_state, inverse_dynamics, kinetic_energy, potential_energy
+from freebody.dynamics import (
+    coordinate_rates,
+    float_state,
+    inverse_dynamics,
+    kinetic_energy,
+    potential_energy,
+)
 from freebody.dynamics.constrained import closed_coordinates, independent_rows, speed_correction
 from freebody.dynamics.constraints import linearized, rows
 from freebody.dynamics.motion import motion, total_power
@@ -16,7 +22,9 @@ EPS = np.finfo(float).eps
 def four_bar():
     s = fb.System("four-bar")
     s.gravity = (0, -9.81, 0)
-    crank, rod, rocker = (s.body(n, fb.slender_bar(1, L)) for n, L in (("crank", 1), ("rod", 2), ("rocker", 1.5)))
+    crank, rod, rocker = (
+        s.body(n, fb.slender_bar(1, L)) for n, L in (("crank", 1), ("rod", 2), ("rocker", 1.5))
+    )
     s.hinge("A", s.ground, crank, to=(-0.5, 0, 0), coordinate="a")
     s.hinge("B", crank, rod, at=(0.5, 0, 0), to=(-1, 0, 0), coordinate="b")
     s.hinge("D", s.ground, rocker, at=(2, 0, 0), to=(-0.75, 0, 0), coordinate="d")
@@ -138,7 +146,8 @@ def test_energy_changes_by_the_power_of_loads_and_clocks_only(machine):
     udot = np.array(moving.udot, dtype=float)
 
     def energy(sign):
-        there = float_state(model, (q + sign * h * rates).tolist(), (u + sign * h * udot).tolist(), t=state.t + sign * h)
+        moved, faster = q + sign * h * rates, u + sign * h * udot
+        there = float_state(model, moved.tolist(), faster.tolist(), t=state.t + sign * h)
         return float(kinetic_energy(model, there) + potential_energy(model, there))
 
     change = (energy(1) - energy(-1)) / (2 * h)

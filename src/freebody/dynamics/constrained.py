@@ -228,7 +228,7 @@ def closed_coordinates(
         moved = State(model, state.field, t, q, [float(x) for x in step], state.values)
         q = [a + float(b) for a, b in zip(q, coordinate_rates(model, moved), strict=True)]
         for start in model.quaternions:
-            norm = np.linalg.norm(q[start : start + 4])
+            norm = float(np.linalg.norm(q[start : start + 4]))
             q[start : start + 4] = [x / norm for x in q[start : start + 4]]
     final = residuals(model, float_state(model, q, t=t, values=values))
     missed = {kind.name: float(r) for kind, r in zip(kinds, final, strict=True) if not kind.on_speeds}

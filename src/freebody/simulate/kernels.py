@@ -117,7 +117,10 @@ class Kernels:
             self._work = not _is_zero(power)
             rates = [*coordinate_rates(self.model, state), *moving.udot]
             energy = [kinetic_energy(self.model, state), potential_energy(self.model, state)]
-            found = {"rates": [*rates, power] if self._work else rates, "energy": energy}
+            found: dict[str, Sequence[Any]] = {
+                "rates": [*rates, power] if self._work else rates,
+                "energy": energy,
+            }
             if self.active:
                 found["projection"] = self._projected(state)
             left = self._dropped(state)
