@@ -711,3 +711,27 @@ def test_messages_of_roots_without_closed_form():
         s.slider(f"j{i}", parent, body, axis="x", coordinate=f"x{i}")
         parent = body
     refused("characteristic polynomial of 9 coordinates in symbols is too large", fb.linearize(s).eigenvalues)
+
+
+def test_messages_of_singular_coordinates():
+    """Euler angles of an upright top: psi and phi are one angle, and no acceleration is determined."""
+    s = fb.System("top")
+    m, R, L, g = s.parameters(m=1, R=0.1, L=0.2, g=9.81)
+    s.gravity = (0, 0, -g)
+    rotor = s.body("rotor", fb.disk(m, R))
+    s.gimbal("pivot", s.ground, rotor, to=(0, 0, -L), axis="ZXZ", coordinate="psi theta phi")
+    linear = fb.linearize(s)
+    for question in (linear.modes, linear.eigenvalues, linear.state_space, linear.natural_frequencies):
+        refused(
+            "The mass matrix of 'top' is singular at the state given: its coordinates are singular", question
+        )
+    for about in ({}, {"theta": math.pi}, {"phi'": 300}):
+        refused(
+            "mass matrix of 'top' is singular .* Use other coordinates",
+            fb.linearize,
+            s,
+            about=about,
+            values={},
+        )
+    # tilted they are not singular, and frequencies are those of two tilts about horizontal axes
+    assert len(fb.linearize(s, about={"theta": math.pi - 1e-3, "psi'": 0}, values={"g": 0}).modes()) == 6

@@ -26,6 +26,7 @@ from ..scalar.polynomial import Ring
 from . import characteristic, linear_text, modes, response
 from .display import displayed, equation_latex, equation_mathml, equation_text
 from .modes import Modes
+from .operating_point import SINGULAR
 from .response import ExactResponse, Response
 from .state_space import StateSpace
 
@@ -194,7 +195,14 @@ class LinearModel:
         if self.ring is None:
             return _first_order(self.canonical, len(self.coordinates), len(self.carried))
         n, m = len(self.coordinates), len(self.inputs)
-        solve = Factorization(self.canonical["M"]).solve
+        try:
+            factors = Factorization(self.canonical["M"])
+            singular = any(pivot == 0 for pivot in factors.D)
+        except ZeroDivisionError:
+            singular = True
+        if singular:
+            raise ModelError(SINGULAR.format(self.model.name))
+        solve = factors.solve
         ring = self.ring
         blocks = []
         for key, width in (("K", n), ("C", n), ("B", m)):
@@ -235,7 +243,10 @@ class LinearModel:
             raise ModelError(
                 "A numeric model has no characteristic polynomial in symbols; use eigenvalues(), or leave out values=."
             )
-        return characteristic.of(self.ring, self.canonical, len(self.coordinates))
+        found = characteristic.of(self.ring, self.canonical, len(self.coordinates))
+        if len(found.coefficients) <= 2 * len(self.coordinates):  # det M is the first of them
+            raise ModelError(SINGULAR.format(self.model.name))
+        return found
 
     def eigenvalues(self) -> Any:
         """Roots s of det(M s² + C s + K) = 0 [1/s].

@@ -31,7 +31,15 @@ from ..scalar.expression import evaluate
 from ..scalar.polynomial import Ring
 from .display import text
 from .linear_model import LinearModel
-from .operating_point import along, operating_point, perturbed, tangent_drift, tangent_names, value_of_name
+from .operating_point import (
+    SINGULAR,
+    along,
+    operating_point,
+    perturbed,
+    tangent_drift,
+    tangent_names,
+    value_of_name,
+)
 
 TIMES = (0, 1, 2, 3)
 """Quarters of a turn at which a steady motion in numbers is looked at: it and its linear equations must not change."""
@@ -289,6 +297,7 @@ def _numeric(
     check_balance(
         model, worst["residual"], scale, names, "without accelerations the equations of motion leave"
     )
+    check_regular(model, looked[0]["M"])
     for one in looked[1:]:
         for key in "MCKB":
             check_same(model, looked[0][key], one[key], key)
@@ -310,6 +319,14 @@ def check_balance(model: Model, residual: Any, scale: Any, names: Sequence[str],
             "place of 0. "
             "Give a balanced state in `about` (fb.steady_motions finds them), or a trajectory."
         )
+
+
+def check_regular(model: Model, M: Any) -> None:
+    """Refuse a mass matrix that is singular, with each coordinate in a unit in which its own entry is 1."""
+    own = np.sqrt(np.abs(np.diagonal(M)))
+    if (own > 0).all() and np.linalg.cond(M / np.outer(own, own)) * 10 * len(M) * np.finfo(float).eps < 1:
+        return
+    raise ModelError(SINGULAR.format(model.name))
 
 
 def check_same(model: Model, first: Any, later: Any, what: str) -> None:

@@ -20,6 +20,13 @@ from ..scalar.dual import DualField
 from ..scalar.expression import exact
 from ..space.quaternion import matrix_from_quaternion, quaternion_product
 
+SINGULAR = (
+    "The mass matrix of '{}' is singular at the state given: its coordinates are singular there (as Euler angles of an "
+    "upright axis are), or something without mass can move. Use other coordinates, such as another sequence of angles "
+    "or a ball joint."
+)
+"""What is wrong where no acceleration follows from the forces."""
+
 
 @dataclass(frozen=True)
 class OperatingPoint:
