@@ -52,10 +52,10 @@ def close(actual: Any, expected: Any, tolerance: float) -> None:
 def test_names_and_aliases() -> None:
     aliases = {
         "sec-6-9": "gyroscope", "sec-6-8": "torque-free", "hinged-bar": "ex-6-2", "cart-and-bar": "ex-6-5",
-        "prob-6-15": "double-pendulum",
+        "prob-6-15": "double-pendulum", "bicycle": "whipple-bicycle", "crank-rocker": "four-bar", "gears": "two-gears",
     }  # fmt: skip
-    assert set(NAMES) == {*aliases.values(), "tumbling-body"}
-    assert len(GALLERY) == 6
+    assert set(NAMES) == {*aliases.values(), "tumbling-body", "rolling-disk", "slider-crank", "block-and-tackle"}
+    assert len(GALLERY) == 12
     for alias, name in aliases.items():
         assert alias in GALLERY and GALLERY[alias] is GALLERY[name]
     assert "no-such-thing" not in GALLERY

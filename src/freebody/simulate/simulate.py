@@ -177,11 +177,11 @@ def simulate(
             max_steps=max_steps,
             between=between,
         )
-    if model.constraints:
-        check_redundant(kernels, program, path)
     trajectory = Trajectory(kernels, numbers, path, specs, tolerances, wanted, samples)
     if path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.TOO_MANY_STEPS):
         raise _failure(trajectory, path, kernels, end)
+    if model.constraints:
+        check_redundant(kernels, program, path)
     return trajectory
 
 

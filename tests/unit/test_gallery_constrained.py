@@ -1,0 +1,180 @@
+"""The constrained systems of the gallery against their closed forms, worked out here by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from freebody.errors import ModelError
+from freebody.gallery import entries
+from freebody.gallery.entry import TOLERANCE
+
+GALLERY = entries()
+MOTION = 1000 * TOLERANCE
+ALGEBRA = 1e-11
+
+
+def run(name, changed=None):
+    found = GALLERY[name].run(changed or {})
+    return found.trajectory.values, {key: value for key, (value, _) in found.answers.items()}, found
+
+
+@pytest.mark.parametrize("changed", [{}, {"r": 0.1, "L": 0.3, "omega": -20.0, "t_1": 0.05, "m_2": 2.0}])
+def test_slider_crank(changed):
+    """x = r cos a + sqrt(L² - r² sin² a); torque by virtual power, force on the piston by its momentum."""
+    p, answers, _ = run("slider-crank", changed)
+    r, L, w, t = p["r"], p["L"], p["omega"], p["t_1"]
+
+    def state(t):
+        """Rod's angle and centre, and the piston's place, with two derivatives by exact formulas."""
+        a = w * t
+        s, c = math.sin(a), math.cos(a)
+        sb, sb1, sb2 = -r * s / L, -r * w * c / L, r * w**2 * s / L  # sine of the rod's absolute angle
+        cb = math.sqrt(1 - sb**2)
+        b1 = sb1 / cb
+        b2 = (sb2 + sb * b1**2) / cb
+        x = r * c + L * cb
+        x1 = -r * w * s - L * sb * b1
+        x2 = -r * w**2 * c - L * (cb * b1**2 + sb * b2)
+        centre2 = (-r * w**2 * c - L / 2 * (cb * b1**2 + sb * b2), -r * w**2 * s + L / 2 * (cb * b2 - sb * b1**2))
+        centre1 = (-r * w * s - L / 2 * sb * b1, r * w * c + L / 2 * cb * b1)
+        return x, x1, x2, b1, b2, centre1, centre2, sb, cb
+
+    x, x1, x2, b1, b2, v, acceleration, sb, cb = state(t)
+    assert answers["x at t_1"] == pytest.approx(x, rel=1e-12)
+    assert answers["x' at t_1"] == pytest.approx(x1, rel=1e-11)
+    assert answers["x'' at t_1"] == pytest.approx(x2, rel=1e-10)
+    # power of the torque = rate of the kinetic energy; the crank turns uniformly
+    m2, m3 = p["m_2"], p["m_3"]
+    power = m2 * np.dot(v, acceleration) + m2 * L**2 / 12 * b1 * b2 + m3 * x1 * x2
+    assert answers["torque on the crank at t_1"] == pytest.approx(power / w, rel=1e-10)
+    force = m3 * x2
+    assert answers["force of the rod on the piston at t_1 (x)"] == pytest.approx(force, rel=1e-10)
+    # moments of the rod about its crank pin: the force of the piston on it is (-force, N)
+    pin2 = (acceleration[0] * 1.0, acceleration[1] * 1.0)
+    turned = m2 * L**2 / 12 * b2 + m2 * L / 2 * (cb * pin2[1] - sb * pin2[0])
+    side = (turned - L * sb * force) / (L * cb)
+    # the cylinder carries on to the piston what the rod presses against it
+    assert answers["force of the cylinder on the piston at t_1 (y)"] == pytest.approx(side, rel=1e-9)
+
+
+def rocker(a, b, c, d, angle):
+    """Angle of the rocker by the cosine rule, coupler above."""
+    B = a * np.exp(1j * angle)
+    line = B - d
+    f = abs(line)
+    inner = math.acos((f**2 + c**2 - b**2) / (2 * f * c))
+    return float(np.angle(line)) - inner
+
+
+def test_four_bar():
+    p, answers, found = run("four-bar")
+    a, b, c, d, w, t = (p[name] for name in ("a", "b", "c", "d", "omega", "t_1"))
+    psi = rocker(a, b, c, d, w * t)
+    assert answers["psi at t_1"] == pytest.approx(psi, rel=1e-12)
+    # extremes: crank and coupler in line, by the cosine rule in the triangle of d, c and b ± a
+    for name, reach in (("least psi", b + a), ("greatest psi", b - a)):
+        angle = math.pi - math.acos((d**2 + c**2 - reach**2) / (2 * d * c))
+        assert answers[name] == pytest.approx(angle, abs=MOTION)
+    # velocity: the coupler's ends have the same velocity along it
+    B, C = a * np.exp(1j * w * t), d + c * np.exp(1j * psi)
+    along = (C - B) / b
+    rate = ((1j * w * B) * along.conjugate()).real / (1j * (C - d) * along.conjugate()).real
+    assert answers["psi' at t_1"] == pytest.approx(rate, rel=1e-11)
+    # torque: power of the drive = rate of kinetic and potential energy, by central differences of closed forms
+    rho, g = p["rho"], p["g"]
+
+    def energy(time, h=1e-5):
+        def places(s):
+            B = a * np.exp(1j * w * s)
+            C = d + c * np.exp(1j * rocker(a, b, c, d, w * s))
+            return B, C
+
+        (B0, C0), (B1, C1) = places(time - h), places(time + h)
+        vB, vC = (B1 - B0) / (2 * h), (C1 - C0) / (2 * h)
+        B, C = places(time)
+        # a slender bar: T = m/6 (v1² + v1·v2 + v2²)
+        kinetic = rho * b / 6 * (abs(vB) ** 2 + (vB * vC.conjugate()).real + abs(vC) ** 2) + rho * c / 6 * abs(vC) ** 2
+        potential = g * rho * (a * B.imag / 2 + b * (B + C).imag / 2 + c * C.imag / 2)
+        return kinetic + potential
+
+    h = 1e-4
+    power = (8 * (energy(t + h) - energy(t - h)) - (energy(t + 2 * h) - energy(t - 2 * h))) / (12 * h)
+    assert answers["torque on the crank at t_1"] == pytest.approx(power / w, rel=1e-6)
+    assert "C_z" in answers["reactions that no motion determines"]
+    assert found.trajectory.energy.relative_residual < MOTION
+
+
+@pytest.mark.parametrize("changed", [{}, {"T": -1.0, "r_1": 0.2, "m_1": 9.0, "Q": 0.3}])
+def test_two_gears(changed):
+    p, answers, _ = run("two-gears", changed)
+    J1, J2 = p["m_1"] * p["r_1"] ** 2 / 2, p["m_2"] * p["r_2"] ** 2 / 2
+    n = p["r_1"] / p["r_2"]
+    # the load Q acts against the wheel when it turns backwards, as the pinion drives it
+    first = (p["T"] - n * p["Q"]) / (J1 + n**2 * J2)
+    assert answers["phi_1''"] == pytest.approx(first, rel=ALGEBRA)
+    assert answers["phi_2''"] == pytest.approx(-n * first, rel=ALGEBRA)
+    assert answers["force at the teeth"] == pytest.approx((p["T"] - J1 * first) / p["r_1"], rel=ALGEBRA)
+    assert answers["phi_1 at t_1"] == pytest.approx(first * p["t_1"] ** 2 / 2, rel=ALGEBRA)
+
+
+@pytest.mark.parametrize("changed", [{}, {"M": 200.0, "m": 20.0, "t_1": 0.3}])
+def test_block_and_tackle(changed):
+    p, answers, _ = run("block-and-tackle", changed)
+    M, m, g = p["M"], p["m"], p["g"]
+    x2 = g * (M - 4 * m) / (M + 16 * m)
+    assert answers["x''"] == pytest.approx(x2, rel=ALGEBRA)
+    assert answers["y''"] == pytest.approx(-4 * x2, rel=ALGEBRA)
+    assert answers["tension of the rope"] == pytest.approx(m * (g + 4 * x2), rel=ALGEBRA)
+    assert answers["x at t_1"] == pytest.approx(p["x_0"] + x2 * p["t_1"] ** 2 / 2, rel=ALGEBRA)
+    # the beam is one metre long
+    assert answers["y at t_1"] == pytest.approx(p["L"] - 1 - 4 * answers["x at t_1"], rel=ALGEBRA)
+
+
+@pytest.mark.parametrize("changed", [{}, {"lean": -0.5, "Omega": 3.0}, {"R": 0.1, "Omega": -2.0, "lean": 1.0}])
+def test_rolling_disk(changed):
+    """Steady turn. e: axle, at the angle lean above the horizontal; s spin, Ω turn, c = cos lean, n = sin lean.
+
+    Along the horizontal h (from the centre to the upper side's foot), ω = Ω Z + s e has components
+    ω_h = s c along h, ω_Z = Ω + s n; the centre moves at v = R (s + Ω n); it turns at Ω on a circle of radius v/Ω.
+    H along the axle: A_3 = m R²/2 (s + Ω n); across, in the plane of e and Z: A_1 = m R²/4 Ω c. dH/dt = Ω Z × H = moment
+    of the normal force m g and of the friction m Ω v about the centre:
+
+        Ω (A_3 c - A_1 n) + m Ω v R c + m g R n = 0.
+    """
+    p, answers, _ = run("rolling-disk", changed)
+    m, R, g, turn = p["m"], p["R"], p["g"], p["Omega"]
+    c, n = math.cos(p["lean"]), math.sin(p["lean"])
+    # Ω m R² c (s + Ω n) (1/2 + 1) - m R² Ω² c n / 4 + m g R n = 0
+    total = (turn**2 * c * n / 4 - g * n / R) / (1.5 * turn * c)
+    spin = total - turn * n
+    assert answers["spin about the axle in a steady turn"] == pytest.approx(spin, rel=1e-9)
+    v = R * abs(total)
+    assert answers["radius of the centre's circle"] == pytest.approx(v / abs(turn), rel=1e-9)
+    assert answers["lean at t_1"] == pytest.approx(p["lean"], abs=MOTION)
+    chord = 2 * v / abs(turn) * abs(math.sin(turn * p["t_1"] / 2))
+    moved = answers["centre at t_1 from its start"]
+    assert math.hypot(*moved[:2]) == pytest.approx(chord, rel=1e-8)
+    assert moved[2] == pytest.approx(0, abs=MOTION)
+    force = answers["force of the plane at the start"]
+    assert force[2] == pytest.approx(m * g, rel=1e-9)
+    assert math.hypot(*force[:2]) == pytest.approx(m * v * abs(turn), rel=1e-9)
+
+
+@pytest.mark.parametrize("changed", [{"lean": math.pi / 2}, {"Omega": 0.0}])
+def test_a_disk_that_lies_flat_or_runs_straight_makes_no_turn(changed):
+    with pytest.raises(ModelError, match="Expected a lean between -90 and 90 degrees and a turn, got lean ="):
+        GALLERY["rolling-disk"].run(changed)
+
+
+def test_another_bicycle():
+    """The answers follow the parameters; with the contact ahead of the steering axis it falls over at all speeds."""
+    _, answers, found = run("whipple-bicycle", {"w": 1.05, "m_B": 80.0})
+    low, high = answers["stable from, to"]
+    assert 0 < low < high and (low, high) != pytest.approx((4.292382536341, 6.024262015388))
+    assert np.array(answers["M"]) == pytest.approx(np.array(answers["M"]).T, rel=1e-12)
+    assert found.trajectory.energy.relative_residual < MOTION
+    _, back, _ = run("whipple-bicycle", {"c": -0.3})
+    assert back["stable from, to"] == "none: unstable at all speeds"
