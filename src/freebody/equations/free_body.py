@@ -163,7 +163,7 @@ class FreeBody:
             for j, entry in enumerate(matrix):
                 if entry != 0:
                     result += self._of_generalized_value(row.name, j, entry * value, "reaction")
-        if not pair and result:
+        if len(result) > 1:
             # one unknown: its force and couple on this body stand on one line
             force, moment = ZERO, ZERO
             for part in result:
