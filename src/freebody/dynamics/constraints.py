@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 from ..describe.constraint import Gear, Rolling, Rope, SpeedCondition
@@ -195,44 +196,68 @@ def wrenches(model: Model, state: State) -> list[list[tuple[Any, Vector, Vector]
     return result
 
 
-@dataclass(frozen=True)
 class Linearized:
-    """The conditions at a state: residual φ (or ψ), rate ψ, matrix G of the speeds and γ; one entry per row."""
+    """The conditions at a state: residual φ (or ψ), rate ψ, matrix G of the speeds and γ; one entry per row.
 
-    residual: tuple[Any, ...]
-    rate: tuple[Any, ...]
-    matrix: tuple[tuple[Any, ...], ...]
-    bias: tuple[Any, ...]
+    Each is formed when it is asked for: in symbols γ can be far longer than the rest.
+    """
+
+    def __init__(self, model: Model, state: State) -> None:
+        self._model = model
+        self._state = state
+        self._kinds = rows(model)
+
+    @cached_property
+    def residual(self) -> tuple[Any, ...]:
+        """φ of conditions on coordinates, ψ of those on speeds."""
+        return tuple(residuals(self._model, self._state))
+
+    @cached_property
+    def _along(self) -> list[Any]:
+        """Residuals as series of second order along the motion without accelerations."""
+        return _along_motion(self._model, self._state, self._state.u, 1, 2)
+
+    @cached_property
+    def rate(self) -> tuple[Any, ...]:
+        """ψ = G u + g."""
+        along = self.__dict__.get("_along")
+        if along is None:
+            along = _along_motion(self._model, self._state, self._state.u, 1, 1)
+        pairs = zip(along, self._kinds, strict=True)
+        return tuple(_at(r, 0) if kind.on_speeds else _derivative(r, 1) for r, kind in pairs)
+
+    @cached_property
+    def bias(self) -> tuple[Any, ...]:
+        """γ, what is left of ψ' without accelerations."""
+        pairs = zip(self._along, self._kinds, strict=True)
+        return tuple(_derivative(r, 1 if kind.on_speeds else 2) for r, kind in pairs)
+
+    @cached_property
+    def matrix(self) -> tuple[tuple[Any, ...], ...]:
+        """G, a row per condition and a column per speed."""
+        model, state, kinds = self._model, self._state, self._kinds
+        columns = []
+        rest = [0] * model.n_u
+        still: list[Any] = []
+        if _any_speed(kinds):
+            still = residuals(model, _with(state, state.field, state.t, state.q, rest))
+        for j in range(model.n_u):
+            unit = [1 if k == j else 0 for k in range(model.n_u)]
+            direction = _along_motion(model, state, unit, 0, 1)
+            columns.append(
+                [
+                    _at(r, 0) - still[i] if kind.on_speeds else _derivative(r, 1)
+                    for i, (r, kind) in enumerate(zip(direction, kinds, strict=True))
+                ]
+            )
+        return tuple(tuple(column[i] for column in columns) for i in range(len(kinds)))
 
 
 def linearized(model: Model, state: State) -> Linearized:
     """φ, ψ, G and γ of all conditions."""
-    kinds = rows(model)
-    if not kinds:
-        return Linearized((), (), (), ())
-    if "constraints" in state.cache:
-        return state.cache["constraints"]
-    along = _along_motion(model, state, state.u, 1, 2)
-    rate = tuple(
-        _at(r, 0) if kind.on_speeds else _derivative(r, 1) for r, kind in zip(along, kinds, strict=True)
-    )
-    bias = tuple(_derivative(r, 1 if kind.on_speeds else 2) for r, kind in zip(along, kinds, strict=True))
-    columns = []
-    rest = [0] * model.n_u
-    still = residuals(model, _with(state, state.field, state.t, state.q, rest)) if _any_speed(kinds) else []
-    for j in range(model.n_u):
-        unit = [1 if k == j else 0 for k in range(model.n_u)]
-        direction = _along_motion(model, state, unit, 0, 1)
-        columns.append(
-            [
-                _at(r, 0) - still[i] if kind.on_speeds else _derivative(r, 1)
-                for i, (r, kind) in enumerate(zip(direction, kinds, strict=True))
-            ]
-        )
-    matrix = tuple(tuple(column[i] for column in columns) for i in range(len(kinds)))
-    result = Linearized(tuple(_at(r, 0) for r in along), rate, matrix, bias)
-    state.cache["constraints"] = result
-    return result
+    if "constraints" not in state.cache:
+        state.cache["constraints"] = Linearized(model, state)
+    return state.cache["constraints"]
 
 
 def _any_speed(kinds: Sequence[Row]) -> bool:
