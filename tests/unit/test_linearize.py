@@ -735,3 +735,13 @@ def test_messages_of_singular_coordinates():
         )
     # tilted they are not singular, and frequencies are those of two tilts about horizontal axes
     assert len(fb.linearize(s, about={"theta": math.pi - 1e-3, "psi'": 0}, values={"g": 0}).modes()) == 6
+
+
+def test_message_of_a_machine_without_freedom():
+    s = fb.System("lift")
+    cage = s.body("cage", fb.particle(1))
+    s.slider("rail", s.ground, cage, axis="y", coordinate="y")
+    s.constrain("y - 2", name="brake")
+    refused(
+        "The constraints and drives of 'lift' leave it no freedom", fb.linearize, s, about={"y": 2}, values={}
+    )

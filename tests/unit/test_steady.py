@@ -374,3 +374,22 @@ def test_substitution_in_other_fields() -> None:
     assert along.c == (0, 1)
     with pytest.raises(KeyError):
         Substitution(ring, arrays, {m: 1.0})(x)
+
+
+def test_conditions_freed_of_a_length_have_no_roots_of_their_own():
+    """A block and tackle: a balance times |y| holds at y = 0, the balance itself does not."""
+    s = fb.System("tackle")
+    M, m, g, L = s.parameters(M=100, m=30, g=9.81, L=14)
+    s.gravity = (g, 0, 0)
+    block, weight = s.body("block", fb.particle(M)), s.body("weight", fb.particle(m))
+    s.slider("b", s.ground, block, axis="x", coordinate="x")
+    s.slider("w", s.ground, weight, at=(0, 0, 1), axis="x", coordinate="y")
+    up, over = s.ground.point(0, 0, 0), s.ground.point(0, 0, 1)
+    s.rope([up, block.origin, up, block.origin, up, over, weight.origin], L + 1)
+    found = fb.steady_motions(s)
+    assert found.at({}) == ()
+    balanced = found.at({"m": 25})  # wherever it hangs
+    assert balanced
+    for state in balanced:
+        assert abs(state.values["rope"]) == pytest.approx(25 * 9.81)
+        assert 4 * abs(state.values["x"]) + abs(state.values["y"]) == pytest.approx(14)

@@ -70,6 +70,10 @@ def constrained(
     state = State(model, floats, 0, q, u, numbers)
     active = independent_rows(model, state)
     choice = _choice(model, state, active, independent)
+    if not choice.speeds:
+        raise ModelError(
+            f"The constraints and drives of '{model.name}' leave it no freedom: it has no small motions to linearise."
+        )
     names = tangent_names(model)
     first = _terms(model, q, u, 0, numbers, inputs, choice)
     check_balance(

@@ -250,6 +250,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
                 f"The {len(live)} condition(s) of steady motion do not determine {', '.join(names)}. Give values of "
                 f"some of them: values={{'{names[-1]}': ...}}."
             ) from None
+        found = [one for one in found if self._balanced(atoms, asked, one[0])]
         result = []
         for k, (x, residual, error) in enumerate(found):
             name = self._label(found, k, asked)
@@ -257,6 +258,19 @@ class SteadyMotions(Sequence[SteadyMotion]):
                 self._state(name, dict(zip(asked, map(float, x), strict=True)), atoms, given, residual, error)
             )
         return tuple(result)
+
+    def _balanced(self, atoms: Mapping[Any, Any], asked: Sequence[Any], x: Any) -> bool:
+        """Whether the equations of motion hold: conditions freed of |y| or 1/y have roots that these do not have."""
+        import numpy as np
+
+        from .steady_numeric import Pieces
+
+        p = self.problem
+        with np.errstate(all="ignore"):
+            full = self._full({**atoms, **dict(zip(asked, x, strict=True))})
+            exact = Pieces(p.ring, [E for E in p.residuals if type(E) is Polynomial], asked, full)
+            missed = np.abs(exact.values(x)) / np.maximum(exact.size(x), 1 / 10**300)
+        return not (missed > 1 / 10**6).any()
 
     def _label(self, found: Sequence[Any], k: int, asked: Sequence[Any]) -> str:
         """Of two values of one rate, which: fast or slow."""

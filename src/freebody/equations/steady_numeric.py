@@ -164,12 +164,15 @@ def _of_branch(one: Pieces) -> list[Any]:
         x = one.newton(x[:, None], 8)[:, 0]
         if not np.isfinite(x).all():
             continue
-        F, size = one.values(x), one.size(x)
+        with np.errstate(all="ignore"):
+            F, size, J = one.values(x), one.size(x), one.jacobian(x)
+        if not (np.isfinite(F).all() and np.isfinite(J).all()):
+            continue  # |y| has no slope at y = 0
         residual = float((np.abs(F) / np.maximum(size, EPS * EPS)).max(initial=0))
         if residual > 1024 * EPS:
             continue
         x = np.where(one.angles, np.pi - np.mod(np.pi - x, 2 * np.pi), x)
-        step = float(np.abs(np.linalg.pinv(one.jacobian(x)) @ F).max(initial=0))
+        step = float(np.abs(np.linalg.pinv(J) @ F).max(initial=0))
         x = np.where(_open(one, x), 0, x)
         if not any(_same(x, other[0]) for other in result):
             result.append((x, residual, step))
