@@ -39,6 +39,10 @@ _MOVING = {"reaction": 0, "acceleration": 1, "speed": 2}
 _FIXED = ("parameter", "constant", "load")
 
 
+LONGEST = 10_000
+"""Terms beyond which an element is not brought over a common denominator: nobody reads them."""
+
+
 @dataclass
 class Lumps:
     """Names for the distinct coefficients of parameters; one table for many equations.
@@ -128,6 +132,8 @@ class _Arrangement:
                 break
             g = fractions[-1]
             n = max(e for m, _ in y.terms() for i, e in m if i == g.index)
+            if len(y) * len(g.arguments[0]) ** n > LONGEST:
+                break  # it stays a factor of its terms
             y = y * g.arguments[0] ** n
             denominators.append((g.arguments[0], n))
         body = self.groups(self.ring.coerce(y))
