@@ -6,8 +6,12 @@ A question that has no answer for this machine is answered by the sentence that 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import signal
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from ..errors import FreebodyError, ModelError, nearest
@@ -20,6 +24,8 @@ LONGEST = 2000
 """Characters of symbolic equations beyond which only their numbers are shown."""
 LINE = 300
 """Characters of a symbolic condition or frequency that is printed; longer ones are in the data."""
+ROUND = 1e-12
+"""Differences that are not shown."""
 CLOSED = 4
 """Coordinates up to which natural frequencies are sought in closed form."""
 
@@ -93,6 +99,8 @@ def analysis(
     values: Mapping[str, float] | None = None,
     about: Mapping[str, float] | None = None,
     start: Mapping[str, Any] | None = None,
+    near: Mapping[str, Any] | None = None,
+    patience: float | None = None,
 ) -> Analysis:
     """Equations of motion, conserved quantities, steady motions, linear model and modes of a system.
 
@@ -106,6 +114,10 @@ def analysis(
         stable steady motion if not given.
     start : mapping, optional
         Values by name, numbers or expressions, for unknowns that the steady motions leave free.
+    near : mapping, optional
+        Of a machine with constraints: coordinates near which it is closed.
+    patience : float, optional
+        Longest time for the answers in symbols [s]; beyond it there are only those in numbers.
 
     Returns
     -------
@@ -128,14 +140,56 @@ def analysis(
     >>> found["linear_model"]["about"], found["modes"][0]["frequency"]
     ({'theta': 0.0, "theta'": 0.0}, 3.0)
     """
-    return _Inquiry(system, dict(values or {}), dict(about or {}), dict(start or {})).report()
+    return _Inquiry(
+        system, dict(values or {}), dict(about or {}), dict(start or {}), dict(near or {}), patience
+    ).report()
+
+
+class OutOfTimeError(Exception):
+    """An answer takes too long."""
+
+
+@contextmanager
+def within(deadline: float | None) -> Iterator[None]:
+    """Stop the block at a time of the monotonic clock, where the system has timers and this is the main thread.
+
+    Raises
+    ------
+    OutOfTimeError
+    """
+    if deadline is None:
+        yield
+        return
+    left = deadline - monotonic()
+    if left <= 0:
+        raise OutOfTimeError
+    if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(*_: Any) -> None:
+        raise OutOfTimeError
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, left)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
 
 
 class _Inquiry:
     """The questions in order; each leaves what the next one needs."""
 
     def __init__(
-        self, system: Any, values: dict[str, float], about: dict[str, float], start: dict[str, Any]
+        self,
+        system: Any,
+        values: dict[str, float],
+        about: dict[str, float],
+        start: dict[str, Any],
+        near: dict[str, Any],
+        patience: float | None,
     ) -> None:
         import freebody as fb
 
@@ -146,6 +200,9 @@ class _Inquiry:
         self.vocabulary = Vocabulary(self.e)
         self.given = values
         self.about = about
+        self.near = near
+        self.deadline = None if patience is None else monotonic() + patience
+        self.patience = patience
         self.missing = [p.name for p in self.model.parameters if p.default is None and p.name not in values]
         self.values = {} if self.missing else dict(self.model.values(values))
         known = [*self.model.coordinate_names, *self.model.speed_names]
@@ -165,15 +222,26 @@ class _Inquiry:
         return number(self.model, self.values, value, f"the initial value of '{name}'")
 
     def report(self) -> Analysis:
-        sections = {"equations": self.motion()}
+        sections = {"equations": self._in_symbols("Equations of motion", self.motion)}
         if self.model.n_u:
-            sections["integrals"] = self.integrals()
-            sections["steady_motions"] = self.steady()
+            sections["integrals"] = self._in_symbols("Conserved quantities", self.integrals)
+            sections["steady_motions"] = self._in_symbols("Steady motions", self.steady)
             sections["linear_model"], sections["modes"] = self.linear()
         shown: dict[str, float | None] = {
             p.name: self.values.get(p.name, self.given.get(p.name, p.default)) for p in self.model.parameters
         }
         return Analysis(self.model.name, shown, sections)
+
+    def _in_symbols(self, title: str, question: Callable[[], Section]) -> Section:
+        """The answer, or a section that says that it takes too long."""
+        try:
+            with within(self.deadline):
+                return question()
+        except OutOfTimeError:
+            self.deadline = float(0)  # what is asked next builds on the same equations
+            self.motions, self.states = None, ()
+            text = f"Not found in {self.patience:g} s: in symbols this machine is large. Allow more with --patience."
+            return Section(title, notes=[text])
 
     # -- equations and integrals --------------------------------------------------------------------
 
@@ -384,8 +452,9 @@ class _Inquiry:
             section.notes.append(str(error))
             table.notes.append("No modes without a linear model.")
             return section, table
-        where = {name: float(about.get(name, 0)) for name in (*self._rest(), *self.model.speed_names)}
-        shown = ", ".join(f"{name} = {x:.6g}" for name, x in where.items() if x)
+        where = self._where(about)
+        rest = self._where({})
+        shown = ", ".join(f"{name} = {x:.6g}" for name, x in where.items() if abs(x - rest[name]) > ROUND)
         section.notes.append(
             f"About {shown}, all others zero." if shown else "About the state in which all is zero."
         )
@@ -425,17 +494,22 @@ class _Inquiry:
             )
         return section, table
 
-    def _rest(self) -> tuple[str, ...]:
-        """Names of the coordinates that are no part of a quaternion."""
-        return tuple(c.name for c in self.model.coordinates if c.kind == "scalar")
+    def _where(self, about: Mapping[str, float]) -> dict[str, float]:
+        """All coordinates and speeds: those given, the others at zero and unturned."""
+        from ..dynamics.state import rest_coordinates
+
+        values = dict(zip(self.model.coordinate_names, map(float, rest_coordinates(self.model)), strict=True))
+        values |= dict.fromkeys(self.model.speed_names, float(0))
+        return {name: float(about.get(name, x)) for name, x in values.items()}
 
     def _point(self, section: Section) -> tuple[Any, Mapping[str, float], Any]:
         """(linear model in numbers, the state it is about, the steady motion in closed form or None)."""
         import freebody as fb
 
         if self.about:
+            about = self._closed_state(self.about)
             try:
-                return fb.linearize(self.e, about=self.about, values=self.values), self.about, None
+                return fb.linearize(self.e, about=about, values=self.values), about, None
             except FreebodyError as error:
                 refused = error
             if not self.states or not all(
@@ -446,7 +520,8 @@ class _Inquiry:
                 raise refused
             section.notes.append("What --about leaves open is that of the steady motion.")
         if not self.states:
-            return fb.linearize(self.e, values=self.values), {}, None
+            rest = self._closed_state({})
+            return fb.linearize(self.e, about=rest, values=self.values), rest, None
         chosen = next((state for state in self.states if state.stability.verdict in STABLE), None)
         if chosen is None:
             section.notes.append(
@@ -454,6 +529,16 @@ class _Inquiry:
             )
             chosen = self.states[0]
         return fb.linearize(self.e, about=chosen, values=self.values), chosen.state, self._motion_of(chosen)
+
+    def _closed_state(self, given: Mapping[str, float]) -> dict[str, float]:
+        """What is given, and of a machine with constraints all that follows from it."""
+        if not self.model.constraints:
+            return dict(given)
+        from ..simulate.closing import closed_start
+
+        y, _ = closed_start(self.model, self.values, given, self.near, float(0), False)
+        names = [*self.model.coordinate_names, *self.model.speed_names]
+        return dict(zip(names, y.tolist(), strict=True))
 
     def _motion_of(self, state: Any) -> Any:
         """The steady motion in closed form that a state is one of; None if there is none."""

@@ -7,7 +7,7 @@ from time import perf_counter
 
 import click
 
-from .model import Setting, find, settings_of
+from .model import Number, Setting, find, settings_of
 
 FILES = ("analysis.txt", "analysis.tex", "analysis.json")
 
@@ -19,6 +19,8 @@ FILES = ("analysis.txt", "analysis.tex", "analysis.json")
 @click.option("--about", "about", type=Setting(), multiple=True, metavar="NAME=VALUE",
               help="Coordinate or speed where to linearise; may be repeated. The first stable steady motion "
               "if not given.")  # fmt: skip
+@click.option("--patience", type=Number(), default="20", show_default=True, metavar="SECONDS",
+              help="Longest time for the answers in symbols; beyond it only those in numbers are given.")  # fmt: skip
 @click.option("-o", "--output", type=click.Path(path_type=Path, file_okay=False), metavar="DIR",
               help=f"Folder for {', '.join(FILES)}; made if missing.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of text.")
@@ -26,6 +28,7 @@ def analyze(
     model: str,
     settings: tuple[tuple[str, float], ...],
     about: tuple[tuple[str, float], ...],
+    patience: float,
     output: Path | None,
     as_json: bool,
 ) -> None:
@@ -37,11 +40,15 @@ def analyze(
 
     from .analysis import analysis
 
+    if not patience > 0:
+        raise click.BadParameter(
+            f"Expected a time greater than 0, got {patience:g}.", param_hint="--patience"
+        )
     start = perf_counter()
     entry = find(model)
     system = entry.build()
     values = settings_of(system, settings)
-    found = analysis(system, values, dict(about), entry.start)
+    found = analysis(system, values, dict(about), entry.start, entry.near, patience)
     files = [] if output is None else [output / name for name in FILES]
     report = found.data() | {
         "files": [str(file) for file in files],
