@@ -81,7 +81,9 @@ def test_eigenvalues_at_rest():
 
 
 def test_stable_speeds(parts):
-    assert bicycle.stable_speeds(parts, VALUES["g"]) == pytest.approx((4.29238253634111, 6.02426201538837), rel=DIGITS)
+    assert bicycle.stable_speeds(parts, VALUES["g"]) == pytest.approx(
+        (4.29238253634111, 6.02426201538837), rel=DIGITS
+    )
 
 
 def test_backwards_it_is_unstable(parts):

@@ -25,7 +25,11 @@ def slider_crank():
     s = fb.System("slider-crank")
     r, L, m, g = s.parameters(r=1, L=3, m=2, g=9.81)
     s.gravity = (0, -g, 0)
-    crank, rod, piston = s.body("crank", fb.slender_bar(m, r)), s.body("rod", fb.slender_bar(m, L)), s.body("piston", fb.particle(m))
+    crank, rod, piston = (
+        s.body("crank", fb.slender_bar(m, r)),
+        s.body("rod", fb.slender_bar(m, L)),
+        s.body("piston", fb.particle(m)),
+    )
     s.hinge("shaft", s.ground, crank, to=(-r / 2, 0, 0), coordinate="a")
     s.hinge("pin", crank, rod, at=(r / 2, 0, 0), to=(-L / 2, 0, 0), coordinate="b")
     s.slider("bore", s.ground, piston, coordinate="x")
@@ -78,7 +82,9 @@ def test_matrix_is_the_derivative_of_the_constraints():
         assert sympy.simplify(second - e.constraint_bias[i]) == 0
 
 
-@pytest.mark.parametrize(("make", "independent"), [(disk_on_a_slope, ["x"]), (slider_crank, ["a"]), (slider_crank, ["x"])])
+@pytest.mark.parametrize(
+    ("make", "independent"), [(disk_on_a_slope, ["x"]), (slider_crank, ["a"]), (slider_crank, ["x"])]
+)
 def test_eliminated_is_free_of_multipliers_and_equal_to_the_equations(make, independent):
     """The combination Nᵀ of the equations with multipliers: canonically the same."""
     s = make()
@@ -86,7 +92,9 @@ def test_eliminated_is_free_of_multipliers_and_equal_to_the_equations(make, inde
     (found,) = e.eliminated(independent)
     assert not found.lhs.has(*e.multipliers)
     # N from G, by division, with SymPy
-    G = sympy.Matrix([e.constraint_matrix.row(i) for i in range(len(e.multipliers)) if any(e.constraint_matrix.row(i))])
+    G = sympy.Matrix(
+        [e.constraint_matrix.row(i) for i in range(len(e.multipliers)) if any(e.constraint_matrix.row(i))]
+    )
     chosen = [e.model.coordinate_names.index(name) for name in independent]
     rest = [j for j in range(e.model.n_u) if j not in chosen]
     D = G[:, rest]
@@ -144,7 +152,9 @@ def test_gears_between_a_carrier_and_a_planet_turn_all_three():
     second = s.hinge("second", carrier, planet, at=(2, 0, 0), coordinate="q")
     s.gear(first, second, -2, name="mesh")
     e = fb.equations(s)
-    total = sum((e.free_body(name).moments["mesh"] for name in ("carrier", "sun", "planet")), sympy.zeros(3, 1))
+    total = sum(
+        (e.free_body(name).moments["mesh"] for name in ("carrier", "sun", "planet")), sympy.zeros(3, 1)
+    )
     assert total == sympy.zeros(3, 1)
     assert e.free_body("sun").moments["mesh"][2] == sympy.Symbol("mesh", real=True)
 
@@ -201,7 +211,17 @@ def test_joints_take_names_for_bodies_when_they_close_a_loop():
 
 def test_indeterminate_by_name():
     e = fb.equations(slider_crank())
-    across = {"wrist_z", "wrist_Mx", "wrist_My", "shaft_z", "shaft_Mx", "shaft_My", "pin_z", "pin_Mx", "pin_My"}
+    across = {
+        "wrist_z",
+        "wrist_Mx",
+        "wrist_My",
+        "shaft_z",
+        "shaft_Mx",
+        "shaft_My",
+        "pin_z",
+        "pin_Mx",
+        "pin_My",
+    }
     found = set(e.indeterminate({"a": 0.5, "x": 3, "b": -0.6}))
     # a particle on a slider can take no moment from the wrist, yet its guide can
     assert across <= found <= across | {"bore_z", "bore_Mx", "bore_My", "bore_Mz"}

@@ -38,7 +38,10 @@ def test_slider_crank(changed):
         x = r * c + L * cb
         x1 = -r * w * s - L * sb * b1
         x2 = -r * w**2 * c - L * (cb * b1**2 + sb * b2)
-        centre2 = (-r * w**2 * c - L / 2 * (cb * b1**2 + sb * b2), -r * w**2 * s + L / 2 * (cb * b2 - sb * b1**2))
+        centre2 = (
+            -r * w**2 * c - L / 2 * (cb * b1**2 + sb * b2),
+            -r * w**2 * s + L / 2 * (cb * b2 - sb * b1**2),
+        )
         centre1 = (-r * w * s - L / 2 * sb * b1, r * w * c + L / 2 * cb * b1)
         return x, x1, x2, b1, b2, centre1, centre2, sb, cb
 
@@ -96,7 +99,10 @@ def test_four_bar():
         vB, vC = (B1 - B0) / (2 * h), (C1 - C0) / (2 * h)
         B, C = places(time)
         # a slender bar: T = m/6 (v1² + v1·v2 + v2²)
-        kinetic = rho * b / 6 * (abs(vB) ** 2 + (vB * vC.conjugate()).real + abs(vC) ** 2) + rho * c / 6 * abs(vC) ** 2
+        kinetic = (
+            rho * b / 6 * (abs(vB) ** 2 + (vB * vC.conjugate()).real + abs(vC) ** 2)
+            + rho * c / 6 * abs(vC) ** 2
+        )
         potential = g * rho * (a * B.imag / 2 + b * (B + C).imag / 2 + c * C.imag / 2)
         return kinetic + potential
 
@@ -133,14 +139,16 @@ def test_block_and_tackle(changed):
     assert answers["y at t_1"] == pytest.approx(p["L"] - 1 - 4 * answers["x at t_1"], rel=ALGEBRA)
 
 
-@pytest.mark.parametrize("changed", [{}, {"lean": -0.5, "Omega": 3.0}, {"R": 0.1, "Omega": -2.0, "lean": 1.0}])
+@pytest.mark.parametrize(
+    "changed", [{}, {"lean": -0.5, "Omega": 3.0}, {"R": 0.1, "Omega": -2.0, "lean": 1.0}]
+)
 def test_rolling_disk(changed):
     """Steady turn. e: axle, at the angle lean above the horizontal; s spin, Ω turn, c = cos lean, n = sin lean.
 
     Along the horizontal h (from the centre to the upper side's foot), ω = Ω Z + s e has components
     ω_h = s c along h, ω_Z = Ω + s n; the centre moves at v = R (s + Ω n); it turns at Ω on a circle of radius v/Ω.
-    H along the axle: A_3 = m R²/2 (s + Ω n); across, in the plane of e and Z: A_1 = m R²/4 Ω c. dH/dt = Ω Z × H = moment
-    of the normal force m g and of the friction m Ω v about the centre:
+    H along the axle: A_3 = m R²/2 (s + Ω n); across, in the plane of e and Z: A_1 = m R²/4 Ω c. dH/dt = Ω Z × H =
+    moment of the normal force m g and of the friction m Ω v about the centre:
 
         Ω (A_3 c - A_1 n) + m Ω v R c + m g R n = 0.
     """

@@ -35,7 +35,9 @@ def four_bar(lengths=(1, 2, 1.5, 2), gravity=9.81):
     a, b, c, d = lengths
     s = fb.System("four-bar")
     s.gravity = (0, -gravity, 0)
-    crank, rod, rocker = (s.body(n, fb.slender_bar(x, x)) for n, x in (("crank", a), ("rod", b), ("rocker", c)))
+    crank, rod, rocker = (
+        s.body(n, fb.slender_bar(x, x)) for n, x in (("crank", a), ("rod", b), ("rocker", c))
+    )
     s.hinge("A", s.ground, crank, to=(-a / 2, 0, 0), coordinate="a")
     s.hinge("B", crank, rod, at=(a / 2, 0, 0), to=(-b / 2, 0, 0), coordinate="b")
     s.hinge("D", s.ground, rocker, at=(d, 0, 0), to=(-c / 2, 0, 0), coordinate="d")
@@ -50,7 +52,10 @@ def test_four_bar_stays_closed_whatever_the_tolerance(tolerance):
     assert np.ptp(found["a"]) > 1
     assert found.energy.relative_residual < max(300 * tolerance, 1e-13)
     # also between the steps and at the events
-    assert missed(fb.simulate(four_bar(), 5, initial={"a": 0.3}, near={"b": 0.4, "d": 0.9}, samples=7)) < 100 * EPS
+    assert (
+        missed(fb.simulate(four_bar(), 5, initial={"a": 0.3}, near={"b": 0.4, "d": 0.9}, samples=7))
+        < 100 * EPS
+    )
 
 
 def test_four_bar_against_its_one_equation_of_motion():
@@ -68,7 +73,11 @@ def test_four_bar_against_its_one_equation_of_motion():
     a, h = found["a"], 1e-5
     (B0, C0), (B, C), (B1, C1) = (places(a + k) for k in (-h, 0, h))
     vB, vC = (B1 - B0) / (2 * h), (C1 - C0) / (2 * h)
-    inertia = 1 / 3 * abs(vB) ** 2 + 2 / 3 * (abs(vB) ** 2 + (vB * vC.conj()).real + abs(vC) ** 2) + 0.5 * abs(vC) ** 2
+    inertia = (
+        1 / 3 * abs(vB) ** 2
+        + 2 / 3 * (abs(vB) ** 2 + (vB * vC.conj()).real + abs(vC) ** 2)
+        + 0.5 * abs(vC) ** 2
+    )
     potential = 9.81 * (B.imag / 2 + (B + C).imag + 1.5 * C.imag / 2)
     energy = inertia * found["a'"] ** 2 / 2 + potential
     assert energy == pytest.approx(energy[0], abs=1e-8 * 9.81 * 4)
@@ -88,9 +97,7 @@ def test_rope_pendulum_is_a_hinge_pendulum():
     ball = disk.body("ball", fb.sphere(2, 0.1))
     disk.planar("plane", disk.ground, ball, coordinate="x y turn")
     disk.rope([disk.ground.origin, ball.origin], L)
-    b = fb.simulate(
-        disk, 6, initial={"x": L * math.sin(start)}, near={"y": -L}, tolerance=1e-12, times=times
-    )
+    b = fb.simulate(disk, 6, initial={"x": L * math.sin(start)}, near={"y": -L}, tolerance=1e-12, times=times)
     assert b["x"] == pytest.approx(L * np.sin(a["theta"]), abs=MOTION)
     assert b["y"] == pytest.approx(-L * np.cos(a["theta"]), abs=MOTION)
     assert np.hypot(b["x"], b["y"]) == pytest.approx(L, rel=4 * EPS)
@@ -102,15 +109,27 @@ def test_slider_crank_follows_the_closed_form():
     """A free crank: x = r cos a + sqrt(L² - r² sin² a) along the whole motion."""
     r, L = 0.4, 1.1
     s = fb.System("slider-crank")
-    crank, rod, piston = s.body("crank", fb.slender_bar(1, r)), s.body("rod", fb.slender_bar(2, L)), s.body("p", fb.particle(3))
+    crank, rod, piston = (
+        s.body("crank", fb.slender_bar(1, r)),
+        s.body("rod", fb.slender_bar(2, L)),
+        s.body("p", fb.particle(3)),
+    )
     s.hinge("shaft", s.ground, crank, to=(-r / 2, 0, 0), coordinate="a")
     s.hinge("pin", crank, rod, at=(r / 2, 0, 0), to=(-L / 2, 0, 0), coordinate="b")
     s.slider("bore", s.ground, piston, coordinate="x")
     s.hinge("wrist", rod, piston, at=(L / 2, 0, 0))
     for side in (1, -1):  # the branch is that of near
-        found = fb.simulate(s, 3, initial={"a": 1.0, "a'": 5}, near={"x": side * L, "b": -1.4 if side > 0 else 2.5}, tolerance=1e-11)
+        found = fb.simulate(
+            s,
+            3,
+            initial={"a": 1.0, "a'": 5},
+            near={"x": side * L, "b": -1.4 if side > 0 else 2.5},
+            tolerance=1e-11,
+        )
         a = found["a"]
-        assert found["x"] == pytest.approx(r * np.cos(a) + side * np.sqrt(L**2 - r**2 * np.sin(a) ** 2), abs=1e-13)
+        assert found["x"] == pytest.approx(
+            r * np.cos(a) + side * np.sqrt(L**2 - r**2 * np.sin(a) ** 2), abs=1e-13
+        )
         assert a[-1] > 2 * math.pi
         assert missed(found) < 100 * EPS
         # only the forces out of the plane are open; the side force of the bore is not
@@ -148,7 +167,9 @@ def free_wheel(body, radius, axis="z", gravity=(0, 0, -9.81)):
     return s
 
 
-@pytest.mark.parametrize(("body", "k"), [(fb.disk(2, 0.3), 1 / 2), (fb.ring(2, 0.3), 1)], ids=["disk", "hoop"])
+@pytest.mark.parametrize(
+    ("body", "k"), [(fb.disk(2, 0.3), 1 / 2), (fb.ring(2, 0.3), 1)], ids=["disk", "hoop"]
+)
 def test_steady_turn_of_a_thin_wheel(body, k):
     """Axial inertia k m R², transverse half of it:  Ω² R n c k/2 = (1 + k) R Ω ω_3 c + g n  gives the spin ω_3.
 
@@ -164,9 +185,8 @@ def test_steady_turn_of_a_thin_wheel(body, k):
     found = fb.simulate(free_wheel(body, R), 5, initial=start, near={"air_z": R}, tolerance=1e-12)
     axle = found.poses["wheel"].rotation[:, :, 2]
     assert axle[:, 2] == pytest.approx(n, abs=1e-9)
-    assert np.unwrap(np.arctan2(axle[:, 1], axle[:, 0]))[-1] + math.pi / 2 - math.pi == pytest.approx(turn * 5, abs=MOTION) or (
-        np.unwrap(np.arctan2(axle[:, 1], axle[:, 0]))[-1] - np.arctan2(axle[0, 1], axle[0, 0])
-    ) == pytest.approx(turn * 5, abs=MOTION)
+    heading = np.unwrap(np.arctan2(axle[:, 1], axle[:, 0]))
+    assert heading - heading[0] == pytest.approx(turn * found.t, abs=MOTION)
     assert found["air_z"] == pytest.approx(R * c, abs=1e-9)
     # centripetal force and weight
     force = found.reactions["contact"].force
@@ -178,11 +198,15 @@ def test_steady_turn_of_a_thin_wheel(body, k):
 def test_sphere_on_a_plane_runs_straight_whatever_its_spin():
     """Rolling on a level plane: the centre moves uniformly, the contact carries the weight only."""
     s = free_wheel(fb.sphere(3, 0.2), 0.2, axis=None)
-    found = fb.simulate(s, 3, initial={"air_wx": 2, "air_wy": -1, "air_wz": 5}, near={"air_z": 0.2}, tolerance=1e-12)
+    found = fb.simulate(
+        s, 3, initial={"air_wx": 2, "air_wy": -1, "air_wz": 5}, near={"air_z": 0.2}, tolerance=1e-12
+    )
     # v = ω × R z
     assert found["air_x"] == pytest.approx(-0.2 * found.t, abs=1e-9)
     assert found["air_y"] == pytest.approx(-0.4 * found.t, abs=1e-9)
-    assert found.reactions["contact"].force == pytest.approx(np.tile([0, 0, 3 * 9.81], (len(found.t), 1)), abs=1e-8)
+    assert found.reactions["contact"].force == pytest.approx(
+        np.tile([0, 0, 3 * 9.81], (len(found.t), 1)), abs=1e-8
+    )
 
 
 def test_sphere_down_an_incline():
@@ -225,7 +249,9 @@ def test_a_driven_shaft_feels_its_gear():
 def test_a_driven_loop_keeps_the_ledger():
     s = fb.System("driven loop")
     s.gravity = (0, -9.81, 0)
-    crank, rod, rocker = (s.body(n, fb.slender_bar(x, x)) for n, x in (("crank", 1), ("rod", 2), ("rocker", 1.5)))
+    crank, rod, rocker = (
+        s.body(n, fb.slender_bar(x, x)) for n, x in (("crank", 1), ("rod", 2), ("rocker", 1.5))
+    )
     s.hinge("A", s.ground, crank, to=(-0.5, 0, 0), coordinate=3 * s.t + 0.3)
     s.hinge("B", crank, rod, at=(0.5, 0, 0), to=(-1, 0, 0), coordinate="b")
     s.hinge("D", s.ground, rocker, at=(2, 0, 0), to=(-0.75, 0, 0), coordinate="d")
@@ -347,7 +373,9 @@ def test_a_loop_that_is_closed_too_often_moves():
 def test_free_bodies_of_a_constrained_motion_balance():
     """Force and moment equations of every body, with the reactions of the run put in, leave nothing."""
     s = four_bar()
-    found = fb.simulate(s, 1, initial={"a": 0.3, "a'": 1}, near={"b": 0.4, "d": 0.9}, tolerance=1e-12, times=[0.6])
+    found = fb.simulate(
+        s, 1, initial={"a": 0.3, "a'": 1}, near={"b": 0.4, "d": 0.9}, tolerance=1e-12, times=[0.6]
+    )
     e = fb.equations(s)
     now = {name: float(found[name][0]) for name in found.names}
     joints = found.reactions
@@ -458,12 +486,19 @@ def test_events_of_a_constrained_motion_lie_on_the_constraints():
     assert len(found.events) >= 2
     for event in found.events:
         state = event.state
-        gap = np.exp(1j * state["a"]) + 2 * np.exp(1j * (state["a"] + state["b"])) - 2 - 1.5 * np.exp(1j * state["d"])
+        gap = (
+            np.exp(1j * state["a"])
+            + 2 * np.exp(1j * (state["a"] + state["b"]))
+            - 2
+            - 1.5 * np.exp(1j * state["d"])
+        )
         assert abs(gap) < 100 * EPS
 
 
 def test_singular_starts_are_refused_not_followed():
-    with pytest.raises(SimulationError, match="'C_x' of 'four-bar' followed from the others at the start, but at t = "):
+    with pytest.raises(
+        SimulationError, match="'C_x' of 'four-bar' followed from the others at the start, but at t = "
+    ):
         fb.simulate(four_bar((1, 2, 1, 2)), 1)
     # a parallelogram beside its singular position is fine
     found = fb.simulate(four_bar((1, 2, 1, 2)), 0.2, initial={"a": 1}, near={"b": -1, "d": 1})

@@ -47,7 +47,7 @@ def constrain(system: System, condition: Any, *, name: str | None = None) -> Con
         )
     if not system.names.depends(expression, "coordinate"):
         raise ModelError(
-            f"Constraint '{name}' holds no coordinate: '{expression}' says nothing about the motion."
+            f"Constraint '{name}' holds no coordinate: '{_shown(system, expression)}' says nothing about the motion."
         )
     return _store(system, Condition(name, expression))
 
@@ -66,16 +66,16 @@ def constrain_speed(system: System, condition: Any, *, name: str | None = None) 
     speeds = system.names.depends(expression, "speed")
     if not speeds:
         raise ModelError(
-            f"Speed constraint '{name}' holds no speed: '{expression}'. A condition on coordinates is given by "
-            f"s.constrain."
+            f"Speed constraint '{name}' holds no speed: '{_shown(system, expression)}'. A condition on coordinates is "
+            f"given by s.constrain."
         )
     atoms = [system.names.atoms[speed] for speed in speeds]
     for one in atoms:
         slope = sympy.diff(expression, one)
         if any(sympy.simplify(sympy.diff(slope, other)) != 0 for other in atoms):
             raise ModelError(
-                f"Speed constraint '{name}' must be linear in the speeds, but '{expression}' is not linear in "
-                f"{system.names.texts[one]}."
+                f"Speed constraint '{name}' must be linear in the speeds, but '{_shown(system, expression)}' is not "
+                f"linear in {system.names.texts[one]}."
             )
     return _store(system, SpeedCondition(name, expression))
 
@@ -184,6 +184,11 @@ def rolling(
             axis,
         ),
     )
+
+
+def _shown(system: System, expression: Any) -> str:
+    """An expression as the user wrote it: x and x', not functions of time."""
+    return str(expression.xreplace({atom: sympy.Symbol(text) for atom, text in system.names.texts.items()}))
 
 
 def _fixed(system: System, value: Any, what: str, *kinds: str) -> Any:
