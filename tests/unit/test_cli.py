@@ -92,7 +92,7 @@ def test_help_and_version(freebody) -> None:  # type: ignore[no-untyped-def]
     for arguments in ((), ("--help",), ("-h",)):
         result = freebody(*arguments)
         assert result.code == 0
-        for command in ("gallery", "run", "equations", "check"):
+        for command in ("gallery", "run", "equations", "analyze", "check"):
             assert command in result.out + result.err
     assert freebody("--version").out == f"freebody, version {fb.__version__}\n"
     assert "--tolerance" in freebody("run", "--help").out

@@ -289,6 +289,8 @@ def _terms(
     w_by_w = v_by_v + to_w @ p_by_w
     w_by_p = v_by_p - v_by_v @ to_w + to_w @ p_by_p
     reduced = S.T @ M @ S
+    own = np.sqrt(np.diagonal(reduced))
+    reduced[np.abs(reduced) <= 10 * np.finfo(float).eps * np.outer(own, own)] = 0  # round-off of exact zeros
     names = tangent_names(model)
     B = np.zeros((m, len(inputs)))
     for k, name in enumerate(inputs):
