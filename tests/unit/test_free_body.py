@@ -164,11 +164,14 @@ def test_a_body_stands_for_its_origin(crane):
 def test_text_lists_actions_and_equations(crane):
     _, eq = crane
     lines = eq.free_body("rod", frame="rod").text().splitlines()
-    assert lines[0] == "Free body 'rod': components in rod axes, moments about its mass centre C"
-    assert lines[1].split() == ["weight", "force", "(-m*g*sin(theta),", "-m*g*cos(theta),", "0)", "[gravity]"]
+    assert lines[0] == (
+        "Free body 'rod': planar, components along x, y of rod axes, moments about its mass centre C along z"
+    )
+    assert lines[1].split() == ["weight", "force", "(-m*g*sin(theta),", "-m*g*cos(theta))", "[gravity]"]
     assert any(line.strip().startswith("force x:  ") for line in lines)
     assert any(line.strip().startswith("moment z:  ") for line in lines)
-    assert sum(" = " in line for line in lines) == 6
+    assert sum(" = " in line for line in lines) == 3
+    assert lines[-1].split(":") == ["  out of the plane, zero", "  pin_z, pin_Mx, pin_My"]
     assert repr(eq.free_body("rod")) == eq.free_body("rod").text()
 
 
