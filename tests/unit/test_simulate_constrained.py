@@ -548,3 +548,18 @@ def test_the_sign_of_a_loop_joint_s_axis_means_nothing():
         s.hinge("C", a, b, at=(0.5, 0, 0), to=(-1, 0, 0), axis=axis)
         runs.append(fb.simulate(s, 1, near={"x": 2}))
     assert np.array_equal(runs[0].states, runs[1].states)
+
+
+def test_constraints_that_end_stop_the_run():
+    """A counterweight that arrives at the beam: there the rope turns round."""
+    s = fb.System("arrival")
+    s.gravity = (0, -9.81, 0)
+    a, b = s.body("a", fb.particle(3)), s.body("b", fb.particle(1))
+    s.slider("left", s.ground, a, axis="-y", coordinate="p")
+    s.slider("right", s.ground, b, at=(1, 0, 0), axis="-y", coordinate="q")
+    s.rope([a.origin, s.ground.origin, s.ground.point(1, 0, 0), b.origin], 3)
+    with pytest.raises(SimulationError, match="So do constraints that end.*points of a rope that meet") as caught:
+        fb.simulate(s, 5, initial={"p": 1}, near={"q": 1})
+    found = caught.value.trajectory
+    # 1 m at g/2
+    assert found.t[-1] == pytest.approx(2 / math.sqrt(9.81), rel=1e-6)

@@ -51,6 +51,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
         "torque on the crank at t_1": (float(shaft.moment[0, 2]), "N m"),
         "force of the cylinder on the piston at t_1 (y)": (float(cylinder.force[0, 1]), "N"),
         "force of the rod on the piston at t_1 (x)": (float(pin.force[0, 0]), "N"),
+        "kinetic energy at t_1": (float(at.energy.kinetic[0]), "J"),
     }
     trajectory = case.motion(near=near)
     plots: Plots = {

@@ -86,11 +86,13 @@ def _normalise(work: Reals, row: int, quaternions: Integers, nq: int) -> None:
 
 
 @compiled
-def _project(t: float, work: Reals, row: int, w: int, quaternions: Integers, nq: int, c: Reals) -> None:
+def _project(t: float, work: Reals, row: int, w: int, quaternions: Integers, nq: int, c: Reals) -> float:
     """Onto the constraints, if there are any: the kernel whose address follows the places of the quaternions.
 
-    It takes one Newton step, whose error is the square of the change: one below 1e-8 has reached round-off.
+    It takes one Newton step, whose error is the square of the change: one below 1e-8 has reached round-off. The
+    result is the change of the first step, relative to 1 + |value|.
     """
+    first = 0.0
     if quaternions[nq] != 0:
         change, k = 1.0, 0
         while change > 1e-8 and k < 5:
@@ -101,7 +103,10 @@ def _project(t: float, work: Reals, row: int, w: int, quaternions: Integers, nq:
                 change = greater(change, abs(new - work[row + i]) / (1.0 + abs(new)))
                 work[row + i] = new
             _normalise(work, row, quaternions, nq)
+            if k == 0:
+                first = change
             k += 1
+    return first
 
 
 @compiled
@@ -516,6 +521,9 @@ def advance(
     accepted, logged, full = 0, 0, False
     integers[ACCEPTED] = integers[EVENTS] = 0
     status = RUNNING
+    allowed = 0.0
+    for i in range(n):
+        allowed = greater(allowed, 1e3 * relative[i])
     while accepted < room and not full:
         if abs(h) > longest:
             h = direction * longest
@@ -529,8 +537,8 @@ def advance(
         integers[EVALUATED] += 11
         error = _judge(n, work, w, quaternions, nq, relative, absolute, integers)
         after = until if ends else t + h
-        if error <= 1.0:
-            _project(after, work, END * w, w, quaternions, nq, c)
+        if error <= 1.0 and not _project(after, work, END * w, w, quaternions, nq, c) <= allowed:
+            error = 1e3  # not the error of a step, but another branch: the constraints end here, or bend too sharply
         if error <= 1.0:  # also the rates at the end must be numbers: a state without rates is no state
             call(rates, after, work, END * w, c, work, 12 * w)
             integers[EVALUATED] += 1

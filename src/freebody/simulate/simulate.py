@@ -274,6 +274,8 @@ def _failure(trajectory: Trajectory, path: Path, kernels: Kernels, end: float) -
             "quantity that grows without bound, or a load that jumps, does this; stop before with a terminal "
             "event, or loosen the tolerance."
         )
+        if kernels.model.constraints:
+            what += " So do constraints that end: bars that come into line, points of a rope that meet."
     else:
         what = (
             f"max_steps = {path.steps} steps reached only t = {path.end:.9g} s of {end:g} s; '{name}' "
