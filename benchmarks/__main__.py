@@ -13,9 +13,7 @@ NAMES = ("equations", "linearize", "dynamics", "motion", "first")
 def main() -> None:
     """Print the tables that are asked for."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description="freebody beside its peers")
-    parser.add_argument(
-        "names", nargs="*", metavar="NAME", help=f"{', '.join(NAMES)}; all if none"
-    )
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"{', '.join(NAMES)}; all if none")
     parser.add_argument("--quick", action="store_true", help="fewer sizes and settings")
     parser.add_argument("--repeats", type=int, default=5, help="repeats of each measurement (median)")
     parser.add_argument(

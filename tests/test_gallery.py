@@ -54,7 +54,13 @@ def test_names_and_aliases() -> None:
         "sec-6-9": "gyroscope", "sec-6-8": "torque-free", "hinged-bar": "ex-6-2", "cart-and-bar": "ex-6-5",
         "prob-6-15": "double-pendulum", "bicycle": "whipple-bicycle", "crank-rocker": "four-bar", "gears": "two-gears",
     }  # fmt: skip
-    assert set(NAMES) == {*aliases.values(), "tumbling-body", "rolling-disk", "slider-crank", "block-and-tackle"}
+    assert set(NAMES) == {
+        *aliases.values(),
+        "tumbling-body",
+        "rolling-disk",
+        "slider-crank",
+        "block-and-tackle",
+    }
     assert len(GALLERY) == 12
     for alias, name in aliases.items():
         assert alias in GALLERY and GALLERY[alias] is GALLERY[name]

@@ -350,7 +350,9 @@ def test_a_loop():
     s.hinge("b", crank, rod)
     s.hinge("c", s.ground, rod, at=(3, 0, 0))
     assert list(fb.assemble(s).constraints) == ["c"]
-    with pytest.raises(ModelError, match="Joint 'd' closes a loop, since 'rod' is already held.*Leave out coordinate="):
+    with pytest.raises(
+        ModelError, match="Joint 'd' closes a loop, since 'rod' is already held.*Leave out coordinate="
+    ):
         s.hinge("d", s.ground, rod, coordinate="extra")
     with pytest.raises(ModelError, match="Free joint 'd' would leave 'rod'.*does nothing. Leave it out"):
         s.free("d", s.ground, rod)

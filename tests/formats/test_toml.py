@@ -334,7 +334,9 @@ def constrained() -> fb.System:
     crank, rod, wheel, weight = (s.body(n, fb.box(1, (1, 2, 3))) for n in ("crank", "rod", "wheel", "weight"))
     shaft = s.hinge("shaft", s.ground, crank, coordinate="a")
     s.hinge("pin", crank, rod, at=(1, 0, 0), coordinate="b")
-    s.slider("guide", s.ground, rod, at=(0, 1, 0), axis="-y", parent_axes=fb.Rotation.euler("XYZ", 0.1, 0.2, 0.3))
+    s.slider(
+        "guide", s.ground, rod, at=(0, 1, 0), axis="-y", parent_axes=fb.Rotation.euler("XYZ", 0.1, 0.2, 0.3)
+    )
     s.free("air", s.ground, wheel)
     s.hinge("drum", s.ground, weight, at=(0, 3, 0), axis="x", coordinate="d")
     s.universal("hook", wheel, weight, axis=("y", (1, 0, 1)))

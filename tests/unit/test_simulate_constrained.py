@@ -558,7 +558,9 @@ def test_constraints_that_end_stop_the_run():
     s.slider("left", s.ground, a, axis="-y", coordinate="p")
     s.slider("right", s.ground, b, at=(1, 0, 0), axis="-y", coordinate="q")
     s.rope([a.origin, s.ground.origin, s.ground.point(1, 0, 0), b.origin], 3)
-    with pytest.raises(SimulationError, match="So do constraints that end.*points of a rope that meet") as caught:
+    with pytest.raises(
+        SimulationError, match="So do constraints that end.*points of a rope that meet"
+    ) as caught:
         fb.simulate(s, 5, initial={"p": 1}, near={"q": 1})
     found = caught.value.trajectory
     # 1 m at g/2

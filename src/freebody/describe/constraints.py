@@ -124,7 +124,8 @@ def rope(system: System, points: Sequence[Any], length: Any, *, name: str = "rop
     if not moving:
         raise ModelError(f"All points of rope '{name}' are on the ground, so it holds nothing.")
     return _store(
-        system, Rope(name, places, _fixed(system, length, f"the length of rope '{name}'", "coordinate", "speed"))
+        system,
+        Rope(name, places, _fixed(system, length, f"the length of rope '{name}'", "coordinate", "speed")),
     )
 
 

@@ -58,7 +58,11 @@ def rows(model: Model) -> tuple[Row, ...]:
     """Names of all scalar conditions, in order; an underscore keeps them apart from other names of the model."""
     result: list[Row] = []
     taken = {*model.names.kinds, *model.loads}
-    taken |= {f"{name}_{ending}" for name in model.joints for ending in (*"xyznpq", "Mx", "My", "Mz", "Mn", "Mp", "Mq")}
+    taken |= {
+        f"{name}_{ending}"
+        for name in model.joints
+        for ending in (*"xyznpq", "Mx", "My", "Mz", "Mn", "Mp", "Mq")
+    }
     for name, constraint in model.constraints.items():
         if isinstance(constraint, Closure):
             result += [Row(f"{name}_{letter}", name) for letter, _ in constraint.along]

@@ -37,7 +37,9 @@ class SelfStress:
 def self_stresses(model: Model, state: State) -> list[SelfStress]:
     """A basis of the self-stresses at a state of floats that satisfies the constraints."""
     names = [row.name for row in rows(model)]
-    G = np.array([[float(x) for x in row] for row in linearized(model, state).matrix]).reshape(len(names), model.n_u)
+    G = np.array([[float(x) for x in row] for row in linearized(model, state).matrix]).reshape(
+        len(names), model.n_u
+    )
     sizes = np.linalg.norm(G, axis=1)
     live = [i for i in range(len(names)) if sizes[i] > DEPENDENT * sizes.max(initial=0)]
     basis = [np.eye(len(names))[i] for i in range(len(names)) if i not in live]
@@ -76,6 +78,10 @@ def indeterminate(model: Model, state: State) -> tuple[str, ...]:
             for kind, vector in zip(("", "M"), pair, strict=True):
                 # the size of a self-stress is 1
                 found.update(
-                    {f"{joint}_{kind}{c}": None for c, x in zip(LETTERS, vector, strict=True) if abs(x) > DEPENDENT}
+                    {
+                        f"{joint}_{kind}{c}": None
+                        for c, x in zip(LETTERS, vector, strict=True)
+                        if abs(x) > DEPENDENT
+                    }
                 )
     return tuple(found)

@@ -248,7 +248,9 @@ class Equations:
     @cached_property
     def constraint_bias(self) -> Any:
         """γ as a SymPy column: G u' + γ = 0."""
-        return sympy.ImmutableMatrix(len(self.condition_names), 1, [self.displayed(x) for x in self.conditions.bias])
+        return sympy.ImmutableMatrix(
+            len(self.condition_names), 1, [self.displayed(x) for x in self.conditions.bias]
+        )
 
     def eliminated(self, independent: Sequence[Any]) -> tuple[Any, ...]:
         """Equations of motion without multipliers: one per independent speed, by dependent speeds.
@@ -262,9 +264,7 @@ class Equations:
         independent : sequence of coordinates or speeds
             As many as there are degrees of freedom.
         """
-        return tuple(
-            sympy.Eq(self.displayed(x), 0, evaluate=False) for x in eliminated(self, independent)
-        )
+        return tuple(sympy.Eq(self.displayed(x), 0, evaluate=False) for x in eliminated(self, independent))
 
     def indeterminate(
         self, near: Mapping[Any, Any] | None = None, values: Mapping[Any, Any] | None = None
@@ -387,7 +387,9 @@ class Equations:
         plane = plane_of(self)
         return plane.letter if isinstance(plane, Plane) else None
 
-    def solve(self, unknowns: Any, where: Any = None, *, bodies: Any = None, eliminate: Any = ()) -> SolveResult:
+    def solve(
+        self, unknowns: Any, where: Any = None, *, bodies: Any = None, eliminate: Any = ()
+    ) -> SolveResult:
         """What the free-body equations say about unknowns: exact, or refused with what was left.
 
         Parameters

@@ -153,7 +153,9 @@ class FreeBody:
             body, point = where if isinstance(where, tuple) else (where.body, where)
             if body.name == self.body:
                 at = point_position(model, state, point)
-                result.append(Action(row.name, "reaction", scale(value, force), scale(value, moment), at, row.owner))
+                result.append(
+                    Action(row.name, "reaction", scale(value, force), scale(value, moment), at, row.owner)
+                )
         owner = model.constraints[row.owner]
         if isinstance(owner, Gear):
             for joint, link, factor in torques(model, state, owner):

@@ -81,9 +81,7 @@ class _Writer:
 
     # --- the document ---
 
-    def document(
-        self, initial: Any, near: Any, until: Any, tolerance: Any, assumed: Iterable[Any]
-    ) -> str:
+    def document(self, initial: Any, near: Any, until: Any, tolerance: Any, assumed: Iterable[Any]) -> str:
         system = self.system
         head = {"name": quoted(system.name)}
         if any(component != 0 for component in system.gravity):

@@ -68,7 +68,9 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
         "reactions that no motion determines": (", ".join(trajectory.indeterminate), ""),
     }
     plots: Plots = {
-        "rocker.png": saved(lambda: history(trajectory, "psi", title="Four-bar linkage: angle of the rocker")),
+        "rocker.png": saved(
+            lambda: history(trajectory, "psi", title="Four-bar linkage: angle of the rocker")
+        ),
         "hinge.png": saved(lambda: reaction(trajectory, "C", axes="xy")),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
@@ -79,7 +81,11 @@ FOUR_BAR = Entry(
     "four-bar",
     ("crank-rocker",),
     "Four-bar linkage with a driven crank (crank-rocker)",
-    ("angle, speed and acceleration of the rocker at t_1", "its extreme angles", "torque on the crank, hinge force"),
+    (
+        "angle, speed and acceleration of the rocker at t_1",
+        "its extreme angles",
+        "torque on the crank, hinge force",
+    ),
     build,
     solve,
     until=2.5,

@@ -93,13 +93,18 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
     answers: Answers = {
         "spin about the axle in a steady turn": (spin, "rad/s"),
         "radius of the centre's circle": (float(np.linalg.norm(velocity[0]) / abs(case["Omega"])), "m"),
-        "centre at t_1 from its start": (tuple(float(at[f"air_{c}"][1] - at[f"air_{c}"][0]) for c in "xyz"), "m"),
+        "centre at t_1 from its start": (
+            tuple(float(at[f"air_{c}"][1] - at[f"air_{c}"][0]) for c in "xyz"),
+            "m",
+        ),
         "lean at t_1": (math.asin(float(R[1, 2, 2])), "rad"),
         "force of the plane at the start": (tuple(at.reactions["contact"].force[0].tolist()), "N"),
     }
     trajectory = case.motion(initial=start, near=NEAR)
     plots: Plots = {
-        "path.png": saved(lambda: history(trajectory, ["air_x", "air_y"], title="Rolling disk: path of its centre")),
+        "path.png": saved(
+            lambda: history(trajectory, ["air_x", "air_y"], title="Rolling disk: path of its centre")
+        ),
         "contact.png": saved(lambda: reaction(trajectory, "contact", axes="xyz")),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }

@@ -45,7 +45,13 @@ def build() -> fb.System:
     s.hinge("rear_axle", frame, rear, at=(0, 0, -r_R), axis="y", coordinate="rear")
     steering = (w + c, 0, 0)  # where the steering axis meets the ground
     s.hinge(
-        "steering", frame, fork, at=steering, to=steering, axis=("sin(lam)", 0, "cos(lam)"), coordinate="delta"
+        "steering",
+        frame,
+        fork,
+        at=steering,
+        to=steering,
+        axis=("sin(lam)", 0, "cos(lam)"),
+        coordinate="delta",
     )
     s.hinge("front_axle", fork, front, at=(w, 0, -r_F), axis="y", coordinate="front")
     s.rolling("rear_contact", rear, radius=r_R, axis="y", normal="-z")
@@ -99,14 +105,17 @@ def stable_speeds(parts: dict[str, np.ndarray], g: float) -> tuple[float, float]
     (M11, M12), (M21, M22) = parts["M"]
     (C11, C12), (C21, C22) = parts["C1"]
     (K11, K12), (K21, K22) = (
-        [g * a + b * x for a, b in zip(*rows, strict=True)] for rows in zip(parts["K0"], parts["K2"], strict=True)
+        [g * a + b * x for a, b in zip(*rows, strict=True)]
+        for rows in zip(parts["K0"], parts["K2"], strict=True)
     )
     a4 = M11 * M22 - M12 * M21
     b3 = M11 * C22 + C11 * M22 - M12 * C21 - C12 * M21
     a2 = M11 * K22 + K11 * M22 - M12 * K21 - K12 * M21 + (C11 * C22 - C12 * C21) * x
     b1 = C11 * K22 + K11 * C22 - C12 * K21 - K12 * C21
     a0 = K11 * K22 - K12 * K21
-    changes = [z.real for p in (a0, b3 * a2 * b1 - a4 * b1**2 - b3**2 * a0) for z in p.roots() if abs(z.imag) < 1e-12]
+    changes = [
+        z.real for p in (a0, b3 * a2 * b1 - a4 * b1**2 - b3**2 * a0) for z in p.roots() if abs(z.imag) < 1e-12
+    ]
     speeds = np.sqrt(sorted(z for z in changes if z > 0))
     for low, high in zip(speeds, speeds[1:], strict=False):
         if eigenvalues(parts, (low + high) / 2, g).real.max() < 0:
@@ -132,7 +141,9 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
     }  # fmt: skip
     trajectory = case.motion(initial=KICK)
     plots: Plots = {
-        "delta.png": saved(lambda: history(trajectory, "delta", title="Bicycle after a kick: steering angle")),
+        "delta.png": saved(
+            lambda: history(trajectory, "delta", title="Bicycle after a kick: steering angle")
+        ),
         "lean.png": saved(lambda: history(trajectory, "air_wx", title="Bicycle after a kick: rate of lean")),
         "front.png": saved(lambda: reaction(trajectory, "front_contact", axes="xyz")),
         "energy.png": saved(lambda: energy_residual(trajectory)),
