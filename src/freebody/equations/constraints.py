@@ -45,7 +45,9 @@ def closure_reactions(e: Equations) -> dict[str, Reaction]:
     return result
 
 
-def indeterminate(e: Equations, near: Mapping[Any, Any] | None, values: Mapping[Any, Any] | None) -> tuple[str, ...]:
+def indeterminate(
+    e: Equations, near: Mapping[Any, Any] | None, values: Mapping[Any, Any] | None
+) -> tuple[str, ...]:
     """Names of the reaction components that the motion does not determine, at a closed position."""
     model = e.model
     q: list[Any] = list(rest_coordinates(model))
@@ -57,7 +59,9 @@ def indeterminate(e: Equations, near: Mapping[Any, Any] | None, values: Mapping[
             raise ModelError(f"Unknown coordinate '{name}' in near; {nearest(name, model.coordinate_names)}")
         number = model.names.expression(value, f"'{name}' in near")
         if model.names.depends(number, "coordinate", "speed", "time"):
-            raise ModelError(f"Expected a number or an expression of parameters for '{name}' in near, got {value!r}.")
+            raise ModelError(
+                f"Expected a number or an expression of parameters for '{name}' in near, got {value!r}."
+            )
         q[model.coordinate_names.index(name)] = float(evaluate(number, numbers, floats))
     q = closed_coordinates(model, q, values=values)
     state = float_state(model, q, values=values)

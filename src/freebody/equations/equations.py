@@ -248,7 +248,9 @@ class Equations:
     @cached_property
     def constraint_bias(self) -> Any:
         """γ as a SymPy column: G u' + γ = 0."""
-        return sympy.ImmutableMatrix(len(self.condition_names), 1, [self.displayed(x) for x in self.conditions.bias])
+        return sympy.ImmutableMatrix(
+            len(self.condition_names), 1, [self.displayed(x) for x in self.conditions.bias]
+        )
 
     def eliminated(self, independent: Sequence[Any]) -> tuple[Any, ...]:
         """Equations of motion without multipliers: one per independent speed, by dependent speeds.
@@ -262,9 +264,7 @@ class Equations:
         independent : sequence of coordinates or speeds
             As many as there are degrees of freedom.
         """
-        return tuple(
-            sympy.Eq(self.displayed(x), 0, evaluate=False) for x in eliminated(self, independent)
-        )
+        return tuple(sympy.Eq(self.displayed(x), 0, evaluate=False) for x in eliminated(self, independent))
 
     def indeterminate(
         self, near: Mapping[Any, Any] | None = None, values: Mapping[Any, Any] | None = None
@@ -387,7 +387,9 @@ class Equations:
         plane = plane_of(self)
         return plane.letter if isinstance(plane, Plane) else None
 
-    def solve(self, unknowns: Any, where: Any = None, *, bodies: Any = None, eliminate: Any = ()) -> SolveResult:
+    def solve(
+        self, unknowns: Any, where: Any = None, *, bodies: Any = None, eliminate: Any = ()
+    ) -> SolveResult:
         """What the free-body equations say about unknowns: exact, or refused with what was left.
 
         Parameters
@@ -560,6 +562,33 @@ class Energy:
     def potential(self) -> Any:
         """V of weight (zero at the ground's origin) and springs (zero when free of force)."""
         return self._e.displayed(self.canonical_potential)
+
+    def _lines(self, show: Any) -> list[str]:
+        ring = self._e.ring
+        letters = ("T", "V")
+        if any(letter in self._e.model.names.kinds for letter in letters):
+            letters = ("kinetic", "potential")
+        T, V = (ring.generator(sympy.Symbol(letter, real=True), "parameter") for letter in letters)
+        return [show(T, self.canonical_kinetic, ring), show(V, self.canonical_potential, ring)]
+
+    def text(self) -> str:
+        """Kinetic energy T and potential energy V as plain text."""
+        return "\n".join(self._lines(equation_text))
+
+    def latex(self) -> str:
+        """The same as a LaTeX ``aligned`` block."""
+        rows = [line.replace(" = ", " &= ", 1) for line in self._lines(equation_latex)]
+        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+
+    def mathml(self) -> str:
+        """The same as presentation MathML."""
+        return "\n".join(self._lines(equation_mathml))
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return self.text()
 
 
 class MomentumOf:
