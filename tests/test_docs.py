@@ -39,13 +39,34 @@ def test_the_two_commands() -> None:
 
 @pytest.mark.parametrize(
     "page",
-    ["README.md", "CONTRIBUTING.md", "docs/conventions.md", "docs/decisions.md", "docs/model-files.md"],
+    [
+        "README.md",
+        "CONTRIBUTING.md",
+        "docs/conventions.md",
+        "docs/decisions.md",
+        "docs/model-files.md",
+        "docs/analysis.md",
+        "docs/constraints.md",
+    ],
 )
 def test_links_lead_somewhere(page: str) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#]+)\)", text):
         if not target.startswith("http"):
             assert ((ROOT / page).parent / target).exists(), f"{page} links to {target}"
+
+
+def test_the_analysis_page_prints_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
+    """Every block runs, in order, and prints the block of text below it."""
+    page = (ROOT / "docs" / "analysis.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```\n(?:\n```text\n(.*?)```\n)?", page, re.DOTALL)
+    assert len(blocks) == page.count("```python") and page.count("```") == 2 * (
+        page.count("```python") + page.count("```text")
+    )
+    names: dict[str, object] = {}
+    for code, printed in blocks:
+        exec(compile(code, "docs/analysis.md", "exec"), names)
+        assert capsys.readouterr().out == printed, code
 
 
 def test_one_version() -> None:

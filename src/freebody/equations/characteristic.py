@@ -21,6 +21,8 @@ from ..scalar.polynomial import Polynomial, Ring
 from .display import displayed, text
 from .modes import Mode, Modes
 from .rational import Rationals, S
+from .show import elements, latex_of, mathml_of
+from .show import text_of as text_expression
 
 LARGEST = 8
 """Most coordinates of a determinant in symbols: its minors number 2ⁿ."""
@@ -77,6 +79,24 @@ class Characteristic:
     def expression(self) -> Any:
         """The polynomial as a SymPy expression of ``s``."""
         return sum(displayed(c, self.ring) * S**k for k, c in enumerate(self.coefficients))
+
+    def text(self) -> str:
+        """The polynomial as plain text."""
+        return text_expression(self.expression)
+
+    def latex(self) -> str:
+        """The polynomial as LaTeX."""
+        return latex_of(self.expression)
+
+    def mathml(self) -> str:
+        """The polynomial as presentation MathML."""
+        return elements([mathml_of(self.expression)])
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return self.text()
 
     def roots(self) -> list[Any]:
         """All roots, with repetitions."""

@@ -24,6 +24,7 @@ from ..scalar.ratio import Ratio, cleared, common_factor, divided, over_sine
 from ..scalar.substitute import Substitution
 from .display import equation_latex, equation_text, latex, text
 from .free_body import FreeBody
+from .show import EQUALS, elements, inner, latex_words, words
 from .solve import chosen
 from .systems import Row, best_pivot, collect
 from .vocabulary import Vocabulary
@@ -92,12 +93,26 @@ class Elimination:
         rows = []
         for step in self.steps:
             parts = [
-                f"\\left({latex(c, ring)}\\right) [\\text{{{body}: {title}}}]"
+                f"\\left({latex(c, ring)}\\right) [{latex_words(f'{body}: {title}')}]"
                 for (body, title), c in step.coefficients.items()
             ]
             rows.append(" + ".join(parts).replace("[", "&\\,[", 1))
             rows.append("\\Rightarrow\\quad &" + equation_latex(*step.balance, ring))
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+
+    def mathml(self) -> str:
+        """The combinations and what they give as presentation MathML, two elements each."""
+        ring = self._e.ring
+        lines = []
+        for step in self.steps:
+            parts = [
+                f"<mrow><mo>(</mo>{inner(c, ring)}<mo>)</mo></mrow>{words(f' [{body}: {title}]')}"
+                for (body, title), c in step.coefficients.items()
+            ]
+            left, right = step.balance
+            lines.append("<mo>+</mo>".join(parts))
+            lines.append("<mo>⇒</mo>" + inner(left, ring) + EQUALS + inner(right, ring))
+        return elements(lines)
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"

@@ -563,6 +563,33 @@ class Energy:
         """V of weight (zero at the ground's origin) and springs (zero when free of force)."""
         return self._e.displayed(self.canonical_potential)
 
+    def _lines(self, show: Any) -> list[str]:
+        ring = self._e.ring
+        letters = ("T", "V")
+        if any(letter in self._e.model.names.kinds for letter in letters):
+            letters = ("kinetic", "potential")
+        T, V = (ring.generator(sympy.Symbol(letter, real=True), "parameter") for letter in letters)
+        return [show(T, self.canonical_kinetic, ring), show(V, self.canonical_potential, ring)]
+
+    def text(self) -> str:
+        """Kinetic energy T and potential energy V as plain text."""
+        return "\n".join(self._lines(equation_text))
+
+    def latex(self) -> str:
+        """The same as a LaTeX ``aligned`` block."""
+        rows = [line.replace(" = ", " &= ", 1) for line in self._lines(equation_latex)]
+        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+
+    def mathml(self) -> str:
+        """The same as presentation MathML."""
+        return "\n".join(self._lines(equation_mathml))
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return self.text()
+
 
 class MomentumOf:
     """Linear momentum and angular momentum of all bodies."""

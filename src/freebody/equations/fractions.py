@@ -9,6 +9,7 @@ from ..scalar.element import Polynomial
 from ..scalar.polynomial import Ring
 from ..scalar.ratio import Ratio
 from .display import displayed, latex, text
+from .mathml import MathML
 
 
 def parts(r: Any, ring: Ring) -> tuple[Any, Any]:
@@ -56,6 +57,15 @@ def ratio_latex(r: Any, ring: Ring) -> str:
     if over.startswith("-") and _bracketed(over) == over:
         return f"-\\frac{{{over[1:].strip()}}}{{{latex(den, ring)}}}"
     return f"\\frac{{{over}}}{{{latex(den, ring)}}}"
+
+
+def ratio_mathml(r: Any, ring: Ring) -> str:
+    """A ratio as MathML to stand in a formula."""
+    num, den = parts(r, ring)
+    printer = MathML(ring)
+    if den == 1:
+        return printer.show(num)
+    return f"<mfrac><mrow>{printer.show(num)}</mrow><mrow>{printer.show(den)}</mrow></mfrac>"
 
 
 def ratio_displayed(r: Any, ring: Ring) -> Any:

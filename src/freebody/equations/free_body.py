@@ -34,7 +34,7 @@ from ..dynamics.loading import along, couples, point_forces, speed_of, weight
 from ..errors import ModelError, nearest
 from ..model.model import Model
 from ..scalar.algebra import IDENTITY, ZERO, Vector, add, apply, apply_transpose, cross, scale, subtract
-from .display import equation_latex, equation_text, text
+from .display import equation_latex, equation_mathml, equation_text, text
 from .reaction import unknowns
 
 if TYPE_CHECKING:
@@ -373,6 +373,15 @@ class FreeBody:
             if not (left == 0 and right == 0)
         ]
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+
+    def mathml(self) -> str:
+        """The equations as presentation MathML, an element each; of a planar model, those in the plane."""
+        from .planar import planar_balances, plane_in
+
+        pairs = [pair for pair in self.balances if pair != (0, 0)]
+        if not isinstance(plane_in(self), str):
+            pairs = [(left, right) for _, left, right in planar_balances(self)]
+        return "\n".join(equation_mathml(left, right, self._e.ring) for left, right in pairs)
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"

@@ -34,10 +34,12 @@ from ..scalar.algebra import ZERO, Vector, add, dot, floats, scale
 from ..scalar.ratio import Ratio, cleared
 from ..scalar.substitute import Substitution
 from .equations import Equations
-from .fractions import ratio_displayed, ratio_latex, ratio_text
+from .fractions import ratio_displayed, ratio_latex, ratio_mathml, ratio_text
 from .impulse_jumps import Jumps
+from .latex import latex_name
 from .reaction import unknowns
 from .request import Request
+from .show import EQUALS, aligned, elements, latex_of, latex_words, mathml_of, shown_name, text_of, words
 from .solve import SolveResult, answer
 from .systems import collect
 from .vocabulary import Vocabulary
@@ -68,6 +70,24 @@ class ImpulsiveReaction:
             return {name: s._show(x) for name, x in s._joint_components(self.joint).items()}
         names = {row.name for row in rows(s.model) if row.owner == self.joint}
         return {name: value for name, value in s.multipliers.items() if name in names}
+
+    def text(self) -> str:
+        """The named components, a line each."""
+        return "\n".join(f"{name} = {text_of(x)}" for name, x in self.components.items()) or repr(self)
+
+    def latex(self) -> str:
+        """The named components as a LaTeX ``aligned`` block."""
+        return aligned(rf"\hat{{{latex_name(name)}}} &= {latex_of(x)}" for name, x in self.components.items())
+
+    def mathml(self) -> str:
+        """The named components as presentation MathML, an element each."""
+        return elements(
+            f"<mover>{shown_name(name)}<mo>^</mo></mover>{EQUALS}{mathml_of(x)}"
+            for name, x in self.components.items()
+        )
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
         parts = [", ".join(map(str, v)) for v in (self.impulse, self.moment)]
@@ -325,7 +345,31 @@ class Struck:
                 lines.append(
                     f"\\hat{{{vocabulary.latex(vocabulary.reactions[name])}}} &= {self._latex(x, ring)}"
                 )
+        for name, vectors in {} if self.exact else self._wrenches.items():
+            for what, v in zip(("impulse", "moment impulse"), vectors, strict=False):
+                shown = ",\\ ".join(self._latex(x, ring) for x in v)
+                lines.append(rf"&{latex_words(f'{name}: {what} ')}\left({shown}\right)")
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
+
+    def mathml(self) -> str:
+        """The same as presentation MathML, an element each."""
+        lines = []
+        for speed, x in zip(self.model.speeds, self._reached.u, strict=True):
+            lines.append(f"<msup>{mathml_of(speed.symbol)}<mo>+</mo></msup>{EQUALS}{self._mathml(x)}")
+        if self.exact:
+            for name, x in self.canonical_components.items():
+                if not _zero(x):
+                    lines.append(f"<mover>{shown_name(name)}<mo>^</mo></mover>{EQUALS}{self._mathml(x)}")
+        for name, vectors in {} if self.exact else self._wrenches.items():
+            for what, v in zip(("impulse", "moment impulse"), vectors, strict=False):
+                shown = "<mo>,</mo>".join(map(self._mathml, v))
+                lines.append(f"{words(f'{name}: {what} ')}<mrow><mo>(</mo>{shown}<mo>)</mo></mrow>")
+        return elements(lines)
+
+    def _mathml(self, x: Any) -> str:
+        if self.exact:
+            return ratio_mathml(self._tidy(x), self._e.ring)
+        return f"<mn>{float(x):.9g}</mn>"
 
     def _latex(self, x: Any, ring: Any) -> str:
         return ratio_latex(self._tidy(x), ring) if self.exact else f"{float(x):.9g}"

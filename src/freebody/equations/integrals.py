@@ -25,6 +25,7 @@ from ..scalar.substitute import Substitution, arrays
 from .along_motion import numbers, random_numbers, rate_of, residuals_of
 from .candidates import candidates
 from .display import latex, text
+from .show import EQUALS, aligned, elements, inner, latex_of, latex_words, mathml_of, words
 
 if TYPE_CHECKING:
     from .equations import Equations
@@ -40,13 +41,46 @@ class Proof:
         μ_j as SymPy expressions, by the name of the speed whose equation of motion E_j = 0 they multiply.
     constraints : dict
         ν_i by the name of the constraint on speeds, ψ_i = 0.
+    statement : str
+        The identity as text.
+    name : str
+        Of the quantity.
     """
 
     multipliers: dict[str, Any]
     constraints: dict[str, Any]
     statement: str
+    name: str = "I"
 
     def __str__(self) -> str:
+        return self.statement
+
+    def text(self) -> str:
+        """The identity as plain text."""
+        return self.statement
+
+    def latex(self) -> str:
+        """The identity as LaTeX, E being the left less the right side of an equation of motion."""
+        parts = [_joined_latex(x, "E", name) for name, x in self.multipliers.items()]
+        parts += [_joined_latex(x, r"\psi", name) for name, x in self.constraints.items()]
+        left = rf"\frac{{d}}{{dt}}\,{latex_words(self.name)} = "
+        return left + (" + ".join(parts) or "0")
+
+    def mathml(self) -> str:
+        """The identity as presentation MathML."""
+        named = [(x, "E", name) for name, x in self.multipliers.items()]
+        named += [(x, "ψ", name) for name, x in self.constraints.items()]
+        parts = [
+            f"<mrow><mo>(</mo>{mathml_of(x)}<mo>)</mo></mrow><msub><mi>{letter}</mi>{words(name)}</msub>"
+            for x, letter, name in named
+        ]
+        left = f"<mfrac><mi>d</mi><mi>dt</mi></mfrac>{words(self.name)}{EQUALS}"
+        return elements([left + ("<mo>+</mo>".join(parts) or "<mn>0</mn>")])
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
         return self.statement
 
 
@@ -85,7 +119,8 @@ class Integral:
         named = [(x, f"(equation of {n})") for n, x in zip(e.model.speed_names, self._mu, strict=True)]
         named += [(x, f"(rate of {n})") for n, x in zip(e.condition_names, self._nu, strict=True)]
         parts = [_times(text(x, e.ring), what) for x, what in named if x != 0]
-        return Proof(mu, nu, f"d({self.name})/dt = " + (" + ".join(parts).replace("+ -", "- ") or "0"))
+        statement = f"d({self.name})/dt = " + (" + ".join(parts).replace("+ -", "- ") or "0")
+        return Proof(mu, nu, statement, self.name)
 
     def remainder(self) -> Any:
         """dI/dt - Σ μ_j E_j - Σ ν_i ψ_i formed anew: the canonical zero, int 0."""
@@ -118,6 +153,13 @@ class Integral:
     def latex(self) -> str:
         """The expression as LaTeX, = const."""
         return latex(self.canonical, self._e.ring) + r" = \text{const}"
+
+    def mathml(self) -> str:
+        """The expression as presentation MathML, = const."""
+        return elements([self._formula()])
+
+    def _formula(self) -> str:
+        return inner(self.canonical, self._e.ring) + EQUALS + words("const")
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
@@ -161,8 +203,15 @@ class Integrals(Sequence[Integral]):
 
     def latex(self) -> str:
         """A LaTeX ``aligned`` block."""
-        lines = [rf"&\text{{{one.name}:}}\quad {one.latex()}" for one in self._found]
-        return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
+        if not self._found:
+            return latex_words("No conserved quantities.")
+        return aligned(rf"&{latex_words(one.name + ':')}\quad {one.latex()}" for one in self._found)
+
+    def mathml(self) -> str:
+        """Presentation MathML, an element each."""
+        if not self._found:
+            return elements([words("No conserved quantities.")])
+        return elements(words(one.name + ": ") + one._formula() for one in self._found)
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
@@ -289,3 +338,10 @@ def _times(factor: str, what: str) -> str:
     if factor in ("1", "-1"):
         return ("-" if factor == "-1" else "") + what
     return f"({factor})*{what}" if " " in factor else f"{factor}*{what}"
+
+
+def _joined_latex(factor: Any, letter: str, name: str) -> str:
+    base = rf"{letter}_{{{latex_words(name)}}}"
+    if factor == 1:
+        return base
+    return rf"\left({latex_of(factor)}\right) {base}"

@@ -18,6 +18,8 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from .show import mathml_of, shown_name, words
+
 Array = NDArray[Any]
 NULL = 10**-10
 """Singular values below this part of the largest are taken as zero: of matrices that hold exact zeros and round-off."""
@@ -104,7 +106,7 @@ class Modes(Sequence[Mode]):
             return f"<mtr>{''.join(f'<mtd>{cell}</mtd>' for cell in cells)}</mtr>"
 
         body = "".join(row([_mathml(x) for x in line]) for line in rows)
-        title = row([f"<mtext>{x}</mtext>" for x in head])
+        title = row([words(x) for x in head[:4]] + [shown_name(x) for x in head[4:]])
         return f'<math xmlns="http://www.w3.org/1998/Math/MathML"><mtable>{title}{body}</mtable></math>'
 
     def _repr_latex_(self) -> str:
@@ -141,7 +143,7 @@ def _latex(x: Any) -> str:
 
 def _mathml(x: Any) -> str:
     if isinstance(x, sympy.Basic):
-        return str(sympy.mathml(x, printer="presentation"))
+        return mathml_of(x)
     return f"<mtext>{x}</mtext>" if isinstance(x, str) else f"<mn>{_text(x)}</mn>"
 
 

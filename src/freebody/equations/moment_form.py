@@ -40,6 +40,7 @@ from ..scalar.algebra import subtract_matrices as less
 from .display import latex, text
 from .planar import plane_in
 from .reaction import LETTERS
+from .show import EQUALS, elements, inner
 
 if TYPE_CHECKING:
     from .free_body import FreeBody
@@ -187,6 +188,16 @@ class MomentForm:
             right = " + ".join(rf"\left({part}\right)" for part in parts) or "0"
             rows.append(f"{latex(self.moments[k], ring)} &= {right}")
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+
+    def mathml(self) -> str:
+        """The components as presentation MathML, an element each."""
+        ring = self._e.ring
+        lines = []
+        for k in self._rows():
+            parts = [inner(v[k], ring) for v in self.canonical_terms.values() if v[k] != 0]
+            right = "<mo>+</mo>".join(f"<mrow><mo>(</mo>{part}<mo>)</mo></mrow>" for part in parts)
+            lines.append(inner(self.moments[k], ring) + EQUALS + (right or "<mn>0</mn>"))
+        return elements(lines)
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"

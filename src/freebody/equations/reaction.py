@@ -29,6 +29,7 @@ from ..scalar.algebra import (
     scale,
     transpose,
 )
+from .show import EQUALS, aligned, column_latex, column_mathml, elements, text_of
 
 LETTERS = "xyz"
 
@@ -68,6 +69,28 @@ class Reaction:
     about: str
     frame: str
     components: dict[str, Any]
+
+    def text(self) -> str:
+        """Where it acts, and its components, as plain text."""
+        parts = self.components or {"force": self.force, "moment": self.moment}
+        lines = [f"Reaction of '{self.joint}' on '{self.on}' about {self.about}, {self.frame} axes"]
+        return "\n".join([*lines, *(f"  {name} = {text_of(x)}" for name, x in parts.items())])
+
+    def latex(self) -> str:
+        """Force and moment as a LaTeX ``aligned`` block."""
+        named = (("F", self.force), ("M", self.moment))
+        return aligned(rf"\mathbf{{{name}}} &= {column_latex(v)}" for name, v in named)
+
+    def mathml(self) -> str:
+        """Force and moment as presentation MathML."""
+        named = (("F", self.force), ("M", self.moment))
+        return elements(f"<mi mathvariant='bold'>{name}</mi>{EQUALS}{column_mathml(v)}" for name, v in named)
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return self.text()
 
 
 def unknowns(model: Model, state: State, name: str) -> list[Component]:

@@ -21,13 +21,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError, nearest
 from .forcing import Term, terms_of
-from .mathml import document
+from .latex import latex_name
 from .operating_point import value_of_name
 from .partial_fractions import inverse_transform
+from .show import EQUALS, aligned, elements, latex_of, latex_words, mathml_of, shown_name, text_of, words
 
 T = sympy.Symbol("t")
 WELL_CONDITIONED = 10**7
 """Up to this condition number of its eigenvectors a numeric model is expanded in modes; beyond, exponentiated."""
+NOTHING = 10**-12
+"""Parts of a response, and rates [1/s], that are not shown."""
 
 
 class ExactResponse(Mapping[str, Any]):
@@ -60,10 +63,8 @@ class ExactResponse(Mapping[str, Any]):
 
     def mathml(self) -> str:
         """Presentation MathML, an element for each coordinate."""
-        return "\n".join(
-            document(sympy.mathml(sympy.Eq(sympy.Function(n)(T), x, evaluate=False), printer="presentation"))
-            for n, x in self.items()
-        )
+        head = "<mo>(</mo><mi>t</mi><mo>)</mo>"
+        return elements(shown_name(name) + head + EQUALS + mathml_of(x) for name, x in self.items())
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
@@ -120,8 +121,49 @@ class Response:
         pairs = [(complex(c), complex(s)) for c, s in pairs]
         return sorted((p for p in pairs if p[0] != 0), key=lambda p: -abs(p[0]))
 
+    @property
+    def _written(self) -> dict[str, Any]:
+        """The coordinates as sums of e^(a t) cos(b t) and e^(a t) sin(b t), to the digits that are shown."""
+        result = {}
+        for name in self.names if self._modal else ():
+            if name.endswith("'"):
+                continue
+            total = sympy.S.Zero
+            for c, s in self.terms(name):
+                if s.imag < 0 or abs(c) < NOTHING:
+                    continue
+                a, b = (_shown(part * (2 if s.imag else 1)) for part in (c.real, c.imag))
+                turn = _shown(s.imag) * T
+                total += (a * sympy.cos(turn) - b * sympy.sin(turn)) * sympy.exp(_shown(s.real) * T)
+            result[name] = total
+        return result
+
+    def text(self) -> str:
+        """A line for each coordinate; only the names where terms hold powers of time."""
+        return "\n".join(f"{name}(t) = {text_of(x)}" for name, x in self._written.items()) or repr(self)
+
+    def latex(self) -> str:
+        """The same as a LaTeX ``aligned`` block."""
+        lines = [f"{latex_name(name)}(t) &= {latex_of(x)}" for name, x in self._written.items()]
+        return aligned(lines or ["&" + latex_words(repr(self))])
+
+    def mathml(self) -> str:
+        """The same as presentation MathML, an element for each coordinate."""
+        head = "<mo>(</mo><mi>t</mi><mo>)</mo>"
+        lines = [shown_name(name) + head + EQUALS + mathml_of(x) for name, x in self._written.items()]
+        return elements(lines or [words(repr(self))])
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
     def __repr__(self) -> str:
-        return f"Response of {', '.join(self.names)}"
+        return f"Response of {', '.join(self.names)}: call it with times"
+
+
+def _shown(x: float) -> Any:
+    """A number to the digits that are shown."""
+    rounded = float(f"{x:.6g}") if abs(x) > NOTHING else 0
+    return sympy.Integer(int(rounded)) if rounded == int(rounded) else sympy.Float(str(rounded))
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from ..scalar.algebra import HALF, divide
 from ..scalar.substitute import Substitution
 from .along_motion import momenta, rate_of, residuals_of
 from .constraints import determinant
-from .display import equation_latex, equation_text
+from .display import equation_latex, equation_mathml, equation_text
 from .integrals import integrals
 
 if TYPE_CHECKING:
@@ -205,7 +205,8 @@ class Routh:
 
     def _lines(self, show: Any) -> list[str]:
         e = self._e
-        R = e.ring.generator(sympy.Symbol("R", real=True), "parameter")
+        letter = "Routhian" if "R" in e.model.names.kinds else "R"
+        R = e.ring.generator(sympy.Symbol(letter, real=True), "parameter")
         lines = [show(R, self.canonical_routhian, e.ring)]
         lines += [show(x, 0, e.ring) for x in self.canonical_equations]
         for j, w in zip(self._chosen, self.canonical_speeds, strict=True):
@@ -220,6 +221,10 @@ class Routh:
         """The same as a LaTeX ``aligned`` block."""
         rows = [line.replace(" = ", " &= ", 1) for line in self._lines(equation_latex)]
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+
+    def mathml(self) -> str:
+        """The same as presentation MathML, an element each."""
+        return "\n".join(self._lines(equation_mathml))
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"

@@ -18,10 +18,11 @@ from ..errors import ModelError, nearest
 from ..scalar.element import Polynomial
 from ..scalar.ratio import Ratio, over_sine
 from .display import equation_latex, equation_text, text
-from .fractions import ratio_displayed, ratio_latex, ratio_text
+from .fractions import ratio_displayed, ratio_latex, ratio_mathml, ratio_text
 from .free_body import FreeBody
 from .polynomial_roots import roots
 from .request import Request, Unknown
+from .show import EQUALS, elements, inner, mathml_of
 from .systems import Row, eliminate
 from .vocabulary import Vocabulary
 
@@ -114,6 +115,17 @@ class SolveResult(Mapping[str, Any]):
                 lines.append(f"{self._unknown_latex(name)} &= {right}")
         lines += [equation_latex(c, 0, self._ring).replace(" = ", " &= ", 1) for c in self._conditions]
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
+
+    def mathml(self) -> str:
+        """The solution as presentation MathML, an element for each unknown and condition."""
+        lines = []
+        for s in self._solutions:
+            for name, value in s.values.items():
+                left = mathml_of(self._vocabulary.expression(name, "the unknown"))
+                right = ratio_mathml(s.ratios[name], self._ring) if name in s.ratios else mathml_of(value)
+                lines.append(left + EQUALS + right)
+        lines += [inner(c, self._ring) + EQUALS + "<mn>0</mn>" for c in self._conditions]
+        return elements(lines)
 
     def _unknown_latex(self, name: str) -> str:
         return self._vocabulary.latex(self._vocabulary.expression(name, "the unknown"))

@@ -10,6 +10,7 @@ import numpy as np
 import sympy
 
 from ..errors import ModelError, nearest
+from .show import EQUALS, aligned, elements, latex_of, matrix_mathml, text_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,9 +96,52 @@ class StateSpace:
             states=list(self.states), inputs=list(self.inputs), outputs=list(self.outputs),
         )  # fmt: skip
 
+    def text(self) -> str:
+        """Names and matrices as plain text."""
+        lines = [repr(self)]
+        for name in "ABCD":
+            matrix = getattr(self, name)
+            if 0 not in matrix.shape:
+                table = matrix.tolist()
+                shown = [[f"{x:.6g}" if isinstance(x, float) else text_of(x) for x in row] for row in table]
+                width = max(len(x) for row in shown for x in row)
+                body = "\n".join("  " + "  ".join(x.rjust(width) for x in row) for row in shown)
+                lines.append(f"{name} =\n{body}")
+        return "\n".join(lines)
+
+    def latex(self) -> str:
+        """The equations and their matrices as a LaTeX ``aligned`` block."""
+        lines = [r"\dot{x} &= A x + B f,\quad y = C x + D f"]
+        for name in "ABCD":
+            matrix = getattr(self, name)
+            if 0 not in matrix.shape:
+                table = [" & ".join(latex_of(_rounded(x)) for x in row) for row in matrix.tolist()]
+                lines.append(rf"{name} &= \begin{{bmatrix}}" + r" \\ ".join(table) + r"\end{bmatrix}")
+        return aligned(lines)
+
+    def mathml(self) -> str:
+        """The matrices as presentation MathML, an element each."""
+        lines = []
+        for name in "ABCD":
+            matrix = getattr(self, name)
+            if 0 not in matrix.shape:
+                table = [[_rounded(x) for x in row] for row in matrix.tolist()]
+                lines.append(f"<mi>{name}</mi>{EQUALS}{matrix_mathml(table)}")
+        return elements(lines)
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
     def __repr__(self) -> str:
         def listed(names: Sequence[str]) -> str:
             return ", ".join(names) or "none"
 
         parts = {"states": self.states, "inputs": self.inputs, "outputs": self.outputs}
         return "State space: " + "; ".join(f"{what} {listed(names)}" for what, names in parts.items())
+
+
+def _rounded(x: Any) -> Any:
+    """A number to the digits that are shown."""
+    if not isinstance(x, float):
+        return x
+    return sympy.Integer(int(x)) if x == int(x) else sympy.Float(x, 6)

@@ -20,6 +20,7 @@ from ..scalar.polynomial import Polynomial
 from ..scalar.substitute import Substitution, arrays
 from .along_motion import numbers
 from .display import displayed, equation_latex, text
+from .show import EQUALS, elements, inner, words
 from .steady_motion import SteadyMotion, SteadyState
 from .steady_problem import Problem
 from .steady_solve import Found, factors, product, solutions
@@ -432,6 +433,15 @@ class SteadyMotions(Sequence[SteadyMotion]):
             lines.append("&" + r"\ \text{or}\ ".join(equation_latex(f, 0, ring) for f in self._factors(x)))
         lines += ["&" + one.latex() for one in self._found]
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
+
+    def mathml(self) -> str:
+        """The same as presentation MathML, an element each."""
+        ring = self.problem.ring
+        lines = []
+        for x in self.problem.conditions:
+            parts = [inner(f, ring) + EQUALS + "<mn>0</mn>" for f in self._factors(x)]
+            lines.append(words("  or  ").join(parts))
+        return elements([*lines, *(one._formula() for one in self._found)])
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"

@@ -10,11 +10,40 @@ import sympy
 
 from ..scalar.polynomial import Polynomial
 from .display import displayed, latex, text
+from .latex import latex_name
+from .show import COMMA, EQUALS, elements, inner, latex_words, shown_name, split, words
 from .steady_solve import Found, sign_kept
 
 if TYPE_CHECKING:
     from .stability import Stability
     from .steady import SteadyMotions
+
+
+SINGULAR = "coordinates are singular here"
+
+
+@dataclass(frozen=True)
+class Words:
+    """What stands between the formulas of a steady motion."""
+
+    equals: str
+    comma: str
+    any: str
+    given: str
+    greater: str
+    left: str
+    zero: str
+    nothing: str = "-"
+
+
+TEXT = Words(" = ", ", ", ", any ", "  if ", " >= 0", "  where ", " = 0")
+LATEX = Words(
+    " = ", ", ", r",\ \text{any } ", r"\quad\text{if } ", r" \ge 0", r"\quad\text{where } ", " = 0"
+)  # fmt: skip
+MATHML = Words(
+    EQUALS, COMMA, COMMA + words("any "), words("  if "), "<mo>≥</mo><mn>0</mn>", words("  where "),
+    EQUALS + "<mn>0</mn>", "<mo>-</mo>",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -41,6 +70,25 @@ class SteadyState:
     residual: float
     error: float
     stability: Stability
+
+    def text(self) -> str:
+        """Values and stability as a line of plain text."""
+        return repr(self)
+
+    def latex(self) -> str:
+        """The same as LaTeX."""
+        parts = [f"{latex_name(*split(name))} = {value:.8g}" for name, value in self.values.items()]
+        label = latex_words(f"{self.name}: ") + " " if self.name else ""
+        return label + r",\ ".join(parts) + r"\quad" + latex_words(str(self.stability))
+
+    def mathml(self) -> str:
+        """The same as presentation MathML."""
+        parts = [f"{shown_name(name)}{EQUALS}<mn>{value:.8g}</mn>" for name, value in self.values.items()]
+        label = words(f"{self.name}: ") if self.name else ""
+        return elements([label + COMMA.join(parts) + words(f"; {self.stability}")])
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
         shown = ", ".join(f"{name} = {value:.8g}" for name, value in self.values.items())
@@ -158,24 +206,23 @@ class SteadyMotion:
 
     # -- display ----------------------------------------------------------------------------------
 
-    def _assignments(self, show: Any, separator: str) -> str:
+    def _assignments(self, show: Any, separator: str, equals: str = " = ") -> str:
         ring = self._p.ring
         parts = []
         for a, x in self.found.values.items():
-            parts.append(f"{show(ring.generator(a), ring)} = {show(x, ring)}")
+            parts.append(show(ring.generator(a), ring) + equals + show(x, ring))
         return separator.join(parts)
 
-    def _shown(self, show: Any, words: tuple[str, str, str, str]) -> str:
+    def _shown(self, show: Any, say: Words) -> str:
         ring = self._p.ring
-        or_any, given, greater, left = words
-        line = self._assignments(show, ", ") or "-"
+        line = self._assignments(show, say.comma, say.equals) or say.nothing
         free = [a for a in self._p.named if a not in self.found.values and a not in self._present]
         if free:
-            line += or_any + ", ".join(show(ring.generator(a), ring) for a in free)
+            line += say.any + say.comma.join(show(ring.generator(a), ring) for a in free)
         if self._exists:
-            line += given + ", ".join(show(x, ring) + greater for x in self._exists)
+            line += say.given + say.comma.join(show(x, ring) + say.greater for x in self._exists)
         if self.found.left:
-            line += left + ", ".join(show(x, ring) + " = 0" for x in self.found.left)
+            line += say.left + say.comma.join(show(x, ring) + say.zero for x in self.found.left)
         return line
 
     @property
@@ -189,15 +236,21 @@ class SteadyMotion:
     def text(self) -> str:
         """Values, existence and what is left, as a line of plain text."""
         label = f"{self.name}: " if self.found.labels else ""
-        mark = "  (coordinates are singular here)" if self.singular else ""
-        return label + self._shown(text, (", any ", "  if ", " >= 0", "  where ")) + mark
+        return label + self._shown(text, TEXT) + (f"  ({SINGULAR})" if self.singular else "")
 
     def latex(self) -> str:
         """The same as LaTeX."""
-        label = rf"\text{{{self.name}: }} " if self.found.labels else ""
-        words = (r",\ \text{any } ", r"\quad\text{if } ", r" \ge 0", r"\quad\text{where } ")
-        mark = r"\quad\text{(coordinates are singular here)}" if self.singular else ""
-        return label + self._shown(latex, words) + mark
+        label = latex_words(f"{self.name}: ") + " " if self.found.labels else ""
+        mark = r"\quad" + latex_words(f"({SINGULAR})") if self.singular else ""
+        return label + self._shown(latex, LATEX) + mark
+
+    def mathml(self) -> str:
+        """The same as presentation MathML."""
+        return elements([self._formula()])
+
+    def _formula(self) -> str:
+        label = words(f"{self.name}: ") if self.found.labels else ""
+        return label + self._shown(inner, MATHML) + (words(f" ({SINGULAR})") if self.singular else "")
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
