@@ -106,7 +106,12 @@ RESULTS: dict[str, tuple[Callable[[], Any], str, str, str]] = {
         r"\theta_{1} = 0",
         "0",
     ),
-    "linear model": (lambda: fb.linearize(pendulum(), inputs="F"), "m*L*g*theta_1/2 = L*F/2", r"\theta_{1}", "θ"),
+    "linear model": (
+        lambda: fb.linearize(pendulum(), inputs="F"),
+        "m*L*g*theta_1/2 = L*F/2",
+        r"\theta_{1}",
+        "θ",
+    ),
     "numbers": (lambda: fb.linearize(pendulum(), values={}), "4.905*theta_1 = 0", "4.905", "4.905"),
     "modes": (
         lambda: fb.linearize(pendulum(), inputs="F").modes(),
