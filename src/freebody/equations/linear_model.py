@@ -305,7 +305,8 @@ class LinearModel:
             Initial deviations, by the names of :attr:`coordinates` and :attr:`rates` (or of the speeds): numbers
             or expressions. What is not named is zero.
         forcing : mapping, optional
-            Inputs by name, as sums of t^k e^(a t) cos(w t) or sin(w t): ``{"F": "F0*cos(w*t)"}``.
+            Inputs by name, as sums of t^k e^(a t) cos(w t) or sin(w t): ``{"F": "cos(2*t)/10"}``; text
+            takes names of the model, SymPy expressions any symbol.
 
         Returns
         -------

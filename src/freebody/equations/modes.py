@@ -34,8 +34,9 @@ class Mode:
     Attributes
     ----------
     kind : str
-        ``oscillation``, ``decay``, ``growth``, ``rigid body`` (a shape without stiffness) or ``drift`` (a constant
-    rate). eigenvalue : complex or expression
+        ``oscillation``, ``decay``, ``growth``, ``rigid body`` (a shape without stiffness) or ``drift``
+        (a constant rate).
+    eigenvalue : complex or expression
         s, with Im s >= 0 [1/s].
     frequency, damping_ratio : float or expression
         |s| [rad/s], -Re s / |s| (0 where s is zero).
