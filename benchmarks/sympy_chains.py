@@ -130,7 +130,7 @@ def simplified(kind: str, n: int, limit: float) -> dict[str, Any]:
             try:
                 stage, elapsed = receiver.recv()
             except EOFError:
-                break
+                raise RuntimeError("SymPy's process ended before its time: see what it printed.") from None
             times[stage] = elapsed
             if stage == "ready":
                 deadline = time.perf_counter() + limit
