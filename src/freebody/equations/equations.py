@@ -177,13 +177,14 @@ class Equations:
         """Acceleration of a body's mass centre, in ground axes, canonical [m/s²]."""
         place = self.model.bodies[body]
         w, v = velocities(self.model, self.state)[place.link]
-        wdot, a = self._accelerations[place.link]
+        wdot, a = self.accelerations[place.link]
         p = self.state.vector(tuple(x + y for x, y in zip(place.origin, place.center, strict=True)))
         a_C = add(add(a, cross(w, v)), add(cross(wdot, p), cross(w, cross(w, p))))
         return apply(link_postures(self.model, self.state)[place.link].rotation, a_C)
 
     @cached_property
-    def _accelerations(self) -> list[Any]:
+    def accelerations(self) -> list[Any]:
+        """Spatial acceleration of every link, in its axes, canonical; formed once for all bodies."""
         return accelerations(self.model, self.state, self.udot)
 
     # -- SymPy at the edge ------------------------------------------------------------------------

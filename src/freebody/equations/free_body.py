@@ -29,7 +29,7 @@ from ..describe.load import (
 from ..dynamics.constraints import rows, torques
 from ..dynamics.coordinates import forces_on_free_displacements
 from ..dynamics.joint_freedom import pressing
-from ..dynamics.kinematics import accelerations, point_position, rotation, velocities
+from ..dynamics.kinematics import point_position, rotation, velocities
 from ..dynamics.loading import along, couples, point_forces, speed_of, weight
 from ..errors import ModelError, nearest
 from ..model.model import Model
@@ -243,7 +243,7 @@ class FreeBody:
         e, model, state = self._e, self._e.model, self._e.state
         link = self._place.link
         w, _ = velocities(model, state)[link]
-        wdot, _ = accelerations(model, state, e.udot)[link]
+        wdot, _ = e.accelerations[link]
         inertia = state.matrix(self._place.inertia)
         rate = add(apply(inertia, wdot), cross(w, apply(inertia, w)))
         arm = subtract(self._centre, self._about)
