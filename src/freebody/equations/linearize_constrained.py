@@ -2,18 +2,13 @@
 
     φ(q) = 0,   ψ = G u + g = 0,      G_h T = 0,   δu = S v + P p,   ξ = T p
 
-The accelerations u'(q, u) that satisfy the constraints are differentiated on dual numbers and projected on admissible
-deviations: those of the coordinates lie in the null space of the conditions on coordinates, those of the speeds satisfy
-all conditions to first order. This is exact, since the conditions hold along every motion that begins on them.
-
-Sources: Meijaard, Papadopoulos, Ruina & Schwab (2007), appendix; Neimark & Fufaev, Dynamics of Nonholonomic Systems
-(1972), chapter V.
+The operating point is closed, the independent speeds are chosen by pivoting, the equations reduced (`reduction`), and
+looked at again a little later: those about a steady motion may not change.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -28,25 +23,16 @@ from ..dynamics.state import State
 from ..errors import ModelError
 from ..model.model import Model
 from ..scalar.algebra import floats
-from ..scalar.dual import slope_of, value_of
 from .linear_model import LinearModel
-from .operating_point import along, perturbed, tangent_drift, tangent_names
+from .operating_point import along, tangent_names
+from .reduction import Choice, Slopes, reduced, slopes
 
 Array = NDArray[np.float64]
 SMALL = 10**-9
+ROUNDING = 10 * float(np.finfo(float).eps)
+"""Relative size of what is round-off of an exact zero."""
 STEP = 20
 """Steps a radian of the fastest speed by which a motion is followed whose dependent speeds change."""
-
-
-@dataclass(frozen=True)
-class Choice:
-    """Indices of the independent speeds, and of the independent deviations: the same ones, then those carried."""
-
-    speeds: tuple[int, ...]
-    carried: tuple[int, ...]
-    dependent_speeds: tuple[int, ...]
-    dependent: tuple[int, ...]  # deviations
-    active: tuple[int, ...]
 
 
 def constrained(
@@ -239,82 +225,48 @@ def _terms(
     choice: Choice,
 ) -> dict[str, Any]:
     n = model.n_u
-    kinds = rows(model)
-    symbols = {p.name: p.symbol for p in model.parameters}
-    parameters = [name for name in inputs if name in symbols]
-    dual = perturbed(model, floats, q, u, t, numbers, [symbols[name] for name in parameters])
-    moved = motion(model, dual, choice.active).udot
-    conditions = linearized(model, dual).rate
-    plain = State(model, floats, t, q, u, numbers)
-    G = np.array([linearized(model, plain).matrix[i] for i in choice.active], dtype=float).reshape(-1, n)
-    M = np.array(mass_matrix(model, plain), dtype=float)
-    holonomic = [k for k, i in enumerate(choice.active) if not kinds[i].on_speeds]
-
-    def slopes(xs: Sequence[Any], start: int, count: int) -> Array:
-        return np.array([[slope_of(x, start + j) for j in range(count)] for x in xs], dtype=float).reshape(
-            len(xs), count
-        )
-
-    by_q, by_u = slopes(moved, 0, n), slopes(moved, n, n)
-    by_input = slopes(moved, 3 * n, len(parameters))
-    speeds, carried = list(choice.speeds), list(choice.carried)
-    free = [*speeds, *carried]
-    # ξ = T p
-    T = np.zeros((n, len(free)))
-    T[free, range(len(free))] = 1
-    if choice.dependent:
-        fixed, H = list(choice.dependent), G[holonomic]
-        T[fixed] = -np.linalg.solve(H[:, fixed], H[:, free])
-    # δu = S v + P p, with ψ = 0 to first order
-    fixed = list(choice.dependent_speeds)
-    S = np.zeros((n, len(speeds)))
-    S[speeds, range(len(speeds))] = 1
-    P = np.zeros((n, len(free)))
-    if fixed:
-        S[fixed] = -np.linalg.solve(G[:, fixed], G[:, speeds])
-        bend = slopes([conditions[i] for i in choice.active], 0, n) @ T
-        P[fixed] = -np.linalg.solve(G[:, fixed], bend)
-    A = np.array(tangent_drift(model, u), dtype=float)
-    # p' = v + (P + A T) p in the rows of the independent speeds; w = p' takes the place of v
-    drift = P + A @ T
-    to_w = drift[speeds]
-    v_by_p = (by_u @ P + by_q @ T)[speeds]
-    v_by_v = (by_u @ S)[speeds]
-    m = len(speeds)
-    # w' = v' + to_w p',   p' = (w, E p + E_rates w)
-    E = drift[carried] - S[carried] @ to_w
-    E_rates = S[carried]
-    p_by_w = np.vstack([np.eye(m), E_rates])
-    p_by_p = np.vstack([np.zeros((m, len(free))), E])
-    w_by_w = v_by_v + to_w @ p_by_w
-    w_by_p = v_by_p - v_by_v @ to_w + to_w @ p_by_p
-    reduced = S.T @ M @ S
-    own = np.sqrt(np.diagonal(reduced))
-    reduced[np.abs(reduced) <= 10 * np.finfo(float).eps * np.outer(own, own)] = 0  # round-off of exact zeros
-    names = tangent_names(model)
-    B = np.zeros((m, len(inputs)))
-    for k, name in enumerate(inputs):
-        if name in symbols:
-            B[:, k] = reduced @ by_input[speeds, parameters.index(name)]
-        else:
-            B[:, k] = S[names.index(name)]
-    C, K = -reduced @ w_by_w, -reduced @ w_by_p
-    for X in (C, K):  # round-off of exact zeros
-        X[
-            np.abs(X)
-            <= 10
-            * np.finfo(float).eps
-            * np.abs(reduced).max()
-            * np.abs(np.concatenate([by_q, by_u])).max(initial=0)
-        ] = 0
-    udot = np.array([value_of(x) for x in moved], dtype=float)
+    udot = motion(model, State(model, floats, t, q, u, numbers), choice.active).udot
+    found = slopes(model, floats, q, u, udot, t, numbers, inputs, choice, _solve, float)
+    _check_inputs(model, found, inputs)
+    objects = reduced(model, found, u, udot, choice, _solve, float)
+    terms = {key: np.array(x, dtype=float).reshape(x.shape) for key, x in objects.items()}
+    M = np.array(found.M, dtype=float)
+    by_q, by_u = (np.linalg.solve(M, np.array(x, dtype=float)) for x in (found.by_q, found.by_u))
+    own = np.sqrt(np.diagonal(terms["M"]))
+    terms["M"][np.abs(terms["M"]) <= ROUNDING * np.outer(own, own)] = 0
+    size = ROUNDING * np.abs(terms["M"]).max() * np.abs(np.concatenate([by_q, by_u])).max(initial=0)
+    for key in ("C", "K", "K_carried"):
+        terms[key][np.abs(terms[key]) <= size] = 0
     fast = np.abs(u).max(initial=0)
     return {
-        "M": reduced, "C": C, "K": K[:, :m], "K_carried": K[:, m:], "B": B, "E": E, "E_rates": E_rates,
-        "udot": udot,
+        **terms,
+        "udot": np.array(udot, dtype=float),
         # an acceleration that vanishes in all derivatives too is round-off of the greatest
         "size": np.full(n, (np.abs(by_q).sum(axis=1) + (1 + fast) * np.abs(by_u).sum(axis=1)).max(initial=0) + fast**2),
     }  # fmt: skip
+
+
+def _solve(A: Any, B: Any) -> Any:
+    return np.linalg.solve(np.array(A, dtype=float), np.array(B, dtype=float)).astype(object)
+
+
+def _check_inputs(model: Model, found: Slopes, inputs: Sequence[str]) -> None:
+    """Refuse inputs that change the constraints: the deviations would not satisfy them."""
+    parameters = {p.name for p in model.parameters}
+    size = SMALL * np.abs(np.array(found.G, dtype=float)).max(initial=0)
+    moved = np.any(np.abs(np.array(found.touched, dtype=float)) > size, axis=0)
+    check_untouched(model, [name for name in inputs if name in parameters], moved)
+
+
+def check_untouched(model: Model, inputs: Sequence[str], moved: Sequence[Any]) -> None:
+    """Refuse inputs that the constraints hold."""
+    for name, one in zip(inputs, moved, strict=True):
+        if one:
+            raise ModelError(
+                f"The input '{name}' stands in the constraints of '{model.name}': its deviations would move them. "
+                "Take it out of `inputs`; inputs are loads, parameters of loads and of masses, and forces along "
+                "coordinates."
+            )
 
 
 def _that_matter(terms: Mapping[str, Any], m: int) -> NDArray[np.bool_]:
