@@ -111,17 +111,34 @@ class Characteristic:
         return [z for f in self.factors for _, z in oscillations(self.ring, f) for _ in range(f.times)]
 
 
-def of(ring: Ring, terms: Mapping[str, Any], n: int) -> Characteristic:
-    """The characteristic polynomial of M s² + C s + K."""
-    if n > LARGEST:
+def pencil(terms: Mapping[str, Any], n: int, carried: int) -> list[list[list[Any]]]:
+    """P_0, P_1, P_2 of P_2 s² + P_1 s + P_0 = [M s² + C s + K, K_c; -E_ξ - E_r s, s - E_c], of (ξ, c)."""
+    m = n + carried
+    result = [[[0] * m for _ in range(m)] for _ in range(3)]
+    for k, key in enumerate("KCM"):
+        for i in range(n):
+            result[k][i][:n] = terms[key][i]
+    for i in range(n if carried else 0):
+        result[0][i][n:] = terms["K_carried"][i]
+    for i in range(carried):
+        result[0][n + i] = [-x for x in terms["E"][i]]
+        result[1][n + i][:n] = [-x for x in terms["E_rates"][i]]
+        result[1][n + i][n + i] = 1
+    return result
+
+
+def of(ring: Ring, terms: Mapping[str, Any], n: int, carried: int = 0) -> Characteristic:
+    """The characteristic polynomial of M s² + C s + K, and of the deviations that are carried."""
+    if n + carried > LARGEST:
         raise ModelError(
-            f"The characteristic polynomial of {n} coordinates in symbols is too large (at most {LARGEST}). "
+            f"The characteristic polynomial of {n + carried} coordinates in symbols is too large (at most {LARGEST}). "
             "Give numbers: model.numeric(values), or values= in fb.linearize."
         )
     s = ring.generator(S, "parameter")
+    P = pencil(terms, n, carried)
     rows = [
-        [terms["M"][i][j] * s * s + terms["C"][i][j] * s + terms["K"][i][j] for j in range(n)]
-        for i in range(n)
+        [P[2][i][j] * s * s + P[1][i][j] * s + P[0][i][j] for j in range(n + carried)]
+        for i in range(n + carried)
     ]
     return Characteristic(ring, rows, determinant(ring, rows))
 
@@ -283,6 +300,8 @@ def _upper(s: Any) -> bool:
 def _at_zero(linear: Any, times: int) -> list[Mode]:
     """Rigid-body shapes, K X = 0, and constant rates: K X' = 0 with a displacement that holds them, K X + C X' = 0."""
     zero = sympy.Integer(0)
+    if linear.carried:
+        return _levels(linear)[:times]
     n = len(linear.coordinates)
     K, C = linear.K, linear.C
     rigid = [list(v) for v in K.nullspace(simplify=True)]
@@ -291,6 +310,28 @@ def _at_zero(linear: Any, times: int) -> list[Mode]:
     made = [Mode("rigid body", zero, zero, zero, _normalised(linear.coordinates, v)) for v in rigid]
     made += [Mode("drift", zero, zero, zero, _normalised(linear.coordinates, v)) for v in drift]
     return made[:times]
+
+
+def _levels(linear: Any) -> list[Mode]:
+    """The same of x' = A x with deviations that are carried, whose chains may be longer: A^k x = 0, level by level."""
+    zero = sympy.Integer(0)
+    names = (*linear.coordinates, *linear.carried)
+    A = linear.first_order[0]
+    made: list[Mode] = []
+    known: list[Any] = []
+    power = A
+    while True:
+        level = []
+        for v in power.nullspace(simplify=True):
+            if sympy.Matrix.hstack(*known, *level, v).rank(simplify=True) > len(known) + len(level):
+                level.append(v)
+        if not level:
+            return made
+        for v in level:
+            kind, shape = ("drift", A * v) if known else ("rigid body", v)
+            made.append(Mode(kind, zero, zero, zero, _normalised(names, list(shape)[: len(names)])))
+        known += level
+        power = power * A
 
 
 def _shapes(linear: Any, f: Factor, s: Any) -> list[dict[str, Any]]:
@@ -312,10 +353,11 @@ def _shapes(linear: Any, f: Factor, s: Any) -> list[dict[str, Any]]:
         inverse = lead.invert(modulus)
         parts = [field.listed((x * inverse).rem(modulus)) if not x.is_zero else [] for x in cofactors]
         values = [sum((c * s**k for k, c in enumerate(p)), sympy.Integer(0)) for p in parts]
-        return [dict(zip(linear.coordinates, map(sympy.factor_terms, values), strict=True))]
+        return [dict(zip((*linear.coordinates, *linear.carried), map(sympy.factor_terms, values), strict=True))]
     # a repeated root whose cofactors vanish: every solution of the equations
     P = sympy.Matrix(n, n, [_at(ring, x, s) for row in rows for x in row])
-    return [_normalised(linear.coordinates, v) for v in P.nullspace(simplify=True)]
+    names = (*linear.coordinates, *linear.carried)
+    return [_normalised(names, v) for v in P.nullspace(simplify=True)]
 
 
 def _at(ring: Ring, x: Any, s: Any) -> Any:

@@ -177,8 +177,10 @@ class LinearModel:
             if p.default is not None:
                 given.setdefault(p.name, sympy.Float(p.default))
         terms = {}
-        for key in ("M", "C", "K", "B"):
-            matrix = getattr(self, key)
+        widths = {"B": len(self.inputs), "K_carried": len(self.carried)}
+        for key in ("M", "C", "K", "B", *(("K_carried", "E", "E_rates") if self.carried else ())):
+            width = widths.get(key, len(self.coordinates) + (len(self.carried) if key == "E" else 0))
+            matrix = self._matrix(self.canonical[key], width)
             found = {x: given[str(x)] for x in matrix.free_symbols if str(x) in given}
             missing = sorted(str(x) for x in matrix.free_symbols if str(x) not in given)
             if missing:
@@ -187,7 +189,15 @@ class LinearModel:
                 )
             terms[key] = np.array(matrix.xreplace(found).evalf().tolist(), dtype=float).reshape(matrix.shape)
         numbers = {name: float(value) for name, value in given.items()}
-        return LinearModel(self.model, self.coordinates, self.inputs, terms, point=self.point, values=numbers)
+        return LinearModel(
+            self.model,
+            self.coordinates,
+            self.inputs,
+            terms,
+            point=self.point,
+            values=numbers,
+            carried=self.carried,
+        )
 
     @cached_property
     def first_order(self) -> tuple[Any, Any]:
@@ -204,16 +214,19 @@ class LinearModel:
             raise ModelError(SINGULAR.format(self.model.name))
         solve = factors.solve
         ring = self.ring
-        blocks = []
-        for key, width in (("K", n), ("C", n), ("B", m)):
-            rows = self.canonical[key]
+        c = len(self.carried)
+        blocks = {}
+        for key, width in (("K", n), ("K_carried", c), ("C", n), ("B", m)):
+            rows = self.canonical[key] if width else [[] for _ in range(n)]
             columns = [solve([ring.coerce(row[j]) for row in rows]) for j in range(width)]
             sign = 1 if key == "B" else -1
-            blocks.append([[sign * column[i] for column in columns] for i in range(n)])
-        K, C, B = blocks
-        top = [[int(j == n + i) for j in range(2 * n)] for i in range(n)]
-        A = self._matrix([*top, *([*a, *b] for a, b in zip(K, C, strict=True))], 2 * n)
-        return A, self._matrix([*([0] * m for _ in range(n)), *B], m)
+            blocks[key] = [[sign * column[i] for column in columns] for i in range(n)]
+        size = 2 * n + c
+        top = [[int(j == n + c + i) for j in range(size)] for i in range(n)]
+        follow = [[*self.canonical["E"][i], *self.canonical["E_rates"][i]] for i in range(c)]
+        last = [[*blocks["K"][i], *blocks["K_carried"][i], *blocks["C"][i]] for i in range(n)]
+        A = self._matrix([*top, *follow, *last], size)
+        return A, self._matrix([*([0] * m for _ in range(n + c)), *blocks["B"]], m)
 
     def state_space(self, outputs: Sequence[str] | None = None) -> StateSpace:
         """x' = A x + B f, y = C x + D f, with names.
@@ -243,8 +256,9 @@ class LinearModel:
             raise ModelError(
                 "A numeric model has no characteristic polynomial in symbols; use eigenvalues(), or leave out values=."
             )
-        found = characteristic.of(self.ring, self.canonical, len(self.coordinates))
-        if len(found.coefficients) <= 2 * len(self.coordinates):  # det M is the first of them
+        found = characteristic.of(self.ring, self.canonical, len(self.coordinates), len(self.carried))
+        degree = 2 * len(self.coordinates) + len(self.carried)
+        if len(found.coefficients) <= degree:  # det M is the first of them
             raise ModelError(SINGULAR.format(self.model.name))
         return found
 
@@ -341,6 +355,17 @@ class LinearModel:
                 for key in motion
             }
             rows.append((sides["M"] + sides["C"] + sides["K"], sides["B"]))
+        if self.carried:
+            follow = [sympy.Function(name)(t) for name in self.carried]
+            held = [ring.generator(x, "coordinate") for x in follow]
+            left = [ring.generator(x.diff(t), "speed") for x in follow]
+            rows = [
+                (a + sum((x * y for x, y in zip(row, held, strict=True)), 0), b)
+                for (a, b), row in zip(rows, self.canonical["K_carried"], strict=True)
+            ]
+            for x, E, E_rates in zip(left, self.canonical["E"], self.canonical["E_rates"], strict=True):
+                right = sum((y * z for y, z in zip(E, [*motion["K"], *held], strict=True)), 0)
+                rows.append((x, right + sum((y * z for y, z in zip(E_rates, motion["C"], strict=True)), 0)))
         return rows
 
     def text(self) -> str:

@@ -78,7 +78,9 @@ def linearize(
     inputs : names or symbols
         Parameters (their deviations) and coordinates (a force along them) that drive the linear equations.
     independent : names of coordinates, optional
-        Of a machine with constraints: those whose rates stand for the motion. Chosen by pivoting if not given.
+        Of a machine with constraints: those whose rates stand for the motion. If not given they are chosen by
+        pivoting; in symbols, what ``about`` names is preferred, and what it does not name follows from the
+        constraints where they hold it linearly.
 
     Returns
     -------
@@ -87,8 +89,8 @@ def linearize(
     Raises
     ------
     ModelError
-        A state that is not balanced (with what is left of each equation), a motion that is not steady, a
-        machine with constraints without ``values``, unknown names.
+        A state that is not balanced (with what is left of each equation), a position or speeds that do not
+        satisfy the constraints, a motion that is not steady, unknown names.
 
     Examples
     --------
@@ -113,20 +115,16 @@ def linearize(
     if _is_motion(about):
         return _about_trajectory(model, about, values, named, independent)
     if values is None:
-        return _symbolic(model, about, where or {}, named)
+        return _symbolic(model, about, where or {}, named, independent)
     return _numeric(model, about, where or {}, values, named, independent)
 
 
 # -- symbols --------------------------------------------------------------------------------------
 
 
-def _symbolic(model: Model, about: Any, where: Mapping[Any, Any], inputs: Sequence[str]) -> LinearModel:
-    if model.constraints:
-        raise ModelError(
-            f"'{model.name}' has constraints ({', '.join(model.constraints)}): its linear equations are formed "
-            "at numbers. "
-            "Give values={...} (values={} takes the defaults), or coordinates that leave no constraint."
-        )
+def _symbolic(
+    model: Model, about: Any, where: Mapping[Any, Any], inputs: Sequence[str], independent: Any
+) -> LinearModel:
     point = operating_point(model, about)
     ring = Ring(capacity=64 + len(model.parameters) + 2 * model.n_u)
     for expression in model.positive:
@@ -144,6 +142,12 @@ def _symbolic(model: Model, about: Any, where: Mapping[Any, Any], inputs: Sequen
         return ring.from_sympy(sympy.sympify(x).xreplace(replaced)) if isinstance(x, sympy.Basic) else x
 
     q0, u0 = [element(x) for x in point.q], [element(x) for x in point.u]
+    if model.constraints:
+        from .constrained_symbols import constrained_symbols
+
+        return constrained_symbols(
+            model, ring, point, q0, u0, t, values, inputs, _names(model, independent)
+        )
     q = along(model, ring, q0, u0, t, values)
     # an acceleration is never asked for: the deviations are about a motion without any
     terms = _terms(model, ring, q, u0, (0,) * model.n_u, t, values, inputs)
@@ -234,15 +238,20 @@ def _terms(
     return {"residual": [value_of(x) for x in left], **blocks, "B": B}
 
 
-def _in_rates(terms: dict[str, Any], A: Sequence[Sequence[Any]]) -> dict[str, Any]:
-    """From speeds to the rates of the deviations, δu = ξ' - A ξ: C - M A in place of C, K - C A in place of K."""
+def _in_rates(
+    terms: dict[str, Any], A: Sequence[Sequence[Any]], A_rate: Sequence[Sequence[Any]] | None = None
+) -> dict[str, Any]:
+    """From speeds to the rates of the deviations, δu = ξ' - A ξ: C - M A in place of C, K - C A - M A' in place of K.
+
+    A changes along a motion whose speeds do.
+    """
     if all(type(x) is int and x == 0 for row in A for x in row):
         return terms
-    C, K = terms["C"], terms["K"]
+    C, K = terms["C"], _minus(terms["K"], _product(terms["C"], A))
     return {
         **terms,
         "C": _minus(C, _product(terms["M"], A)),
-        "K": _minus(K, _product(C, A)),
+        "K": K if A_rate is None else _minus(K, _product(terms["M"], A_rate)),
         "A": A,
     }
 
@@ -420,7 +429,7 @@ def _about_trajectory(
         )
     udot = forward_dynamics(model, State(model, arrays, at, q, u, numbers))
     terms = _terms(model, arrays, q, u, udot, at, numbers, inputs)
-    terms = _in_rates(terms, tangent_drift(model, u))
+    terms = _in_rates(terms, tangent_drift(model, u), tangent_drift(model, udot))
     stacked = {}
     for key in ("M", "C", "K", "B", *(["A"] if "A" in terms else [])):
         rows = [[np.broadcast_to(np.asarray(x, dtype=float), times.shape) for x in row] for row in terms[key]]

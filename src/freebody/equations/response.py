@@ -235,12 +235,16 @@ def _exact(linear: Any, start: Start, inputs: list[tuple[int, Term]]) -> ExactRe
     v0 = [ring.from_sympy(sympy.sympify(x)) for x in start.rates]
     sides: list[tuple[list[Any], Any]] = []
     free = [sum((M[i][j] * (s * x0[j] + v0[j]) + C[i][j] * x0[j] for j in range(n)), 0) for i in range(n)]
+    free += [  # c' = E (ξ, c) + E_r ξ'
+        c - sum((x * y for x, y in zip(E_rates, x0, strict=False)), 0)
+        for c, E_rates in zip(x0[n:], linear.canonical.get("E_rates", ()), strict=True)
+    ]
     if any(x != 0 for x in free):
         sides.append((free, None))
     for k, term in inputs:
-        sides.append(([B[i][k] for i in range(n)], term))
+        sides.append(([*(B[i][k] for i in range(n)), *(0 for _ in linear.carried)], term))
     found = {}
-    for j, name in enumerate(linear.coordinates):
+    for j, name in enumerate((*linear.coordinates, *linear.carried)):
         total: Any = sympy.Integer(0)
         for column, term in sides:
             rows = [
