@@ -539,8 +539,6 @@ def test_compare_linear(tmp_path):
     lines = figure.axes[0].get_lines()
     assert np.array_equal(lines[0].get_ydata(), compare.nonlinear_motion["theta"])
     assert repr(compare).splitlines()[1].startswith("theta: largest deviation 0.2")
-    with pytest.raises(ModelError, match="'rod' has constraints; compare_linear takes machines"):
-        fb.compare_linear(planar_rod(), about={"y": -0.5}, initial={"f": 0.1}, until=1)
 
 
 def test_compare_linear_about_a_steady_motion():
@@ -637,11 +635,6 @@ def test_messages_of_motions_that_are_not_steady():
 
 def test_messages_of_constraints():
     s = planar_rod()
-    refused(
-        r"'rod' has constraints \(cx, cy\): its linear equations are formed at numbers. Give values",
-        fb.linearize,
-        s,
-    )
     refused(
         "the accelerations of its independent coordinates are x: ",
         fb.linearize,

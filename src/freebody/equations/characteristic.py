@@ -321,7 +321,7 @@ def _levels(linear: Any) -> list[Mode]:
     known: list[Any] = []
     power = A
     while True:
-        level = []
+        level: list[Any] = []
         for v in power.nullspace(simplify=True):
             if sympy.Matrix.hstack(*known, *level, v).rank(simplify=True) > len(known) + len(level):
                 level.append(v)
@@ -353,7 +353,9 @@ def _shapes(linear: Any, f: Factor, s: Any) -> list[dict[str, Any]]:
         inverse = lead.invert(modulus)
         parts = [field.listed((x * inverse).rem(modulus)) if not x.is_zero else [] for x in cofactors]
         values = [sum((c * s**k for k, c in enumerate(p)), sympy.Integer(0)) for p in parts]
-        return [dict(zip((*linear.coordinates, *linear.carried), map(sympy.factor_terms, values), strict=True))]
+        return [
+            dict(zip((*linear.coordinates, *linear.carried), map(sympy.factor_terms, values), strict=True))
+        ]
     # a repeated root whose cofactors vanish: every solution of the equations
     P = sympy.Matrix(n, n, [_at(ring, x, s) for row in rows for x in row])
     names = (*linear.coordinates, *linear.carried)

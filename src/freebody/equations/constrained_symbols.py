@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import sympy
 
 from ..dynamics.constraints import linearized, rows
 from ..dynamics.state import State
@@ -26,7 +25,7 @@ from .linear_model import LinearModel
 from .linearize_constrained import check_untouched
 from .operating_point import OperatingPoint, along, tangent_names
 from .reduction import Choice, reduced, slopes
-from .systems import Row, collect, eliminate
+from .systems import Row, Terms, collect, eliminate
 
 
 @dataclass(frozen=True)
@@ -67,9 +66,7 @@ def constrained_symbols(
     def solve(A: Any, B: Any) -> Any:
         return _solved(ring, A, B)
 
-    found = slopes(
-        model, ring, moved.q, moved.u, moved.udot, t, values, inputs, choice, solve, entry
-    )
+    found = slopes(model, ring, moved.q, moved.u, moved.udot, t, values, inputs, choice, solve, entry)
     parameters = {p.name for p in model.parameters}
     check_untouched(
         model, [name for name in inputs if name in parameters], [any(column) for column in found.touched.T]
@@ -77,7 +74,7 @@ def constrained_symbols(
     terms = reduced(model, found, moved.u, moved.udot, choice, solve, entry)
     names = tangent_names(model)
     _check_balance(model, ring, terms["residual"], [names[j] for j in choice.speeds])
-    canonical = {
+    canonical: dict[str, Any] = {
         key: [[_whole(ring, x) for x in row] for row in terms[key]]
         for key in ("M", "C", "K", "K_carried", "B", "E", "E_rates", "T", "S", "P", "to_rates")
     }
@@ -90,6 +87,7 @@ def constrained_symbols(
         for key in ("K_carried", "E", "E_rates"):
             del canonical[key]
     canonical["chosen"] = choice
+    canonical["udot"] = list(moved.udot)
     shown = [displayed(x, ring) for x in (*q, *u)]
     return LinearModel(
         model,
@@ -177,7 +175,7 @@ def _followed(
     free = [j for j, name in enumerate(model.speed_names) if name not in point.given]
     system = []
     for kind, row, rate in zip(kinds, given.matrix, given.rate, strict=True):
-        terms = {((j, 1),): Ratio(ring, row[j]) for j in free if row[j] != 0}
+        terms: Terms = {((j, 1),): Ratio(ring, row[j]) for j in free if row[j] != 0}
         if rate != 0:
             terms[()] = Ratio(ring, rate)
         system.append(Row(kind.name, terms))
@@ -191,9 +189,9 @@ def _followed(
             "Leave out those that follow from the others."
         )
     result = list(start)
-    for j, terms in solved.items():
-        value = terms.get((), Ratio(ring, 0))
-        others = sorted({v for monomial in terms for v, _ in monomial} - set(named))
+    for j, found in solved.items():
+        value = found.get((), Ratio(ring, 0))
+        others = sorted({v for monomial in found for v, _ in monomial} - set(named))
         if value and others:
             names = ", ".join(model.speed_names[v] for v in others)
             raise ModelError(
@@ -238,7 +236,9 @@ def _motion(
         varying = changed
     given = linearized(model, State(model, ring, t, later, then, values))
     off = {
-        kind.name: x for kind, x in zip(rows(model), given.residual, strict=True) if x != 0 and not kind.on_speeds
+        kind.name: x
+        for kind, x in zip(rows(model), given.residual, strict=True)
+        if x != 0 and not kind.on_speeds
     }
     if off:
         shown = "; ".join(f"{name}: {text(x, ring)}" for name, x in off.items())
@@ -249,19 +249,21 @@ def _motion(
     udot: list[Any] = [0] * n
     system = []
     for kind, row, rate in zip(rows(model), given.matrix, given.bias, strict=True):
-        terms = {((j, 1),): Ratio(ring, row[j]) for j in varying if row[j] != 0}
+        terms: Terms = {((j, 1),): Ratio(ring, row[j]) for j in varying if row[j] != 0}
         if rate != 0:
             terms[()] = Ratio(ring, rate)
         system.append(Row(kind.name, terms))
     solved, left = eliminate(system, [varying])
     if left:
-        shown = "; ".join(f"{row.name}: {text(_whole(ring, row.terms[()]), ring)}" for row in left if () in row.terms)
+        shown = "; ".join(
+            f"{row.name}: {text(_whole(ring, row.terms[()]), ring)}" for row in left if () in row.terms
+        )
         raise ModelError(
             f"The speeds of the motion given can not all stay: the accelerations of the constraints of '{model.name}' "
             f"leave {shown} in place of 0. Name fewer speeds in `about`, or linearise about a trajectory."
         )
-    for j, terms in solved.items():
-        udot[j] = _whole(ring, terms.get((), Ratio(ring, 0)))
+    for j, found in solved.items():
+        udot[j] = _whole(ring, found.get((), Ratio(ring, 0)))
     return Motion(tuple(later), tuple(then), tuple(udot), varying, moving)
 
 
@@ -289,11 +291,11 @@ def _choice(
         if j not in named:
             groups[0 if j in moved.varying else 1 if names[j] not in given else 2].append(j)
 
-    def run(of: Sequence[int], groups: Sequence[Sequence[int]], taken: Iterable[int]) -> tuple[dict[int, int], int]:
+    def run(
+        of: Sequence[int], groups: Sequence[Sequence[int]], taken: Iterable[int]
+    ) -> tuple[dict[int, int], int]:
         """Pivot column -> condition, and the number of conditions that bind only what is left."""
-        system = [
-            Row(str(i), {((j, 1),): Ratio(ring, x) for j, x in enumerate(G[i]) if x != 0}) for i in of
-        ]
+        system = [Row(str(i), {((j, 1),): Ratio(ring, x) for j, x in enumerate(G[i]) if x != 0}) for i in of]
         pivots: dict[int, int] = {}
         left = [row for row in system if row.terms]
         for group in (list(taken), *groups):
@@ -332,15 +334,20 @@ def _choice(
     every = [*dependent.values(), *(i for i, kind in enumerate(kinds) if kind.on_speeds)]
     fixed, more = run(every, groups, dependent)
     if unbound or more:
+        rank = len(run(range(len(kinds)), [range(n)], ())[0])
+        if len(named) != n - rank:
+            raise ModelError(
+                f"Expected {n - rank} independent coordinates of '{model.name}' ({n} speeds, {rank} conditions), got "
+                f"{len(named)}: {', '.join(independent)}."
+            )
         raise ModelError(
             f"The coordinates {', '.join(independent)} are not independent: with them held, '{model.name}' can "
             "still move, and the constraints relate them. Name others, or leave the choice out."
         )
-    wanted = n - len(fixed)
-    if named and len(named) != wanted:
+    if named and len(named) != n - len(fixed):
         raise ModelError(
-            f"Expected {wanted} independent coordinates of '{model.name}' ({n} speeds, {len(fixed)} conditions), got "
-            f"{len(named)}: {', '.join(independent)}."
+            f"Expected {n - len(fixed)} independent coordinates of '{model.name}' ({n} speeds, {len(fixed)} "
+            f"conditions), got {len(named)}: {', '.join(independent)}."
         )
     speeds = named or [j for j in range(n) if j not in fixed]
     carried = [j for j in range(n) if j not in set(speeds) | set(dependent)]
@@ -351,7 +358,9 @@ def _choice(
             "Name others in `independent`, or leave the choice out."
         )
     active = sorted(fixed.values())
-    return Choice(tuple(speeds), tuple(carried), tuple(sorted(fixed)), tuple(sorted(dependent)), tuple(active))
+    return Choice(
+        tuple(speeds), tuple(carried), tuple(sorted(fixed)), tuple(sorted(dependent)), tuple(active)
+    )
 
 
 # -- checks ---------------------------------------------------------------------------------------

@@ -145,9 +145,7 @@ def _symbolic(
     if model.constraints:
         from .constrained_symbols import constrained_symbols
 
-        return constrained_symbols(
-            model, ring, point, q0, u0, t, values, inputs, _names(model, independent)
-        )
+        return constrained_symbols(model, ring, point, q0, u0, t, values, inputs, _names(model, independent))
     q = along(model, ring, q0, u0, t, values)
     # an acceleration is never asked for: the deviations are about a motion without any
     terms = _terms(model, ring, q, u0, (0,) * model.n_u, t, values, inputs)

@@ -84,7 +84,8 @@ def constrained(
             if moving > 10**4 * SMALL * np.abs(first["E_rates"]).max(initial=1) and not kept.any():
                 # what is carried does not act back, and follows at rates that change with time: it is left out
                 carried = []
-    terms = {key: first[key] for key in "MCKB"}
+    terms = {key: first[key] for key in (*"MCKB", "T", "S", "P", "to_rates", "udot")}
+    terms["chosen"] = choice
     if carried:
         terms.update({key: first[key] for key in ("K_carried", "E", "E_rates")})
     return LinearModel(

@@ -85,9 +85,7 @@ def slopes(
     place = {name: 3 * n + k for k, name in enumerate(name for name in inputs if name in symbols)}
     dual = DualField(field)
     clock = 3 * n + len(place)
-    state = perturbed(
-        model, field, q, u, dual.dual(t, {clock: 1}), values, [symbols[name] for name in place]
-    )
+    state = perturbed(model, field, q, u, dual.dual(t, {clock: 1}), values, [symbols[name] for name in place])
     accelerations = [dual.dual(x, {2 * n + j: 1}) for j, x in enumerate(udot)]
     left = inverse_dynamics(model, state, accelerations)
     given = linearized(model, state)
@@ -102,14 +100,13 @@ def slopes(
     residual = _array([entry(value_of(x)) for x in left], (n,))
     fixed = list(choice.dependent_speeds)
     multipliers = solve(values_of_G[:, fixed].T, residual[fixed]) if fixed else residual[:0]
-    # (Gᵀ λ) with λ held: its slopes, since its value is taken from `left` and G as they stand
-    balance = [
-        {
-            k: entry(slope_of(x, k)) - sum((entry(slope_of(row[i], k)) * m for row, m in zip(G, multipliers, strict=True)), 0)
-            for k in range(clock)
-        }
-        for i, x in enumerate(left)
-    ]  # fmt: skip
+
+    def held(i: int, k: int) -> Any:
+        """Slope of (Gᵀ λ)_i with λ held."""
+        parts = zip(G, multipliers, strict=True)
+        return sum((entry(slope_of(row[i], k)) * m for row, m in parts), 0)
+
+    balance = [{k: entry(slope_of(x, k)) - held(i, k) for k in range(clock)} for i, x in enumerate(left)]
 
     def block(start: int) -> Array:
         return _array([[one[start + j] for j in range(n)] for one in balance], (n, n))
@@ -193,7 +190,9 @@ def reduced(
         P[fixed] = -solve(D, found.speed_by_q @ T)
         W[fixed] = -solve(D, found.acceleration_by_u @ S)
         Z[fixed] = -solve(D, found.acceleration_by_u @ P + found.acceleration_by_q @ T)
-    A, A_rate = (_array([[entry(x) for x in row] for row in tangent_drift(model, w)], (n, n)) for w in (u, udot))
+    A, A_rate = (
+        _array([[entry(x) for x in row] for row in tangent_drift(model, w)], (n, n)) for w in (u, udot)
+    )
     # p' = v + (P + A T) p in the rows of the independent speeds; w = p' takes the place of v
     drift = P + A @ T
     to_w = drift[speeds]

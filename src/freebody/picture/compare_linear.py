@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..equations.deviation import deviations, start_of
 from ..equations.linear_model import LinearModel
-from ..equations.linearize import linearize
-from ..equations.operating_point import along
+from ..equations.linearize import SMALL, linearize
+from ..equations.operating_point import along, tangent_names
 from ..errors import ModelError
 from ..scalar.algebra import floats
 from ..simulate.simulate import simulate
@@ -28,6 +29,7 @@ def compare_linear(
     until: float,
     values: Mapping[Any, Any] | None = None,
     where: Mapping[Any, Any] | None = None,
+    independent: Any = (),
     samples: int = 501,
     tolerance: float = 10**-10,
 ) -> Comparison:
@@ -36,15 +38,17 @@ def compare_linear(
     Parameters
     ----------
     s : System or Model
-        Without constraints, ball and free joints: its deviations are differences of coordinates.
     about : mapping or steady motion, optional
         The equilibrium or steady motion, as for :func:`freebody.linearize`.
     initial : mapping
-        Initial deviations from it, of coordinates and speeds by name.
+        Initial deviations from it, by the names of the linear equations (those of their coordinates and rates).
+        Where constraints hold, all else follows from them.
     until : float
         [s]
     values, where : mapping, optional
         As for :func:`freebody.linearize`; parameters not given have their default value.
+    independent : names of coordinates, optional
+        As for :func:`freebody.linearize`.
     samples : int
         Number of times, at equal distances.
     tolerance : float
@@ -53,6 +57,13 @@ def compare_linear(
     Returns
     -------
     Comparison
+        Of the coordinates of the linear equations: turns and displacements of ball and free joints are those from
+        the motion linearised about, in the child's axes there.
+
+    Raises
+    ------
+    ModelError
+        What :func:`freebody.linearize` refuses; a joint whose own motion is not at constant speeds.
 
     Examples
     --------
@@ -66,29 +77,47 @@ def compare_linear(
     Linear against nonlinear motion of 'pendulum', 0 to 2 s
     theta: largest deviation 0.01, largest difference 2.97e-07
     """
-    linear = linearize(s, about, where=where, values=values or {})
+    linear = linearize(s, about, where=where, values=values or {}, independent=independent)
     model = linear.model
-    if model.constraints or model.quaternions:
-        what = "constraints" if model.constraints else "ball or free joints"
-        raise ModelError(
-            f"'{model.name}' has {what}; compare_linear takes machines whose coordinates are independent angles and "
-            "displacements. Compare fb.simulate with linearize(...).response(...) in the quantity of interest."
-        )
+    _check_reference(linear)
     response: Any = linear.response(initial)
     t = np.linspace(0, until, samples)
     found = response(t)
-    start = response(0)
-    point = linear.point
-    first = {name: point[name] + start[name] for name in (*linear.coordinates, *linear.rates)}
-    trajectory = simulate(model, until, initial=first, values=linear.values, times=t, tolerance=tolerance)
-    q0 = [point[name] for name in model.coordinate_names]
-    u0 = [point[name] for name in model.speed_names]
+    first = response(0)
+    deviation = [first[name] for name in (*linear.coordinates, *linear.carried)]
+    q, u = start_of(linear, deviation, [first[name] for name in linear.rates])
+    start = dict(zip((*model.coordinate_names, *model.speed_names), (*q, *u), strict=True))
+    trajectory = simulate(model, until, initial=start, values=linear.values, times=t, tolerance=tolerance)
+    q0 = [linear.point[name] for name in model.coordinate_names]
+    u0 = [linear.point[name] for name in model.speed_names]
     steady = np.array([along(model, floats, q0, u0, float(x), {}) for x in t]).reshape(len(t), -1)
-    nonlinear, deviations = {}, {}
-    for name in linear.coordinates:
-        nonlinear[name] = trajectory[name] - steady[:, model.coordinate_names.index(name)]
-        deviations[name] = found[name]
-    return Comparison(linear, trajectory, t, deviations, nonlinear)
+    moved = np.stack([trajectory[name] for name in model.coordinate_names], axis=-1)
+    measured = deviations(model, steady, moved)
+    names = tangent_names(model)
+    shown = (*linear.coordinates, *linear.carried)
+    return Comparison(
+        linear,
+        trajectory,
+        t,
+        {name: found[name] for name in shown},
+        {name: measured[:, names.index(name)] for name in shown},
+    )
+
+
+def _check_reference(linear: LinearModel) -> None:
+    """Refuse ball and free joints whose motion is not one of constant speeds: it has no closed form to measure from."""
+    model = linear.model
+    udot = linear.canonical.get("udot")
+    fast = max((abs(linear.point[name]) for name in model.speed_names), default=0)
+    for link in model.links:
+        if udot is None or link.kind not in ("ball", "free"):
+            continue
+        changing = np.abs(udot[link.u : link.u + (3 if link.kind == "ball" else 6)])
+        if changing.max() > SMALL * (1 + fast**2):
+            raise ModelError(
+                f"The speeds of joint '{link.joint}' of '{model.name}' change along the motion to compare with. "
+                "Use sliders and a gimbal in place of it, whose angles turn at constant rates."
+            )
 
 
 class Comparison:
