@@ -318,7 +318,7 @@ def stability(linear: Linear, amended: Amended, atoms: Mapping[Any, Any]) -> Sta
         spectral, found = "singular", np.zeros(0, dtype=complex)
     else:
         zeros = families * (2 if linear.problem.matrix else 1)
-        spectral = "undecided" if coupled else _spectral(found, zeros)
+        spectral = "undecided" if coupled else spectral_verdict(found, zeros)
     stiffness = amended.stiffness(atoms) if spectral != "singular" else amended.singular(atoms)
     energy = "undecided"
     if stiffness is not None:
@@ -330,7 +330,8 @@ def stability(linear: Linear, amended: Amended, atoms: Mapping[Any, Any]) -> Sta
     return Stability(spectral, energy, found, stiffness)
 
 
-def _spectral(found: np.ndarray, zeros: int) -> str:
+def spectral_verdict(found: np.ndarray, zeros: int) -> str:
+    """What eigenvalues say, of which so many are zero by the symmetries."""
     scale = np.abs(found).max(initial=0)
     # a double eigenvalue is known to the square root of round-off
     small = 16 * np.sqrt(EPS) * scale

@@ -83,6 +83,10 @@ def steady_motions(
     from .equations import Equations, equations
 
     e = system if isinstance(system, Equations) else equations(system)
+    if e.model.quaternions:
+        from .steady_turning import TurningProblem
+
+        return SteadyMotions(TurningProblem(e, terms), solve_for, values)
     return SteadyMotions(Problem(e, terms), solve_for, values)
 
 
@@ -189,16 +193,12 @@ class SteadyMotions(Sequence[SteadyMotion]):
     @cached_property
     def linear(self) -> Any:
         """The linearised equations about any of the motions."""
-        from .stability import Linear
-
-        return Linear(self.problem)
+        return self.problem.linear()
 
     @cached_property
     def amended(self) -> Any:
         """The amended potential."""
-        from .stability import Amended
-
-        return Amended(self.problem)
+        return self.problem.amended()
 
     # -- the motions ------------------------------------------------------------------------------
 
@@ -317,19 +317,20 @@ class SteadyMotions(Sequence[SteadyMotion]):
         self, name: str, solved: dict[Any, float], atoms: Mapping[Any, Any], given: Mapping[Any, float],
         residual: float, error: float,
     ) -> SteadyState:  # fmt: skip
-        from .stability import stability
-
         full = self._full({**atoms, **solved})
         p = self.problem
         state = {c.name: float(full[c.symbol]) for c in p.e.model.coordinates}
         state.update({s.name: float(full[s.symbol]) for s in p.e.model.speeds})
         shown = {p.name(a): v for a, v in {**given, **solved}.items()}
-        return SteadyState(name, shown, state, residual, error, stability(self.linear, self.amended, full))
+        return SteadyState(
+            name, shown, state, residual, error, p.stability(self.linear, self.amended, full)
+        )
 
     def _full(self, atoms: dict[Any, Any]) -> dict[Any, Any]:
         """Numbers of all atoms on a steady motion: rates from terms, speeds from rates, accelerations zero."""
         p = self.problem
-        full = dict(atoms)
+        full = {**p.defaults(), **atoms}
+        full.update(p.completed(full))
         at = Substitution(p.ring, arrays, full)
         full.update({rate: float(at(x)) for rate, x in p.replaced.items()})
         at = Substitution(p.ring, arrays, full)

@@ -51,13 +51,6 @@ class Problem:
         self.e = e
         self.ring: Ring = e.ring
         model = e.model
-        if model.quaternions:
-            joint = next(link.joint for link in model.links if link.kind in ("ball", "free"))
-            raise ModelError(
-                f"Steady motions are sought in coordinates that stay constant, but joint '{joint}' has a unit "
-                f"quaternion. Describe its turning by Euler angles: s.gimbal in place of s.ball, and for a free body "
-                f"s.gimbal on a massless carrier that slides."
-            )
         self.coordinates = [c.symbol for c in model.coordinates]
         names = [c.name for c in model.coordinates]
         self.coordinate_of = [names.index(s.name.removesuffix("'")) for s in model.speeds]
@@ -228,6 +221,34 @@ class Problem:
         """The unknowns, and the rates and terms that do not stand in the conditions: these may have any value."""
         more = [a for a in (*self.rates, *self.terms) if a not in self.replaced and a not in self.unknowns]
         return (*self.unknowns, *more)
+
+    # -- numbers ----------------------------------------------------------------------------------
+
+    def defaults(self) -> dict[Any, Any]:
+        """Numbers of atoms that are the problem's own, where nothing determines them."""
+        return {}
+
+    def completed(self, full: Mapping[Any, Any]) -> dict[Any, Any]:
+        """Numbers of coordinates that follow from others on a steady motion."""
+        return {}
+
+    def linear(self) -> Any:
+        """The linearised equations about any of the motions."""
+        from .stability import Linear
+
+        return Linear(self)
+
+    def amended(self) -> Any:
+        """The amended potential."""
+        from .stability import Amended
+
+        return Amended(self)
+
+    def stability(self, linear: Any, amended: Any, full: Mapping[Any, Any]) -> Any:
+        """Stability of the motion at these numbers."""
+        from .stability import stability
+
+        return stability(linear, amended, full)
 
     # -- names ------------------------------------------------------------------------------------
 
