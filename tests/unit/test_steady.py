@@ -11,7 +11,6 @@ from freebody.equations.steady_problem import Problem
 from freebody.gallery.cart_and_bar import build as cart_and_bar
 from freebody.gallery.double_pendulum import build as double_pendulum
 from freebody.gallery.gyroscope import build as gyroscope
-from freebody.gallery.torque_free import build as torque_free
 from freebody.scalar.polynomial import Ring
 from freebody.scalar.series import SeriesField
 from freebody.scalar.substitute import Substitution, arrays
@@ -281,9 +280,8 @@ def test_continuation_refuses(parameter, span, message) -> None:
         (lambda: point("3"), "'point' has no steady motion: it would need 3 = 0"),
         (lambda: point("F*sin(t)"), "has no steady motion: the equation of z' depends on the time"),
         (lambda: point("-F*exp(z)"), "'point' has no steady motion|No steady"),
-        (torque_free, "joint 'C' has a unit quaternion. Describe its turning by Euler angles: s.gimbal"),
     ],
-    ids=["falling", "pushed", "shaken", "never", "quaternion"],
+    ids=["falling", "pushed", "shaken", "never"],
 )
 def test_no_steady_motion(build, message) -> None:
     with pytest.raises(fb.errors.ModelError, match=message):

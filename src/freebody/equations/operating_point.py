@@ -90,6 +90,14 @@ def _of_steady_motion(model: Model, about: Any) -> Any:
         return about.state
     if not (hasattr(about, "solution") and hasattr(about, "free")):
         return about
+    known = {*model.coordinate_names, *model.speed_names}
+    own = [name for name in (*about.solution, *about.free) if name not in known]
+    if own:
+        raise ModelError(
+            f"This steady motion of '{model.name}' is given by the angles and rates of its ball and free joints "
+            f"({', '.join(own)}), which are not among its coordinates. Linearise about one in numbers: "
+            "about=fb.steady_motions(s, values={...}).states[0]."
+        )
     symbols = {}
     for name in about.free:
         text = name.replace("'", "_rate") + "_0"

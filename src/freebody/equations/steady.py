@@ -41,6 +41,11 @@ def steady_motions(
 
         E_k(q, u = Σ w_a ξ_a, u' = 0) = 0
 
+    Of a ball or free joint ``p`` the unknowns are angles: R = R_n(p_psi) R_a(p_theta) R_b(p_phi), n the vertical, b the
+    body's axis of symmetry, if it has one (else n). The rates are p_psi' of turning about the vertical and p_phi' of
+    spin, where these are symmetries, so that a body may spin while it precesses. Of motions in numbers that turn into
+    each other or are mirror images, one is given.
+
     Parameters
     ----------
     system : System, Model or Equations
@@ -60,8 +65,8 @@ def steady_motions(
     Raises
     ------
     ModelError
-        No steady motion exists (what would have to hold), no closed form for what is asked (what was left), unit
-        quaternions, or too few values.
+        No steady motion exists (what would have to hold), no closed form for what is asked (what was left), a
+        machine with constraints and unit quaternions, or too few values.
 
     Examples
     --------
@@ -100,9 +105,8 @@ class SteadyMotions(Sequence[SteadyMotion]):
         p = problem
         wanted = self._asked or tuple(a for a in p.unknowns if a not in p.terms)
         others = tuple(a for a in p.unknowns if a not in wanted)
-        self._found = tuple(
-            SteadyMotion(self, one) for one in solutions(p.ring, p.conditions, wanted, others)
-        )
+        found = solutions(p.ring, p.conditions, wanted, others) if p.short else [Found(left=p.conditions)]
+        self._found = tuple(SteadyMotion(self, one) for one in found)
         self._refuse_none()
         if values is None and self._asked:
             self._refuse_unsolved()
@@ -258,7 +262,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
             result.append(
                 self._state(name, dict(zip(asked, map(float, x), strict=True)), atoms, given, residual, error)
             )
-        return tuple(result)
+        return tuple(p.distinct(result, atoms))
 
     def _balanced(self, atoms: Mapping[Any, Any], asked: Sequence[Any], x: Any) -> bool:
         """Whether the equations of motion hold: conditions freed of |y| or 1/y have roots that these do not have."""
@@ -269,7 +273,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
         p = self.problem
         with np.errstate(all="ignore"):
             full = self._full({**atoms, **dict(zip(asked, x, strict=True))})
-            exact = Pieces(p.ring, [E for E in p.residuals if type(E) is Polynomial], asked, full)
+            exact = Pieces(p.ring, [E for E in p.exact if type(E) is Polynomial], asked, full)
             missed = np.abs(exact.values(x)) / np.maximum(exact.size(x), 1 / 10**300)
         return not (missed > 1 / 10**6).any()
 
@@ -322,9 +326,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
         state = {c.name: float(full[c.symbol]) for c in p.e.model.coordinates}
         state.update({s.name: float(full[s.symbol]) for s in p.e.model.speeds})
         shown = {p.name(a): v for a, v in {**given, **solved}.items()}
-        return SteadyState(
-            name, shown, state, residual, error, p.stability(self.linear, self.amended, full)
-        )
+        return SteadyState(name, shown, state, residual, error, p.stability(self.linear, self.amended, full))
 
     def _full(self, atoms: dict[Any, Any]) -> dict[Any, Any]:
         """Numbers of all atoms on a steady motion: rates from terms, speeds from rates, accelerations zero."""
@@ -394,7 +396,6 @@ class SteadyMotions(Sequence[SteadyMotion]):
         import numpy as np
 
         from .continuation import Branch, Special, follow
-        from .stability import stability
         from .steady_numeric import Pieces
 
         p = self.problem
@@ -408,7 +409,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
         verdicts = []
         for z in path:
             full = self._full({**atoms, **dict(zip((*asked, symbol), map(float, z), strict=True))})
-            verdicts.append(stability(self.linear, self.amended, full).verdict)
+            verdicts.append(p.stability(self.linear, self.amended, full).verdict)
         marks = tuple(
             Special(kind, float(z[-1]), {n: float(x) for n, x in zip(names, z, strict=False)})
             for kind, z in special

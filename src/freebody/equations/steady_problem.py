@@ -224,6 +224,14 @@ class Problem:
 
     # -- numbers ----------------------------------------------------------------------------------
 
+    short = True
+    """Whether the conditions are worth solving in closed form."""
+
+    @property
+    def exact(self) -> Sequence[Any]:
+        """The equations of motion as they stand, which the conditions are freed of denominators from."""
+        return self.residuals
+
     def defaults(self) -> dict[Any, Any]:
         """Numbers of atoms that are the problem's own, where nothing determines them."""
         return {}
@@ -231,6 +239,10 @@ class Problem:
     def completed(self, full: Mapping[Any, Any]) -> dict[Any, Any]:
         """Numbers of coordinates that follow from others on a steady motion."""
         return {}
+
+    def distinct(self, states: Sequence[Any], atoms: Mapping[Any, Any]) -> Sequence[Any]:
+        """One state of those that symmetries carry into each other."""
+        return states
 
     def linear(self) -> Any:
         """The linearised equations about any of the motions."""

@@ -21,13 +21,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy
 
+from ..dynamics.energy import kinetic_energy, potential_energy
 from ..dynamics.kinematics import rotation
 from ..dynamics.newton_euler import inverse_dynamics
 from ..dynamics.state import State
 from ..errors import ModelError
 from ..model.model import GROUND
-from ..scalar.algebra import HALF, ZERO, Matrix, Vector, add, apply_transpose, cross, dot, floats, multiply, scale
-from ..scalar.substitute import Substitution
+from ..scalar.algebra import (
+    HALF,
+    ZERO,
+    Matrix,
+    Vector,
+    add,
+    apply_transpose,
+    cross,
+    dot,
+    floats,
+    multiply,
+    scale,
+)
 from ..space.quaternion import quaternion_product
 from ..space.turn import matrix_about
 from .along_motion import residuals_of
@@ -38,8 +50,11 @@ from .steady_problem import Problem, cleared
 if TYPE_CHECKING:
     from .equations import Equations
 
-LETTERS = "xyz"
 T = sympy.Symbol("t")
+SAME = 1 / 10**6
+"""Relative difference of energies and eigenvalues up to which two motions are the same."""
+SHORT = 2
+"""Most angles for which a closed form is sought: those of one joint on the ground."""
 
 
 @dataclass(frozen=True)
@@ -52,14 +67,18 @@ class Turning:
     precession: Any  # atom of Ω, or None
     spin: Any  # atom of σ, or None
     axis: Vector  # ζ
-    place: tuple[Any, ...]  # of a free joint: atoms of the position in the parent's joint axes, None where it is left out
+    place: tuple[
+        Any, ...
+    ]  # of a free joint: atoms of the position in the parent's joint axes, None where it is left out
     drift: tuple[Any, ...]  # of a free joint: atoms of the velocity in these axes, or None
 
 
 class _Turned(State):
     """A state whose ball and free joints are turned by given matrices."""
 
-    def __init__(self, state: State, q: Sequence[Any], u: Sequence[Any], turned: Mapping[int, Matrix]) -> None:
+    def __init__(
+        self, state: State, q: Sequence[Any], u: Sequence[Any], turned: Mapping[int, Matrix]
+    ) -> None:
         super().__init__(state.model, state.field, state.t, q, u, state.values)
         self._turned = turned
 
@@ -73,7 +92,7 @@ class _Turned(State):
             return (multiply(E, self._turned[i]), r, (w, ZERO))
         p = self.q[link.q : link.q + 3]
         moved = tuple(dot(row, p) for row in E)
-        return (multiply(E, self._turned[i]), add(r, moved), (w, self.u[link.u + 3 : link.u + 6]))  # type: ignore[arg-type]
+        return (multiply(E, self._turned[i]), add(r, moved), (w, self.u[link.u + 3 : link.u + 6]))
 
 
 class TurningProblem(Problem):
@@ -88,6 +107,12 @@ class TurningProblem(Problem):
                 f"Steady motions of '{model.name}' are not sought, since it has both constraints "
                 f"({', '.join(model.constraints)}) and joints with unit quaternions. Describe the turning by Euler "
                 "angles: s.gimbal in place of s.ball, and for a free body s.gimbal on a massless carrier that slides."
+            )
+        if terms:
+            raise ModelError(
+                f"Expected no `terms` for '{model.name}': they are combinations of its own speeds, and the rates of "
+                "its ball and free joints are of the steady motion. Ask for these: psi' of the turn about the "
+                "vertical and phi' of the spin, with the joint's name in front."
             )
         self.names: dict[Any, str] = {}
         self.coordinates = [c.symbol for c in model.coordinates]
@@ -107,11 +132,9 @@ class TurningProblem(Problem):
         self.rates = (*dict.fromkeys(more), *(model.speeds[j].symbol for j in self.pivots))
         self._form()
         self.terms, self.replaced = {}, {}
-        for key, value in (terms or {}).items():
-            self._introduce(key, value)
-        again = Substitution(self.ring, self.ring, self.replaced)
-        found = (cleared(self.ring, again(x)) for x in self.raw)
+        found = (cleared(self.ring, x) for x in self.raw)
         self.conditions = tuple(x for x in found if x != 0)
+        self.short = len(self.unknown_angles) <= SHORT
         self.unknowns = self._unknowns()
 
     # -- joints and their symmetries --------------------------------------------------------------
@@ -148,19 +171,24 @@ class TurningProblem(Problem):
             turning = fixed and self._symmetric(i, vertical, left=True)
             place, drift = [], []
             if link.kind == "free":
-                for k, letter in enumerate(LETTERS):
+                for k in range(3):
                     direction = tuple(int(m == k) for m in range(3))
                     along = fixed and self._displaced(i, direction)
                     name = e.model.coordinates[link.q + k].symbol
                     # of the displacements nothing depends on, that along the axis of the turn goes on at a rate
                     free = along and direction in (vertical, tuple(-x for x in vertical))
                     place.append(None if free else name)
-                    drift.append(self._rate(self._atom(link.joint, letter)) if free else None)
+                    self.names[name] = e.model.coordinates[link.q + k].name
+                    drift.append(self._rate(name) if free else None)
             result.append(
                 Turning(
                     i,
                     vertical,
-                    ((vertical, None if turning else psi), (a, theta), (b, None if spinning is not None else phi)),
+                    (
+                        (vertical, None if turning else psi),
+                        (a, theta),
+                        (b, None if spinning is not None else phi),
+                    ),
                     self._rate(psi) if turning else None,
                     self._rate(phi) if spinning is not None else None,
                     b,
@@ -218,14 +246,10 @@ class TurningProblem(Problem):
         expected: list[Any] = [0] * e.model.n_u
         if left and link.kind == "free":
             p = e.state.q[link.q : link.q + 3]
-            rates.update(
-                {e.model.coordinates[link.q + k].symbol: x for k, x in enumerate(cross(axis, p))}
-            )
+            rates.update({e.model.coordinates[link.q + k].symbol: x for k, x in enumerate(cross(axis, p))})
         if not left:
             for first in (link.u, link.u + 3)[: 2 if link.kind == "free" else 1]:
-                u, udot, E = (
-                    tuple(x[first : first + 3]) for x in (e.state.u, e.udot, self.residuals)
-                )
+                u, udot, E = (tuple(x[first : first + 3]) for x in (e.state.u, e.udot, self.residuals))
                 for k, (x, y, z) in enumerate(zip(*(cross(v, axis) for v in (u, udot, E)), strict=True)):
                     speed = e.model.speeds[first + k]
                     rates[speed.symbol], rates[speed.acceleration] = x, y
@@ -278,9 +302,9 @@ class TurningProblem(Problem):
             n = one.vertical
             W = scale(ring.generator(one.precession), n) if one.precession is not None else ZERO
             sigma = scale(ring.generator(one.spin), one.axis) if one.spin is not None else ZERO
-            w = add(apply_transpose(R, W), sigma)
-            u[link.u : link.u + 3] = w
-            udot[link.u : link.u + 3] = cross(w, sigma)
+            spin = add(apply_transpose(R, W), sigma)
+            u[link.u : link.u + 3] = spin
+            udot[link.u : link.u + 3] = cross(spin, sigma)
             if link.kind == "free":
                 p = tuple(0 if a is None else ring.generator(a) for a in one.place)
                 q[link.q : link.q + 3] = p
@@ -289,7 +313,7 @@ class TurningProblem(Problem):
                 v = apply_transpose(R, V)
                 u[link.u + 3 : link.u + 6] = v
                 udot[link.u + 3 : link.u + 6] = add(
-                    apply_transpose(R, cross(W, V)), scale(-1, cross(w, v))
+                    apply_transpose(R, cross(W, V)), scale(-1, cross(spin, v))
                 )
                 values.update(zip(self.coordinates[link.q : link.q + 3], p, strict=True))
         state = _Turned(e.state, q, u, turned)
@@ -337,9 +361,42 @@ class TurningProblem(Problem):
             result.update({self.coordinates[start + k]: float(x) for k, x in enumerate(e)})
         return result
 
+    @property
+    def exact(self) -> Sequence[Any]:
+        """In the angles of the joints."""
+        return self.raw
+
     def defaults(self) -> dict[Any, Any]:
         """Angles and rates that nothing determines are zero."""
         return dict.fromkeys((*self.unknown_angles, *self.rates), 0)
+
+    def distinct(self, states: Sequence[Any], atoms: Mapping[Any, Any]) -> Sequence[Any]:
+        """One of those that agree in kinetic and potential energy, rates and all eigenvalues.
+
+        The others are the same motion, turned or mirrored: the angles (θ, φ) and (-θ, φ + π) say the same, and
+        symmetries leave some angles open.
+        """
+        kept: list[tuple[np.ndarray, Any]] = []
+        for one in sorted(states, key=lambda s: sum(x < 0 for x in s.values.values())):
+            mark = self._mark(one, atoms)
+            scale = 1 + np.abs(mark).max(initial=0)
+            if not any(
+                len(mark) == len(other) and np.abs(mark - other).max(initial=0) <= SAME * scale
+                for other, _ in kept
+            ):
+                kept.append((mark, one))
+        chosen = {id(one) for _, one in kept}
+        return [one for one in states if id(one) in chosen]
+
+    def _mark(self, one: Any, atoms: Mapping[Any, Any]) -> np.ndarray:
+        model = self.e.model
+        q, u = ([one.state[x] for x in names] for names in (model.coordinate_names, model.speed_names))
+        state = State(model, floats, 0, q, u, atoms)
+        energies = [float(kinetic_energy(model, state)), float(potential_energy(model, state))]
+        found = one.stability.eigenvalues
+        # double roots are known to the square root of round-off: the coefficients of their polynomial are not
+        rates = [one.values[self.name(a)] for a in self.rates if self.name(a) in one.values]
+        return np.array([*energies, *np.poly(found).real, *rates])
 
     def linear(self) -> Any:
         return _Unknown()
