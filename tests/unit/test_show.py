@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
+import inspect
+import pkgutil
 import re
+import sys
 from collections.abc import Callable
 from typing import Any
 from xml.etree import ElementTree
@@ -180,6 +184,55 @@ RESULTS: dict[str, tuple[Callable[[], Any], str, str, str]] = {
         r"\text{pin: impulse }",
         "pin: impulse ",
     ),
+    "stability": (
+        lambda: fb.steady_motions(pendulum(), values={}).states[0].stability,
+        "stable (spectral: stable; energy: stable)\neigenvalues: ",
+        r"\text{eigenvalues: }",
+        "eigenvalues: ",
+    ),
+    "mode": (
+        lambda: fb.linearize(pendulum(), inputs="F").modes()[0],
+        "oscillation: frequency sqrt(6)*sqrt(g/L)/2, damping ratio 0; theta_1 = 1",
+        r"\theta_{1} = 1",
+        "θ",
+    ),
+    "mode in numbers": (
+        lambda: fb.linearize(pendulum(), values={}).modes()[0],
+        "3.83601",
+        "3.83601",
+        "3.83601",
+    ),
+    "branch": (lambda: along_the_rate()[0], "Steady motions over psi_1'", r"\dot{\psi}_{1} =", "ψ"),
+    "bifurcation": (
+        lambda: next(one for branch in along_the_rate() for one in branch.bifurcations),
+        "bifurcation at 3.1320",
+        r"\text{bifurcation at }",
+        "bifurcation at ",
+    ),
+    "reactions": (
+        lambda: fb.equations(pendulum()).reactions,
+        "Reaction of 'pin' on 'bar'",
+        r"\mathbf{F} &=",
+        "F",
+    ),
+    "momentum": (
+        lambda: fb.equations(pendulum()).momentum,
+        "angular about the ground's origin = (0, 0, L^2*m*theta_1'/3)",
+        r"\text{linear} = \begin{bmatrix}",
+        "linear",
+    ),
+    "recovery": (
+        lambda: fb.equations(hoop()).routh().recovery["psi_1"],
+        "psi_1' = p_psi_1/(R^2*sin(theta)^2)",
+        r"\dot{\psi}_{1} =",
+        "ψ",
+    ),
+    "comparison": (
+        lambda: fb.compare_linear(pendulum(), initial={"theta_1": 0.1}, until=1, samples=11),
+        "theta_1: largest deviation 0.1",
+        r"\theta_{1} \text{: largest deviation 0.1",
+        "θ",
+    ),
     "impulsive reaction": (
         lambda: hanging().reactions["pin"],
         "pin_x = 1/2",
@@ -187,6 +240,44 @@ RESULTS: dict[str, tuple[Callable[[], Any], str, str, str]] = {
         "pin",
     ),
 }
+
+
+INTERNAL = {
+    # what results are made of: canonical polynomials, tables of a printer, requests that are read
+    "arrange.Lumps", "characteristic.Factor", "constrained_symbols.Motion", "eliminate.Combination", "forcing.Term",
+    "free_body.Action", "grouped.Grouped", "latex.Latex", "lines.Name", "lines.Sign", "mathml.MathML",
+    "operating_point.OperatingPoint", "planar.Plane", "printer.Printer", "rational.Rationals", "reaction.Component",
+    "reduction.Choice", "reduction.Slopes", "request.Request", "request.Unknown", "response.Start", "solve.Branch",
+    "stability.Amended", "stability.Linear", "steady_motion.Words", "steady_numeric.Pieces",
+    "steady_numeric.Underdetermined", "steady_problem.Problem", "steady_solve.Found", "steady_solve.Root",
+    "steady_turning.Turning", "steady_turning.TurningProblem", "systems.Row", "terms.Sum", "terms.Term", "text.Text",
+    "vocabulary.Vocabulary",
+}  # fmt: skip
+DISPLAY = ("text", "latex", "mathml", "_repr_latex_")
+
+
+def classes() -> dict[str, type]:
+    """All classes of the symbolic side, by module and name."""
+    importlib.import_module("freebody.equations.equations")
+    package = sys.modules["freebody.equations"]
+    found = {}
+    for module in [*pkgutil.iter_modules(package.__path__, "freebody.equations."), None]:
+        name = module.name if module else "freebody.picture.compare_linear"
+        for key, one in vars(importlib.import_module(name)).items():
+            if inspect.isclass(one) and one.__module__ == name and not key.startswith("_"):
+                found[f"{name.rpartition('.')[2]}.{key}"] = one
+    return found
+
+
+def test_every_result_class_shows_itself() -> None:
+    found = classes()
+    assert set(found) >= INTERNAL
+    for name in sorted(set(found) - INTERNAL):
+        assert [x for x in DISPLAY if not hasattr(found[name], x)] == [], name
+
+
+def along_the_rate() -> Any:
+    return fb.steady_motions(hoop(), solve_for="theta", values={"psi_1'": 6}).continuation("psi_1'", (1, 6))
 
 
 def driven() -> fb.System:

@@ -14,20 +14,24 @@ from typing import Any
 import numpy as np
 
 from ..errors import ModelError
+from .lines import Lines, assignments
 from .steady_numeric import EPS, Pieces
 
 
 @dataclass(frozen=True)
-class Special:
+class Special(Lines):
     """A fold or a bifurcation: where it is, in the parameter and the unknowns."""
 
     kind: str
     parameter: float
     values: dict[str, float]
 
+    def _lines(self) -> list[list[Any]]:
+        return [[f"{self.kind} at ", self.parameter, ": ", *assignments(self.values.items())]]
+
 
 @dataclass(frozen=True)
-class Branch:
+class Branch(Lines):
     """Steady motions along a parameter.
 
     Attributes
@@ -57,6 +61,18 @@ class Branch:
     def bifurcations(self) -> tuple[Special, ...]:
         """Where another branch crosses."""
         return tuple(one for one in self.special if one.kind == "bifurcation")
+
+    def _lines(self) -> list[list[Any]]:
+        """Its ends and where the verdict changes, then its folds and bifurcations."""
+        shown = [0, *(k for k in range(1, len(self.stable)) if self.stable[k] != self.stable[k - 1])]
+        if len(self.stable) - 1 not in shown:
+            shown.append(len(self.stable) - 1)
+        lines: list[list[Any]] = [[f"Steady motions over {self.parameter}, {len(self.parameters)} points"]]
+        for k in shown:
+            at = ((name, float(x[k])) for name, x in self.values.items())
+            here = assignments([(self.parameter, float(self.parameters[k])), *at])
+            lines.append([*here, f"  {self.stable[k]}"])
+        return [*lines, *(line for one in self.special for line in one._lines())]
 
     def __repr__(self) -> str:
         a, b = self.parameters[0], self.parameters[-1]

@@ -33,6 +33,7 @@ from ..scalar.polynomial import Ring
 from .constraints import closure_reactions, eliminated, indeterminate
 from .display import displayed, equation_latex, equation_mathml, equation_text
 from .free_body import FreeBody, own_body
+from .lines import EQUALS, Lines, Shown
 from .reaction import Reaction, unknowns
 
 if TYPE_CHECKING:
@@ -498,7 +499,7 @@ class Equations:
         return f"Equations of motion of '{self.model.name}'\n{self.text()}"
 
 
-class Reactions(Mapping[str, Reaction]):
+class Reactions(Shown, Mapping[str, Reaction]):
     """Reactions by joint; each is turned into SymPy when it is looked up."""
 
     def __init__(self, equations: Equations) -> None:
@@ -536,6 +537,12 @@ class Reactions(Mapping[str, Reaction]):
 
     def __len__(self) -> int:
         return len(self._e.model.joints) + len(self._e.closures)
+
+    def _parts(self) -> list[Reaction]:
+        return [self[name] for name in self]
+
+    def __repr__(self) -> str:
+        return f"Reactions of {', '.join(self)}"
 
 
 class Energy:
@@ -592,11 +599,20 @@ class Energy:
         return self.text()
 
 
-class MomentumOf:
+class MomentumOf(Lines):
     """Linear momentum and angular momentum of all bodies."""
 
     def __init__(self, equations: Equations) -> None:
         self._e = equations
+
+    def _lines(self) -> list[list[Any]]:
+        return [
+            ["linear", EQUALS, self.linear],
+            ["angular about the ground's origin", EQUALS, self.angular()],
+        ]
+
+    def __repr__(self) -> str:
+        return self.text()
 
     @cached_property
     def linear(self) -> Any:

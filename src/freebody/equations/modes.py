@@ -18,6 +18,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from .lines import Lines, assignments
 from .show import mathml_of, shown_name, words
 
 Array = NDArray[Any]
@@ -28,7 +29,7 @@ SAME = 10**-7
 
 
 @dataclass(frozen=True, eq=False)
-class Mode:
+class Mode(Lines):
     """One mode: a pair of complex roots, a real root, or a root at zero.
 
     Attributes
@@ -49,6 +50,10 @@ class Mode:
     frequency: Any
     damping_ratio: Any
     shape: dict[str, Any]
+
+    def _lines(self) -> list[list[Any]]:
+        head = [f"{self.kind}: frequency ", self.frequency, ", damping ratio ", self.damping_ratio, "; "]
+        return [[*head, *assignments(self.shape.items())]]
 
 
 class Modes(Sequence[Mode]):

@@ -25,6 +25,7 @@ from .along_motion import momenta, rate_of, residuals_of
 from .constraints import determinant
 from .display import equation_latex, equation_mathml, equation_text
 from .integrals import integrals
+from .lines import EQUALS, Lines, Name
 
 if TYPE_CHECKING:
     from .equations import Equations
@@ -70,13 +71,16 @@ def ignorable(e: Equations) -> tuple[int, ...]:
 
 
 @dataclass(frozen=True)
-class Recovery:
+class Recovery(Lines):
     """One ignorable coordinate: its momentum's symbol, the momentum, and its speed from the momenta."""
 
     coordinate: str
     symbol: Any
     momentum: Any
     speed: Any
+
+    def _lines(self) -> list[list[Any]]:
+        return [[self.symbol, EQUALS, self.momentum], [Name(f"{self.coordinate}'"), EQUALS, self.speed]]
 
 
 class Routh:

@@ -17,6 +17,8 @@ from .mathml import MathML, document, mathml_name
 from .printer import name_of
 
 EQUALS = "<mo>=</mo>"
+ENTITIES = {"InvisibleTimes": "&#x2062;", "ImaginaryI": "i", "ExponentialE": "e", "pi": "π", "dd": "d"}
+"""Names that HTML knows and XML does not."""
 COMMA = "<mo>,</mo><mspace width='0.5em'/>"
 
 
@@ -102,7 +104,8 @@ def mathml_of(x: Any) -> str:
     places = {atom: f"freebody{chr(97 + k // 26)}{chr(97 + k % 26)}" for k, atom in enumerate(found)}
     named = {atom: sympy.Symbol(place) for atom, place in places.items()}
     result = sympy.mathml(sympy.sympify(x).xreplace(named), printer="presentation")
-    result = result.replace("&InvisibleTimes;", "&#x2062;")  # a name that HTML knows and XML does not
+    for entity, sign in ENTITIES.items():
+        result = result.replace(f"&{entity};", sign)
     for atom, place in places.items():
         result = result.replace(f"<mi>{place}</mi>", mathml_name(*found[atom]))
     return result

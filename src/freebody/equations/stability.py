@@ -27,6 +27,7 @@ from ..scalar.series import Series, SeriesField
 from ..scalar.substitute import Substitution, arrays
 from .constraints import determinant
 from .integrals import integrals
+from .lines import COMMA, Lines
 from .routh import Routh, ignorable
 from .steady_problem import Problem, fraction
 from .steady_solve import coefficients, sign_kept
@@ -37,7 +38,7 @@ LARGEST = 4
 
 
 @dataclass(frozen=True)
-class Stability:
+class Stability(Lines):
     """What is known about the stability of one steady motion.
 
     Attributes
@@ -67,8 +68,20 @@ class Stability:
             return self.energy
         return "undecided" if self.spectral == "singular" else self.spectral
 
+    def _lines(self) -> list[list[Any]]:
+        lines: list[list[Any]] = [[str(self)]]
+        if len(self.eigenvalues):
+            lines.append(["eigenvalues: ", *_listed(self.eigenvalues.tolist())])
+        if self.stiffness is not None:
+            lines.append(["second derivatives of the amended potential: ", *_listed(self.stiffness.tolist())])
+        return lines
+
     def __str__(self) -> str:
         return f"{self.verdict} (spectral: {self.spectral}; energy: {self.energy})"
+
+
+def _listed(values: Sequence[Any]) -> list[Any]:
+    return [piece for x in values for piece in (x, COMMA)][:-1]
 
 
 class Linear:

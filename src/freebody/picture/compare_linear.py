@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..equations.deviation import deviations, start_of
 from ..equations.linear_model import LinearModel
 from ..equations.linearize import SMALL, linearize
+from ..equations.lines import Lines, Name
 from ..equations.operating_point import along, tangent_names
 from ..errors import ModelError
 from ..scalar.algebra import floats
@@ -120,7 +121,7 @@ def _check_reference(linear: LinearModel) -> None:
             )
 
 
-class Comparison:
+class Comparison(Lines):
     """Deviations from an equilibrium or a steady motion, by the linear and by the nonlinear equations.
 
     Attributes
@@ -195,9 +196,15 @@ class Comparison:
             drawn.savefig(path)
         return drawn
 
-    def __repr__(self) -> str:
-        lines = [f"Linear against nonlinear motion of '{self.linear.model.name}', 0 to {self.t[-1]:g} s"]
+    def _lines(self) -> list[list[Any]]:
+        lines: list[list[Any]] = [
+            [f"Linear against nonlinear motion of '{self.linear.model.name}', 0 to {self.t[-1]:g} s"]
+        ]
         for name, worst in self.worst.items():
             size = float(np.max(np.abs(self.nonlinear_motion[name])))
-            lines.append(f"{name}: largest deviation {size:.3g}, largest difference {worst:.3g}")
-        return "\n".join(lines)
+            sizes = f": largest deviation {size:.3g}, largest difference {worst:.3g}"
+            lines.append([Name(name), sizes])
+        return lines
+
+    def __repr__(self) -> str:
+        return self.text()
