@@ -222,22 +222,6 @@ def loop(kind, **given):
     return s
 
 
-def test_screw_can_not_close_a_loop():
-    refused(
-        lambda: fb.assemble(loop("screw", pitch=1)),
-        "Screw 'third' closes a loop, which joints of this type can not. Open the loop elsewhere: declare",
-    )
-
-
-@pytest.mark.parametrize("kind", ["hinge", "slider", "cylindrical"])
-def test_oblique_axis_can_not_close_a_loop(kind):
-    refused(
-        lambda: fb.assemble(loop(kind, axis=(1, 1, 0))),
-        "Joint 'third' closes a loop with the oblique axis (sqrt(2)/2, sqrt(2)/2, 0). Turn its axes by parent_axes and "
-        "child_axes so that the axis is 'x', 'y' or 'z' in them.",
-    )
-
-
 def test_a_loop_joint_has_no_coordinate():
     refused(
         lambda: loop("hinge", coordinate="theta"),

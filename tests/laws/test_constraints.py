@@ -32,6 +32,16 @@ def four_bar():
     return s, [0.3, 0.4, 0.9]
 
 
+OBLIQUE = {
+    "oblique hinge": {"axis": (1, 1, 0)},
+    "oblique slider": {"axis": (1, 2, 2)},
+    "oblique cylindrical": {"axis": (0, 3, 4)},
+    "oblique universal": {"axis": ((1, 1, 0), (1, -1, 0))},
+    "screw": {"pitch": 0.3},
+    "oblique screw": {"pitch": -0.2, "axis": (2, -1, 2)},
+}
+
+
 def closed_by(kind):
     s = fb.System(kind)
     s.gravity = (1, 2, 3)
@@ -42,7 +52,8 @@ def closed_by(kind):
         "parent_axes": fb.Rotation.euler("XYZ", 0.1, 0.2, 0.3),
         "child_axes": fb.Rotation.euler("XYZ", 0.3, 0.2, 0.1),
     }
-    getattr(s, kind)("joint", a, b, at=(0, 0, 1), to=(0, 0.5, 1), **turned)
+    more = OBLIQUE.get(kind, {})
+    getattr(s, kind.split()[-1])("joint", a, b, at=(0, 0, 1), to=(0, 0.5, 1), **turned, **more)
     return s, [0.1, 0.2, 0.3, 1, 0, 0, 0] * 2
 
 
@@ -84,7 +95,7 @@ def geared():
     return s, [0, 0]
 
 
-LOOPS = ("hinge", "ball", "gimbal", "universal", "weld", "slider", "cylindrical", "planar")
+LOOPS = ("hinge", "ball", "gimbal", "universal", "weld", "slider", "cylindrical", "planar", *OBLIQUE)
 MACHINES = [four_bar, driven_rail, rolling_disk, tackle, geared]
 
 

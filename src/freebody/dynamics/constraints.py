@@ -16,7 +16,7 @@ from functools import cached_property
 from typing import Any
 
 from ..describe.constraint import Gear, Rolling, Rope, SpeedCondition
-from ..model.closure import Closure
+from ..model.closure import Closure, Thread
 from ..model.model import Model
 from ..scalar.algebra import (
     ZERO,
@@ -67,6 +67,8 @@ def rows(model: Model) -> tuple[Row, ...]:
         if isinstance(constraint, Closure):
             result += [Row(f"{name}_{letter}", name) for letter, _ in constraint.along]
             result += [Row(f"{name}_M{letter}", name) for letter, _, _ in constraint.square]
+            if constraint.thread is not None:
+                result.append(Row(f"{name}_{constraint.thread.letter}", name))
         elif isinstance(constraint, Rolling):
             result.append(Row(f"{name}_{constraint.normal[0]}", name))
             result += [Row(f"{name}_{e[0]}", name, True) for e in (constraint.first, constraint.second)]
@@ -124,11 +126,28 @@ def _closure(model: Model, state: State, joint: Closure) -> list[Any]:
         point_position(model, state, joint.parent.point(*joint.at)),
     )
     d = gap if joint.in_ground else apply_transpose(R_P, gap)
-    result = [dot(e, d) for _, e in joint.along]
+    result = [dot(state.vector(e), d) for _, e in joint.along]
     for _, a, b in joint.square:
         a, b = state.vector(a), state.vector(b)
         result.append(dot(apply(R_P, a), apply(R_C, b)) - dot(a, b))
+    if joint.thread is not None:
+        result.append(_thread(state, joint.thread, R_P, R_C, d))
     return result
+
+
+def _thread(state: State, thread: Thread, R_P: Matrix, R_C: Matrix, d: Vector) -> Any:
+    """d·n - h φ for small deviations: 2 h tan((d·n/h - φ)/2), which has one zero in a turn and needs no angle.
+
+    cos φ and sin φ are the components of the child's first vector across the axis; of an angle x the tangent of the
+    half is sin x/(1 + cos x).
+    """
+    n, h = state.vector(thread.axis), state(thread.pitch)
+    turned = apply(R_C, state.vector(thread.first))
+    cosine = dot(apply(R_P, state.vector(thread.first)), turned)
+    sine = dot(apply(R_P, state.vector(thread.second)), turned)
+    angle = divide(dot(n, d), h)
+    c, s = state.field.cos(angle), state.field.sin(angle)
+    return divide(2 * h * (s * cosine - c * sine), 1 + c * cosine + s * sine)
 
 
 def _arm(model: Model, state: State, wheel: Rolling) -> Vector:
@@ -176,12 +195,17 @@ def wrenches(model: Model, state: State) -> list[list[tuple[Any, Vector, Vector]
             R_C = _frame(model, state, constraint.child, constraint.child_axes)
             at = constraint.child.point(*constraint.to)
             for _, e in constraint.along:
-                force = e if constraint.in_ground else apply(R_P, e)
+                force = state.vector(e) if constraint.in_ground else apply(R_P, state.vector(e))
                 # the parent feels the opposite force where the child's point is
                 result.append([(at, force, ZERO), ((constraint.parent, at), negate(force), ZERO)])
             for _, a, b in constraint.square:
                 moment = cross(apply(R_C, state.vector(b)), apply(R_P, state.vector(a)))
                 result.append([(at, ZERO, moment), ((constraint.parent, at), ZERO, negate(moment))])
+            if constraint.thread is not None:
+                # the power of the condition, d' - h φ'
+                force = apply(R_P, state.vector(constraint.thread.axis))
+                moment = scale(-state(constraint.thread.pitch), force)
+                result.append([(at, force, moment), ((constraint.parent, at), negate(force), negate(moment))])
         elif isinstance(constraint, Rolling):
             arm = _arm(model, state, constraint)
             for _, e in (constraint.normal, constraint.first, constraint.second):

@@ -5,6 +5,7 @@ In the joint axes of the parent, with d the vector from the joint's point on the
     point joints              d = 0
     slider, cylindrical       d at right angles to the axis
     planar                    d in the plane
+    screw                     as cylindrical, and d along the axis = pitch × the angle of the turn
 
 and on the direction of the axes: dot products of unit vectors, one fixed in each body, that stay zero.
 """
@@ -12,6 +13,9 @@ and on the direction of the axes: dot products of unit vectors, one fixed in eac
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
+
+import sympy
 
 from ..describe.body import Body
 from ..describe.joint import Joint
@@ -23,12 +27,24 @@ LETTERS = "xyz"
 
 
 @dataclass(frozen=True)
+class Thread:
+    """Of a screw: its letter and axis, two unit vectors across that make a right-handed set with it, its pitch [m]."""
+
+    letter: str
+    axis: Vector
+    first: Vector
+    second: Vector
+    pitch: Any
+
+
+@dataclass(frozen=True)
 class Closure:
     """A loop-closing joint.
 
     ``along`` are the (letter, unit vector) in parent joint axes in which d vanishes; ``in_ground`` says that they are
     ground axes instead; ``square`` the (letter, vector on the parent, vector on the child) whose dot products keep the
-    value that they have when the axes of both are parallel, mostly zero.
+    value that they have when the axes of both are parallel, mostly zero. Letters are x, y, z of the joint's axes, and
+    of an oblique axis n, with p and q across.
     """
 
     name: str
@@ -42,39 +58,35 @@ class Closure:
     along: tuple[tuple[str, Vector], ...]
     in_ground: bool
     square: tuple[tuple[str, Vector, Vector], ...]
+    thread: Thread | None = None
 
 
 def closure(joint: Joint) -> Closure:
     """The conditions of a joint that closes a loop."""
-    # a loop-closing joint has no displacement, so the sense of its axis means nothing
+    # turned round, the axis of a loop-closing joint is the same: it has no displacement, a screw the same pitch
     axes = [_positive(primitive.axis) for primitive in joint.primitives]
     letters = tuple(zip(LETTERS, IDENTITY, strict=True))
     # the moment of a condition a·b = 0 acts along b × a: these three turn about x, y and z
     locked = (("x", Z, Y), ("y", X, Z), ("z", Y, X))
     along: tuple[tuple[str, Vector], ...] = letters
     square: tuple[tuple[str, Vector, Vector], ...] = ()
+    thread: Thread | None = None
     in_ground = True
     if joint.type == "hinge":
-        (_, e1), (_, e2) = _across(joint, axes[0])
-        names = [letter for letter, _ in _across(joint, axes[0])]
-        square = ((names[0], _minus(e2), axes[0]), (names[1], e1, axes[0]))
+        square = _aligned(axes[0])
     elif joint.type == "universal":
         square = (("n", axes[0], axes[1]),)
     elif joint.type == "weld":
         square = locked
-    elif joint.type in ("slider", "cylindrical"):
-        along, in_ground = tuple(_across(joint, axes[0])), False
-        (_, e1), (_, e2) = along
-        square = (
-            locked
-            if joint.type == "slider"
-            else ((along[0][0], _minus(e2), axes[0]), (along[1][0], e1, axes[0]))
-        )
+    elif joint.type == "slider":
+        along, in_ground, square = tuple(_across(axes[0])), False, locked
+    elif joint.type in ("cylindrical", "screw"):
+        along, in_ground, square = tuple(_across(axes[0])), False, _aligned(axes[0])
+        if joint.type == "screw":
+            (_, e1), (_, e2) = along
+            thread = Thread(_letter(axes[0]), axes[0], e1, e2, joint.primitives[0].pitch)
     elif joint.type == "planar":
-        normal = axes[2]
-        along, in_ground = ((LETTERS[normal.index(1)], normal),), False
-        (a, e1), (b, e2) = _across(joint, normal)
-        square = ((a, _minus(e2), normal), (b, e1, normal))
+        along, in_ground, square = ((_letter(axes[2]), axes[2]),), False, _aligned(axes[2])
     elif joint.type not in ("ball", "gimbal"):
         raise ModelError(
             f"{joint.type[0].upper()}{joint.type[1:]} '{joint.name}' closes a loop, which joints of this type can not. "
@@ -82,7 +94,7 @@ def closure(joint: Joint) -> Closure:
         )
     return Closure(
         joint.name, joint.type, joint.parent, joint.child, joint.at, joint.to, joint.parent_axes, joint.child_axes,
-        along, in_ground, square,
+        along, in_ground, square, thread,
     )  # fmt: skip
 
 
@@ -90,22 +102,31 @@ def _positive(axis: Vector) -> Vector:
     return _minus(axis) if _minus(axis) in IDENTITY else axis
 
 
-def _across(joint: Joint, n: Vector) -> list[tuple[str, Vector]]:
-    """Two unit vectors that make a right-handed set with the axis, named by their letters."""
-    for k in range(3):
-        if n == IDENTITY[k]:
-            i, j = (k + 1) % 3, (k + 2) % 3
-            return [(LETTERS[i], IDENTITY[i]), (LETTERS[j], IDENTITY[j])]
-    raise ModelError(
-        f"Joint '{joint.name}' closes a loop with the oblique axis {n}. Turn its axes by parent_axes and child_axes so "
-        f"that the axis is 'x', 'y' or 'z' in them."
-    )
+def _aligned(n: Vector) -> tuple[tuple[str, Vector, Vector], ...]:
+    """Conditions that keep the axis n of the child along that of the parent."""
+    (a, e1), (b, e2) = _across(n)
+    return ((a, _minus(e2), n), (b, e1, n))
+
+
+def _letter(n: Vector) -> str:
+    """Of a direction: its letter, or n where it is oblique."""
+    return LETTERS[IDENTITY.index(n)] if n in IDENTITY else "n"
+
+
+def _across(n: Vector) -> list[tuple[str, Vector]]:
+    """Two unit vectors that make a right-handed set with the axis, named by their letters; p and q if it is oblique."""
+    if n in IDENTITY:
+        k = IDENTITY.index(n)
+        i, j = (k + 1) % 3, (k + 2) % 3
+        return [(LETTERS[i], IDENTITY[i]), (LETTERS[j], IDENTITY[j])]
+    zero = next((k for k in range(3) if n[k] == 0), None)
+    if zero is not None:
+        first: Vector = IDENTITY[zero]
+    else:
+        size = sympy.sqrt(n[0] ** 2 + n[1] ** 2)
+        first = (n[1] / size, -n[0] / size, 0)
+    return [("p", first), ("q", cross(n, first))]
 
 
 def _minus(v: Vector) -> Vector:
     return (-v[0], -v[1], -v[2])
-
-
-def moment_of(a: Vector, b: Vector) -> Vector:
-    """Moment on the child per unit multiplier of a·b = 0: d(a·b)/dt = w_rel·(b × a)."""
-    return cross(b, a)
