@@ -22,6 +22,7 @@ from ..errors import ModelError
 from ..model import Model, assemble
 from .arguments import array, checked, is_plain, parameters_given, place_of
 from .kernels import Kernel, KernelSet
+from .looped import LOOPED, LoopedKernel, LoopedSet, is_large
 from .products import (
     Product,
     check_conditions,
@@ -158,7 +159,8 @@ class Program:
         self.model = model
         self.threads = threads
         self._active = active
-        self._sets: dict[Any, tuple[KernelSet, bool]] = {}
+        self._large: LoopedSet | None = None
+        self._sets: dict[Any, tuple[KernelSet | LoopedKernel, bool]] = {}
         self._constants: dict[Any, OrderedDict[Any, Array]] = {}
         self._plain: dict[Any, tuple[Kernel, Array, tuple[int, ...], tuple[int, ...]]] = {}
 
@@ -527,15 +529,26 @@ class Program:
     def _product(self, name: str) -> Product:
         return product_named(self.model, name)
 
-    def _compiled(self, key: Any, product: Product, batch: bool) -> KernelSet:
+    def _compiled(self, key: Any, product: Product, batch: bool) -> KernelSet | LoopedKernel:
         kept = self._sets.get(key)
         if kept is None or (batch and not kept[1]):
             if product.moves:
                 check_conditions(self.model, self._active)
-            kept = self._sets[key] = (compiled(self.model, product, batch, self._active), batch)
+            kept = self._sets[key] = self._looped(key) or (
+                compiled(self.model, product, batch, self._active),
+                batch,
+            )
             self._constants.pop(key, None)
             self._plain.pop(key, None)
         return kept[0]
+
+    def _looped(self, key: Any) -> tuple[Any, bool] | None:
+        """The kernel of a large tree, of one state and of batches."""
+        if key not in LOOPED or not is_large(self.model):
+            return None
+        if self._large is None:
+            self._large = LoopedSet(self.model)
+        return LoopedKernel(self._large, LOOPED[key]), True
 
     def _run(
         self,
@@ -570,7 +583,7 @@ class Program:
         out = kernel.batch(time, np.concatenate(rows, axis=1), c, threads=self.threads)
         return out.reshape(count, *shape)
 
-    def _hoisted(self, key: Any, program: KernelSet, parameters: Mapping[str, Any]) -> Array:
+    def _hoisted(self, key: Any, program: KernelSet | LoopedKernel, parameters: Mapping[str, Any]) -> Array:
         """The vector c, or one for each state; the last few are kept."""
         known = self._constants.setdefault(key, OrderedDict())
         columns = {name: value for name, value in parameters.items() if isinstance(value, np.ndarray)}
