@@ -88,7 +88,7 @@ def integrate(
     between              called with the reached time between two pieces of the run; KeyboardInterrupt, from it or
                          from the keyboard, ends the run and keeps what was computed
     method               "dop853", "dop54", "radau", "gauss" or "structure" (`loop.SOURCES`)
-    step                 length of the steps of "structure"; made a little shorter, so that a whole number fits
+    step                 length of all steps, whatever their error; made a little shorter, so that a whole number fits
     until_stiff          stop, with the status STIFF, where an explicit method is limited by stability and far from done
     """
     loop.use(method)
@@ -118,7 +118,7 @@ def integrate(
         )
 
     run = _Run(rates, watch, y, f, rtol, atol, method)
-    run.integers[layout.ASKED] = until_stiff
+    run.integers[layout.ASKED], run.integers[layout.FIXED] = until_stiff, step is not None
     run.reals[layout.TIME] = run.reals[layout.START] = start
     run.reals[layout.UNTIL], run.reals[layout.MAX_STEP] = until, max_step
     run.reals[layout.STEP], run.reals[layout.OLD_ERROR] = direction * min(first_step, longest), 1e-4

@@ -21,9 +21,9 @@ REALS = 6
 # places in its array of integers: counts, and the component that is to blame for a stop
 ACCEPTED, REJECTED, EVALUATED, EVENTS, BLAME, AFTER_REJECTION = 0, 1, 2, 3, 4, 5
 # steps of the whole run; steps that the region of stability may have limited, and calm ones in a row; steps found stiff;
-# whether to stop there; what a method keeps for itself
-TAKEN, SUSPECT, CALM, STIFFNESS, ASKED, OWN = 6, 7, 8, 9, 10, 11
-INTEGERS = 16
+# whether to stop there; whether all steps have one length
+TAKEN, SUSPECT, CALM, STIFFNESS, ASKED, FIXED = 6, 7, 8, 9, 10, 11
+INTEGERS = 12
 
 ORDERS = {"dop853": 8, "dop54": 5, "radau": 5, "gauss": 16, "structure": 6}
 
@@ -31,8 +31,8 @@ MANY = 10_000
 """Steps that a stiff run would still take, from which on it is worth stopping: an implicit method is then faster."""
 
 # places after the quaternions in what a loop is told of the kernels: projection, number of its outputs, and a second
-# kernel of the method with the place of its constants among those of the rates
-PROJECTION, PROJECTED, SECOND, SECOND_CONSTANTS = 0, 1, 2, 3
+# program of the method: the place of its constants among those of the rates, and its kernels
+PROJECTION, PROJECTED, CONSTANTS, KERNELS = 0, 1, 2, 3
 
 PARTS = 8  # of a step at which event functions are looked at, besides one point close to either end
 MARGIN = 0.001  # distance of those two points from the ends, as a part of the step: they show the slope there

@@ -34,8 +34,8 @@ class Rates:
     ``keep``         whatever owns the machine code
     ``projection``   address of the kernel that moves a state onto the constraints, with the same constants, or 0
     ``projected``    number of its outputs: the first components of y
-    ``second``       address of what else a method needs (`radau`: f'(y) v of (y, v); `structure`: Hamilton's equations)
-    ``second_constants``  place of its constants among ``constants``
+    ``others``       addresses of what else a method needs (`radau`: f'(y) v of (y, v); `structure`: Hamilton's equations)
+    ``others_constants``  place of their constants among ``constants``
     """
 
     address: int
@@ -45,13 +45,13 @@ class Rates:
     keep: Any = None
     projection: int = 0
     projected: int = 0
-    second: int = 0
-    second_constants: int = 0
+    others: tuple[int, ...] = ()
+    others_constants: int = 0
 
     @property
     def corrections(self) -> NDArray[np.int64]:
         """What the compiled loop is told of the corrections of a state."""
-        kernels = (self.projection, self.projected, self.second, self.second_constants)
+        kernels = (self.projection, self.projected, self.others_constants, *self.others)
         return np.array([*self.quaternions, *kernels], dtype=np.int64)
 
 

@@ -6,7 +6,8 @@ A method (`dop853`, `dop54`, `radau`, `gauss`, `structure`) brings what a step i
 makes the compiled loop of one method: the functions of this module with the names below bound to that method.
 
 A step is tried, judged, and taken when its error ε is at most 1. The next is h · 0.9 ε^-(1/k - 3β/4 ...) ε_old^β (a
-proportional-integral control), within bounds that the method states; a method of fixed step keeps its h.
+proportional-integral control), within bounds that the method states. Steps of a fixed length are taken whatever their
+error.
 
 Unit quaternions are normalised after each accepted step. The correction is of the size of the local error, O(h^(p+1)),
 and f is taken at the corrected state, so that order p is kept. The dense output is the polynomial from the state at
@@ -49,6 +50,7 @@ from .layout import (
     EVALUATED,
     EVENTS,
     FINISHED,
+    FIXED,
     FOUND,
     LOGGED,
     MANY,
@@ -83,8 +85,6 @@ EXPONENT, BETA = 0.125, 0.0
 """The next step goes with ε^-EXPONENT ε_old^BETA."""
 COST, COST_DENSE = 0, 0
 """Evaluations of f in `attempt` and in `densify`; a method that iterates counts its own."""
-FIXED = 0
-"""1: all steps have the same length."""
 LAST, LIMIT = 0, 0.0
 """Row of the last stage of an explicit method, whose time is that of the end, and where its region of stability ends
 on the negative axis; 0: the method is not watched for stiffness."""
@@ -548,7 +548,7 @@ def advance(
             status = COLLAPSED
             break
         after = until if ends else t + h
-        if FIXED != 0 and not ends:
+        if integers[FIXED] != 0 and not ends:
             after = reals[START] + (integers[TAKEN] + 1) * h
         failed = attempt(rates, t, h, work, w, n, c, quaternions, nq, relative, absolute, integers)
         integers[EVALUATED] += COST
@@ -558,6 +558,8 @@ def advance(
             for i in range(w):
                 work[END * w + i] = work[RAW * w + i]
             normalise(work, END * w, quaternions, nq)
+        if integers[FIXED] != 0 and error > 1.0 and failed == 0:
+            error = 1.0
         if error <= 1.0 and not project(after, work, END * w, w, quaternions, nq, c) <= allowed:
             error = 1e3  # not the error of a step, but another branch: the constraints end here, or bend too sharply
         if error <= 1.0:  # also the rates at the end must be numbers: a state without rates is no state
@@ -569,7 +571,7 @@ def advance(
             integers[REJECTED] += 1
             integers[AFTER_REJECTION] = 1
             if error == error:
-                if FIXED != 0:
+                if integers[FIXED] != 0:
                     status = DIVERGED
                     break
                 h *= greater(SMALLEST, SAFETY / error**EXPONENT)
@@ -578,7 +580,7 @@ def advance(
             if integers[BLAME] < 0:
                 integers[BLAME] = _first_not_finite(work, w, n, RAW, 3)
             h *= 0.25
-            if FIXED != 0 or abs(h) <= 16.0 * _EPS * abs(t) or abs(h) < _TINY:
+            if integers[FIXED] != 0 or abs(h) <= 16.0 * _EPS * abs(t) or abs(h) < _TINY:
                 status = NOT_FINITE
                 break
             continue
@@ -618,7 +620,7 @@ def advance(
         if ends:
             status = FINISHED
             break
-        if FIXED != 0:
+        if integers[FIXED] != 0:
             continue
         factor = GREATEST
         if error > 0.0:
