@@ -257,7 +257,7 @@ def newton(
     carried = own + CARRIED * w
     guess(h, work, w, n)
     last = 0.0
-    rate = greater(work[carried + RATE], 1e-16) ** 0.8
+    rate = 1.0
     for turn in range(10):
         for s in range(3):
             node = C1 if s == 0 else (C2 if s == 1 else 1.0)
@@ -308,7 +308,7 @@ def newton(
         work[carried + RATE] = rate
         if size == 0.0 or round_off <= 1e-16 or (turn > 0 and rate >= 0.99):
             return 0
-        if (turn > 0 or rate < 0.1) and rate < 1.0 and rate / (1.0 - rate) * size <= KAPPA:
+        if turn > 0 and rate < 1.0 and rate / (1.0 - rate) * size <= KAPPA:
             return 0
         last = size
     return 1
