@@ -3,7 +3,7 @@
 - Dead code is left out.
 - A subexpression of parameters and constants only is computed once, by the prologue: a *hoisted constant*.
 - A division by a hoisted expression, or by one that several divisions share, is a multiplication by its reciprocal.
-- tan is sin / cos; sines and cosines of one argument are computed together, and arguments that are ready at the
+- Sines and cosines of one argument are computed together, and arguments that are ready at the
   same time are computed side by side in one vector (:class:`Group`).
 """
 
@@ -17,7 +17,7 @@ from typing import Any
 from ..errors import ExpressionError
 from ..scalar.trace import CODES, CONST, DIV, INPUT, MUL, NONE, Tape, Traced
 
-SIN, COS, TAN = CODES["sin"], CODES["cos"], CODES["tan"]
+SIN, COS = CODES["sin"], CODES["cos"]
 RECIPROCAL = len(CODES)
 FIXED, HOISTED, VARYING = range(3)
 """Kinds of a node: a number, a function of the parameters, a function of time or state."""
@@ -117,10 +117,6 @@ def lower(
                 new[i] = add(MUL, p, add(RECIPROCAL, q, NONE, kinds[q]), VARYING)
             else:
                 new[i] = add(DIV, p, q, max(kinds[p], kinds[q]))
-        elif code == TAN:
-            p = new[a[i]]
-            kind = program.kind[p]
-            new[i] = add(DIV, add(SIN, p, NONE, kind), add(COS, p, NONE, kind), kind)
         else:
             p = new[a[i]]
             q = new[b[i]] if b[i] >= 0 else NONE

@@ -26,6 +26,7 @@ def _initialize() -> None:
     for function in (
         "sin",
         "cos",
+        "tan",
         "exp",
         "log",
         "pow",

@@ -1,14 +1,14 @@
 """exp, log, tan, atan, atan2, asin, acos and pow as LLVM IR, for one double or a vector of doubles.
 
 No branch depends on a value, so that all lanes do the same and one lane of eight gives the bits of one alone. The
-only exception is pow, whose special cases (a base that is not positive and finite, a result next to overflow) go
-through the C library lane by lane.
+exceptions go through the C library, lane by lane: of pow, a base that is not positive and finite and a result next to
+overflow; of tan, what is beyond :data:`freebody.compile.sincos.LIMIT`.
 
     exp     x = n ln 2 + r,         2^n (1 + r + r² E(r)),                                  |r| ≤ ½ ln 2
     log     x = 2^k (1 + f),        k ln 2 + f - (f²/2 - s (f²/2 + s² L(s²))),              s = f / (2 + f)
     atan2   z = min/max or (min - max)/(min + max),     j π/4 ± (z + z³ A(z²)),             |z| ≤ tan π/8
     asin    x + x³ S(x²) for |x| ≤ ½, else π/2 - 2 asin √((1 - |x|)/2) with the square root's own error put back
-    tan     sine / cosine
+    tan     sine / cosine of the argument less n π/2, each as the sum of two doubles
     pow     exp(y log x), log x in two doubles (relative error below 2^-63)
 
 The polynomials interpolate in Chebyshev points. All errors are below two units in the last place (measured: see
@@ -23,9 +23,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from .sincos import LIMIT, reduced
 from .text import literal, splat
 
-FUNCTIONS = frozenset({"exp", "log", "atan", "atan2", "asin", "acos", "pow"})
+FUNCTIONS = frozenset({"exp", "log", "tan", "atan", "atan2", "asin", "acos", "pow"})
 
 _hex = float.fromhex
 _LN2_HI, _LN2_LO = _hex("0x1.62e42fefa3800p-1"), _hex("0x1.ef35793c76730p-45")  # k _LN2_HI is exact
@@ -73,6 +74,7 @@ def definition(function: str, lanes: int) -> str:
     result = {
         "exp": lambda: _exp(w, "%x", None),
         "log": lambda: _log(w, "%x"),
+        "tan": lambda: _tan(w, "%x"),
         "atan": lambda: _atan2(w, "%x", w.number(1.0)),
         "atan2": lambda: _atan2(w, "%x", "%y"),
         "asin": lambda: _asin(w, "%x"),
@@ -92,7 +94,8 @@ def declarations(function: str, lanes: int) -> list[str]:
         f"declare {T} @llvm.sqrt.{suffix}({T})",
         f"declare {T} @llvm.copysign.{suffix}({T}, {T})",
     ]
-    return [*result, "declare double @pow(double, double)"] if function == "pow" else result
+    library = {"pow": ["declare double @pow(double, double)"], "tan": ["declare double @tan(double)"]}
+    return [*result, *library.get(function, [])]
 
 
 class _Writer:
@@ -347,6 +350,23 @@ def _pow(w: _Writer, x: str, y: str) -> str:
         plain = w.emit(f"and {w.B} {plain}, {good}")
     good = w.compare("ogt", w.size(y), w.number(2.0**-500))
     plain = w.emit(f"and {w.B} {plain}, {good}")
+    return _unless(w, plain, fast, "pow", (x, y))
+
+
+def _tan(w: _Writer, x: str) -> str:
+    inside = w.compare("ole", w.size(x), w.number(LIMIT))
+    bits, sine, cosine = reduced(w, x)
+    odd = w.emit(f"icmp ne {w.J} {w.whole('and', bits, w.integer(1))}, {w.integer(0)}")
+    over = [w.choose(odd, w.neg(c), s) for s, c in zip(sine, cosine, strict=True)]
+    under = [w.choose(odd, s, c) for s, c in zip(sine, cosine, strict=True)]
+    q = w.div(over[0], under[0])
+    left = w.fma(w.neg(q), under[0], over[0])
+    left = w.add(left, w.fma(w.neg(q), under[1], over[1]))
+    return _unless(w, inside, w.add(q, w.div(left, under[0])), "tan", (x,))
+
+
+def _unless(w: _Writer, plain: str, fast: str, function: str, arguments: Sequence[str]) -> str:
+    """``fast`` where ``plain`` holds; the C library's function in the other lanes."""
     if w.lanes == 1:
         every = plain
     else:
@@ -354,13 +374,12 @@ def _pow(w: _Writer, x: str, y: str) -> str:
         every = w.emit(f"icmp eq i{w.lanes} {mask}, -1")
     w.lines += [f"  br i1 {every}, label %done, label %library", "library:"]
     if w.lanes == 1:
-        slow = w.emit(f"call double @pow(double {x}, double {y})")
+        slow = w.emit(f"call double @{function}({', '.join(f'double {a}' for a in arguments)})")
     else:
         slow = "poison"
         for i in range(w.lanes):
-            a = w.emit(f"extractelement {w.T} {x}, i32 {i}")
-            b = w.emit(f"extractelement {w.T} {y}, i32 {i}")
-            value = w.emit(f"call double @pow(double {a}, double {b})")
+            ones = [w.emit(f"extractelement {w.T} {a}, i32 {i}") for a in arguments]
+            value = w.emit(f"call double @{function}({', '.join(f'double {a}' for a in ones)})")
             slow = w.emit(f"insertelement {w.T} {slow}, double {value}, i32 {i}")
     mixed = w.choose(plain, fast, slow)
     w.lines += ["  br label %done", "done:"]
