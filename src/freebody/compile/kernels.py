@@ -16,6 +16,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
+from time import perf_counter
 from typing import Any, cast
 
 import numpy as np
@@ -79,13 +80,17 @@ def compile_tape(
         )
     key = _key(tape, functions, time, state, parameters, batch)
     found = cache.load(key)
+    if found is not None and not (found[0].get("target") == native.version() and key.encode() in found[1]):
+        found = None  # code of another program or processor: it must not run
     if found is None:
-        header, code = _compile(tape, functions, time, state, parameters, batch)
+        start = perf_counter()
+        header, code = _compile(tape, functions, time, state, parameters, batch, key)
+        header["seconds"] = perf_counter() - start
         cache.store(key, header, code)
     else:
         header, code = found
     return KernelSet(
-        header, native.Library(code), names, len(state), len(parameters), batch, found is not None
+        header, native.Library(code), names, len(state), len(parameters), batch, found is not None, len(code)
     )
 
 
@@ -100,6 +105,10 @@ class KernelSet:
         Length of the vector of hoisted constants.
     from_disk : bool
         Whether the code was found compiled.
+    size : int
+        Of the code and its tables in bytes.
+    seconds : float
+        That its compilation took, here or when it was put on the disk: lowering, text and LLVM.
     """
 
     def __init__(
@@ -111,9 +120,13 @@ class KernelSet:
         parameters: int,
         batch: Sequence[str],
         from_disk: bool,
+        size: int,
     ) -> None:
         self.hoisted: int = header["hoisted"]
         self.from_disk = from_disk
+        self.size = size
+        self.seconds: float = header["seconds"]
+        self.remark = ""
         symbols = [f"f{k}" for k in range(len(names))]
         batches = [f"{s}.batch" for s, name in zip(symbols, names, strict=True) if name in batch]
         if batches:
@@ -306,6 +319,7 @@ def _compile(
     state: Sequence[Traced],
     parameters: Sequence[Traced],
     batch: Sequence[str],
+    key: str,
 ) -> tuple[dict[str, Any], bytes]:
     """What the cache keeps: a description, and the object code."""
     program = lower(tape, functions, time, state, parameters)
@@ -322,10 +336,12 @@ def _compile(
             module.add(program, program.bodies[name], f"f{k}", lanes=8)
             module.add_batch(f"f{k}", len(state), hoisted, len(outputs))
     header = {
+        "target": native.version(),
         "hoisted": hoisted,
         "outputs": {name: len(outputs) for name, outputs in functions.items()},
         "operations": {name: _operations(program, name) for name in program.bodies},
     }
+    module.functions.append(f'@freebody.key = constant [{len(key)} x i8] c"{key}"\n')
     return header, native.object_code(module.text())
 
 

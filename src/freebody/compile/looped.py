@@ -15,6 +15,7 @@ parts, their outputs, and one record per link; tables of places in S say what go
 from __future__ import annotations
 
 from collections.abc import Sequence
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -85,8 +86,12 @@ class LoopedSet:
         self.hoisted = offset + self.straight.hoisted
         self.from_disk = self.straight.from_disk and all(step.from_disk for step in self._steps.values())
         self._tables: list[np.ndarray] = []
-        text = _Driver(self, parts).text()
-        library = native.Library(native.object_code(text))
+        start = perf_counter()
+        code = native.object_code(_Driver(self, parts).text())
+        library = native.Library(code)
+        used = [self.straight, *self._steps.values()]
+        self.size = len(code) + sum(one.size for one in used)
+        self.seconds = perf_counter() - start + sum(one.seconds for one in used)
         names = [name for name in parts.outputs]
         library.needs = (self._tables, self._steps, self.straight)
         found = library.addresses([*names, *(f"{name}.batch" for name in names)])
@@ -615,6 +620,8 @@ class LoopedKernel:
         self.owner = owner
         self.kernel = owner[name]
         self.hoisted = owner.hoisted
+        self.size, self.seconds, self.from_disk = owner.size, owner.seconds, owner.from_disk
+        self.remark = f"; looped over {len(owner.model.links)} links, one code for all products"
 
     def __getitem__(self, name: str) -> Kernel:
         assert name == "f"

@@ -506,9 +506,21 @@ class Program:
         )
 
     def describe(self, *names: str) -> str:
-        """Operations of the products named, or of all compiled so far, as a table.
+        """Operations, size and compile time of the products named, or of all compiled so far, a line each.
 
-        The second number counts what is done once per set of parameters.
+        Operations are those of one state, ``once`` those done once per set of parameters; the size is that of the
+        object code with its batch form where there is one; the time is that
+        of compiling the recorded program, and ``from the disk`` says that it was spent earlier.
+
+        Examples
+        --------
+        >>> import freebody as fb
+        >>> s = fb.System("pendulum")
+        >>> m, L, g = s.parameters(m=1.0, L=2.0, g=9.81)
+        >>> s.gravity = (0, -g, 0)
+        >>> pin = s.hinge("pin", s.ground, s.body("bob", fb.particle(m)), to=(0, L, 0), axis="z")
+        >>> print(fb.compile(s).describe("forward_dynamics"))
+        forward_dynamics: ... operations (... mul, ... sincos); ... once per parameters; ... kB, compiled in ... ms...
         """
         for name in names:
             self.kernel(name)
@@ -517,12 +529,15 @@ class Program:
         for name in chosen:
             if name not in self._sets:
                 self.kernel(name)
-            operations = self._sets[name][0].operations
+            made = self._sets[name][0]
+            operations = made.operations
             once = sum(operations["parameters"].values())
             parts = ", ".join(f"{count} {code}" for code, count in operations["f"].items())
             total = sum(operations["f"].values())
             lines.append(
-                f"{_title(name)}: {total} operations ({parts or 'none'}); {once} once per parameters"
+                f"{_title(name)}: {total} operations ({parts or 'none'}); {once} once per parameters; "
+                f"{made.size / 1e3:.1f} kB, compiled in {made.seconds * 1e3:.0f} ms"
+                f"{' (from the disk)' if made.from_disk else ''}{made.remark}"
             )
         return "\n".join(lines)
 
