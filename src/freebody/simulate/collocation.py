@@ -196,5 +196,3 @@ def along(x: float, work: Reals, start: int, own: int, v: int, n: int, target: i
         for i in range(n):
             work[target + i] += weight * work[a + i]
         p0, p1 = p1, p2
-
-

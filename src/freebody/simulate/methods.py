@@ -5,7 +5,7 @@
     radau       implicit, order 5, step control: stiff machines
     gauss       Gauss collocation, order 16, step control, compensated sums: tolerances down to 1e-15
     structure   symplectic Gauss collocation, order 6, steps of one length: long runs without drift of the energy
-    auto        dop853, which gives way to radau where stability and not accuracy makes its steps short
+    auto        gauss for tolerances below 1e-14, else dop853, which gives way to radau where stability and not accuracy makes its steps short
 
 Only what a run asks for is loaded or compiled.
 """
@@ -27,6 +27,10 @@ from .path import STIFF, Path, Rates
 METHODS = ("auto", "dop853", "dop54", "radau", "gauss", "structure")
 
 
+_FINE = 1e-14
+"""Tolerances below it are left to compensated sums."""
+
+
 def check_method(method: Any, step: Any) -> None:
     """Whether there is such a method, and whether it takes steps of a given length."""
     if method not in METHODS:
@@ -42,7 +46,7 @@ def check_method(method: Any, step: Any) -> None:
         raise SimulationError(f"Expected a length of steps greater than 0 s, got step={step!r}.")
     if method == "auto":
         raise SimulationError(
-            f"Expected a method for steps of one length, got step={step!r} with method=\"auto\". Name one "
+            f'Expected a method for steps of one length, got step={step!r} with method="auto". Name one '
             '("structure" keeps the energy), or give a tolerance in place of step=.'
         )
 
@@ -53,7 +57,11 @@ def run(
 ) -> Path:  # fmt: skip
     """`integrate` by a method."""
     if method != "auto":
-        return integrate(_equipped(kernels, parameters, method, rates), *arguments, method=method, step=step, **options)
+        return integrate(
+            _equipped(kernels, parameters, method, rates), *arguments, method=method, step=step, **options
+        )
+    if np.min(options["relative"]) < _FINE:
+        return integrate(rates, *arguments, method="gauss", **options)
     path = integrate(rates, *arguments, until_stiff=True, **options)
     if path.status != STIFF:
         return path
@@ -93,7 +101,7 @@ def _check_hamiltonian(kernels: Kernels) -> None:
     model = kernels.model
     if model.constraints:
         raise SimulationError(
-            f'Expected a machine without constraints for method="structure", but \'{model.name}\' has '
+            f"Expected a machine without constraints for method=\"structure\", but '{model.name}' has "
             f'{", ".join(map(repr, model.constraints))}. Use method="gauss", which projects onto them.'
         )
     if kernels.works:

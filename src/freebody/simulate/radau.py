@@ -378,7 +378,9 @@ def judge(
     error = 0.0
     for i in range(n):
         new, old = abs(work[RAW * w + i]), abs(work[STATE * w + i])
-        one = weight(relative[i]) * abs(work[ERROR5 * w + i]) / (absolute[i] + relative[i] * greater(new, old))
+        one = (
+            weight(relative[i]) * abs(work[ERROR5 * w + i]) / (absolute[i] + relative[i] * greater(new, old))
+        )
         if not (math.isfinite(new) and math.isfinite(one)):
             return math.nan
         if one > error:

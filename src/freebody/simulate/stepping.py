@@ -538,6 +538,8 @@ def advance(
     allowed = 0.0
     for i in range(n):
         allowed = greater(allowed, 1e3 * relative[i])
+    if integers[FIXED] != 0:
+        allowed = 0.1  # their error may be any
     while accepted < room and not full:
         if abs(h) > longest:
             h = direction * longest

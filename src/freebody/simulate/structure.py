@@ -21,7 +21,7 @@ import math
 
 from . import stepping
 from .collocation import NEW_, bound_to
-from .layout import BLAME, CONSTANTS, DENSE, END, KERNELS, POINT, RAW, ROWS, STATE
+from .layout import BLAME, CONSTANTS, DENSE, KERNELS, POINT, RAW, ROWS, STATE
 from .machine import Integers, Reals, call, compiled, shifted
 
 STAGES = 3
@@ -89,7 +89,7 @@ def densify(
 ) -> None:
     """Rows DENSE to DENSE + 2 of the cubic through the states and rates at both ends."""
     for i in range(w):
-        difference = work[END * w + i] - work[STATE * w + i]
+        difference = work[RAW * w + i] - work[STATE * w + i]
         work[DENSE * w + i] = difference
         work[(DENSE + 1) * w + i] = h * work[i] - difference
         work[(DENSE + 2) * w + i] = 2.0 * difference - h * (work[12 * w + i] + work[i])
