@@ -373,8 +373,8 @@ def test_momentum_is_kept_to_round_off():
     """Quadratic invariants: angular momentum of a free body, and that of a top about the vertical."""
     s, start, _ = tumbling_body(), *MACHINES["tumbling"][1:]
     run = fb.simulate(s, 100, method="structure", step=0.05, **start)
-    I = np.array([2 / 12 * (0.2**2 + 0.1**2), 2 / 12 * (0.3**2 + 0.1**2), 2 / 12 * (0.3**2 + 0.2**2)])
-    H = np.einsum("nij,nj->ni", run.poses["box"].rotation, I * run.states[:, 7:10])
+    inertia = np.array([2 / 12 * (0.2**2 + 0.1**2), 2 / 12 * (0.3**2 + 0.1**2), 2 / 12 * (0.3**2 + 0.2**2)])
+    H = np.einsum("nij,nj->ni", run.poses["box"].rotation, inertia * run.states[:, 7:10])
     # round-off of each of 2000 steps, in any direction
     assert np.abs(H - H[0]).max() / np.abs(H[0]).max() < 2000 * EPS
     ball, start, _ = heavy_top("ball"), *MACHINES["ball"][1:]

@@ -164,7 +164,7 @@ def test_key_knows_every_module_of_the_loop(method):
 
 def test_threads_share_one_loop(monkeypatch):
     count = []
-    inner = loops.cache(lambda: count.append(1) or make())
+    inner = loops.cache(lambda method: count.append(1) or make(method))
     monkeypatch.setattr(loops, "_loop", inner)
     found = []
     threads = [threading.Thread(target=lambda: found.append(loops.loop())) for _ in range(4)]

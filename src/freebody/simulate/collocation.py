@@ -27,7 +27,8 @@ from .layout import EVALUATED
 from .machine import Compiled, Integers, Reals, call, greater
 from .stepping import bound
 
-# Bound by a method: number of stages and tables; when the iteration may stop, in units of the tolerance; how long it goes.
+# Bound by a method: number of stages and tables; the change, in units of the tolerance, at which the iteration may
+# stop, and the number of turns after which it has failed.
 S = 0
 A: Any = np.zeros((0, 0))
 C: Any = np.zeros(0)

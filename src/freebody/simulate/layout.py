@@ -20,8 +20,8 @@ TIME, STEP, OLD_ERROR, UNTIL, MAX_STEP, START = 0, 1, 2, 3, 4, 5
 REALS = 6
 # places in its array of integers: counts, and the component that is to blame for a stop
 ACCEPTED, REJECTED, EVALUATED, EVENTS, BLAME, AFTER_REJECTION = 0, 1, 2, 3, 4, 5
-# steps of the whole run; steps that the region of stability may have limited, and calm ones in a row; steps found stiff;
-# whether to stop there; whether all steps have one length
+# steps of the whole run; steps that the region of stability may have limited, and calm ones in a row; steps found
+# stiff; whether to stop there; whether all steps have one length
 TAKEN, SUSPECT, CALM, STIFFNESS, ASKED, FIXED = 6, 7, 8, 9, 10, 11
 INTEGERS = 12
 

@@ -1,8 +1,8 @@
 """The compiled loop as functions of arrays: its machine code, from the disk or from numba.
 
-numba compiles the loop of a method (`stepping`, and `dop853` or another) once, when a run first asks for it. What LLVM makes of it stands alone, so it is kept with the kernels
-(`compile.cache`) under the hash of its source and of what compiles it; later processes load it as they load a kernel,
-and never import numba.
+numba compiles the loop of a method (`stepping`, with `dop853` or another) once, when a run first asks for it. What LLVM
+makes of it stands alone, so it is kept with the kernels (`compile.cache`) under the hash of its source and of what
+compiles it; later processes load it as they load a kernel, and never import numba.
 
 Machine code that would need more than the libraries of C is not kept: then numba, which can supply what is missing,
 compiles the loop in each process.
@@ -33,7 +33,7 @@ SOURCES = {
     "dop54": ("dop54.py",),
     "radau": ("radau.py",),
     "gauss": ("gauss.py", "collocation.py"),
-    "structure": ("structure.py", "gauss.py", "collocation.py"),
+    "structure": ("structure.py", "collocation.py"),
 }
 """Modules that a method is made of, besides the shared ones."""
 CALLED = ("advance", "sample", "observe")

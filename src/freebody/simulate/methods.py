@@ -5,7 +5,8 @@
     radau       implicit, order 5, step control: stiff machines
     gauss       Gauss collocation, order 16, step control, compensated sums: tolerances down to 1e-15
     structure   symplectic Gauss collocation, order 6, steps of one length: long runs without drift of the energy
-    auto        gauss for tolerances below 1e-14, else dop853, which gives way to radau where stability and not accuracy makes its steps short
+    auto        gauss for tolerances below 1e-14, else dop853, which gives way to radau where stability and not accuracy
+                makes its steps short
 
 Only what a run asks for is loaded or compiled.
 """
@@ -106,6 +107,6 @@ def _check_hamiltonian(kernels: Kernels) -> None:
         )
     if kernels.works:
         raise SimulationError(
-            f"Expected a machine whose energy is constant for method=\"structure\", but on '{model.name}' loads without "
-            'potential or drives do work. Leave them out, or use method="gauss".'
+            f"Expected a machine whose energy is constant for method=\"structure\", but on '{model.name}' loads "
+            'without potential or drives do work. Leave them out, or use method="gauss".'
         )

@@ -3,8 +3,8 @@
     radau        (∂f/∂y) v, the derivative of the rates along a direction: of (y, v)
     structure    Hamilton's equations: q', P' of (q, P), P of (q, u), u of (q, P)
 
-Of a quaternion e, q' = B u is of degree 1 in e and all else of degree 0, so that H is the same for (s e, P / s), and e·P
-is kept as |e|² is.
+Of a quaternion e, q' = B u is of degree 1 in e and all else of degree 0, so that H is the same for (s e, P / s), and
+e·P is kept as |e|² is.
 
 Hamilton's equations come from the Lagrangian: with u = M⁻¹ p fixed, and p = B(q)ᵀ P,
 

@@ -34,7 +34,8 @@ class Rates:
     ``keep``         whatever owns the machine code
     ``projection``   address of the kernel that moves a state onto the constraints, with the same constants, or 0
     ``projected``    number of its outputs: the first components of y
-    ``others``       addresses of what else a method needs (`radau`: f'(y) v of (y, v); `structure`: Hamilton's equations)
+    ``others``       addresses of what else a method needs (`radau`: f'(y) v of (y, v); `structure`: Hamilton's
+                     equations)
     ``others_constants``  place of their constants among ``constants``
     """
 
@@ -85,8 +86,8 @@ class Path:
 
     ``times`` (m + 1) and ``states`` (m + 1, n) hold the starts of the m steps and the end of the run; ``lengths`` (m)
     are the steps the integrator took (the last may reach beyond a terminal event). ``blame`` is the component that
-    stopped a failed run. ``method``, ``relative`` and ``absolute`` are those the steps were taken with; ``stiff`` counts
-    the steps whose length the stability of an explicit method limited.
+    stopped a failed run. ``method``, ``relative`` and ``absolute`` are those the steps were taken with; ``stiff``
+    counts the steps whose length the stability of an explicit method limited.
     """
 
     rates: Rates

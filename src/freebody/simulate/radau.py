@@ -8,8 +8,9 @@ complex system,
 
     (γ/h - J) ΔW_1 = ...,   ((α + iβ)/h - J) (ΔW_2 + iΔW_3) = ...
 
-whose matrices are factorized (LU with partial pivoting) when J or h changes. J = ∂f/∂y is exact: column k is the derivative
-of f along e_k, recorded from f's own trace (`others`). It is evaluated anew unless the last step converged at once.
+whose matrices are factorized (LU with partial pivoting) when J or h changes. J = ∂f/∂y is exact: column k is the
+derivative of f along e_k, recorded from f's own trace (`others`). It is evaluated anew unless the last step converged
+at once.
 
 The error estimate is (γ/h - J)⁻¹ (f(y) + Σ_i e_i Z_i / h), filtered once more where it would reject. Its order is 3, so
 that tolerance r stands for 0.1 r^(2/3). Dense output is the collocation polynomial, of order 3.
