@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -460,6 +462,14 @@ def test_a_step_too_long_to_converge_is_refused():
 def test_every_method_is_described():
     for method in METHODS:
         assert f'"{method}"' in fb.simulate.__doc__
+
+
+def test_the_page_prints_what_it_says(capsys):
+    page = (Path(__file__).parents[2] / "docs" / "integrators.md").read_text(encoding="utf-8")
+    ((code, printed),) = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```\n", page, re.DOTALL)
+    exec(compile(code, "docs/integrators.md", "exec"), {})
+    assert capsys.readouterr().out == printed
+    assert all(f'"{method}"' in page for method in METHODS)
 
 
 def test_model_is_compiled_for_what_is_asked_only():
