@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import gc
+
 import numpy as np
 import pytest
 
 import freebody as fb
 from freebody import dynamics
-from freebody.compile import looped
+from freebody.compile import link_step, looped
 from freebody.compile.looped import LoopedSet
 from freebody.dynamics.motion import motion, total_power
 from freebody.testing import random_chain, random_state, random_system
@@ -154,6 +156,18 @@ def test_a_chain_of_two_hundred_bodies():
     left = np.array(dynamics.inverse_dynamics(model, s, list(found)))
     scale = np.abs(np.array(dynamics.bias(model, s))).max()
     assert np.abs(left).max() <= 1e-9 * scale
+
+
+def test_a_kernel_keeps_what_it_needs(small):
+    """Tables and steps live as long as any kernel that uses them."""
+    s = described()
+    program = fb.compile(s)
+    kernel, c = program.kernel("forward_dynamics"), program.constants("forward_dynamics")
+    expected = kernel(0.8, [0.3, -0.4, 0.2, 1.0, 0.5, -0.7], c)
+    del program
+    link_step.compiled_step.cache_clear()
+    gc.collect()
+    assert np.array_equal(kernel(0.8, [0.3, -0.4, 0.2, 1.0, 0.5, -0.7], c), expected)
 
 
 def test_welded_bodies_have_no_state(small):
