@@ -1,5 +1,7 @@
 """(b) Forward dynamics: accelerations of chains, per call, per state of a batch, and the time to compile.
 
+Beside the batch stands the machine's arithmetic limit: operations / (lanes x 2 pipes x clock).
+
 The same chain (general mass centres and inertia matrices, hinge axes x, y, x, ...) is given to freebody, Pinocchio
 and MuJoCo; their accelerations must agree before anything is timed.
 """
@@ -15,10 +17,11 @@ from typing import Any
 import numpy as np
 
 from .chains import alternating_chain, chain_state, mujoco_chain, pinocchio_chain
-from .loop import repeater
+from .loop import clock, repeater
 from .tables import NOT_INSTALLED, module, per_call, ratio_text, seconds, show, time_text
 
-SIZES = (1, 2, 7, 30, 100)
+SIZES = (1, 2, 7, 30, 100, 1000)
+PEERS_UP_TO = 100  # bodies; longer chains break the peers' own builders off
 AGREEMENT = 1e-9
 BATCH = 4096
 
@@ -77,6 +80,18 @@ class MuJoCo:
         return per_call(lambda n: self.mujoco.mj_step(self.model, self.data, nstep=n), repeats)
 
 
+WEIGHTS = {"sincos": 34}
+"""Operations of a function in the arithmetic of the others; a division counts as one, although it takes longer."""
+
+
+def lanes() -> int:
+    """Doubles in a vector register of this processor."""
+    from freebody.compile import native
+
+    features = native.processor()[2].split(",")
+    return 8 if "+avx512f" in features else 4 if "+avx" in features else 2
+
+
 def agreement(found: np.ndarray, expected: np.ndarray) -> float:
     """Largest difference relative to the largest acceleration."""
     return float(abs(found - expected).max() / abs(expected).max())
@@ -95,17 +110,14 @@ class Freebody:
         self.program = fb.compile(self.system)
         self.q, self.u = chain_state(n)
 
-    def compiled(self) -> Any:
-        from .models import forward_dynamics_kernels
-
-        return forward_dynamics_kernels(self.system)
-
     def accelerations(self) -> np.ndarray:
         return self.program.forward_dynamics(self.q, self.u)
 
     def time(self, repeats: int) -> float:
-        kernels = self.compiled()
-        kernel, constants = kernels["accelerations"], np.ascontiguousarray(kernels.constants([]), dtype=float)
+        kernel, constants = (
+            self.program.kernel("forward_dynamics"),
+            self.program.constants("forward_dynamics"),
+        )
         state, out = np.concatenate([self.q, self.u]), np.zeros(self.n)
         loop = repeater(kernel.address, state, constants, out)
         loop(1)
@@ -121,15 +133,31 @@ class Freebody:
         self.program.forward_dynamics(q, u)
         return seconds(lambda: self.program.forward_dynamics(q, u), repeats) / BATCH
 
+    def limit(self, clock: float) -> float:
+        """Time of the operations of one state if every pipe is busy in every cycle [s]."""
+        counts = dict(self.program.kernel("forward_dynamics").operations)
+        cost = sum(WEIGHTS.get(code, 1) * count for code, count in counts.items())
+        return cost / (lanes() * 2 * clock)
+
     def compile_time(self, repeats: int) -> float:
-        return seconds(self.compiled, repeats)
+        """From the description: assembled, recorded, compiled."""
+        import freebody as fb
+        from freebody.compile.link_step import compiled_step
+
+        return seconds(
+            lambda: fb.compile(self.system).kernel("forward_dynamics"),
+            repeats,
+            before=compiled_step.cache_clear,
+        )
 
     def simulation_time(self) -> float:
         """From the description to the first step of a simulation: rates, energies and the integrator."""
         import freebody as fb
+        from freebody.compile.link_step import compiled_step
 
         from .models import numeric_chain
 
+        compiled_step.cache_clear()
         system = numeric_chain(alternating_chain(self.n))
         start = time.perf_counter()
         fb.simulate(system, until=1e-6)
@@ -150,10 +178,6 @@ def without_cache() -> Iterator[None]:
             os.environ["FREEBODY_CACHE"] = before
 
 
-COLUMNS = (
-    "n", "freebody call", "in a batch", "compile", "to simulate",
-    "Pinocchio aba", "ratio", "MuJoCo step", "ratio", "differ",
-)  # fmt: skip
 PEERS = {"pinocchio": Pinocchio, "mujoco": MuJoCo}
 
 
@@ -161,6 +185,7 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
     """Print the table."""
     del limit
     rows: list[list[Any]] = []
+    speed = clock()
     import freebody as fb
 
     from .models import numeric_chain
@@ -173,38 +198,48 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
             ready = ours.simulation_time()
         found = ours.accelerations()
         call, batch = ours.time(repeats), ours.batch_time(repeats)
-        row = [n, time_text(call), time_text(batch), time_text(compile_time), time_text(ready)]
-        worst = 0.0
+        row = [n, time_text(call), time_text(batch), time_text(ours.limit(speed))]
+        row += [time_text(compile_time), time_text(ready)]
+        worst: float | None = None
         for name, make in PEERS.items():
             if module(name) is None:
-                row += [NOT_INSTALLED, "-"]
+                row += [NOT_INSTALLED, "-", "-"]
+                continue
+            if n > PEERS_UP_TO:
+                row += ["-", "-", "-"]
                 continue
             peer = make(n)
             difference = agreement(found, peer.accelerations())
             if not difference < AGREEMENT:
                 raise ArithmeticError(f"{n} bodies: accelerations differ from {name}'s by {difference:.1e}")
-            worst = max(worst, difference)
+            worst = max(worst or 0.0, difference)
             theirs = peer.time(repeats)
-            row += [time_text(theirs), ratio_text(theirs, call)]
-        rows.append([*row, f"{worst:.0e}"])
+            row += [time_text(theirs), ratio_text(theirs, call), ratio_text(theirs, batch)]
+        rows.append([*row, "-" if worst is None else f"{worst:.0e}"])
     show(
         "Forward dynamics of chains of n bodies, hinge axes x, y, x, ...",
         [
             "n",
             "freebody call",
             "in a batch",
+            "limit",
             "compile",
             "to simulate",
             "Pinocchio aba",
-            "ratio",
+            "call",
+            "batch",
             "MuJoCo step",
-            "ratio",
+            "call",
+            "batch",
             "differ",
         ],
         rows,
         [
             f"freebody: kernel called by address in a compiled loop; batch: {BATCH} states by fb.compile, per state;",
+            f"limit: operations (sincos as {WEIGHTS['sincos']}) / ({lanes()} lanes x 2 pipes x {speed / 1e9:.2f} GHz); "
+            "fused products and sums count twice, so that it can be passed.",
             "compile: from the description, nothing cached; to simulate: to fb.simulate's first step.",
+            "call, batch: how many times longer the peer takes than our call, and than one state of our batch.",
             "Pinocchio: loop of aba calls in Python less the same loop on a model without joints (call, conversions).",
             "MuJoCo: mj_step looped in C (nstep), Euler, contacts and constraints off; integration included.",
             "differ: largest difference of the accelerations relative to the largest; above 1e-9 the run stops.",

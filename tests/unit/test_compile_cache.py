@@ -131,6 +131,33 @@ def test_header_and_code_round_trip(folder):
     assert cache.load("other") is None
 
 
+def test_code_of_another_program_is_not_run(folder):
+    """Files whose checksums are right: under another name, for another processor, with other code inside."""
+    build(3)
+    (three,) = folder.iterdir()
+    build(4)
+    (four,) = set(folder.iterdir()) - {three}
+    good, other = three.read_bytes(), four.read_bytes()
+    three.write_bytes(other)
+    again = build(3)
+    assert not again.from_disk
+    assert value(again) == pytest.approx(6 * np.sin(0.4) + 1)
+    three.write_bytes(good)
+    header, code = cache.load(three.stem)
+    for wrong in (({**header, "target": "another processor"}, code), (header, cache.load(four.stem)[1]), ({}, b"")):
+        assert cache.store(three.stem, *wrong)
+        again = build(3)
+        assert not again.from_disk
+        assert value(again) == pytest.approx(6 * np.sin(0.4) + 1)
+    assert build(3).from_disk
+
+
+def test_what_was_compiled_is_described(folder):
+    first, second = build(), build()
+    assert first.size == second.size > 500
+    assert first.seconds == second.seconds > 0
+
+
 def test_many_processes_at_once(folder):
     """Each finds or compiles the same program; none sees half a file."""
     program = (

@@ -49,7 +49,7 @@ def oscillator():
 def run(made, oscillator, monkeypatch):
     """Times, states and events of a run with this loop, and values between the steps."""
     with monkeypatch.context() as patch:
-        patch.setattr(loops, "_loop", lambda: made)
+        patch.setattr(loops, "_loop", lambda *method: made)
         rates, watch = oscillator
         path = integrate(rates, [1.0, 0.0], 0.0, 20.0, watch=watch, relative=1e-10, absolute=1e-10)
         inside = path.sample(np.linspace(0, 20, 41))
@@ -124,39 +124,47 @@ def test_damaged_or_foreign_code_is_made_again(folder, damage, oscillator, monke
     assert make().from_disk
 
 
-def test_key_follows_the_source_and_what_compiles_it(monkeypatch, tmp_path):
-    key = loops._key()
-    assert loops._key() == key
+@pytest.mark.parametrize("method", loops.SOURCES)
+def test_key_follows_the_source_and_what_compiles_it(monkeypatch, tmp_path, method):
+    key = loops._key(method)
+    assert loops._key(method) == key
+    assert len({loops._key(other) for other in loops.SOURCES}) == len(loops.SOURCES)
     with monkeypatch.context() as patch:
         patch.setattr(native, "version", lambda: "another processor")
-        assert loops._key() != key
+        assert loops._key(method) != key
     with monkeypatch.context() as patch:
         patch.setattr(loops.importlib.util, "find_spec", lambda name: None)
-        assert loops._key() != key
-    for changed in loops.SOURCES:
-        for name in loops.SOURCES:
+        assert loops._key(method) != key
+    sources = (*loops.SHARED, *loops.SOURCES[method])
+    for changed in sources:
+        for name in sources:
             text = (HERE / name).read_bytes()
             (tmp_path / name).write_bytes(text + b"# changed\n" if name == changed else text)
         with monkeypatch.context() as patch:
             patch.setattr(loops, "__file__", str(tmp_path / "loop.py"))
-            assert loops._key() != key
+            assert loops._key(method) != key
 
 
-def test_key_knows_every_module_of_the_loop():
-    tree = ast.parse((HERE / "dop853.py").read_text(encoding="utf-8"))
-    imported = {
-        name
+def imported(name):
+    """Modules of the folder that a module imports, and those that they import."""
+    tree = ast.parse((HERE / name).read_text(encoding="utf-8"))
+    found = {
+        f"{module}.py"
         for node in ast.walk(tree)
         if isinstance(node, ast.ImportFrom) and node.level == 1
-        for name in ([node.module] if node.module else [alias.name for alias in node.names])
+        for module in ([node.module] if node.module else [alias.name for alias in node.names])
     }
-    assert imported == {"tableau", "layout", "machine"}
-    assert {f"{name}.py" for name in imported} < set(loops.SOURCES)
+    return found.union(*map(imported, found))
+
+
+@pytest.mark.parametrize("method", loops.SOURCES)
+def test_key_knows_every_module_of_the_loop(method):
+    assert imported(f"{method}.py") | {f"{method}.py", "loop.py"} == {*loops.SHARED, *loops.SOURCES[method]}
 
 
 def test_threads_share_one_loop(monkeypatch):
     count = []
-    inner = loops.cache(lambda: count.append(1) or make())
+    inner = loops.cache(lambda method: count.append(1) or make(method))
     monkeypatch.setattr(loops, "_loop", inner)
     found = []
     threads = [threading.Thread(target=lambda: found.append(loops.loop())) for _ in range(4)]

@@ -1,7 +1,8 @@
 """Object code on disk, shared by all processes of a user.
 
 One file per program, named by the hash of everything that shapes it. A file is written aside and renamed, so that a
-reader sees all of it or nothing; it carries a checksum, so that a damaged one counts as absent. A folder that can
+reader sees all of it or nothing; it carries a checksum, so that a damaged one counts as absent, and it names in its
+header the program that it was made for, so that a file of another program under its name is not run. A folder that can
 not be written is no error: programs are then compiled each time. The oldest files go when the folder grows beyond
 :data:`LIMIT`.
 """
@@ -18,7 +19,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-VERSION = 1
+VERSION = 3
 """Of the format and of the emitted code: raise it when either changes."""
 LIMIT = 256 * 2**20
 """Bytes the folder may hold."""
@@ -48,7 +49,7 @@ def folder() -> Path | None:
 
 
 def load(key: str) -> tuple[dict[str, Any], bytes] | None:
-    """Header and object code stored under the key; None when absent, damaged or unreadable."""
+    """Header and object code stored under the key; None when absent, damaged, unreadable or of another key."""
     where = folder()
     if where is None:
         return None
@@ -69,7 +70,8 @@ def load(key: str) -> tuple[dict[str, Any], bytes] | None:
             path.unlink()
         return None
     size = int.from_bytes(content[start : start + 4], "little")
-    return json.loads(content[start + 4 : start + 4 + size]), content[start + 4 + size :]
+    header, code = json.loads(content[start + 4 : start + 4 + size]), content[start + 4 + size :]
+    return (header, code) if header.pop("made for", None) == [VERSION, key] else None
 
 
 def store(key: str, header: dict[str, Any], code: bytes) -> bool:
@@ -77,7 +79,7 @@ def store(key: str, header: dict[str, Any], code: bytes) -> bool:
     where = folder()
     if where is None:
         return False
-    text = json.dumps(header).encode()
+    text = json.dumps({**header, "made for": [VERSION, key]}).encode()
     payload = len(text).to_bytes(4, "little") + text + code
     temporary = ""
     try:

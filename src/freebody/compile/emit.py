@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..scalar.trace import ADD, CODES, DIV, INPUT, MUL, NAMES, NEG, SUB
-from . import sincos
+from . import sincos, vector_math
 from .batch import gather, loop, scatter
 from .lower import COS, FIXED, HOISTED, PROLOGUE, RECIPROCAL, SIN, TIME, WIDTH, Body, Group, Program
 from .text import literal, splat
@@ -87,6 +87,16 @@ class Module:
                 last = f"%r{i}"
             lines += [f"  ret {T} {last}", "}", ""]
             self.helpers[key] = "\n".join(lines)
+        return key
+
+    def need_function(self, name: str, lanes: int, arguments: int) -> str:
+        """An elementary function: our own where there is a fused multiply-add, else the C library's."""
+        if name not in vector_math.FUNCTIONS or not self.fused:
+            return self.need_library(name, lanes, arguments)
+        key = vector_math.name(name, lanes)
+        if key not in self.helpers:
+            self.helpers[key] = vector_math.definition(name, lanes)
+            self.declarations.update(vector_math.declarations(name, lanes))
         return key
 
     def add(self, program: Program, body: Body, name: str, lanes: int = 1, piece: int | None = None) -> None:
@@ -275,7 +285,7 @@ class _Writer:
             if code in _INTRINSICS:
                 function = self.module.need_intrinsic(_INTRINSICS[code], self.lanes, len(operands))
             else:
-                function = self.module.need_library(NAMES[code], self.lanes, len(operands))
+                function = self.module.need_function(NAMES[code], self.lanes, len(operands))
             operation = f"call {T} {function}({', '.join(f'{T} {z}' for z in operands)})"
         self.lines.append(f"  %v{i} = {operation}")
         self.known[i] = f"%v{i}"

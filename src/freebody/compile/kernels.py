@@ -10,9 +10,13 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import os
 from array import array
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+from time import perf_counter
 from typing import Any, cast
 
 import numpy as np
@@ -21,13 +25,26 @@ from ..errors import ExpressionError
 from ..scalar.trace import NAMES, Tape, Traced
 from . import cache, native
 from .emit import Module
-from .lower import PROLOGUE, RECIPROCAL, Program, lower
+from .lower import PROLOGUE, RECIPROCAL, WIDTH, Program, lower
 
 _Scalar = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 _Batch = ctypes.CFUNCTYPE(
     None, ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64,
     ctypes.c_void_p,
 )  # fmt: skip
+
+
+SHARE = 256
+"""Rows below which a batch is not shared between threads: handing them over costs as much."""
+
+
+@lru_cache(maxsize=4)
+def _pool(threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads, thread_name_prefix="freebody")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pool.cache_clear)  # threads stay with the parent
 
 
 def compile_tape(
@@ -63,13 +80,17 @@ def compile_tape(
         )
     key = _key(tape, functions, time, state, parameters, batch)
     found = cache.load(key)
+    if found is not None and not (found[0].get("target") == native.version() and key.encode() in found[1]):
+        found = None  # code of another program or processor: it must not run
     if found is None:
-        header, code = _compile(tape, functions, time, state, parameters, batch)
+        start = perf_counter()
+        header, code = _compile(tape, functions, time, state, parameters, batch, key)
+        header["seconds"] = perf_counter() - start
         cache.store(key, header, code)
     else:
         header, code = found
     return KernelSet(
-        header, native.Library(code), names, len(state), len(parameters), batch, found is not None
+        header, native.Library(code), names, len(state), len(parameters), batch, found is not None, len(code)
     )
 
 
@@ -84,6 +105,10 @@ class KernelSet:
         Length of the vector of hoisted constants.
     from_disk : bool
         Whether the code was found compiled.
+    size : int
+        Of the code and its tables in bytes.
+    seconds : float
+        That its compilation took, here or when it was put on the disk: lowering, text and LLVM.
     """
 
     def __init__(
@@ -95,9 +120,13 @@ class KernelSet:
         parameters: int,
         batch: Sequence[str],
         from_disk: bool,
+        size: int,
     ) -> None:
         self.hoisted: int = header["hoisted"]
         self.from_disk = from_disk
+        self.size = size
+        self.seconds: float = header["seconds"]
+        self.remark = ""
         symbols = [f"f{k}" for k in range(len(names))]
         batches = [f"{s}.batch" for s, name in zip(symbols, names, strict=True) if name in batch]
         if batches:
@@ -197,7 +226,7 @@ class Kernel:
         self._function(t, _pointer(y), _pointer(c), _pointer(out))
         return out
 
-    def batch(self, t: Any, Y: Any, C: Any, out: np.ndarray | None = None) -> np.ndarray:
+    def batch(self, t: Any, Y: Any, C: Any, out: np.ndarray | None = None, threads: int = 1) -> np.ndarray:
         """Outputs of N states at once, shape (N, outputs); other threads run meanwhile.
 
         Parameters
@@ -206,6 +235,8 @@ class Kernel:
         Y : array, shape (N, state)
         C : array, shape (hoisted,), shared, or (N, hoisted)
         out : array, shape (N, outputs), optional
+        threads : int
+            How many threads share the rows; the results are the same bits.
         """
         if self._batch is None:
             raise ExpressionError(
@@ -223,16 +254,33 @@ class Kernel:
             out = np.empty((n, self.outputs))
         else:
             self._check_out(out, (n, self.outputs))
-        self._batch(
-            n,
-            _pointer(t),
-            int(t.ndim),
-            _pointer(Y),
-            _pointer(C),
-            self.hoisted if C.ndim == 2 else 0,
-            _pointer(out),
-        )
+        rows = -(-n // threads)
+        rows = max(-(-rows // WIDTH) * WIDTH, SHARE)
+        if n <= rows:
+            self._rows(0, n, t, Y, C, out)
+            return out
+        work = [
+            _pool(threads).submit(self._rows, start, min(start + rows, n), t, Y, C, out)
+            for start in range(0, n, rows)
+        ]
+        for part in work:
+            part.result()
         return out
+
+    def _rows(
+        self, start: int, stop: int, t: np.ndarray, Y: np.ndarray, C: np.ndarray, out: np.ndarray
+    ) -> None:
+        """Some rows of a batch; other threads run meanwhile."""
+        assert self._batch is not None
+        self._batch(
+            stop - start,
+            _pointer(t[start:stop] if t.ndim else t),
+            int(t.ndim),
+            _pointer(Y[start:stop]),
+            _pointer(C[start:stop] if C.ndim == 2 else C),
+            self.hoisted if C.ndim == 2 else 0,
+            _pointer(out[start:stop]),
+        )
 
     def _checked(self, values: Any, shape: tuple[int, ...], name: str) -> np.ndarray:
         values = np.ascontiguousarray(values, dtype=float)
@@ -271,6 +319,7 @@ def _compile(
     state: Sequence[Traced],
     parameters: Sequence[Traced],
     batch: Sequence[str],
+    key: str,
 ) -> tuple[dict[str, Any], bytes]:
     """What the cache keeps: a description, and the object code."""
     program = lower(tape, functions, time, state, parameters)
@@ -287,10 +336,12 @@ def _compile(
             module.add(program, program.bodies[name], f"f{k}", lanes=8)
             module.add_batch(f"f{k}", len(state), hoisted, len(outputs))
     header = {
+        "target": native.version(),
         "hoisted": hoisted,
         "outputs": {name: len(outputs) for name, outputs in functions.items()},
         "operations": {name: _operations(program, name) for name in program.bodies},
     }
+    module.functions.append(f'@freebody.key = constant [{len(key)} x i8] c"{key}"\n')
     return header, native.object_code(module.text())
 
 

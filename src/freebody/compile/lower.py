@@ -2,8 +2,9 @@
 
 - Dead code is left out.
 - A subexpression of parameters and constants only is computed once, by the prologue: a *hoisted constant*.
+- Products with several hoisted factors keep one of them: the factors are joined once.
 - A division by a hoisted expression, or by one that several divisions share, is a multiplication by its reciprocal.
-- tan is sin / cos; sines and cosines of one argument are computed together, and arguments that are ready at the
+- Sines and cosines of one argument are computed together, and arguments that are ready at the
   same time are computed side by side in one vector (:class:`Group`).
 """
 
@@ -15,9 +16,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..errors import ExpressionError
-from ..scalar.trace import CODES, CONST, DIV, INPUT, MUL, NONE, Tape, Traced
+from ..scalar.trace import CODES, CONST, DIV, INPUT, MUL, NEG, NONE, Tape, Traced
 
-SIN, COS, TAN = CODES["sin"], CODES["cos"], CODES["tan"]
+SIN, COS = CODES["sin"], CODES["cos"]
 RECIPROCAL = len(CODES)
 FIXED, HOISTED, VARYING = range(3)
 """Kinds of a node: a number, a function of the parameters, a function of time or state."""
@@ -89,10 +90,18 @@ def lower(
 
     op, a, b = tape.op, tape.a, tape.b
     used = tape.used(x for outputs in functions.values() for x in outputs)
-    divisions = array("i", bytes(4 * len(op)))
+    divisions, uses = array("i", bytes(4 * len(op))), array("i", bytes(4 * len(op)))
     for i in used:
+        if op[i] > INPUT:
+            uses[a[i]] += 1
+            if b[i] >= 0:
+                uses[b[i]] += 1
         if op[i] == DIV:
             divisions[b[i]] += 1
+    for outputs in functions.values():
+        for x in outputs:
+            if type(x) is Traced:
+                uses[x.index] += 1
     new: dict[int, int] = {}
     for i in used:
         code = op[i]
@@ -114,13 +123,15 @@ def lower(
             if one:
                 new[i] = add(RECIPROCAL, q, NONE, kinds[q])
             elif shared:
-                new[i] = add(MUL, p, add(RECIPROCAL, q, NONE, kinds[q]), VARYING)
+                new[i] = _product(add, p, add(RECIPROCAL, q, NONE, kinds[q]), uses[a[i]] == 1, False)
             else:
                 new[i] = add(DIV, p, q, max(kinds[p], kinds[q]))
-        elif code == TAN:
-            p = new[a[i]]
-            kind = program.kind[p]
-            new[i] = add(DIV, add(SIN, p, NONE, kind), add(COS, p, NONE, kind), kind)
+        elif code == MUL:
+            new[i] = _product(add, new[a[i]], new[b[i]], uses[a[i]] == 1, uses[b[i]] == 1)
+        elif code == NEG and (
+            NONE not in (parts := _parts(program, new[a[i]], uses[a[i]] == 1))
+        ):  # -(x c) = x (-c)
+            new[i] = add(MUL, parts[0], add(NEG, parts[1], NONE, HOISTED), VARYING)
         else:
             p = new[a[i]]
             q = new[b[i]] if b[i] >= 0 else NONE
@@ -162,6 +173,33 @@ class _Adder:
             self.program.constants.append(value)
             self.numbers[key] = self(CONST, len(self.program.constants) - 1, NONE, FIXED)
         return self.numbers[key]
+
+
+def _product(add: _Adder, p: int, q: int, p_once: bool, q_once: bool) -> int:
+    """p q; where one is a hoisted factor and the other a product with one, used nowhere else, the two are joined.
+
+    (c₁ x) c₂ = x (c₁ c₂),    (x c₁) (y c₂) = (x y) (c₁ c₂)
+    """
+    program, kinds = add.program, add.program.kind
+    (x, c), (y, d) = _parts(program, p, p_once), _parts(program, q, q_once)
+    if c == NONE or d == NONE or (x == NONE and y == NONE):
+        return add(MUL, p, q, max(kinds[p], kinds[q]))
+    factor = add(MUL, min(c, d), max(c, d), HOISTED)
+    varying = y if x == NONE else x if y == NONE else add(MUL, min(x, y), max(x, y), VARYING)
+    return add(MUL, varying, factor, VARYING)
+
+
+def _parts(program: Program, i: int, once: bool) -> tuple[int, int]:
+    """(what varies, hoisted factor) of a product used once; NONE for what is missing."""
+    kinds, a, b = program.kind, program.a, program.b
+    if kinds[i] == HOISTED:
+        return NONE, i
+    if once and kinds[i] == VARYING and program.op[i] == MUL:
+        if kinds[a[i]] == HOISTED:
+            return b[i], a[i]
+        if kinds[b[i]] == HOISTED:
+            return a[i], b[i]
+    return i, NONE
 
 
 def _collect_hoisted(program: Program, body: Body) -> None:

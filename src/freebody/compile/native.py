@@ -26,6 +26,7 @@ def _initialize() -> None:
     for function in (
         "sin",
         "cos",
+        "tan",
         "exp",
         "log",
         "pow",
@@ -94,6 +95,9 @@ def object_code(text: str, optimisation: int = OPTIMISATION) -> bytes:
 
 class Library:
     """Object code in memory. It is unloaded with this object: keep it as long as its addresses are called."""
+
+    needs: Any = None
+    """What the code uses and must live as long."""
 
     def __init__(self, code: bytes) -> None:
         _initialize()

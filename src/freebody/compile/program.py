@@ -9,18 +9,33 @@ the next time.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..describe.system import System
-from ..errors import ModelError, nearest
+from ..dynamics import float_state
+from ..dynamics.constrained import independent_rows
+from ..errors import ModelError
 from ..model import Model, assemble
-from .arguments import checked, is_plain, parameters_given, place_of
+from .arguments import array, checked, is_plain, parameters_given, place_of
 from .kernels import Kernel, KernelSet
-from .products import PRODUCTS, Product, compiled, jacobian_of, values_of
+from .looped import LOOPED, LoopedKernel, LoopedSet, is_large
+from .products import (
+    Product,
+    check_conditions,
+    compiled,
+    derivative_of,
+    jacobian_of,
+    product_named,
+    transmitting,
+    values_of,
+)
+
+if TYPE_CHECKING:
+    from .export import CasadiFunctions, CSource, PythonSource
 
 Array = NDArray[np.float64]
 _KEPT = 8  # sets of parameters whose hoisted constants are remembered
@@ -40,6 +55,20 @@ class Posture(NamedTuple):
     position: Array
 
 
+class Momentum(NamedTuple):
+    """Linear momentum [kg m/s], and moment of momentum about the ground's origin [kg m²/s], in ground axes."""
+
+    linear: Array
+    angular: Array
+
+
+class Velocity(NamedTuple):
+    """Angular velocity of a body [rad/s] and velocity of its origin [m/s], in ground axes."""
+
+    angular: Array
+    linear: Array
+
+
 class Derivatives(NamedTuple):
     """Of the accelerations u' by the coordinates and by the speeds: shapes (n_u, n_q) and (n_u, n_u)."""
 
@@ -47,12 +76,19 @@ class Derivatives(NamedTuple):
     by_u: Array
 
 
-def compile_system(machine: System | Model) -> Program:
+def compile_system(
+    machine: System | Model, *, threads: int = 1, at: Sequence[float] | None = None
+) -> Program:
     """The dynamics of a machine as compiled functions.
 
     Parameters
     ----------
     machine : System or Model
+    threads : int
+        How many threads share a batch. Results do not depend on it.
+    at : sequence of float, length n_q, optional
+        Of a machine with constraints, a configuration that fulfils them: there it is decided, at the parameters'
+        default values, which conditions are independent of each other.
 
     Returns
     -------
@@ -86,7 +122,18 @@ def compile_system(machine: System | Model) -> Program:
             f"Expected a System or a Model to compile, got {machine!r}. "
             "A machine is described first: s = fb.System('name')."
         )
-    return Program(machine)
+    if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
+        raise ModelError(f"Expected threads to be a whole number of at least 1, got {threads!r}.")
+    active = None
+    if at is not None:
+        q = array(at, "at")
+        if q.shape != (machine.n_q,):
+            raise ModelError(
+                f"Expected at= of shape ({machine.n_q},), one number for each of "
+                f"{', '.join(machine.coordinate_names)}; got shape {q.shape}."
+            )
+        active = independent_rows(machine, float_state(machine, list(q)))
+    return Program(machine, threads, active)
 
 
 class Program:
@@ -108,11 +155,14 @@ class Program:
     shape, an unknown parameter and a parameter without value.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, threads: int = 1, active: tuple[int, ...] | None = None) -> None:
         self.model = model
-        self._sets: dict[Any, tuple[KernelSet, bool]] = {}
+        self.threads = threads
+        self._active = active
+        self._large: LoopedSet | None = None
+        self._sets: dict[Any, tuple[KernelSet | LoopedKernel, bool]] = {}
         self._constants: dict[Any, OrderedDict[Any, Array]] = {}
-        self._plain: dict[Any, tuple[Kernel, Array, tuple[int, ...]]] = {}
+        self._plain: dict[Any, tuple[Kernel, Array, tuple[int, ...], tuple[int, ...]]] = {}
 
     def __repr__(self) -> str:
         return (
@@ -160,8 +210,7 @@ class Program:
         self, q: ArrayLike, t: ArrayLike = 0.0, *, values: Mapping[Any, Any] | None = None, **named: Any
     ) -> Array:
         """M, symmetric, shape (n_u, n_u) [kg, kg m, kg m²]."""
-        n = self.model.n_u
-        return self._run("mass_matrix", {"q": q}, t, values, named, (n, n))
+        return self._run("mass_matrix", {"q": q}, t, values, named)
 
     def bias(
         self,
@@ -197,8 +246,8 @@ class Program:
         **named: Any,
     ) -> Derivatives:
         """Exact derivatives of :meth:`forward_dynamics` by q and u (of a quaternion, by its four components)."""
-        n_q, n_u = self.model.n_q, self.model.n_u
-        J = self._run("derivatives", {"q": q, "u": u}, t, values, named, (n_u, n_q + n_u))
+        n_q = self.model.n_q
+        J = self._run("derivatives", {"q": q, "u": u}, t, values, named)
         return Derivatives(J[..., :n_q], J[..., n_q:])
 
     # --- energies, places, forces --------------------------------------------------------------
@@ -213,23 +262,49 @@ class Program:
         **named: Any,
     ) -> Any:
         """Kinetic energy of all bodies [J], a number or shape (N,)."""
-        return self._run("kinetic_energy", {"q": q, "u": u}, t, values, named, ())
+        return self._run("kinetic_energy", {"q": q, "u": u}, t, values, named)
 
     def potential_energy(
         self, q: ArrayLike, t: ArrayLike = 0.0, *, values: Mapping[Any, Any] | None = None, **named: Any
     ) -> Any:
         """Potential energy of weight (zero at the ground's origin) and springs [J], a number or shape (N,)."""
-        return self._run("potential_energy", {"q": q}, t, values, named, ())
+        return self._run("potential_energy", {"q": q}, t, values, named)
 
     def poses(
         self, q: ArrayLike, t: ArrayLike = 0.0, *, values: Mapping[Any, Any] | None = None, **named: Any
     ) -> dict[str, Posture]:
         """Rotation (3, 3) and position (3,) of every body, by name."""
-        x = self._run("poses", {"q": q}, t, values, named, (len(self.model.bodies), 12))
+        x = self._run("poses", {"q": q}, t, values, named)
         return {
             name: Posture(x[..., k, :9].reshape(*x.shape[:-2], 3, 3), x[..., k, 9:])
             for k, name in enumerate(self.model.bodies)
         }
+
+    def momentum(
+        self,
+        q: ArrayLike,
+        u: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        values: Mapping[Any, Any] | None = None,
+        **named: Any,
+    ) -> Momentum:
+        """Momentum of all bodies (3,), and its moment about the ground's origin (3,)."""
+        x = self._run("momentum", {"q": q, "u": u}, t, values, named)
+        return Momentum(x[..., :3], x[..., 3:])
+
+    def velocities(
+        self,
+        q: ArrayLike,
+        u: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        values: Mapping[Any, Any] | None = None,
+        **named: Any,
+    ) -> dict[str, Velocity]:
+        """Angular velocity (3,) of every body and velocity (3,) of its origin, by name."""
+        x = self._run("velocities", {"q": q, "u": u}, t, values, named)
+        return {name: Velocity(x[..., k, :3], x[..., k, 3:]) for k, name in enumerate(self.model.bodies)}
 
     def reactions(
         self,
@@ -251,8 +326,9 @@ class Program:
         name, given = ("reactions", {"q": q, "u": u})
         if udot is not None:
             name, given = "reactions_at", {**given, "udot": udot}
-        x = self._run(name, given, t, values, named, (len(self.model.joints), 6))
-        return {name: Reaction(x[..., k, :3], x[..., k, 3:]) for k, name in enumerate(self.model.joints)}
+        x = self._run(name, given, t, values, named)
+        names = transmitting(self.model) if udot is None else self.model.joints
+        return {name: Reaction(x[..., k, :3], x[..., k, 3:]) for k, name in enumerate(names)}
 
     def jacobian(
         self,
@@ -274,7 +350,7 @@ class Program:
         """
         place = place_of(self.model, point)
         key = ("jacobian", place.body.name, place.components)
-        return self._run(key, {"q": q}, t, values, named, (6, self.model.n_u), jacobian_of(place))
+        return self._run(key, {"q": q}, t, values, named, jacobian_of(place))
 
     def value(
         self,
@@ -292,8 +368,123 @@ class Program:
             self.model.names.expression(e, "an expression to evaluate")
             for e in (expressions if several else [expressions])
         ]
-        shape = (len(given),) if several else ()
-        return self._run(("value", tuple(given)), {"q": q, "u": u}, t, values, named, shape, values_of(given))
+        key = ("value", tuple(given), several)
+        return self._run(key, {"q": q, "u": u}, t, values, named, values_of(given, several))
+
+    # --- derivatives ---------------------------------------------------------------------------
+
+    def derivative(self, product: str, by: str, *, point: Any = None) -> Callable[..., Any]:
+        """The exact derivative of a product as a function, recorded from its trace: no differences are taken.
+
+        Parameters
+        ----------
+        product : str
+            ``"forward_dynamics"``, ``"forced_dynamics"`` (with forces), ``"inverse_dynamics"``, ``"mass_matrix"``,
+            ``"bias"``, ``"coordinate_rates"``, ``"kinetic_energy"``, ``"potential_energy"``, ``"momentum"``,
+            ``"poses"``, ``"velocities"``, ``"reactions"``, ``"reactions_at"`` (with u'), ``"jacobian"`` (of ``point``).
+        by : str
+            An input of the product (``"q"``, ``"u"``, ``"udot"``, ``"forces"``), ``"t"``, ``"parameters"`` (all, in the
+            model's order), the name of one parameter, or ``"displacement"``. By q, the four components of a
+            quaternion count as independent numbers; by displacement, the configuration is turned and moved by a
+            unit of each speed, ∂f/∂q G with q' = G(q) u, which has n_u columns.
+        point : Point, Body or str
+            For ``"jacobian"``.
+
+        Returns
+        -------
+        function
+            Of the product's inputs, one after the other, then t, ``values=`` and parameters by name, as of the other
+            methods. Result: the shape of the product with one more axis; none for time and for one parameter.
+            Bodies and joints stand in the order of the model, as (12,) for a pose (rotation by rows, position) and
+            (6,) for a velocity (angular, linear) and a reaction (force, moment).
+
+        Raises
+        ------
+        ModelError
+            For an unknown product or variable.
+
+        Examples
+        --------
+        >>> import freebody as fb
+        >>> s = fb.System("pendulum")
+        >>> m, L, g = s.parameters(m=1.0, L=2.0, g=9.0)
+        >>> s.gravity = (0, -g, 0)
+        >>> pin = s.hinge("pin", s.ground, s.body("bob", fb.particle(m)), to=(0, L, 0), axis="z")
+        >>> program = fb.compile(s)
+        >>> program.derivative("forward_dynamics", "q")([0.0], [0.0])
+        array([[-4.5]])
+        >>> program.derivative("kinetic_energy", "L")([0.0], [3.0])
+        18.0
+        """
+        if product == "jacobian" and point is not None:
+            place = place_of(self.model, point)
+            base, key = jacobian_of(place), ("jacobian", place.body.name, place.components, by)
+            found = derivative_of(self.model, base, by)
+        else:
+            if point is not None or product == "jacobian":
+                raise ModelError("Expected point= together with the product 'jacobian', and only there.")
+            found = derivative_of(self.model, product_named(self.model, product), by)
+            key = f"{product}_by_{by}"  # type: ignore[assignment]
+
+        def function(*arrays: ArrayLike, values: Mapping[Any, Any] | None = None, **named: Any) -> Any:
+            names = (*found.inputs, "t")
+            given = dict(zip(names, arrays, strict=False))
+            for name in names:
+                if name in named and name not in given:
+                    given[name] = named.pop(name)
+            missing = [name for name in found.inputs if name not in given]
+            if missing or len(arrays) > len(names):
+                raise ModelError(
+                    f"Expected {', '.join(found.inputs)} and, if it matters, t for the derivative of '{product}', "
+                    f"got {len(arrays)} arguments."
+                )
+            t = given.pop("t", 0.0)
+            return self._run(key, given, t, values, named, found)
+
+        function.__name__ = function.__qualname__ = f"{product}_by_{by}"
+        return function
+
+    # --- export --------------------------------------------------------------------------------
+
+    def to_c(self, *products: str, name: str | None = None) -> CSource:
+        """Products as one C99 source file and its header, which need nothing but the C library's mathematics.
+
+        Parameters
+        ----------
+        *products : str
+            As of :meth:`derivative`; ``"forward_dynamics_by_q"`` is a derivative. Without any, all but derivatives.
+        name : str, optional
+            Of the files and before the functions; the model's name if not given.
+
+        Returns
+        -------
+        CSource
+            With ``source``, ``header`` and ``write(folder)``.
+        """
+        from .export import c_source
+
+        return c_source(self.model, products, self._active, name)
+
+    def to_numpy(self, *products: str) -> PythonSource:
+        """Products as Python functions f(q, u, ..., t, p) of NumPy arrays, with any leading axes.
+
+        The result is called by name, ``result["bias"](q, u)``; its ``source`` needs NumPy only.
+        """
+        from .export import python_source
+
+        return python_source(self.model, products, self._active, "numpy")
+
+    def to_jax(self, *products: str) -> PythonSource:
+        """Products as Python functions of JAX arrays, to be given to ``jax.jit``, ``grad`` and ``vmap``."""
+        from .export import python_source
+
+        return python_source(self.model, products, self._active, "jax")
+
+    def to_casadi(self, *products: str) -> CasadiFunctions:
+        """Products as ``casadi.Function`` by name, of the inputs q, u, ..., t and the parameters p as columns."""
+        from .export import casadi_functions
+
+        return casadi_functions(self.model, products, self._active)
 
     # --- what lies below -----------------------------------------------------------------------
 
@@ -315,9 +506,21 @@ class Program:
         )
 
     def describe(self, *names: str) -> str:
-        """Operations of the products named, or of all compiled so far, as a table.
+        """Operations, size and compile time of the products named, or of all compiled so far, a line each.
 
-        The second number counts what is done once per set of parameters.
+        Operations are those of one state, ``once`` those done once per set of parameters; the size is that of the
+        object code with its batch form where there is one; the time is that
+        of compiling the recorded program, and ``from the disk`` says that it was spent earlier.
+
+        Examples
+        --------
+        >>> import freebody as fb
+        >>> s = fb.System("pendulum")
+        >>> m, L, g = s.parameters(m=1.0, L=2.0, g=9.81)
+        >>> s.gravity = (0, -g, 0)
+        >>> pin = s.hinge("pin", s.ground, s.body("bob", fb.particle(m)), to=(0, L, 0), axis="z")
+        >>> print(fb.compile(s).describe("forward_dynamics"))
+        forward_dynamics: 2 operations (1 mul, 1 sincos); ... once per parameters; ... kB, compiled in ... ms...
         """
         for name in names:
             self.kernel(name)
@@ -326,27 +529,41 @@ class Program:
         for name in chosen:
             if name not in self._sets:
                 self.kernel(name)
-            operations = self._sets[name][0].operations
+            made = self._sets[name][0]
+            operations = made.operations
             once = sum(operations["parameters"].values())
             parts = ", ".join(f"{count} {code}" for code, count in operations["f"].items())
             total = sum(operations["f"].values())
             lines.append(
-                f"{_title(name)}: {total} operations ({parts or 'none'}); {once} once per parameters"
+                f"{_title(name)}: {total} operations ({parts or 'none'}); {once} once per parameters; "
+                f"{made.size / 1e3:.1f} kB, compiled in {made.seconds * 1e3:.0f} ms"
+                f"{' (from the disk)' if made.from_disk else ''}{made.remark}"
             )
         return "\n".join(lines)
 
     def _product(self, name: str) -> Product:
-        if name not in PRODUCTS:
-            raise ModelError(f"Unknown product '{name}'; {nearest(str(name), PRODUCTS)}")
-        return PRODUCTS[name]
+        return product_named(self.model, name)
 
-    def _compiled(self, key: Any, product: Product, batch: bool) -> KernelSet:
+    def _compiled(self, key: Any, product: Product, batch: bool) -> KernelSet | LoopedKernel:
         kept = self._sets.get(key)
         if kept is None or (batch and not kept[1]):
-            kept = self._sets[key] = (compiled(self.model, product, batch), batch)
+            if product.moves:
+                check_conditions(self.model, self._active)
+            kept = self._sets[key] = self._looped(key) or (
+                compiled(self.model, product, batch, self._active),
+                batch,
+            )
             self._constants.pop(key, None)
             self._plain.pop(key, None)
         return kept[0]
+
+    def _looped(self, key: Any) -> tuple[Any, bool] | None:
+        """The kernel of a large tree, of one state and of batches."""
+        if key not in LOOPED or not is_large(self.model):
+            return None
+        if self._large is None:
+            self._large = LoopedSet(self.model)
+        return LoopedKernel(self._large, LOOPED[key]), True
 
     def _run(
         self,
@@ -355,31 +572,33 @@ class Program:
         t: ArrayLike,
         values: Mapping[Any, Any] | None,
         named: Mapping[str, Any],
-        shape: tuple[int, ...] | None = None,
         product: Product | None = None,
     ) -> Any:
-        """Result of a product; its last axis takes the ``shape``."""
+        """Result of a product, in its shape."""
         if values is None and not named and key in self._plain and type(t) is float:
-            kernel, c, expected = self._plain[key]
+            kernel, c, expected, shape = self._plain[key]
             state = tuple(given.values())
             if all(map(is_plain, state, expected)):  # the most common call in a third of the time
                 out = kernel.unchecked(t, state[0] if len(state) == 1 else np.concatenate(state), c)
-                return out if shape is None else float(out[0]) if shape == () else out.reshape(shape)
+                return out if len(shape) == 1 else out.reshape(shape) if shape else float(out[0])
         parameters = parameters_given(self.model, values, named)
         arrays, time, count = checked(self.model, given, t, parameters)
-        program = self._compiled(key, product or self._product(key), count is not None)
+        if product is None:
+            product = self._product(key)
+        program = self._compiled(key, product, count is not None)
+        shape = product.shape(self.model)
         c = self._hoisted(key, program, parameters)
         kernel = program["f"]
         if count is None:
             if not parameters:
-                self._plain[key] = (kernel, c, tuple(len(x) for x in arrays.values()))
+                self._plain[key] = (kernel, c, tuple(len(x) for x in arrays.values()), shape)
             out = kernel(float(time), np.concatenate(list(arrays.values())), c)
-            return out if shape is None else float(out[0]) if shape == () else out.reshape(shape)
+            return out.reshape(shape) if shape else float(out[0])
         rows = [np.broadcast_to(x, (count, x.shape[-1])) for x in arrays.values()]
-        out = kernel.batch(time, np.concatenate(rows, axis=1), c)
-        return out if shape is None else out.reshape(count, *shape)
+        out = kernel.batch(time, np.concatenate(rows, axis=1), c, threads=self.threads)
+        return out.reshape(count, *shape)
 
-    def _hoisted(self, key: Any, program: KernelSet, parameters: Mapping[str, Any]) -> Array:
+    def _hoisted(self, key: Any, program: KernelSet | LoopedKernel, parameters: Mapping[str, Any]) -> Array:
         """The vector c, or one for each state; the last few are kept."""
         known = self._constants.setdefault(key, OrderedDict())
         columns = {name: value for name, value in parameters.items() if isinstance(value, np.ndarray)}

@@ -18,6 +18,8 @@ Handbook of Floating-Point Arithmetic (2018), §10.2.
 
 from __future__ import annotations
 
+from typing import Any
+
 from .text import literal, splat
 
 LIMIT = 5e5
@@ -134,6 +136,27 @@ def definition(lanes: int, fused: bool) -> str:
     lines.append("  ret void")
     lines.append("library:")
     return "\n".join(lines) + "\n" + _library(lanes, T) + "}\n"
+
+
+def reduced(w: Any, x: str) -> tuple[str, tuple[str, str], tuple[str, str]]:
+    """(n in its low bits, sin r, cos r) with x = n π/2 + r, for |x| below :data:`LIMIT`; sine and cosine as sums of two
+    doubles. The writer ``w`` is that of :mod:`freebody.compile.vector_math`."""
+    shifted = w.fma(x, w.number(_TWO_OVER_PI), w.number(_ROUND))
+    n = w.sub(shifted, w.number(_ROUND))
+    m = w.neg(n)
+    r0 = w.fma(m, w.number(_P1), x)
+    p = w.mul(n, w.number(_P2))
+    r = w.sub(r0, p)
+    y = w.fma(m, w.number(_P3), w.sub(w.sub(r0, r), p))
+    z = w.mul(r, r)
+    zz = w.mul(z, z)
+    # sin(r + y) = r + (r³ S + y (1 - z/2)),  cos(r + y) = W + (((1 - W) - z/2) + (z² C - r y)),  W = 1 - z/2
+    h = w.mul(z, w.number(0.5))
+    W = w.sub(w.number(1.0), h)
+    sine = w.fma(w.mul(r, z), w.polynomial(_SIN, z, zz), w.mul(y, W))
+    rest = w.fma(w.neg(r), y, w.sub(w.sub(w.number(1.0), W), h))
+    cosine = w.fma(zz, w.polynomial(_COS, z, zz), rest)
+    return w.bits(shifted), w.two_sum(r, sine), w.two_sum(W, cosine)
 
 
 def _library(lanes: int, T: str) -> str:

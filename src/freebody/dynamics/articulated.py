@@ -44,6 +44,9 @@ from .loading import loading
 from .newton_euler import bias
 from .state import State
 
+Kept = tuple[Sequence[Spatial], list[Spatial], list[Any], list[list[Any]]]
+"""Of a link: its own motions S, U, m and D."""
+
 
 def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = None) -> tuple[Any, ...]:
     """Accelerations u' under the model's loads and, if given, further generalized ``forces``.
@@ -72,32 +75,21 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
     kept: list[Any] = [None] * count
     for i in range(count - 1, -1, -1):
         link = model.links[i]
-        I_a, p_a = inertia[i], p[i]
         if link.driven:
             c[i] = plus(c[i], times(state.second_rate(link, None), state.subspace(i)))
-        motion = _free_motions(model, state, i)
+        motion = free_motions(link, None if not link.one_dof or link.driven else state.subspace(i))
+        tau: list[Any] = []
         if motion:
-            U = [blocks_times(inertia[i], S) for S in motion]
             tau = (
                 [along.get(i, 0)] if link.one_dof else [extra.get(link.u + k, 0) for k in range(len(motion))]
             )
-            m = [t - power(S, p[i]) for t, S in zip(tau, motion, strict=True)]
+            U, m = pivot(motion, tau, inertia[i], p[i])
             _check_inertia(link, motion, U)
             D = [[power(S, W) for W in U] for S in motion]
             kept[i] = (motion, U, m, D)
-            if link.parent != GROUND:
-                for W, x in zip(U, _solve_columns(D, U), strict=True):
-                    I_a = blocks_less_outer(I_a, W, x)
-                for S in motion:
-                    I_a = _cleared(I_a, S)
         if link.parent == GROUND:
             continue
-        p_a = plus(p_a, blocks_times(I_a, c[i]))
-        if motion:
-            for W, x in zip(U, solve_symmetric(D, m), strict=True):
-                p_a = plus(p_a, times(x, W))
-            for S, force in zip(motion, tau, strict=True):
-                p_a = _replaced(p_a, S, force)
+        I_a, p_a = passed_on(inertia[i], p[i], c[i], tau, kept[i])
         R, r, _ = state.joint(i)
         inertia[link.parent] = blocks_sum(inertia[link.parent], blocks_to_parent(R, r, I_a))
         p[link.parent] = plus(p[link.parent], force_to_parent(R, r, p_a))
@@ -110,16 +102,51 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
         R, r, _ = state.joint(i)
         a = plus(motion_to_child(R, r, ground if link.parent == GROUND else A[link.parent]), c[i])
         if kept[i] is not None:
-            motion, U, m, D = kept[i]
-            rates = solve_symmetric(D, [x - power(a, W) for x, W in zip(m, U, strict=True)])
-            for k, (S, rate) in enumerate(zip(motion, rates, strict=True)):
-                a = plus(a, times(rate, S))
+            rates, a = accelerated(a, kept[i])
+            for k, rate in enumerate(rates):
                 if link.one_dof:
                     second[i] = rate
                 else:
                     own[link.u + k] = rate
         A.append(a)
     return accelerations_of_coordinates(model, state, second, own)
+
+
+def pivot(
+    motion: Sequence[Spatial], tau: Sequence[Any], I_A: Blocks, p_A: Spatial
+) -> tuple[list[Spatial], list[Any]]:
+    """U = I^A S and m = τ - Sᵀ p^A of a link's own motions."""
+    U = [blocks_times(I_A, S) for S in motion]
+    return U, [t - power(S, p_A) for t, S in zip(tau, motion, strict=True)]
+
+
+def passed_on(
+    I_A: Blocks, p_A: Spatial, c: Spatial, tau: Sequence[Any], kept: Kept | None
+) -> tuple[Blocks, Spatial]:
+    """I^a and p^a: what a link means to its parent, in the link's axes. ``kept`` None: it moves with the parent."""
+    if kept is None:
+        return I_A, plus(p_A, blocks_times(I_A, c))
+    motion, U, m, D = kept
+    I_a = I_A
+    for W, x in zip(U, _solve_columns(D, U), strict=True):
+        I_a = blocks_less_outer(I_a, W, x)
+    for S in motion:
+        I_a = _cleared(I_a, S)
+    p_a = plus(p_A, blocks_times(I_a, c))
+    for W, x in zip(U, solve_symmetric(D, m), strict=True):
+        p_a = plus(p_a, times(x, W))
+    for S, force in zip(motion, tau, strict=True):
+        p_a = _replaced(p_a, S, force)
+    return I_a, p_a
+
+
+def accelerated(a: Spatial, kept: Kept) -> tuple[list[Any], Spatial]:
+    """y'' of a link's own motions and its acceleration, from A' = a."""
+    motion, U, m, D = kept
+    rates = solve_symmetric(D, [x - power(a, W) for x, W in zip(m, U, strict=True)])
+    for S, rate in zip(motion, rates, strict=True):
+        a = plus(a, times(rate, S))
+    return rates, a
 
 
 def _check_inertia(link: Link, motion: list[Spatial], U: list[Spatial]) -> None:
@@ -134,10 +161,10 @@ def _check_inertia(link: Link, motion: list[Spatial], U: list[Spatial]) -> None:
             )
 
 
-def _free_motions(model: Model, state: State, i: int) -> list[Spatial]:
-    link = model.links[i]
+def free_motions(link: Link, subspace: Spatial | None) -> list[Spatial]:
+    """The motions of a link that forces decide, in its axes; ``subspace`` is that of a hinge, slider or screw."""
     if link.one_dof:
-        return [] if link.driven else [state.subspace(i)]
+        return [] if subspace is None else [subspace]
     if link.u < 0:
         return []
     turns: list[Spatial] = [(IDENTITY[k], ZERO) for k in range(3)]

@@ -93,24 +93,13 @@ class State:
         if link.kind == "weld":
             return (E, r, (ZERO, ZERO))
         if link.kind == "ball":
-            R = matrix_from_quaternion(self.q[link.q : link.q + 4])
-            w = self.u[link.u : link.u + 3]
-            return (multiply(E, R), r, (w, ZERO))
+            return turned(E, r, self.q[link.q : link.q + 4], self.u[link.u : link.u + 3])
         if link.kind == "free":
-            R = matrix_from_quaternion(self.q[link.q + 3 : link.q + 7])
-            w, v = self.u[link.u : link.u + 3], self.u[link.u + 3 : link.u + 6]
-            position = self.q[link.q : link.q + 3]
-            return (multiply(E, R), add(r, apply(E, position)), (w, v))
+            return flown(E, r, self.q[link.q : link.q + 7], self.u[link.u : link.u + 6])
         n = self.vector(link.axis)
-        y, rate = self(link.displacement), self.rate(link)
-        if link.kind == "slider":
-            return (E, add(r, apply(E, scale(y, n))), (ZERO, scale(rate, n)))
-        R = multiply(E, matrix_about(n, y, self.field))
-        if link.kind == "hinge":
-            return (R, r, (scale(rate, n), ZERO))
-        pitch = self(link.pitch)
-        advance = scale(pitch, n)
-        return (R, add(r, apply(E, scale(y, advance))), (scale(rate, n), scale(rate, advance)))
+        return displaced(
+            link.kind, E, r, n, self(link.pitch), self(link.displacement), self.rate(link), self.field
+        )
 
     def rate(self, link: Link) -> Any:
         """dy/dt of a 1-dof link."""
@@ -136,6 +125,35 @@ class State:
         if link.kind == "hinge":
             return (n, ZERO)
         return (n, scale(self(link.pitch), n))
+
+
+def turned(E: Matrix, r: Vector, e: Sequence[Any], w: Sequence[Any]) -> tuple[Matrix, Vector, Spatial]:
+    """A ball joint: see :meth:`State.joint`."""
+    a, b, c, d = e
+    x, y, z = w
+    return (multiply(E, matrix_from_quaternion((a, b, c, d))), r, ((x, y, z), ZERO))
+
+
+def flown(E: Matrix, r: Vector, q: Sequence[Any], u: Sequence[Any]) -> tuple[Matrix, Vector, Spatial]:
+    """A free joint: see :meth:`State.joint`."""
+    x, y, z, *e = q
+    a, b, c, d = e
+    R = matrix_from_quaternion((a, b, c, d))
+    wx, wy, wz, vx, vy, vz = u
+    return (multiply(E, R), add(r, apply(E, (x, y, z))), ((wx, wy, wz), (vx, vy, vz)))
+
+
+def displaced(
+    kind: str, E: Matrix, r: Vector, n: Vector, pitch: Any, y: Any, rate: Any, field: Field
+) -> tuple[Matrix, Vector, Spatial]:
+    """A hinge, slider or screw with displacement y along n: see :meth:`State.joint`."""
+    if kind == "slider":
+        return (E, add(r, apply(E, scale(y, n))), (ZERO, scale(rate, n)))
+    R = multiply(E, matrix_about(n, y, field))
+    if kind == "hinge":
+        return (R, r, (scale(rate, n), ZERO))
+    advance = scale(pitch, n)
+    return (R, add(r, apply(E, scale(y, advance))), (scale(rate, n), scale(rate, advance)))
 
 
 def float_state(

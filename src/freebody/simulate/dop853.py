@@ -1,72 +1,22 @@
-"""Adaptive Runge-Kutta method of order 8 with dense output and located events, compiled once for every model.
-
-    y' = f(t, y, c)
+"""The explicit Runge-Kutta method of order 8(5,3) of Dormand and Prince.
 
 A step, its error and its control follow Hairer, Norsett and Wanner (`tableau`): the estimate
 
     ε = |h| e5² / sqrt(e5² + e3²/100),   e = max_i |error_i| / (a_i + r_i max(|y_i|, |y_i(t + h)|))
 
 is taken in the greatest component and not in the mean, so that a tolerance holds for every coordinate of a large
-machine. The next step is h · 0.9 ε^-(1/8 - β/5) ε_old^β (a proportional-integral control), between h/3 and 6h.
-
-Unit quaternions are normalised after each accepted step. The correction is of the size of the local error, O(h⁹),
-and f is taken at the corrected state, so that order 8 is kept. The dense output is the polynomial from the state at
-the start of the step to its uncorrected end, with each quaternion divided by its norm where it is evaluated: it
-meets the corrected state at the end of the step and is continuous.
-
-The dense output serves to find events. It is not stored, and no result depends on it: steps are long, and its error
-may exceed the tolerance. A state inside a step, of an event or for output (`sample`), is the end of a shorter step
-from the same start: of order 8, and at the end of the step the very result of the run. So a run keeps n numbers per
-step and not 8n.
-
-Kernels are called by address (`machine.call`). Arrays are pointers to their first number, so that no step allocates,
-counts references, tests a bound or raises: the machine code stands alone, without numba and without Python. `loop`
-takes it from here once and keeps it on the disk; this module is imported only to compile. Each function becomes one
-function of C, with arguments of the types it is annotated with.
+machine. The next step is h · 0.9 ε^-(1/8 - β/5) ε_old^β, between h/3 and 6h. The dense output has order 7.
 """
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
+from . import stepping, tableau
+from .layout import ARGUMENT, BLAME, DENSE, ERROR3, ERROR5, POINT, RAW, STATE
+from .machine import Integers, Reals, call, compiled, greater, linear, root
+from .stepping import nothing_to_keep, nothing_to_prepare
 
-from . import tableau
-from .layout import (
-    ACCEPTED,
-    AFTER_REJECTION,
-    ARGUMENT,
-    BLAME,
-    COLLAPSED,
-    DENSE,
-    END,
-    ERROR3,
-    ERROR5,
-    EVALUATED,
-    EVENTS,
-    FINISHED,
-    FOUND,
-    LOGGED,
-    MARGIN,
-    MAX_STEP,
-    NOT_FINITE,
-    OLD_ERROR,
-    PARTS,
-    POINT,
-    RAW,
-    REJECTED,
-    RUNNING,
-    START,
-    STATE,
-    STEP,
-    TERMINAL,
-    TIME,
-    UNTIL,
-)
-from .machine import Compiled, Integers, Reals, call, compiled, greater, lesser, linear, root, whole
-
-_EPS, _TINY = float(np.finfo(float).eps), 1e-300
-_SAFETY, _SMALLEST, _GREATEST, _BETA = 0.9, 1.0 / 3.0, 6.0, 0.04
 _C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10, _C11 = tableau.C[1:12]
 _C13, _C14, _C15 = tableau.C[13:16]
 _a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8, _a9, _a10, _a11 = (linear(row) for row in tableau.A[1:12])
@@ -76,41 +26,10 @@ _d3, _d4, _d5, _d6 = (linear(row) for row in tableau.D)
 
 
 @compiled
-def _normalise(work: Reals, row: int, quaternions: Integers, nq: int) -> None:
-    for k in range(nq):
-        i = row + quaternions[k]
-        a, b, c, d = work[i], work[i + 1], work[i + 2], work[i + 3]
-        s = root(a * a + b * b + c * c + d * d)
-        for j in range(4):
-            work[i + j] /= s
-
-
-@compiled
-def _project(t: float, work: Reals, row: int, w: int, quaternions: Integers, nq: int, c: Reals) -> float:
-    """Onto the constraints, if there are any: the kernel whose address follows the places of the quaternions.
-
-    It takes one Newton step, whose error is the square of the change: one below 1e-8 has reached round-off. The
-    result is the change of the first step, relative to 1 + |value|.
-    """
-    first = 0.0
-    if quaternions[nq] != 0:
-        change, k = 1.0, 0
-        while change > 1e-8 and k < 5:
-            call(quaternions[nq], t, work, row, c, work, ARGUMENT * w)
-            change = 0.0
-            for i in range(quaternions[nq + 1]):
-                new = work[ARGUMENT * w + i]
-                change = greater(change, abs(new - work[row + i]) / (1.0 + abs(new)))
-                work[row + i] = new
-            _normalise(work, row, quaternions, nq)
-            if k == 0:
-                first = change
-            k += 1
-    return first
-
-
-@compiled
-def attempt(rates: int, t: float, h: float, work: Reals, w: int, c: Reals) -> None:
+def attempt(
+    rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int,
+    relative: Reals, absolute: Reals, integers: Integers,
+) -> int:  # fmt: skip
     """One step of length ``h`` from STATE, whose rates are row 0: fills rows 1 to 11, RAW, ERROR5 and ERROR3."""
     a = ARGUMENT * w
     _a1(work, w, ARGUMENT, STATE, h)
@@ -138,10 +57,13 @@ def attempt(rates: int, t: float, h: float, work: Reals, w: int, c: Reals) -> No
     _b(work, w, RAW, STATE, h)
     _e5(work, w, ERROR5, -1, h)
     _e3(work, w, ERROR3, -1, h)
+    return 0
 
 
 @compiled
-def densify(rates: int, t: float, h: float, work: Reals, w: int, c: Reals) -> None:
+def densify(
+    rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int
+) -> None:
     """Rows DENSE to DENSE + 6 of the dense output of the step in ``work``, whose row 12 holds the rates at its end."""
     a = ARGUMENT * w
     _a13(work, w, ARGUMENT, STATE, h)
@@ -163,7 +85,7 @@ def densify(rates: int, t: float, h: float, work: Reals, w: int, c: Reals) -> No
 
 
 @compiled
-def interpolate(x: float, work: Reals, w: int, quaternions: Integers, nq: int) -> None:
+def interpolate(x: float, work: Reals, w: int) -> None:
     """Row POINT: the dense output at the part ``x`` (0 to 1) of the step."""
     z = 1.0 - x
     d = DENSE * w
@@ -172,196 +94,13 @@ def interpolate(x: float, work: Reals, w: int, quaternions: Integers, nq: int) -
         p = work[d + 3 * w + i] + x * (work[d + 4 * w + i] + z * p)
         p = work[d + 1 * w + i] + x * (work[d + 2 * w + i] + z * p)
         work[POINT * w + i] = work[STATE * w + i] + x * (work[d + i] + z * p)
-    _normalise(work, POINT * w, quaternions, nq)
 
 
 @compiled
-def _first_not_finite(work: Reals, w: int, n: int, row: int, rows: int) -> int:
-    """The first component that is not finite in the first of ``rows`` rows that has one, or -1."""
-    for k in range(row, row + rows):
-        for i in range(n):
-            if not math.isfinite(work[k * w + i]):
-                return i
-    return -1
-
-
-@compiled
-def _value(
-    kernel: int, e: int, x: float, t: float, h: float, work: Reals, w: int, c: Reals, quaternions: Integers,
-    nq: int, g: Reals,
-) -> float:  # fmt: skip
-    """Event function ``e`` at the part ``x`` of the step."""
-    interpolate(x, work, w, quaternions, nq)
-    call(kernel, t + x * h, work, POINT * w, c, g, 0)
-    return g[e]
-
-
-@compiled
-def _root(
-    kernel: int, e: int, before: float, after: float, g_before: float, g_after: float, t: float, h: float,
-    work: Reals, w: int, c: Reals, quaternions: Integers, nq: int, g: Reals,
-) -> float:  # fmt: skip
-    """The part of the step where event function ``e`` has just changed its sign (method of Chandrupatla, 1997).
-
-    The bracket is closed to a few units in the last place of the time; its later end is returned, so that a run
-    that is started again there does not find the same event once more.
-    """
-    width = 2.0 * _EPS * greater(1.0, abs(t / h))
-    a, b, ga, gb = after, before, g_after, g_before
-    other, g_other = a, ga
-    part = 0.5
-    for _ in range(100):
-        x = a + part * (b - a)
-        gx = _value(kernel, e, x, t, h, work, w, c, quaternions, nq, g)
-        if gx == 0.0:
-            return x
-        if (gx > 0.0) == (ga > 0.0):
-            other, g_other = a, ga
-        else:
-            other, g_other = b, gb
-            b, gb = a, ga
-        a, ga = x, gx
-        gap = abs(b - a)
-        if gap <= width:
-            break
-        least = 0.5 * width / gap
-        xi = (a - b) / (other - b)
-        phi = (ga - gb) / (g_other - gb)
-        if phi * phi < xi and (1.0 - phi) * (1.0 - phi) < 1.0 - xi:
-            part = ga / (gb - ga) * g_other / (gb - g_other)
-            part += (other - a) / (b - a) * ga / (g_other - ga) * gb / (g_other - gb)
-        else:
-            part = 0.5
-        part = lesser(1.0 - least, greater(least, part))
-    return greater(a, b)
-
-
-@compiled
-def _dip(
-    kernel: int, e: int, x0: float, x1: float, x2: float, g0: float, g1: float, g2: float, t: float,
-    h: float, work: Reals, w: int, c: Reals, quaternions: Integers, nq: int, g: Reals,
-) -> float:  # fmt: skip
-    """Where between ``x0`` and ``x2`` an event function that dips towards zero at ``x1`` reaches it, or -1.
-
-    Parabolas and golden sections close in on the extremum. The search ends as soon as the sign changes, or when
-    the parabola through the three points stays well clear of zero.
-    """
-    sign = 1.0 if g1 > 0.0 else -1.0
-    for _ in range(60):
-        if sign * g1 <= 0.0:
-            return x1
-        if x2 - x0 < 1e-8:
-            break
-        p, q = (x1 - x0) * (g1 - g2), (x1 - x2) * (g1 - g0)
-        curve = p - q
-        x = x1
-        if curve != 0.0:
-            shift = 0.5 * ((x1 - x0) * p - (x1 - x2) * q) / curve
-            x = x1 - shift
-            slope01 = (g1 - g0) / (x1 - x0)
-            second = ((g2 - g1) / (x2 - x1) - slope01) / (x2 - x0)
-            slope = slope01 + second * (x1 - x0)
-            vertex = g1 - shift * slope + second * shift * shift
-            if sign * vertex > 0.5 * sign * g1:
-                break
-        if not (x0 < x < x2) or abs(x - x1) < 1e-3 * (x2 - x0):
-            x = x1 + 0.3 * (x2 - x1) if x2 - x1 > x1 - x0 else x1 - 0.3 * (x1 - x0)
-        gx = _value(kernel, e, x, t, h, work, w, c, quaternions, nq, g)
-        if sign * gx <= sign * g1:
-            if x < x1:
-                x2, g2 = x1, g1
-            else:
-                x0, g0 = x1, g1
-            x1, g1 = x, gx
-        elif x < x1:
-            x0, g0 = x, gx
-        else:
-            x2, g2 = x, gx
-    return -1.0
-
-
-@compiled
-def _note(found: Reals, count: int, x: float, e: int, sign: int, directions: Integers) -> int:
-    """Insert an event of this step, in order of time, if its direction is asked for."""
-    if directions[e] != 0 and directions[e] != sign:
-        return count
-    k = count
-    while k > 0 and found[FOUND * (k - 1)] > x:
-        for j in range(3):
-            found[FOUND * k + j] = found[FOUND * (k - 1) + j]
-        k -= 1
-    found[FOUND * k] = x
-    found[FOUND * k + 1] = e
-    found[FOUND * k + 2] = sign
-    return count + 1
-
-
-@compiled
-def find_events(
-    kernel: int, t: float, h: float, work: Reals, w: int, c: Reals, quaternions: Integers, nq: int, n: int,
-    table: Reals, g: Reals, last: Integers, directions: Integers, found: Reals,
-) -> int:  # fmt: skip
-    """Zeros of the event functions in the step in ``work``; their number, described in ``found`` in order of time.
-
-    Row k of ``table`` holds all ``n`` functions at the k-th point of the step, and the part of the step that the point
-    is at; its first row comes from the step before.
-    ``last`` holds the last sign of each that was not zero, 0 until there is one. A function that arrives at zero is
-    recorded there and not again when it leaves; one that begins at zero is recorded when it leaves.
-    """
-    points, row = PARTS + 2, n + 1
-    for k in range(1, points + 1):
-        if k == points:
-            for i in range(w):
-                work[POINT * w + i] = work[END * w + i]
-            x = 1.0
-        else:
-            x = MARGIN if k == 1 else (1.0 - MARGIN if k == points - 1 else (k - 1.0) / PARTS)
-            interpolate(x, work, w, quaternions, nq)
-        call(kernel, t + x * h, work, POINT * w, c, g, 0)
-        for e in range(n):
-            table[k * row + e] = g[e]
-        table[k * row + n] = x
-    count = 0
-    for e in range(n):
-        for k in range(1, points + 1):
-            a, b = table[(k - 1) * row + e], table[k * row + e]
-            xa, xb = table[(k - 1) * row + n], table[k * row + n]
-            if b == 0.0:
-                if a != 0.0:
-                    count = _note(found, count, xb, e, -1 if a > 0.0 else 1, directions)
-                continue
-            sign = 1 if b > 0.0 else -1
-            if a == 0.0:
-                if last[e] == 0:
-                    count = _note(found, count, xa, e, sign, directions)
-            elif (a > 0.0) != (b > 0.0):
-                x = _root(kernel, e, xa, xb, a, b, t, h, work, w, c, quaternions, nq, g)
-                count = _note(found, count, x, e, sign, directions)
-            elif k > 1:
-                o, xo = table[(k - 2) * row + e], table[(k - 2) * row + n]
-                if o != 0.0 and (o > 0.0) == (a > 0.0) and abs(a) < abs(o) and abs(a) <= abs(b):
-                    x = _dip(kernel, e, xo, xa, xb, o, a, b, t, h, work, w, c, quaternions, nq, g)
-                    if x >= 0.0:
-                        gx = _value(kernel, e, x, t, h, work, w, c, quaternions, nq, g)
-                        if gx == 0.0:
-                            count = _note(found, count, x, e, -sign, directions)
-                        else:
-                            y = _root(kernel, e, xo, x, o, gx, t, h, work, w, c, quaternions, nq, g)
-                            count = _note(found, count, y, e, -sign, directions)
-                            y = _root(kernel, e, x, xb, gx, b, t, h, work, w, c, quaternions, nq, g)
-                            count = _note(found, count, y, e, sign, directions)
-            last[e] = sign
-    for e in range(n):  # the next step begins where this one ends
-        table[e] = table[points * row + e]
-    return count
-
-
-@compiled
-def _judge(
-    n: int, work: Reals, w: int, quaternions: Integers, nq: int, relative: Reals, absolute: Reals,
-    integers: Integers,
-) -> float:  # fmt: skip
-    """Error of the attempted step in units of the tolerance, nan if it is not finite; fills row END."""
+def judge(
+    n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
+) -> float:
+    """Error of the attempted step in units of the tolerance, nan if it is not finite."""
     error5, error3 = 0.0, 0.0
     for i in range(n):
         new = work[RAW * w + i]
@@ -373,289 +112,26 @@ def _judge(
             error5 = one
             integers[BLAME] = i
         error3 = greater(error3, two)
-    for i in range(w):
-        work[END * w + i] = work[RAW * w + i]
-    _normalise(work, END * w, quaternions, nq)
     if error5 == 0.0:
         return 0.0
     return error5 * error5 / root(error5 * error5 + 0.01 * error3 * error3)
 
 
-@compiled
-def _copy(source: Reals, row: int, target: Reals, place: int, n: int) -> None:
-    for i in range(n):
-        target[place + i] = source[row + i]
-
-
-@compiled
-def _part(
-    rates: int, x: float, t: float, h: float, work: Reals, w: int, c: Reals, quaternions: Integers, nq: int,
-    integers: Integers,
-) -> None:  # fmt: skip
-    """Row POINT: the state at the part ``x`` of the step, by a step of its own from the same start."""
-    attempt(rates, t, x * h, work, w, c)
-    integers[EVALUATED] += 11
-    for i in range(w):
-        work[POINT * w + i] = work[RAW * w + i]
-    _normalise(work, POINT * w, quaternions, nq)
-    _project(t + x * h, work, POINT * w, w, quaternions, nq, c)
-
-
-@compiled
-def _refine(
-    rates: int, events: int, e: int, sign: int, x: float, t: float, h: float, work: Reals, w: int, c: Reals,
-    ce: Reals, quaternions: Integers, nq: int, g: Reals, integers: Integers,
-) -> float:  # fmt: skip
-    """An event at the part ``x`` of the step, moved from the zero on the dense output to that on `_part`.
-
-    Newton's method with the slope of the dense output; where that is of no use, in a grazing pass, ``x`` stays.
-    The result lies where the sign has changed, so that a run that starts again there does not find it once more.
-    """
-    d = lesser(1e-4, lesser(x, 1.0 - x))
-    if d <= 0.0:
-        return x
-    high = _value(events, e, x + d, t, h, work, w, ce, quaternions, nq, g)
-    low = _value(events, e, x - d, t, h, work, w, ce, quaternions, nq, g)
-    slope = (high - low) / (2.0 * d)
-    if not sign * slope > 0.0:
-        return x
-    width = 2.0 * _EPS * greater(1.0, abs(t / h))
-    best = x
-    for k in range(16):
-        _part(rates, best, t, h, work, w, c, quaternions, nq, integers)
-        call(events, t + best * h, work, POINT * w, ce, g, 0)
-        shift = -g[e] / slope
-        if k < 6 and abs(shift) > width:
-            if abs(best + shift - x) > 0.02:
-                return x
-            best = lesser(1.0, greater(0.0, best + shift))
-        elif sign * g[e] >= 0.0:
-            return best
-        else:
-            best = lesser(1.0, best + width)
-            width *= 2.0
-    return x
-
-
-@compiled
-def _log_events(
-    rates: int, events: int, count: int, t: float, h: float, after: float, start: float, n: int,
-    work: Reals, w: int, c: Reals, ce: Reals, quaternions: Integers, nq: int, g: Reals, found: Reals,
-    terminal: Integers, event_log: Reals, event_states: Reals, logged: int, integers: Integers,
-) -> float:  # fmt: skip
-    """Copy the events of a step to the log, up to the first terminal one, whose part of the step is returned (or -1).
-
-    Events within 1e-12 of the terminal one happen together with it and are kept. A terminal event at the very start
-    does not stop: a motion could not be started again from it. ``found[3]`` becomes the number that was kept.
-    """
-    for k in range(count):
-        x, e, sign = found[FOUND * k], found[FOUND * k + 1], found[FOUND * k + 2]
-        x = _refine(
-            rates, events, whole(e), whole(sign), x, t, h, work, w, c, ce, quaternions, nq, g, integers
-        )
-        i = k
-        while i > 0 and found[FOUND * (i - 1)] > x:
-            for j in range(3):
-                found[FOUND * i + j] = found[FOUND * (i - 1) + j]
-            i -= 1
-        found[FOUND * i] = x
-        found[FOUND * i + 1] = e
-        found[FOUND * i + 2] = sign
-    stop, latest, kept = -1.0, 2.0, 0
-    for k in range(count):
-        x = found[FOUND * k]
-        if x > latest:
-            break
-        moment, row = after, END * w
-        if x != 1.0:
-            moment, row = t + x * h, POINT * w
-            _part(rates, x, t, h, work, w, c, quaternions, nq, integers)
-        place = logged + k
-        event_log[LOGGED * place] = moment
-        event_log[LOGGED * place + 1] = found[FOUND * k + 1]
-        event_log[LOGGED * place + 2] = found[FOUND * k + 2]
-        _copy(work, row, event_states, place * n, n)
-        kept += 1
-        if stop < 0.0 and terminal[whole(found[FOUND * k + 1])] != 0 and moment != start:
-            stop = x
-            latest = x + 1e-12 * greater(1.0, abs(t / h))
-    if 0.0 <= stop < 1.0:
-        _part(rates, stop, t, h, work, w, c, quaternions, nq, integers)
-        for i in range(w):
-            work[END * w + i] = work[POINT * w + i]
-    found[3] = kept
-    return stop
-
-
-@compiled
-def advance(
-    rates: int, n: int, c: Reals, work: Reals, w: int, quaternions: Integers, nq: int, relative: Reals,
-    absolute: Reals, reals: Reals, integers: Integers, room: int, times: Reals, lengths: Reals,
-    states: Reals, events: int, m: int, ce: Reals, directions: Integers, terminal: Integers, last: Integers,
-    table: Reals, g: Reals, found: Reals, event_log: Reals, event_states: Reals,
-) -> int:  # fmt: skip
-    """Step until the end, a terminal event, a failure, or until the buffers are full.
-
-    Parameters
-    ----------
-    rates, n, c          address of the kernel, number of components, constants of the kernel
-    work, w              rows of length ``w``; row STATE holds y, row 0 its rates
-    quaternions, nq      places of the unit quaternions in y, and their number; two more entries hold the address of
-                         the kernel that moves a state onto the constraints, or 0, and the number of its outputs
-    relative, absolute   tolerance of each component
-    reals, integers      what is carried from call to call (`layout`)
-    room                 number of steps the buffers hold, and of events besides those of the last step
-    times, lengths, states   buffers: time, length and state at the start of each accepted step
-    events, m, ce        address of the event functions, their number, which may be 0, and constants
-    directions, terminal what is asked of each
-    last, table, g, found    room for the search (`find_events`)
-    event_log, event_states  buffers: (time, number, sign) and state of each event
-
-    Returns
-    -------
-    int                  RUNNING, FINISHED, TERMINAL, NOT_FINITE or COLLAPSED
-    """
-    t, h, old = reals[TIME], reals[STEP], reals[OLD_ERROR]
-    until, longest = reals[UNTIL], reals[MAX_STEP]
-    direction = 1.0 if until >= t else -1.0
-    accepted, logged, full = 0, 0, False
-    integers[ACCEPTED] = integers[EVENTS] = 0
-    status = RUNNING
-    allowed = 0.0
-    for i in range(n):
-        allowed = greater(allowed, 1e3 * relative[i])
-    while accepted < room and not full:
-        if abs(h) > longest:
-            h = direction * longest
-        ends = (t + 1.01 * h - until) * direction >= 0.0
-        if ends:
-            h = until - t
-        elif abs(h) <= 8.0 * _EPS * abs(t) or abs(h) < _TINY:
-            status = COLLAPSED
-            break
-        attempt(rates, t, h, work, w, c)
-        integers[EVALUATED] += 11
-        error = _judge(n, work, w, quaternions, nq, relative, absolute, integers)
-        after = until if ends else t + h
-        if error <= 1.0 and not _project(after, work, END * w, w, quaternions, nq, c) <= allowed:
-            error = 1e3  # not the error of a step, but another branch: the constraints end here, or bend too sharply
-        if error <= 1.0:  # also the rates at the end must be numbers: a state without rates is no state
-            call(rates, after, work, END * w, c, work, 12 * w)
-            integers[EVALUATED] += 1
-            if _first_not_finite(work, w, n, 12, 1) >= 0:
-                error = math.nan
-        if not error <= 1.0:
-            integers[REJECTED] += 1
-            integers[AFTER_REJECTION] = 1
-            if error == error:
-                h *= greater(_SMALLEST, _SAFETY / error ** (0.125 - 0.2 * _BETA))
-                continue
-            integers[BLAME] = _first_not_finite(work, w, n, 1, 12)
-            if integers[BLAME] < 0:
-                integers[BLAME] = _first_not_finite(work, w, n, RAW, 3)
-            h *= 0.25
-            if abs(h) <= 16.0 * _EPS * abs(t) or abs(h) < _TINY:
-                status = NOT_FINITE
-                break
-            continue
-
-        times[accepted] = t
-        lengths[accepted] = h
-        _copy(work, STATE * w, states, accepted * n, n)
-        accepted += 1
-        if m > 0:
-            densify(rates, t, h, work, w, c)
-            integers[EVALUATED] += 3
-            count = find_events(
-                events, t, h, work, w, ce, quaternions, nq, m, table, g, last, directions, found
-            )
-            stop = _log_events(
-                rates, events, count, t, h, after, reals[START], n, work, w, c, ce, quaternions, nq, g, found,
-                terminal, event_log, event_states, logged, integers,
-            )  # fmt: skip
-            logged += whole(found[3])
-            full = logged > room
-            if stop >= 0.0:
-                status = TERMINAL
-                after = after if stop == 1.0 else t + stop * h
-        t = after
-        for i in range(w):
-            work[STATE * w + i] = work[END * w + i]
-            work[i] = work[12 * w + i]
-        if status == TERMINAL:
-            break
-        if ends:
-            status = FINISHED
-            break
-        factor = _GREATEST
-        if error > 0.0:
-            factor = _SAFETY * old**_BETA / error ** (0.125 - 0.2 * _BETA)
-            factor = lesser(_GREATEST, greater(_SMALLEST, factor))
-        if integers[AFTER_REJECTION] != 0:
-            factor = lesser(1.0, factor)
-            integers[AFTER_REJECTION] = 0
-        h *= factor
-        old = greater(error, 1e-4)
-    reals[TIME], reals[STEP], reals[OLD_ERROR] = t, h, old
-    integers[ACCEPTED], integers[EVENTS] = accepted, logged
-    return status
-
-
-@compiled
-def sample(
-    rates: int, n: int, c: Reals, work: Reals, w: int, quaternions: Integers, nq: int, steps: int,
-    times: Reals, lengths: Reals, states: Reals, dense: int, count: int, wanted: Reals, result: Reals,
-) -> None:  # fmt: skip
-    """States at the times ``wanted``, each within the run.
-
-    With ``dense`` 0 each is the end of a shorter step from the start of the step it lies in; otherwise it is taken
-    from the dense output, which is faster where many lie in one step and come in the order of the run.
-    """
-    direction = 1.0 if times[steps] >= times[0] else -1.0
-    current = -1
-    for k in range(count):
-        t = wanted[k]
-        low, high = 0, steps  # times[low] <= t < times[high], in the direction of the run
-        if current >= 0 and (t - times[current]) * direction >= 0.0 > (t - times[current + 1]) * direction:
-            low, high = current, current + 1
-        while high - low > 1:
-            middle = (low + high) // 2
-            if (t - times[middle]) * direction >= 0.0:
-                low = middle
-            else:
-                high = middle
-        if t == times[low] or t == times[high]:
-            row = low if t == times[low] else high
-            _copy(states, row * n, result, k * n, n)
-            continue
-        start, h = times[low], lengths[low]
-        fresh = low != current
-        if fresh:
-            current = low
-            _copy(states, low * n, work, STATE * w, n)
-            call(rates, start, work, STATE * w, c, work, 0)
-        x = (t - start) / h
-        if dense == 0 or fresh:
-            attempt(rates, start, h if dense != 0 else x * h, work, w, c)
-            for i in range(w):
-                work[POINT * w + i] = work[RAW * w + i]
-            _normalise(work, POINT * w, quaternions, nq)
-            _project(start + h if dense != 0 else t, work, POINT * w, w, quaternions, nq, c)
-        if dense != 0:
-            if fresh:
-                call(rates, start + h, work, POINT * w, c, work, 12 * w)
-                densify(rates, start, h, work, w, c)
-            interpolate(x, work, w, quaternions, nq)
-        _copy(work, POINT * w, result, k * n, n)
-
-
-@compiled
-def observe(
-    kernel: int, count: int, times: Reals, states: Reals, n: int, c: Reals, result: Reals, outputs: int,
-) -> None:  # fmt: skip
-    """Row k of ``result`` (length ``outputs``): what ``kernel`` gives at ``times[k]`` and row k of ``states``."""
-    for k in range(count):
-        call(kernel, times[k], states, k * n, c, result, k * outputs)
-
-
-FUNCTIONS = {name: value for name, value in globals().items() if isinstance(value, Compiled)}
+_BETA = 0.04
+FUNCTIONS = stepping.functions(
+    {
+        "EXPONENT": 0.125 - 0.2 * _BETA,
+        "BETA": _BETA,
+        "COST": 11,
+        "COST_DENSE": 3,
+        "LAST": 11,
+        "LIMIT": 6.1,
+        "prepare": nothing_to_prepare,
+        "attempt": attempt,
+        "judge": judge,
+        "densify": densify,
+        "interpolate": interpolate,
+        "hold": nothing_to_keep,
+        "accept": nothing_to_keep,
+    }
+)

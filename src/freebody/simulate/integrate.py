@@ -17,9 +17,11 @@ from numpy.typing import ArrayLike
 from . import layout, loop
 from .path import (
     COLLAPSED,
+    DIVERGED,
     FINISHED,
     INTERRUPTED,
     NOT_FINITE,
+    STIFF,
     TERMINAL,
     TOO_MANY_STEPS,
     Array,
@@ -35,6 +37,8 @@ _STATUS = {
     layout.TERMINAL: TERMINAL,
     layout.NOT_FINITE: NOT_FINITE,
     layout.COLLAPSED: COLLAPSED,
+    layout.DIVERGED: DIVERGED,
+    layout.STIFF: STIFF,
 }
 _PIECE = 0.1  # seconds between two looks at the keyboard
 _MEMORY = 1 << 25  # bytes of one buffer at most
@@ -65,6 +69,9 @@ def integrate(
     first_step: float | None = None,
     max_steps: int | None = None,
     between: Callable[[float], None] | None = None,
+    method: str = "dop853",
+    step: float | None = None,
+    until_stiff: bool = False,
 ) -> Path:
     """The path from ``state`` at ``start`` to ``until`` (earlier than ``start``: backwards in time).
 
@@ -80,7 +87,11 @@ def integrate(
     max_steps            stop after so many accepted steps
     between              called with the reached time between two pieces of the run; KeyboardInterrupt, from it or
                          from the keyboard, ends the run and keeps what was computed
+    method               "dop853", "dop54", "radau", "gauss" or "structure" (`loop.SOURCES`)
+    step                 length of all steps, whatever their error; made a little shorter, so that a whole number fits
+    until_stiff          stop, with the status STIFF, where an explicit method is limited by stability and far from done
     """
+    loop.use(method)
     y, start, until = np.array(state, dtype=float), float(start), float(until)
     for i in rates.quaternions:
         y[i : i + 4] /= np.linalg.norm(y[i : i + 4])
@@ -95,12 +106,19 @@ def integrate(
     if longest == 0 or not np.isfinite(f).all():
         wrong = np.flatnonzero(~np.isfinite(f))
         status, blame = (NOT_FINITE, int(wrong[0])) if wrong.size else (FINISHED, 0)
-        return Path(rates, np.array([start]), np.empty(0), y[None], (), status, blame, 0, 1)
+        return Path(
+            rates, np.array([start]), np.empty(0), y[None], (), status, blame, 0, 1, method, rtol, atol
+        )
     direction = 1.0 if until >= start else -1.0
-    if first_step is None:
-        first_step = _first_step(at, start, direction, longest, y, f, atol + rtol * np.abs(y))
+    if step is not None:
+        first_step = abs(until - start) / math.ceil(abs(until - start) / min(step, longest) * (1 - 1e-12))
+    elif first_step is None:
+        first_step = _first_step(
+            at, start, direction, longest, y, f, atol + rtol * np.abs(y), layout.ORDERS[method]
+        )
 
-    run = _Run(rates, watch, y, f, rtol, atol)
+    run = _Run(rates, watch, y, f, rtol, atol, method)
+    run.integers[layout.ASKED], run.integers[layout.FIXED] = until_stiff, step is not None
     run.reals[layout.TIME] = run.reals[layout.START] = start
     run.reals[layout.UNTIL], run.reals[layout.MAX_STEP] = until, max_step
     run.reals[layout.STEP], run.reals[layout.OLD_ERROR] = direction * min(first_step, longest), 1e-4
@@ -139,6 +157,10 @@ def integrate(
         int(run.integers[layout.BLAME]),
         int(run.integers[layout.REJECTED]),
         int(run.integers[layout.EVALUATED]) + 2,
+        method,
+        rtol,
+        atol,
+        int(run.integers[layout.STIFFNESS]),
     )
 
 
@@ -146,13 +168,20 @@ class _Run:
     """The arrays that the compiled loop works on, from one piece to the next."""
 
     def __init__(
-        self, rates: Rates, watch: Watch | None, y: Array, f: Array, relative: Array, absolute: Array
+        self,
+        rates: Rates,
+        watch: Watch | None,
+        y: Array,
+        f: Array,
+        relative: Array,
+        absolute: Array,
+        method: str,
     ) -> None:
         n, width = rates.size, layout.padded(rates.size)
-        self.n = n
+        self.n, self.method = n, method
         self.reals = np.zeros(layout.REALS)
         self.integers = np.zeros(layout.INTEGERS, dtype=np.int64)
-        work = np.zeros(layout.ROWS * width)
+        work = np.zeros(layout.rows(method, n) * width)
         self.state = work[layout.STATE * width :][:n]
         self.state[:] = y
         work[:n] = f
@@ -187,7 +216,7 @@ class _Run:
             size = room + len(self.events[-1])
             log, where = np.empty((size, layout.LOGGED)), np.empty((size, self.n))
             events = (*self.events, log, where)
-        code = loop.advance(*self.fixed, room, times, lengths, states, *events)
+        code = loop.advance(self.method, *self.fixed, room, times, lengths, states, *events)
         crossings = [
             Crossing(float(log[k, 0]), int(log[k, 1]), int(log[k, 2]), where[k].copy())
             for k in range(self.integers[layout.EVENTS])
@@ -205,6 +234,7 @@ def _first_step(
     y: Array,
     f: Array,
     scale: Array,
+    order: int,
 ) -> float:
     """A length for the first step (Hairer, Norsett, Wanner, section II.4)."""
     size, slope = float(np.max(np.abs(y) / scale)), float(np.max(np.abs(f) / scale))
@@ -213,5 +243,5 @@ def _first_step(
     if not math.isfinite(curve):
         return guess
     steepest = max(slope, curve)
-    other = max(1e-6, guess * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1 / 8)
+    other = max(1e-6, guess * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1 / order)
     return min(100 * guess, other, longest)

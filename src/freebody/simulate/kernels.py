@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compile.kernels import compile_tape
+from ..compile.looped import LoopedSet, is_large
 from ..describe.constraint import Rolling
 from ..describe.system import System
 from ..dynamics import (
@@ -107,6 +108,16 @@ class Kernels:
             self._programs[key] = Program(compiled)
         return self._programs[key]
 
+    def _large(self) -> Program | None:
+        """The looped kernels of a large tree."""
+        if "large" not in self._programs:
+            if not is_large(self.model):
+                return None
+            looped = LoopedSet(self.model)
+            self._work = looped.works
+            self._programs["large"] = Program(looped)
+        return self._programs["large"]
+
     def motion(self) -> Program:
         """Functions ``rates``, ``energy`` (kinetic, potential) and, of a constrained model, ``projection`` and
         ``dropped`` (residual and rate of the conditions that were redundant at the start)."""
@@ -127,7 +138,7 @@ class Kernels:
             self._names_dropped = tuple(left)
             return {**found, "dropped": [x for pair in left.values() for x in pair]} if left else found
 
-        return self._program("motion", functions)
+        return self._large() or self._program("motion", functions)
 
     @property
     def dropped(self) -> tuple[str, ...]:
@@ -166,7 +177,7 @@ class Kernels:
                 ]
             }
 
-        return self._program("poses", functions)
+        return self._large() or self._program("poses", functions)
 
     @property
     def transmitting(self) -> list[tuple[str, str, str]]:

@@ -8,18 +8,31 @@ from __future__ import annotations
 WIDTH = 8
 """Numbers in a register of 512 bits; narrower machines split it. Rows of the work array are whole registers."""
 
-# rows of the work array, each as long as the padded state; rows 0 to 15 hold the stages
+# rows of the work array, each as long as the padded state; rows 0 to 15 hold the stages (of an implicit method only
+# row 0 and row 12, the rates at the start and at the end), and from ROWS on a method has rows of its own
 STATE, ARGUMENT, RAW, ERROR5, ERROR3, DENSE, POINT, END, ROWS = 16, 17, 18, 19, 20, 21, 28, 29, 30
 
 # what `advance` reports
-RUNNING, FINISHED, TERMINAL, NOT_FINITE, COLLAPSED = 0, 1, 2, 3, 4
+RUNNING, FINISHED, TERMINAL, NOT_FINITE, COLLAPSED, DIVERGED, STIFF = 0, 1, 2, 3, 4, 5, 6
 
 # places in the array of real numbers that `advance` carries from one call to the next
 TIME, STEP, OLD_ERROR, UNTIL, MAX_STEP, START = 0, 1, 2, 3, 4, 5
 REALS = 6
 # places in its array of integers: counts, and the component that is to blame for a stop
 ACCEPTED, REJECTED, EVALUATED, EVENTS, BLAME, AFTER_REJECTION = 0, 1, 2, 3, 4, 5
-INTEGERS = 6
+# steps of the whole run; steps that the region of stability may have limited, and calm ones in a row; steps found
+# stiff; whether to stop there; whether all steps have one length
+TAKEN, SUSPECT, CALM, STIFFNESS, ASKED, FIXED = 6, 7, 8, 9, 10, 11
+INTEGERS = 12
+
+ORDERS = {"dop853": 8, "dop54": 5, "radau": 5, "gauss": 16, "structure": 6}
+
+MANY = 10_000
+"""Steps that a stiff run would still take, from which on it is worth stopping: an implicit method is then faster."""
+
+# places after the quaternions in what a loop is told of the kernels: projection, number of its outputs, and a second
+# program of the method: the place of its constants among those of the rates, and its kernels
+PROJECTION, PROJECTED, CONSTANTS, KERNELS = 0, 1, 2, 3
 
 PARTS = 8  # of a step at which event functions are looked at, besides one point close to either end
 MARGIN = 0.001  # distance of those two points from the ends, as a part of the step: they show the slope there
@@ -40,3 +53,8 @@ def most_events(m: int) -> int:
     """Of ``m`` event functions in one step: between two points each is recorded at most twice, and each point can
     be a zero."""
     return 3 * (PARTS + 2) * m
+
+
+def rows(method: str, n: int) -> int:
+    """Rows of the work array of a method for ``n`` components."""
+    return ROWS + {"radau": 4 * n + 24, "gauss": 38, "structure": 60}.get(method, 0)

@@ -1,8 +1,8 @@
 """The compiled loop as functions of arrays: its machine code, from the disk or from numba.
 
-numba compiles the loop (`dop853`) once. What LLVM makes of it stands alone, so it is kept with the kernels
-(`compile.cache`) under the hash of its source and of what compiles it; later processes load it as they load a kernel,
-and never import numba.
+numba compiles the loop of a method (`stepping`, with `dop853` or another) once, when a run first asks for it. What LLVM
+makes of it stands alone, so it is kept with the kernels (`compile.cache`) under the hash of its source and of what
+compiles it; later processes load it as they load a kernel, and never import numba.
 
 Machine code that would need more than the libraries of C is not kept: then numba, which can supply what is missing,
 compiles the loop in each process.
@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import importlib
 import importlib.util
 import re
 import threading
@@ -26,7 +27,15 @@ import numpy as np
 from ..compile import cache as disk
 from ..compile import native
 
-SOURCES = ("loop.py", "dop853.py", "machine.py", "tableau.py", "layout.py")
+SHARED = ("loop.py", "stepping.py", "machine.py", "layout.py")
+SOURCES = {
+    "dop853": ("dop853.py", "tableau.py"),
+    "dop54": ("dop54.py",),
+    "radau": ("radau.py",),
+    "gauss": ("gauss.py", "collocation.py"),
+    "structure": ("structure.py", "collocation.py"),
+}
+"""Modules that a method is made of, besides the shared ones."""
 CALLED = ("advance", "sample", "observe")
 LIBRARIES = frozenset(
     ("pow", "exp", "exp2", "log", "log2", "fma", "floor", "ceil", "memcpy", "memset", "memmove")
@@ -74,30 +83,29 @@ def _passed(value: Any, kind: str) -> int | None:
     return int(value.ctypes.data)
 
 
-def loop() -> Loop:
-    """The machine code of this process."""
+def loop(method: str = "dop853") -> Loop:
+    """The machine code of this process for a method."""
     with _ONE:  # two threads would make two, of which one is unloaded while it runs
-        return _loop()
+        return _loop(method)
 
 
 @cache
-def _loop() -> Loop:
-    key = _key()
+def _loop(method: str = "dop853") -> Loop:
+    key = _key(method)
     found = disk.load(key)
     loaded = None if found is None else _loaded(*found)
     if loaded is not None:
         return Loop(*loaded, True)
-    from .dop853 import FUNCTIONS
-
-    alone = _standalone(FUNCTIONS)
+    compiled = importlib.import_module(f".{method}", __package__).FUNCTIONS
+    alone = _standalone(compiled)
     loaded = None if alone is None else _loaded(*alone)
     if alone is None or loaded is None:  # numba holds what the code needs besides
-        called = {name: FUNCTIONS[name] for name in CALLED}
+        called = {name: compiled[name] for name in CALLED}
         functions = {
             name: Function(int(made.code.address), made.arguments, made.result)
             for name, made in called.items()
         }
-        return Loop(functions, FUNCTIONS, False)
+        return Loop(functions, compiled, False)
     disk.store(key, *alone)
     return Loop(*loaded, False)
 
@@ -124,7 +132,8 @@ def _loaded(header: dict[str, Any], code: bytes) -> tuple[dict[str, Function], n
 def _standalone(compiled: Mapping[str, Any]) -> tuple[dict[str, Any], bytes] | None:
     """Header and object code of numba's functions; None if they need numba or Python to run."""
     context = llvm.create_context()
-    modules = [llvm.parse_assembly(f.code.inspect_llvm(), context=context) for f in compiled.values()]
+    once = {id(f): f for f in compiled.values()}  # a method may use one function in two places
+    modules = [llvm.parse_assembly(f.code.inspect_llvm(), context=context) for f in once.values()]
     for module in modules[1:]:
         modules[0].link_in(module)
     text = str(modules[0])
@@ -153,11 +162,11 @@ def outside(text: str) -> list[str]:
     return sorted(names)
 
 
-def _key() -> str:
+def _key(method: str = "dop853") -> str:
     """Hash of the source of the loop and of what compiles it."""
-    digest = hashlib.sha256(f"loop {disk.VERSION} {native.version()}\n".encode())
+    digest = hashlib.sha256(f"loop {method} {disk.VERSION} {native.version()}\n".encode())
     here = Path(__file__).parent
-    for name in SOURCES:
+    for name in (*SHARED, *SOURCES[method]):
         digest.update((here / name).read_bytes())
     # numba's version without an import of numba, which takes longer than a run
     numba = importlib.util.find_spec("numba")
@@ -167,16 +176,26 @@ def _key() -> str:
     return digest.hexdigest()
 
 
-def advance(*arguments: Any) -> int:
-    """`dop853.advance`: steps until something happens or the buffers are full."""
-    return int(loop().functions["advance"](*arguments))
+def advance(method: str, *arguments: Any) -> int:
+    """`stepping.advance`: steps until something happens or the buffers are full."""
+    return int(loop(method).functions["advance"](*arguments))
 
 
-def sample(*arguments: Any) -> None:
-    """`dop853.sample`: states at given times."""
-    loop().functions["sample"](*arguments)
+def sample(method: str, *arguments: Any) -> None:
+    """`stepping.sample`: states at given times."""
+    loop(method).functions["sample"](*arguments)
+
+
+_used: list[str] = []
+"""The method whose code is in this process, if any: all have `observe`."""
 
 
 def observe(*arguments: Any) -> None:
-    """`dop853.observe`: outputs of a kernel at given states."""
-    loop().functions["observe"](*arguments)
+    """`stepping.observe`: outputs of a kernel at given states."""
+    loop(_used[0] if _used else "dop853").functions["observe"](*arguments)
+
+
+def use(method: str) -> None:
+    """Load a method before anything else is called."""
+    loop(method)
+    _used[:] = [method]

@@ -100,6 +100,18 @@ def call(typing: Any, address: Any, t: Any, y: Any, i: Any, c: Any, out: Any, j:
     return signature, write
 
 
+@intrinsic
+def shifted(typing: Any, p: Any, k: Any) -> Any:
+    """The pointer to ``p[k]``."""
+    del typing, k
+
+    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        del context, signature
+        return builder.gep(arguments[0], [arguments[1]])
+
+    return p(p, types.int64), write
+
+
 def linear(row: Mapping[int, float]) -> Any:
     """Compiled ``(work, n, target, base, h)``: row ``target`` of ``work`` becomes base + h Σ_j row[j] work[j].
 

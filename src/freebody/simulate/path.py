@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import loop
-from .layout import ROWS, padded
+from .layout import INTEGERS, padded, rows
 
 Array = NDArray[np.float64]
 
@@ -18,6 +18,8 @@ TERMINAL = "terminal event"
 NOT_FINITE = "not finite"
 COLLAPSED = "step collapsed"
 TOO_MANY_STEPS = "too many steps"
+DIVERGED = "iteration diverged"
+STIFF = "stiff"
 INTERRUPTED = "interrupted"
 
 
@@ -32,6 +34,9 @@ class Rates:
     ``keep``         whatever owns the machine code
     ``projection``   address of the kernel that moves a state onto the constraints, with the same constants, or 0
     ``projected``    number of its outputs: the first components of y
+    ``others``       addresses of what else a method needs (`radau`: f'(y) v of (y, v); `structure`: Hamilton's
+                     equations)
+    ``others_constants``  place of their constants among ``constants``
     """
 
     address: int
@@ -41,11 +46,14 @@ class Rates:
     keep: Any = None
     projection: int = 0
     projected: int = 0
+    others: tuple[int, ...] = ()
+    others_constants: int = 0
 
     @property
     def corrections(self) -> NDArray[np.int64]:
         """What the compiled loop is told of the corrections of a state."""
-        return np.array([*self.quaternions, self.projection, self.projected], dtype=np.int64)
+        kernels = (self.projection, self.projected, self.others_constants, *self.others)
+        return np.array([*self.quaternions, *kernels], dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -78,7 +86,8 @@ class Path:
 
     ``times`` (m + 1) and ``states`` (m + 1, n) hold the starts of the m steps and the end of the run; ``lengths`` (m)
     are the steps the integrator took (the last may reach beyond a terminal event). ``blame`` is the component that
-    stopped a failed run.
+    stopped a failed run. ``method``, ``relative`` and ``absolute`` are those the steps were taken with; ``stiff``
+    counts the steps whose length the stability of an explicit method limited.
     """
 
     rates: Rates
@@ -90,6 +99,10 @@ class Path:
     blame: int
     rejected: int
     evaluations: int
+    method: str = "dop853"
+    relative: Array | None = None
+    absolute: Array | None = None
+    stiff: int = 0
 
     @property
     def start(self) -> float:
@@ -124,10 +137,11 @@ class Path:
         result = np.empty((wanted.size, self.rates.size))
         n, width = self.rates.size, padded(self.rates.size)
         quaternions = self.rates.corrections
+        relative, absolute = (np.ones(n) if x is None else x for x in (self.relative, self.absolute))
         loop.sample(
-            self.rates.address, n, self.rates.constants, np.zeros(ROWS * width), width, quaternions,
-            len(self.rates.quaternions), self.steps, self.times, self.lengths, self.states, int(dense), wanted.size,
-            wanted, result,
+            self.method, self.rates.address, n, self.rates.constants, np.zeros(rows(self.method, n) * width), width,
+            quaternions, len(self.rates.quaternions), self.steps, self.times, self.lengths, self.states, int(dense),
+            wanted.size, wanted, result, relative, absolute, np.zeros(INTEGERS, dtype=np.int64),
         )  # fmt: skip
         return result
 

@@ -22,13 +22,12 @@ from . import path as runs
 from .closing import check_redundant, closed_start
 from .event import expressions_of, specs_of
 from .initial import initial_state, number
-from .integrate import integrate
 from .kernels import Kernels, kernels_of
+from .methods import check_method, run
 from .path import Path, Rates, Watch, observe
 from .progress import Progress
 from .trajectory import Trajectory
 
-METHODS = ("auto", "dop853")
 FINEST = 1e-15
 """Smallest tolerance that can be asked for: below it, double precision has no digits."""
 
@@ -49,6 +48,7 @@ def simulate(
     start: Any = 0,
     max_step: float | None = None,
     max_steps: int | None = None,
+    step: float | None = None,
     progress: bool | Callable[[float], Any] | None = None,
 ) -> Trajectory:
     """The motion of a machine from an initial state.
@@ -77,8 +77,10 @@ def simulate(
         rest).
     events : list, optional
         :func:`freebody.event`, or bare expressions, that are located where they pass through zero.
-    method : {"auto", "dop853"}
-        Both stand for the explicit method of order 8 of Dormand and Prince with step control.
+    method : {"auto", "dop853", "dop54", "radau", "gauss", "structure"}
+        How steps are made: explicit of order 8 or 5, implicit of order 5 for stiff machines, order 16 for tolerances
+        down to round-off, symplectic in steps of one length. "auto" is "dop853", and "radau" where that turns out
+        to be stiff. The page on integrators tells them apart.
     times : array, optional
         Output times, within the run; those after a terminal event are left out.
     samples : int, optional
@@ -89,6 +91,9 @@ def simulate(
         Longest step [s]: for loads that act so briefly that a step could jump over them.
     max_steps : int, optional
         Stop with an error after so many steps.
+    step : float, optional
+        Length of all steps [s], whatever their error: asked for by ``method="structure"``, possible with all but
+        "auto".
     progress : bool or function, optional
         Whether to show a progress bar once a second has passed (on a terminal, if not given). A function is
         called several times a second with the part of the run that is done.
@@ -116,8 +121,7 @@ def simulate(
     >>> motion
     Trajectory of 'pendulum': t = 0 to 10 s, 1 coordinate, 9 events, finished
     """
-    if method not in METHODS:
-        raise SimulationError(f"Unknown method {method!r}; {nearest(str(method), METHODS)}")
+    check_method(method, step)
     kernels = kernels_of(s)
     model = kernels.model
     numbers = model.values(values)
@@ -165,7 +169,11 @@ def simulate(
         energy = float(np.max(np.abs(first)))
         absolute[-1] *= energy if 0 < energy < math.inf else 1.0
     with Progress(begin, end, progress) as between:
-        path = integrate(
+        path = run(
+            kernels,
+            parameters,
+            method,
+            step,
             rates,
             state,
             begin,
@@ -178,7 +186,7 @@ def simulate(
             between=between,
         )
     trajectory = Trajectory(kernels, numbers, path, specs, tolerances, wanted, samples)
-    if path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.TOO_MANY_STEPS):
+    if path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.DIVERGED, runs.TOO_MANY_STEPS):
         raise _failure(trajectory, path, kernels, end)
     if model.constraints:
         check_redundant(kernels, program, path)
@@ -276,11 +284,20 @@ def _failure(trajectory: Trajectory, path: Path, kernels: Kernels, end: float) -
         )
         if kernels.model.constraints:
             what += " So do constraints that end: bars that come into line, points of a rope that meet."
+        if path.method in ("dop853", "dop54"):
+            what += ' If a spring or damper is very stiff, method="radau" follows it.'
+    elif path.status == runs.DIVERGED:
+        what = (
+            f"the step from t = {path.end:.9g} s is too long for its iteration to converge. A smaller step= converges; "
+            'where a spring is very stiff, method="radau" with a tolerance is the better choice.'
+        )
     else:
         what = (
             f"max_steps = {path.steps} steps reached only t = {path.end:.9g} s of {end:g} s; '{name}' "
             "asked for the smallest steps. Raise max_steps, or loosen the tolerance."
         )
+        if path.stiff:
+            what += ' The machine is stiff: method="radau" takes long steps.'
     state = ", ".join(f"{n} = {x:.9g}" for n, x in zip(kernels.names[:12], path.states[-1], strict=False))
     more = ", ..." if len(kernels.names) > 12 else ""
     error = SimulationError(

@@ -1,0 +1,112 @@
+"""Choosing a method, and what each needs of the model.
+
+    dop853      explicit, order 8(5,3), step control: smooth motions at tolerances of 1e-5 to 1e-13
+    dop54       explicit, order 5(4), step control: coarse tolerances
+    radau       implicit, order 5, step control: stiff machines
+    gauss       Gauss collocation, order 16, step control, compensated sums: tolerances down to 1e-15
+    structure   symplectic Gauss collocation, order 6, steps of one length: long runs without drift of the energy
+    auto        gauss for tolerances below 1e-14, else dop853, which gives way to radau where stability and not accuracy
+                makes its steps short
+
+Only what a run asks for is loaded or compiled.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import SimulationError, nearest
+from .integrate import integrate
+from .kernels import Kernels
+from .path import STIFF, Path, Rates
+
+METHODS = ("auto", "dop853", "dop54", "radau", "gauss", "structure")
+
+
+_FINE = 1e-14
+"""Tolerances below it are left to compensated sums."""
+
+
+def check_method(method: Any, step: Any) -> None:
+    """Whether there is such a method, and whether it takes steps of a given length."""
+    if method not in METHODS:
+        raise SimulationError(f"Unknown method {method!r}; {nearest(str(method), METHODS)}")
+    if step is None:
+        if method == "structure":
+            raise SimulationError(
+                'Expected the length of a step for method="structure", got none. Its steps have one length: pass '
+                "step=, such as a fiftieth of the shortest period."
+            )
+        return
+    if isinstance(step, bool) or not isinstance(step, int | float | np.floating) or not 0 < step < math.inf:
+        raise SimulationError(f"Expected a length of steps greater than 0 s, got step={step!r}.")
+    if method == "auto":
+        raise SimulationError(
+            f'Expected a method for steps of one length, got step={step!r} with method="auto". Name one '
+            '("structure" keeps the energy), or give a tolerance in place of step=.'
+        )
+
+
+def run(
+    kernels: Kernels, parameters: NDArray[np.float64], method: str, step: float | None, rates: Rates, *arguments: Any,
+    **options: Any,
+) -> Path:  # fmt: skip
+    """`integrate` by a method."""
+    if method != "auto":
+        return integrate(
+            _equipped(kernels, parameters, method, rates), *arguments, method=method, step=step, **options
+        )
+    if np.min(options["relative"]) < _FINE:
+        return integrate(rates, *arguments, method="gauss", **options)
+    path = integrate(rates, *arguments, until_stiff=True, **options)
+    if path.status != STIFF:
+        return path
+    # from the start again: a path is of one method, and the little that was done tells nothing
+    return integrate(_equipped(kernels, parameters, "radau", rates), *arguments, method="radau", **options)
+
+
+def _equipped(kernels: Kernels, parameters: NDArray[np.float64], method: str, rates: Rates) -> Rates:
+    """The rates with the other kernels that a method calls."""
+    if method == "radau":
+        from .others import tangent
+
+        program = tangent(kernels)
+        others: tuple[int, ...] = (program.address("tangent"),)
+    elif method == "structure":
+        from .others import hamilton
+
+        _check_hamiltonian(kernels)
+        program = hamilton(kernels)
+        others = (
+            program.address("hamilton"), program.address("momenta"), program.address("speeds"), kernels.model.n_q,
+        )  # fmt: skip
+    else:
+        return rates
+    constants = program.constants(parameters)
+    return replace(
+        rates,
+        constants=np.concatenate([rates.constants, constants]),
+        keep=(rates.keep, program),
+        others=others,
+        others_constants=rates.constants.size,
+    )
+
+
+def _check_hamiltonian(kernels: Kernels) -> None:
+    """Whether the motion has a structure to preserve, in coordinates that are free."""
+    model = kernels.model
+    if model.constraints:
+        raise SimulationError(
+            f"Expected a machine without constraints for method=\"structure\", but '{model.name}' has "
+            f'{", ".join(map(repr, model.constraints))}. Use method="gauss", which projects onto them.'
+        )
+    if kernels.works:
+        raise SimulationError(
+            f"Expected a machine whose energy is constant for method=\"structure\", but on '{model.name}' loads "
+            'without potential or drives do work. Leave them out, or use method="gauss".'
+        )

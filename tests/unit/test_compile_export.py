@@ -1,0 +1,177 @@
+"""Exported programs against the kernels of the same trace, on random states."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+import freebody as fb
+from freebody.compile.export import identifier
+from freebody.compile.products import PRODUCTS, product_named
+from freebody.errors import ModelError
+from freebody.testing import random_system
+
+SYSTEM = random_system(5, bodies=4, driven=True)
+NAMES = (
+    *(name for name in PRODUCTS if name != "derivatives"),
+    "forward_dynamics_by_q",
+    "mass_matrix_by_displacement",
+)
+
+
+@pytest.fixture(scope="module")
+def program():
+    s = random_system(5, bodies=4, driven=True)
+    m = s.parameters("extra")
+    s.force("extra", s.bodies["b1"].point(0, 1, 0), (m, 0, "atan2(extra, 2) + abs(extra) + min(extra, t)"))
+    return fb.compile(s)
+
+
+def states(program, count, seed=0):
+    """Inputs by name; quaternions need not be of unit length."""
+    random = np.random.default_rng(seed)
+    model = program.model
+    sizes = {"q": model.n_q, "u": model.n_u, "udot": model.n_u, "forces": model.n_u}
+    given = {name: random.uniform(-1, 1, (count, n)) for name, n in sizes.items()}
+    return given, random.uniform(0, 1, count), random.uniform(0.5, 1, (count, len(model.parameters)))
+
+
+def expected(program, name, given, t, p):
+    kernel = program.kernel(name)
+    product = product_named(program.model, name)
+    keys = [parameter.name for parameter in program.model.parameters]
+    rows = []
+    for k in range(len(t)):
+        c = program.constants(name, dict(zip(keys, p[k], strict=True)))
+        rows.append(kernel(t[k], np.concatenate([given[x][k] for x in product.inputs]), c))
+    return product.inputs, np.array(rows).reshape(len(t), *product.shape(program.model))
+
+
+def agree(found, wanted):
+    """To round-off: of the largest entry, since terms cancel."""
+    assert found.shape == wanted.shape
+    assert np.abs(found - wanted).max(initial=0) <= 1e-12 * max(1.0, np.abs(wanted).max(initial=0))
+
+
+def test_c_with_gcc(program, tmp_path):
+    gcc = shutil.which("gcc") or shutil.which("cc")
+    if gcc is None:
+        pytest.skip("no C compiler")
+    exported = program.to_c(*NAMES, name="machine")
+    source, header = exported.write(tmp_path)
+    assert (source.name, header.name) == ("machine.c", "machine.h")
+    flags = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC"]
+    subprocess.run([gcc, *flags, str(source), "-o", str(tmp_path / "m.so"), "-lm"], check=True)
+    library = ctypes.CDLL(str(tmp_path / "m.so"))
+    given, t, p = states(program, 3)
+    for name in NAMES:
+        inputs, wanted = expected(program, name, given, t, p)
+        function = getattr(library, f"machine_{name}")
+        function.restype = None
+        found = np.full_like(wanted, np.nan)
+        for k in range(len(t)):
+            arrays = [given[x][k].ctypes.data_as(ctypes.c_void_p) for x in (*inputs,)]
+            out = found[k : k + 1].ctypes.data_as(ctypes.c_void_p)
+            function(ctypes.c_double(t[k]), *arrays, p[k].ctypes.data_as(ctypes.c_void_p), out)
+        agree(found, wanted)
+    defaults = (ctypes.c_double * len(program.model.parameters)).in_dll(library, "machine_parameters")
+    assert np.isnan(defaults[len(defaults) - 1])  # `extra` has none
+
+
+def test_numpy(program, tmp_path):
+    exported = program.to_numpy(*NAMES)
+    assert tuple(exported) == NAMES
+    given, t, p = states(program, 5)
+    for name in NAMES:
+        inputs, wanted = expected(program, name, given, t, p)
+        agree(exported[name](*(given[x] for x in inputs), t, p), wanted)
+        agree(np.asarray(exported[name](*(given[x][0] for x in inputs), t[0], p[0])), wanted[0])
+    with pytest.raises(ValueError, match="no default value: extra"):
+        exported["mass_matrix"](given["q"])
+    (path,) = exported.write(tmp_path / "new")
+    space = {}
+    exec(path.read_text(), space)
+    agree(space["bias"](given["q"], given["u"], t, p), expected(program, "bias", given, t, p)[1])
+    assert "freebody" not in exported.source.split('"""')[2]
+    with pytest.raises(KeyError):
+        exported["poke"]
+
+
+def test_jax(program):
+    jax = pytest.importorskip("jax")
+    before = jax.config.jax_enable_x64
+    jax.config.update("jax_enable_x64", True)
+    try:
+        exported = program.to_jax("forward_dynamics", "mass_matrix", "kinetic_energy")
+        given, t, p = states(program, 3)
+        for name in exported:
+            inputs, wanted = expected(program, name, given, t, p)
+            agree(np.asarray(exported[name](*(given[x] for x in inputs), t, p)), wanted)
+        # JAX's own derivative of the export is the derivative of the trace
+        found = jax.jacfwd(exported["forward_dynamics"])(given["q"][0], given["u"][0], t[0], p[0])
+        agree(np.asarray(found), expected(program, "forward_dynamics_by_q", given, t, p)[1][0])
+    finally:
+        jax.config.update("jax_enable_x64", before)
+
+
+def test_casadi(program):
+    casadi = pytest.importorskip("casadi")
+    exported = program.to_casadi("forward_dynamics", "mass_matrix", "kinetic_energy", "reactions")
+    given, t, p = states(program, 3)
+    for name, function in exported.items():
+        inputs, wanted = expected(program, name, given, t, p)
+        for k in range(len(t)):
+            found = np.array(function(*(given[x][k] for x in inputs), t[k], p[k]))
+            agree(found.reshape(wanted[k].shape), wanted[k])
+    f = exported["forward_dynamics"]
+    q, u = casadi.SX.sym("q", program.model.n_q), casadi.SX.sym("u", program.model.n_u)
+    J = casadi.Function("J", [q, u], [casadi.jacobian(f(q, u, t[0], p[0]), q)])
+    agree(
+        np.array(J(given["q"][0], given["u"][0])),
+        expected(program, "forward_dynamics_by_q", given, t, p)[1][0],
+    )
+
+
+def test_all_products_by_default():
+    s = fb.System("2 masses")
+    s.gravity = (0, 0, -9.81)
+    s.slider("guide", s.ground, s.body("block", fb.particle(2)), axis="z", coordinate="z")
+    exported = fb.compile(s).to_c()
+    assert exported.name == "_2_masses"
+    assert exported.header.count("\nvoid ") == len(PRODUCTS) - 1
+    assert set(fb.compile(s).to_numpy()) == set(PRODUCTS) - {"derivatives"}
+    assert (
+        fb.compile(s).to_numpy("forward_dynamics")["forward_dynamics"](np.zeros((4, 1)), [0.0]).tolist()
+        == [[-9.81]] * 4
+    )
+
+
+def test_names():
+    assert [identifier(x) for x in ("a b", "", "while", "double", "é")] == [
+        "a_b",
+        "model",
+        "_while",
+        "_double",
+        "model",
+    ]
+
+
+def test_wrong_requests(program, tmp_path, monkeypatch):
+    with pytest.raises(ModelError, match="Unknown product 'forward'"):
+        program.to_c("forward")
+    with pytest.raises(
+        ModelError, match=r"derivative by one of q, u, displacement, t, parameters, extra, got 'w'"
+    ):
+        program.to_numpy("forward_dynamics_by_w")
+    with pytest.raises(ModelError, match="identifier of C, got 'a b'"):
+        program.to_c("bias", name="a b")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ModelError, match="is a file"):
+        program.to_c("potential_energy").write(tmp_path / "file")
+    monkeypatch.setitem(__import__("sys").modules, "casadi", None)
+    with pytest.raises(ModelError, match=r"pip install freebody\[casadi\]"):
+        program.to_casadi("bias")

@@ -1,0 +1,180 @@
+"""Large trees: the looped path against the straight one, on machines of all joints and loads."""
+
+from __future__ import annotations
+
+import gc
+
+import numpy as np
+import pytest
+
+import freebody as fb
+from freebody import dynamics
+from freebody.compile import link_step, looped
+from freebody.compile.looped import LoopedSet
+from freebody.dynamics.motion import motion, total_power
+from freebody.testing import random_chain, random_state, random_system
+
+
+def reference(model, q, u, t, values=None):
+    """The same functions on floats."""
+    s = dynamics.float_state(model, q, u, t, values)
+    moving = motion(model, s)
+    power = [total_power(model, s, moving)]
+    poses = dynamics.poses(model, s)
+    return {
+        "accelerations": moving.udot,
+        "rates": [*dynamics.coordinate_rates(model, s), *moving.udot, *power],
+        "energy": [dynamics.kinetic_energy(model, s), dynamics.potential_energy(model, s)],
+        "kinetic_energy": [dynamics.kinetic_energy(model, s)],
+        "potential_energy": [dynamics.potential_energy(model, s)],
+        "poses": [x for b in model.bodies for x in (*poses[b].position, *np.ravel(poses[b].rotation))],
+        "postures": [x for b in model.bodies for x in (*np.ravel(poses[b].rotation), *poses[b].position)],
+    }
+
+
+def compare(model, kernels, q, u, t, values=None):
+    """To round-off, times the condition of the mass matrix where it is inverted."""
+    c = kernels.constants([model.values(values)[p.name] for p in model.parameters])
+    s = dynamics.float_state(model, q, u, t, values)
+    condition = np.linalg.cond(np.array(dynamics.mass_matrix(model, s), dtype=float)) if model.n_u else 1
+    for name, expected in reference(model, q, u, t, values).items():
+        found = kernels[name](t, [*q, *u][: kernels[name].state], c)
+        expected = np.array(expected, dtype=float)[: len(found)]
+        error = np.abs(found - expected).max() / max(1.0, np.abs(expected).max())
+        inverted = name in ("accelerations", "rates")
+        assert error <= 2e-15 * len(model.links) * (condition if inverted else 1), name
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_machines(seed):
+    model = fb.assemble(random_system(seed, bodies=6, driven=seed % 2 == 0))
+    assert looped.applies(model)
+    kernels = LoopedSet(model)
+    for k in range(2):
+        compare(model, kernels, *random_state(model, 10 * seed + k), 0.4)
+
+
+def described():
+    """Parameters, absolute angles, a driven hinge, springs at points and a screw."""
+    s = fb.System("described")
+    m, L, g, k = s.parameters(m=1.2, L=0.7, g=9.0, k=3.0)
+    s.gravity = (0, "-g", 0)
+    a, b = s.coordinates("a b")
+    one, two = s.body("one", fb.slender_bar(m, L, axis="y")), s.body("two", fb.box(2 * m, (L, L / 2, L / 3)))
+    three, four = s.body("three", fb.disk(m, L, axis="x")), s.body("four", fb.particle(m))
+    s.hinge("A", s.ground, one, to=(0, L / 2, 0), axis="z", coordinate=a)
+    s.hinge("B", one, two, at=(0, -L / 2, 0), axis="z", coordinate=b - a)
+    s.hinge("C", two, three, at=(0, 0, L), axis="x", coordinate="sin(3*t)")
+    thread = s.screw("D", three, four, axis=(0, 3, 4), pitch=0.1, coordinate="z")
+    s.spring("S", thread, stiffness=k)
+    s.spring("rope", s.ground.point(0, 1, 0), four.point(0, L, 0), stiffness=k, rest=L)
+    s.damper("dash", one.point(1, 0, 0), three.point(0, 1, 0), damping=0.3)
+    s.generalized_force(b, "k*sin(a) - b'")
+    return s
+
+
+def test_expressions_of_all_kinds():
+    model = fb.assemble(described())
+    kernels = LoopedSet(model)
+    assert kernels.works
+    for values in (None, {"m": 2.5, "L": 0.4, "k": 0.0}):
+        compare(model, kernels, [0.3, -0.4, 0.2], [1.0, 0.5, -0.7], 0.8, values)
+
+
+def test_what_can_not_be_looped_over():
+    s = fb.System("sum")
+    p, q = s.coordinates("p q")
+    body = s.body("x", fb.particle(1))
+    other = s.body("y", fb.particle(1))
+    s.slider("X", s.ground, body, axis="x", coordinate="p + q")
+    s.slider("Y", s.ground, other, axis="x", coordinate="p - q")
+    assert not looped.applies(fb.assemble(s))
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Every tree counts as large."""
+    monkeypatch.setattr(looped, "BODIES", 1)
+
+
+def test_program_switches_by_itself(monkeypatch):
+    s = described()
+    straight = fb.compile(s)
+    random = np.random.default_rng(2)
+    N = 300
+    Q, U, t, m = (
+        random.normal(size=(N, 3)),
+        random.normal(size=(N, 3)),
+        random.uniform(size=N),
+        random.uniform(1, 2, N),
+    )
+    calls = {
+        "forward_dynamics": (Q, U, t), "kinetic_energy": (Q, U, t), "potential_energy": (Q, t), "mass_matrix": (Q, t),
+    }  # fmt: skip
+    expected = {name: getattr(straight, name)(*given, m=m) for name, given in calls.items()}
+    poses = straight.poses(Q, t, m=m)
+    monkeypatch.setattr(looped, "BODIES", 1)
+    program, threaded = fb.compile(s), fb.compile(s, threads=2)
+    for name, given in calls.items():
+        found = getattr(program, name)(*given, m=m)
+        assert found == pytest.approx(expected[name], rel=1e-11, abs=1e-11)
+        assert np.array_equal(found, getattr(threaded, name)(*given, m=m))
+        assert np.array_equal(found[3], getattr(program, name)(*(x[3] for x in given), m=m[3]))
+    for name, posture in program.poses(Q, t, m=m).items():
+        assert posture.rotation == pytest.approx(poses[name].rotation, abs=1e-13)
+        assert posture.position == pytest.approx(poses[name].position, abs=1e-13)
+    assert program.forward_dynamics(Q[0], U[0], forces=[0, 0, 0]) == pytest.approx(
+        program.forward_dynamics(Q[0], U[0]), rel=1e-11
+    )
+    assert program.describe("forward_dynamics").startswith("forward_dynamics: ")
+
+
+def test_simulation_switches_by_itself(monkeypatch):
+    def run():
+        s = random_system(2, bodies=5, joints=("ball", "hinge", "slider"), driven=True)
+        return fb.simulate(s, until=0.5, tolerance=1e-10)
+
+    straight = run()
+    monkeypatch.setattr(looped, "BODIES", 1)
+    loops = run()
+    assert "large" in loops.kernels._programs
+    assert loops.states[-1] == pytest.approx(straight.states[-1], rel=1e-7, abs=1e-7)
+    last = straight.kernels.model.bodies.keys()
+    assert set(last) == {f"b{i}" for i in range(5)}
+
+
+def test_a_chain_of_two_hundred_bodies():
+    model = fb.assemble(random_chain(1, 200))
+    assert looped.is_large(model)
+    q, u = random_state(model, 0)
+    u = [x / 10 for x in u]
+    found = fb.compile(model).forward_dynamics(q, u)
+    s = dynamics.float_state(model, q, u)
+    expected = np.array(dynamics.forward_dynamics(model, s))
+    assert np.abs(found - expected).max() <= 1e-9 * np.abs(expected).max()
+    # Newton-Euler of these accelerations leaves no force
+    left = np.array(dynamics.inverse_dynamics(model, s, list(found)))
+    scale = np.abs(np.array(dynamics.bias(model, s))).max()
+    assert np.abs(left).max() <= 1e-9 * scale
+
+
+def test_a_kernel_keeps_what_it_needs(small):
+    """Tables and steps live as long as any kernel that uses them."""
+    s = described()
+    program = fb.compile(s)
+    kernel, c = program.kernel("forward_dynamics"), program.constants("forward_dynamics")
+    expected = kernel(0.8, [0.3, -0.4, 0.2, 1.0, 0.5, -0.7], c)
+    del program
+    link_step.compiled_step.cache_clear()
+    gc.collect()
+    assert np.array_equal(kernel(0.8, [0.3, -0.4, 0.2, 1.0, 0.5, -0.7], c), expected)
+
+
+def test_welded_bodies_have_no_state(small):
+    s = fb.System("post")
+    s.gravity = (0, 0, -10)
+    s.weld("weld", s.ground, s.body("post", fb.particle(2)), at=(1, 2, 3))
+    program = fb.compile(s)
+    assert program.forward_dynamics([], []).shape == (0,)
+    assert program.poses([])["post"].position.tolist() == [1, 2, 3]
+    assert program.potential_energy([]) == 60
