@@ -1,8 +1,8 @@
 """Systems that can be run by name: ``freebody run gyroscope``, or
 
     >>> from freebody.gallery import entries
-    >>> entries()["sec-6-9"].name
-    'gyroscope'
+    >>> entries()["gyroscope"].name
+    'sec-6-9'
 
 Each module describes its machine through the public API and lets the library derive every answer.
 """
@@ -11,9 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from .answer import Answer, Check
 from .entry import Entry, Outcome
 
-__all__ = ["Entry", "Outcome", "entries"]
+__all__ = ["Answer", "Check", "Entry", "Outcome", "entries"]
 
 
 class Gallery(Mapping[str, Entry]):
@@ -35,6 +36,11 @@ class Gallery(Mapping[str, Entry]):
     def __len__(self) -> int:
         return len(self._listed)
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All names that are found, aliases too."""
+        return tuple(self._found)
+
 
 def entries() -> Gallery:
     """All entries, by name or alias."""
@@ -52,6 +58,6 @@ def entries() -> Gallery:
     from .whipple_bicycle import WHIPPLE_BICYCLE
 
     return Gallery(
-        GYROSCOPE, TORQUE_FREE, HINGED_BAR, CART_AND_BAR, DOUBLE_PENDULUM, TUMBLING_BODY, ROLLING_DISK, FOUR_BAR,
+        HINGED_BAR, CART_AND_BAR, TORQUE_FREE, GYROSCOPE, DOUBLE_PENDULUM, TUMBLING_BODY, ROLLING_DISK, FOUR_BAR,
         SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
     )  # fmt: skip
