@@ -50,14 +50,17 @@ def entries() -> Gallery:
     from .four_bar import FOUR_BAR
     from .gyroscope import GYROSCOPE
     from .hinged_bar import HINGED_BAR
+    from .nutation import NUTATION
+    from .projectile import PROJECTILE
     from .rolling_disk import ROLLING_DISK
     from .slider_crank import SLIDER_CRANK
+    from .struck_gyroscope import STRUCK_GYROSCOPE
     from .torque_free import TORQUE_FREE
     from .tumbling_body import TUMBLING_BODY
     from .two_gears import TWO_GEARS
     from .whipple_bicycle import WHIPPLE_BICYCLE
 
     return Gallery(
-        HINGED_BAR, CART_AND_BAR, TORQUE_FREE, GYROSCOPE, DOUBLE_PENDULUM, TUMBLING_BODY, ROLLING_DISK, FOUR_BAR,
-        SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
+        HINGED_BAR, CART_AND_BAR, TORQUE_FREE, GYROSCOPE, NUTATION, DOUBLE_PENDULUM, PROJECTILE, STRUCK_GYROSCOPE,
+        TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
     )  # fmt: skip

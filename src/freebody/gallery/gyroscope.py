@@ -6,7 +6,6 @@ spin along the shaft, Omega_zeta = phi' + psi' cos(theta), is constant.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import sympy
@@ -16,6 +15,7 @@ import freebody as fb
 from .answer import Answer, Answers, Check, Plots, Solved, same
 from .case import Case, explain, happened, mass_properties, states
 from .entry import Entry
+from .precession import between, least_spin, steady_rates
 
 RELEASE = {"theta": "theta_0", "phi'": "Omega_zeta"}  # from rest: theta' = psi' = 0
 EVENTS = [
@@ -24,11 +24,11 @@ EVENTS = [
 ]
 
 
-def build(axis: str = "ZXZ", angles: str = "psi theta phi") -> fb.System:
-    """The gyroscope in Euler angles, or in another sequence of angles."""
-    s = fb.System("gyroscope")
+def top(name: str, axis: str = "ZXZ", angles: str = "psi theta phi") -> fb.System:
+    """A gyroscope in Euler angles, or in another sequence of angles, with the parameters that its systems share."""
+    s = fb.System(name)
     m, R, L, g = s.parameters(m=1.2, R=0.06, L=0.1, g=9.81)
-    s.parameters(theta_0="60deg", theta_low="120deg", Omega_zeta=300.0, t_1=0.4)
+    s.parameters(theta_0="60deg", Omega_zeta=300.0)
     s.assume(L > 0, g > 0)
     s.gravity = (0, 0, -g)
     rotor = s.body("rotor", fb.disk(m, R))
@@ -40,52 +40,17 @@ def build(axis: str = "ZXZ", angles: str = "psi theta phi") -> fb.System:
         L="m: distance of the disk's centre from the pivot",
         g="m/s²: gravity",
         theta_0="rad: angle of steady precession, and of the release",
-        theta_low="rad: second angle of steady precession",
         Omega_zeta="rad/s: total spin along the shaft",
-        t_1="s: time to answer for",
     )
     return s
 
 
-def steady_balance(case: Case) -> tuple[Any, ...]:
-    """Coefficients of 1, w, w² in the balance of theta when theta and psi' = w stay as they are."""
-    w = sympy.Symbol("w")
-    state = {"theta'": 0, "theta''": 0, "psi''": 0, "phi''": 0, "psi'": w}
-    spin = case.system.expression("Omega_zeta - psi'*cos(theta)")
-    balance = case.equations.motion[1]
-    steady = case.put(balance.lhs - balance.rhs, {**state, "phi'": spin.xreplace({case.atoms["psi'"]: w})})
-    return tuple(sympy.Poly(steady, w).coeff_monomial(w**k) for k in range(3))
-
-
-def steady_rates(case: Case, theta: str, ending: str = "") -> Answers:
-    """Fast and slow steady precession at the angle of that name.
-
-    The roots of A w² + B w + C are q/A and C/q with q = -(B ± sqrt(B² - 4 A C))/2, the sign that of B, so that the
-    slow one keeps its digits.
-    """
-    C, B, A = (case.put(c, {"theta": theta}) / sympy.sin(case.atoms[theta]) for c in steady_balance(case))
-    sign = -1 if case.number(B) < 0 else 1
-    q = -(B + sign * sympy.sqrt(B**2 - 4 * A * C)) / 2
-    how = "equation of motion of theta at constant theta and psi'"
-    there = case.number(B) ** 2 >= 4 * case.number(A) * case.number(C) and case.number(q) != 0
-    found: Answers = {}
-    for kind, rate in (("fast", q / A), ("slow", C / q)):
-        question = f"{kind} steady precession rate psi' at {theta}"
-        key = f"psi'_{kind}{ending}"
-        if not there:
-            found[key] = Answer(question, "none: spin too small", "", None, how)
-        elif kind == "fast" and case.number(A) == 0:
-            found[key] = Answer(question, "infinite: the shaft is horizontal", "", None, how)
-        else:
-            found[key] = case.formula(question, rate, "rad/s", how)
-    return found
-
-
-def least_spin(case: Case) -> Any:
-    """Smallest spin with a steady precession at theta_0, where B² = 4 A C; B is a multiple of the spin."""
-    C, B, A = (case.put(c, {"theta": "theta_0"}) for c in steady_balance(case))
-    slope = B.diff(case.atoms["Omega_zeta"])
-    return sympy.sqrt(sympy.cancel(4 * A * C / slope**2)) if case.number(A * C) > 0 else sympy.Integer(0)
+def build(axis: str = "ZXZ", angles: str = "psi theta phi") -> fb.System:
+    """The gyroscope in Euler angles, or in another sequence of angles."""
+    s = top("gyroscope", axis, angles)
+    s.parameters(theta_low="120deg", t_1=0.4)
+    explain(s, theta_low="rad: second angle of steady precession", t_1="s: time to answer for")
+    return s
 
 
 def sleeping_spin(case: Case) -> Any:
@@ -107,15 +72,6 @@ def sleeping_spin(case: Case) -> Any:
     a, b, c = (poly.coeff_monomial(s**k) for k in (4, 2, 0))
     b2, b0 = (sympy.Poly(b, Omega).coeff_monomial(Omega**k) for k in (2, 0))
     return sympy.sqrt((2 * sympy.sqrt(sympy.factor(a * c)) - b0) / b2)
-
-
-def between(case: Case, name: str = "theta_0") -> None:
-    """Refuse a vertical shaft, where psi and phi are one angle."""
-    if not 0 < case[name] < math.pi:
-        raise fb.errors.ModelError(
-            f"Expected {name} between 0 and pi, got {case[name]:g}: there the shaft is vertical and "
-            "psi and phi are one angle."
-        )
 
 
 def moments(case: Case) -> tuple[Any, Any]:
