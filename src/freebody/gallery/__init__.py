@@ -46,21 +46,29 @@ def entries() -> Gallery:
     """All entries, by name or alias."""
     from .block_and_tackle import BLOCK_AND_TACKLE
     from .cart_and_bar import CART_AND_BAR
+    from .cylinder_on_shaft import CYLINDER_ON_SHAFT
     from .double_pendulum import DOUBLE_PENDULUM
+    from .dumbbell import DUMBBELL
     from .four_bar import FOUR_BAR
     from .gyroscope import GYROSCOPE
     from .hinged_bar import HINGED_BAR
+    from .motorcycle import MOTORCYCLE
     from .nutation import NUTATION
     from .projectile import PROJECTILE
     from .rolling_disk import ROLLING_DISK
+    from .satellite import SATELLITE
     from .slider_crank import SLIDER_CRANK
     from .struck_gyroscope import STRUCK_GYROSCOPE
+    from .tilted_disk import TILTED_DISK
     from .torque_free import TORQUE_FREE
     from .tumbling_body import TUMBLING_BODY
+    from .turboprop import TURBOPROP
     from .two_gears import TWO_GEARS
     from .whipple_bicycle import WHIPPLE_BICYCLE
 
     return Gallery(
-        HINGED_BAR, CART_AND_BAR, TORQUE_FREE, GYROSCOPE, NUTATION, DOUBLE_PENDULUM, PROJECTILE, STRUCK_GYROSCOPE,
+        HINGED_BAR, CART_AND_BAR,
+        TILTED_DISK, TORQUE_FREE, GYROSCOPE, NUTATION,
+        DUMBBELL, CYLINDER_ON_SHAFT, DOUBLE_PENDULUM, SATELLITE, MOTORCYCLE, TURBOPROP, PROJECTILE, STRUCK_GYROSCOPE,
         TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
     )  # fmt: skip

@@ -46,16 +46,15 @@ SLENDER = {"I_1": "I_1b", "I_3": "I_3b"}
 EARTH = {"I_1": 1, "I_3": "1 + earth_ratio"}
 
 
-def rate_in_body(case: Case, w_3: str) -> Any:
+def rate_in_body(case: Case, w_3: Any) -> Any:
     """Omega of w_x' = -Omega w_y, read off the first equation of motion [rad per unit of time of ``w_3``]."""
     e = case.equations
     return case.put(e.bias[0].diff(case.atoms["C_wy"]), {"C_wz": w_3}) / e.mass_matrix[0, 0]
 
 
-def at_start(case: Case) -> tuple[Any, Any, Any]:
-    """Axis 3, omega and H at t = 0, where body axes and ground axes are the same."""
-    atoms = case.atoms
-    begun = {"C_wx": atoms["w_1"], "C_wy": 0, "C_wz": atoms["w_3"]}
+def at_start(case: Case, w: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
+    """Axis 3, omega and H at t = 0, where body axes and ground axes are the same; ``w`` is omega then."""
+    begun = {f"C_w{axis}": x for axis, x in zip("xyz", w, strict=True)}
     upright = dict(zip(case.equations.model.coordinate_names, (1, 0, 0, 0), strict=True))
     H = case.put(case.equations.momentum.angular(), {**begun, **upright})
     return sympy.Matrix([0, 0, 1]), sympy.Matrix([begun[f"C_w{axis}"] for axis in "xyz"]), H
@@ -67,14 +66,21 @@ def angle(a: Any, b: Any) -> Any:
     return sympy.atan2(sympy.sqrt(across.dot(across)), a.dot(b))
 
 
-def answer(case: Case, label: str, body: dict[str, Any]) -> Answers:
-    """What is asked of one body, at its state at t_1; ``body`` holds its moments of inertia."""
-    axis, w, H = at_start(case)
+def answer(
+    case: Case, begun: tuple[Any, Any, Any], ending: str = "", label: str = "", body: dict[str, Any] | None = None
+) -> Answers:
+    """What is asked of one body that starts with the angular velocity ``begun``, and its state at t_1.
+
+    ``ending`` of the keys and ``label`` of the questions tell several cases apart; ``body`` holds moments of inertia.
+    """
+    axis, w, H = at_start(case, begun)
+    body = body or {}
     # axis 3 moves with the velocity w x axis; about H it turns at the rate of its swept angle
     across = H.cross(axis)
     precession = H.dot(axis.cross(w.cross(axis))) * sympy.sqrt(H.dot(H)) / across.dot(across)
     there = case.having(**{name: case.number(case.system.expression(value)) for name, value in body.items()})
-    at = there.simulate_to([case["t_1"]], initial=START)
+    start = {f"C_w{axis}": there.number(x) for axis, x in zip("xyz", begun, strict=True)}
+    at = there.simulate_to([case["t_1"]], initial=start)
     seen = at.poses["body"].rotation[0]
     turned = tuple(float(at[f"C_w{axis}"][0]) for axis in "xyz")
 
@@ -83,24 +89,24 @@ def answer(case: Case, label: str, body: dict[str, Any]) -> Answers:
 
     by_momentum = "fb.equations(s).momentum.angular() at t = 0"
     return {
-        f"Omega_{label}": case.formula(
-            f"({label}) rate at which omega turns about axis 3 in the body, + from axis 1 to axis 2",
-            put(rate_in_body(case, "w_3")), "rad/s", "equation of motion of w_1",
+        f"Omega{ending}": case.formula(
+            f"{label}rate at which omega turns about axis 3 in the body, + from axis 1 to axis 2",
+            put(rate_in_body(case, w[2])), "rad/s", "equation of motion of w_1",
         ),
-        f"alpha_{label}": case.formula(
-            f"({label}) angle between axis 3 and H", put(angle(axis, H)), "rad", by_momentum
+        f"alpha{ending}": case.formula(
+            f"{label}angle between axis 3 and H", put(angle(axis, H)), "rad", by_momentum
         ),
-        f"beta_{label}": case.formula(
-            f"({label}) angle between axis 3 and omega", put(angle(axis, w)), "rad", "omega at t = 0"
+        f"beta{ending}": case.formula(
+            f"{label}angle between axis 3 and omega", put(angle(axis, w)), "rad", "omega at t = 0"
         ),
-        f"precession_{label}": case.formula(
-            f"({label}) rate of precession of axis 3 about H", put(precession), "rad/s", by_momentum
+        f"precession{ending}": case.formula(
+            f"{label}rate of precession of axis 3 about H", put(precession), "rad/s", by_momentum
         ),
-        f"omega_{label}(t_1)": Answer(
-            f"({label}) omega in body axes at t_1", turned, "rad/s", how="fb.simulate"
+        f"omega{ending}(t_1)": Answer(
+            f"{label}omega in body axes at t_1", turned, "rad/s", how="fb.simulate"
         ),
-        f"axis_{label}(t_1)": Answer(
-            f"({label}) axis 3 in ground axes at t_1", tuple(seen[:, 2].tolist()), "1", how="fb.simulate"
+        f"axis{ending}(t_1)": Answer(
+            f"{label}axis 3 in ground axes at t_1", tuple(seen[:, 2].tolist()), "1", how="fb.simulate"
         ),
     }  # fmt: skip
 
@@ -116,7 +122,8 @@ def solve(case: Case) -> Solved:
     from ..picture.sphere import axis_path
 
     slender = case.having(I_1=case["I_1b"], I_3=case["I_3b"])
-    answers = answer(case, "a", {}) | answer(case, "b", SLENDER)
+    begun = (case.atoms["w_1"], sympy.Integer(0), case.atoms["w_3"])
+    answers = answer(case, begun, "_a", "(a) ") | answer(case, begun, "_b", "(b) ", SLENDER)
     # Omega in revolutions per day, as the spin is given
     answers["period_c"] = case.formula(
         "(c) period of the wobble of the earth",
