@@ -118,6 +118,7 @@ def test_formulas_speak_of_the_parameters(name: str) -> None:
             assert not left, (key, left)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_every_parameter_counts(name: str) -> None:
     """Another value of any parameter changes an answer."""
@@ -158,36 +159,6 @@ def test_plots(name: str, tmp_path: Path) -> None:
 # -- each against the closed form -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "changed",
-    [{}, {"theta_0": math.radians(75), "Omega_zeta": 250.0, "t_1": 0.9}, {"m": 0.7, "R": 0.08, "L": 0.05, "g": 3.7}],
-    ids=["defaults", "another release", "another top"],
-)  # fmt: skip
-def test_gyroscope(changed: dict[str, float]) -> None:
-    found = GALLERY["gyroscope"].run(changed)
-    p = found.trajectory.values
-    I = exact.gyroscope_moments(p["m"], p["R"], p["L"])  # noqa: E741
-    mgL = p["m"] * p["g"] * p["L"]
-    answers = values(found.answers)
-    close(answers["I_xi"], I[0], ALGEBRA)
-    close(answers["I_zeta"], I[1], ALGEBRA)
-    for angle, ending in (("theta_0", ""), ("theta_low", "(theta_low)")):
-        fast, slow = exact.steady_precession(*I, mgL, p[angle], p["Omega_zeta"])
-        close(answers[f"psi'_fast{ending}"], fast, ALGEBRA)
-        close(answers[f"psi'_slow{ending}"], slow, ALGEBRA)
-    least = exact.least_spin(*I, mgL, p["theta_0"])
-    close(answers["Omega_min"], least, ALGEBRA)
-    close(answers["Omega_sleeping"], exact.sleeping_spin(*I, mgL), ALGEBRA)
-
-    motion = exact.top_from_rest(*I, mgL, p["theta_0"], p["Omega_zeta"], p["t_1"])
-    close(answers["theta_max"], motion.theta_max, MOTION)
-    close(answers["period"], motion.period, MOTION)
-    close(answers["theta(t_1)"], motion.theta, MOTION)
-    close(answers["psi(t_1)"], motion.psi, MOTION)
-    close(answers["theta'(t_1)"], motion.theta_rate, MOTION)
-    close(answers["psi'(t_1)"], motion.psi_rate, MOTION)
-
-
 def test_gyroscope_below_the_smallest_spin() -> None:
     answers = values(GALLERY["gyroscope"].run({"Omega_zeta": 40.0}).answers)
     assert answers["psi'_fast"] == answers["psi'_slow"] == "none: spin too small"
@@ -208,49 +179,6 @@ def test_gyroscope_steady_rates_stay_steady() -> None:
         start = {"theta": "theta_0", "psi'": rate, "phi'": f"Omega_zeta - ({rate!r})*cos(theta_0)"}
         motion = fb.simulate(system, 1, initial=start, tolerance=1e-12)
         assert np.ptp(motion["theta"]) < 1e-10
-
-
-@pytest.mark.parametrize("case", ["a", "b"])
-def test_torque_free(case: str) -> None:
-    p = outcome("torque-free").trajectory.values
-    answers = values(outcome("torque-free").answers)
-    I_1, I_3 = (p["I_1"], p["I_3"]) if case == "a" else (p["I_1b"], p["I_3b"])
-    motion = exact.torque_free_symmetric(I_1, I_3, p["w_1"], p["w_3"], p["t_1"])
-    close(answers[f"Omega_{case}"], motion.rate, ALGEBRA)
-    close(answers[f"alpha_{case}"], motion.alpha, MOTION)
-    close(answers[f"beta_{case}"], motion.beta, MOTION)
-    close(answers[f"precession_{case}"], motion.precession_rate, MOTION)
-    close(answers[f"omega_{case}(t_1)"], motion.omega, MOTION)
-    close(answers[f"axis_{case}(t_1)"], motion.attitude[:, 2], MOTION)
-
-
-def test_wobble_of_the_earth() -> None:
-    earth = exact.torque_free_symmetric(1.0, 1.0033, 0.0, 2 * math.pi)
-    close(values(outcome("torque-free").answers)["period_c"], 2 * math.pi / earth.rate, 1e-12)
-
-
-def test_hinged_bar() -> None:
-    answers = list(values(outcome("ex-6-2").answers).values())
-    bar = exact.hinged_bar(3.0, 1.5)
-    # clockwise is positive there
-    close(answers[:2], (-bar.alpha, bar.reaction_start), ALGEBRA)
-    close(answers[2:], (-bar.omega_vertical, bar.reaction_vertical, bar.energy_vertical), MOTION)
-
-
-def test_cart_and_bar() -> None:
-    answers = values(outcome("ex-6-5").answers)
-
-    def rates(t: float, y: np.ndarray) -> Any:
-        motion = exact.cart_and_bar(*y)
-        return [y[2], y[3], motion.x_acceleration, motion.theta_acceleration]
-
-    solution = solve_ivp(rates, (0, 2), [0, 0, 0, 0], "DOP853", [1, 2], rtol=1e-12, atol=1e-13)
-    for y, label in zip(solution.y.T, ("t_1", "t_2"), strict=True):
-        close([answers[f"{name}({label})"] for name in ("x", "theta", "x'", "theta'")], y, MOTION)
-        forces = exact.cart_and_bar(*y)
-        close([answers[f"F_{axis}({label})"] for axis in "xy"], forces.hinge, 10 * MOTION)
-        close(answers[f"f({label})"], forces.ground, 10 * MOTION)
-    assert answers["equation_x"] == "(M + m)*x'' + m*a*(theta''*cos(theta) - theta'^2*sin(theta)) + k*x = F"
 
 
 def test_double_pendulum() -> None:

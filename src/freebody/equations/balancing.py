@@ -21,7 +21,7 @@ import sympy
 from ..dynamics.state import State
 from ..errors import ModelError
 from ..model.model import Model
-from ..scalar.algebra import Vector, add, apply, dot, negate, scale, subtract
+from ..scalar.algebra import add, apply, dot, negate, scale, subtract
 from ..space.spatial import Inertia, inertia_sum, inertia_to_parent
 from .bearings import Shaft, shaft
 from .display import equation_latex, equation_mathml, equation_text
@@ -148,7 +148,9 @@ class Balance:
     def _equations(self, write: Any) -> list[str]:
         e = self._of.e
         return [
-            write(e.ring.generator(sympy.Symbol(f"{name}_{letter}", real=True), "reaction"), component, e.ring)
+            write(
+                e.ring.generator(sympy.Symbol(f"{name}_{letter}", real=True), "reaction"), component, e.ring
+            )
             for name, U in self.canonical.items()
             for letter, component in zip(LETTERS, U, strict=True)
             if component != 0
@@ -157,7 +159,9 @@ class Balance:
     def text(self) -> str:
         """The components of the corrections as plain text; zeros are left out."""
         lines = self._equations(equation_text) or ["none: the rotor is balanced"]
-        head = f"Corrections of '{self._of.rotor}', mass times distance from the shaft, in the axes of the rotor"
+        head = (
+            f"Corrections of '{self._of.rotor}', mass times distance from the shaft, in the axes of the rotor"
+        )
         return "\n".join([head, *(f"  {line}" for line in lines)])
 
     def latex(self) -> str:

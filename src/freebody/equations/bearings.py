@@ -80,8 +80,8 @@ class Shaft:
             raise ModelError(f"Expected two {what} at different places, got '{first}' and '{second}' at one.")
         span = a - b
         return {
-            first: tuple(divide(y - b * f, span) for y, f in zip(Y, F, strict=True)),  # type: ignore[dict-item]
-            second: tuple(divide(a * f - y, span) for y, f in zip(Y, F, strict=True)),  # type: ignore[dict-item]
+            first: tuple(divide(y - b * f, span) for y, f in zip(Y, F, strict=True)),
+            second: tuple(divide(a * f - y, span) for y, f in zip(Y, F, strict=True)),
         }, span
 
 
@@ -185,7 +185,7 @@ class BearingReactions:
 
     @cached_property
     def torque(self) -> Any:
-        """Torque on the shaft about its axis where the hinge's angle is prescribed by it; 0 if it turns freely [N m]."""
+        """Torque on the shaft about its axis where its angle is given by time; 0 if it turns freely [N m]."""
         return self._of.e.displayed(self._torque)
 
     def under(self, angle: Any) -> dict[str, Any]:
@@ -253,7 +253,9 @@ class BearingReactions:
 
     def text(self) -> str:
         """Components in ground axes, and with a prime in the axes of the rotor, as plain text; zeros are left out."""
-        head = f"Forces of the bearings on the shaft of '{self._of.rotor}': A_x in ground axes, A_x' in its own"
+        head = (
+            f"Forces of the bearings on the shaft of '{self._of.rotor}': A_x in ground axes, A_x' in its own"
+        )
         head = head.replace("A_", f"{self.names[0]}_")
         return "\n".join([head, *(f"  {line}" for line in self._equations(equation_text))])
 

@@ -12,12 +12,17 @@ from typing import Any
 import numpy as np
 
 
+def symbolic(*x: Any) -> bool:
+    """Whether one of the arguments is a SymPy expression."""
+    return any(hasattr(value, "free_symbols") for value in x)
+
+
 def _function(name: str) -> Callable[..., Any]:
     written = {"arctan2": "atan2", "arccos": "acos", "arcsin": "asin", "arctan": "atan"}.get(name, name)
     of_numbers = getattr(np, name)
 
     def function(*x: Any) -> Any:
-        if any(hasattr(value, "free_symbols") for value in x):
+        if symbolic(*x):
             import sympy
 
             return getattr(sympy, written)(*x)

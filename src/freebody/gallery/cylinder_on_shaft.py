@@ -1,8 +1,9 @@
 """Cylinder fixed to a shaft that speeds up (chapter, Problem 6.13), in both readings of the missing figure.
 
-(a) Its centre is on the shaft and its axis (0, sin(beta), cos(beta)) in the body axes. (b) Its axis is parallel to the
-shaft, at the distance e along x. One model has both, the tilt beta and the distance e: reading (a) is e = 0, (b) is
-beta = 0. The motion theta = alpha0 t²/2 is prescribed by a constraint, whose force is the torque that has to be applied.
+(a) Its centre is on the shaft and its axis (0, sin(beta), cos(beta)) in the body axes. (b) Its axis is parallel
+to the shaft, at the distance e along x. One model has both, the tilt beta and the distance e: reading (a) is e
+= 0, (b) is beta = 0. The motion theta = alpha0 t²/2 is prescribed by a constraint, whose force is the torque
+that has to be applied.
 """
 
 from __future__ import annotations
@@ -56,7 +57,9 @@ def solve(case: Case) -> Solved:
         at = motions[reading].simulate_to([case["t_1"]])
         checks.append(against_simulation(motions[reading], answers, at, f"_{reading}"))
     trajectory = motions["a"].motion()
-    pictures = plots(motions["a"], trajectory, "Tilted cylinder on a shaft that speeds up: forces on the shaft")
+    pictures = plots(
+        motions["a"], trajectory, "Tilted cylinder on a shaft that speeds up: forces on the shaft"
+    )
     return Solved(trajectory, answers, pictures, tuple(checks))
 
 

@@ -1,6 +1,7 @@
 """Dumbbell fixed askew on a shaft that turns at a constant rate (chapter, Problem 6.12).
 
-Two particles at ±a (0, sin(beta), cos(beta)) in the body axes, their midpoint on the shaft midway between the bearings.
+Two particles at ±a (0, sin(beta), cos(beta)) in the body axes, their midpoint on the shaft midway between the
+bearings.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """What an entry of the gallery is.
 
-A module of the gallery describes one system through the public API (`build`), and lets the library work out what is
-asked of it (`solve`). `solve` returns a :class:`Solved`: a motion, the answers by short keys in the order in which they
-are asked, pictures, and checks.
+A module of the gallery describes one system through the public API (`build`), and lets the library work out
+what is asked of it (`solve`). `solve` returns a :class:`Solved`: a motion, the answers by short keys in the
+order in which they are asked, pictures, and checks.
 """
 
 from __future__ import annotations

@@ -24,11 +24,11 @@ EVENTS = [
 ]
 
 
-def top(name: str, axis: str = "ZXZ", angles: str = "psi theta phi") -> fb.System:
-    """A gyroscope in Euler angles, or in another sequence of angles, with the parameters that its systems share."""
+def top(name: str, axis: str = "ZXZ", angles: str = "psi theta phi", **more: Any) -> fb.System:
+    """A gyroscope in Euler angles, or another sequence of angles; ``more`` are further parameters."""
     s = fb.System(name)
     m, R, L, g = s.parameters(m=1.2, R=0.06, L=0.1, g=9.81)
-    s.parameters(theta_0="60deg", Omega_zeta=300.0)
+    s.parameters(theta_0="60deg", Omega_zeta=300.0, **more)
     s.assume(L > 0, g > 0)
     s.gravity = (0, 0, -g)
     rotor = s.body("rotor", fb.disk(m, R))
@@ -47,8 +47,7 @@ def top(name: str, axis: str = "ZXZ", angles: str = "psi theta phi") -> fb.Syste
 
 def build(axis: str = "ZXZ", angles: str = "psi theta phi") -> fb.System:
     """The gyroscope in Euler angles, or in another sequence of angles."""
-    s = top("gyroscope", axis, angles)
-    s.parameters(theta_low="120deg", t_1=0.4)
+    s = top("gyroscope", axis, angles, theta_low="120deg", t_1=0.4)
     explain(s, theta_low="rad: second angle of steady precession", t_1="s: time to answer for")
     return s
 

@@ -1,10 +1,10 @@
 """Motorcycle in a steady curve to the left: torque on its wheels, and lean (chapter, Problem 6.18).
 
-The machine goes along y at the distance R from the axis of the curve, which is vertical; x points away from it, and theta
-is the lean towards it. The wheels roll forwards at -v/r about the axle x. Momenta of wheels that only turn about x count
-wherever they are, so both are one rotor at the mass centre C, with the whole mass. The ground pushes at the distance h from
-C in the plane of the machine: the weight up, and the force of the curve inwards; a check shows that nothing else is needed
-to carry C round.
+The machine goes along y at the distance R from the axis of the curve, which is vertical; x points away from it,
+and theta is the lean towards it. The wheels roll forwards at -v/r about the axle x. Momenta of wheels that only
+turn about x count wherever they are, so both are one rotor at the mass centre C, with the whole mass. The
+ground pushes at the distance h from C in the plane of the machine: the weight up, and the force of the curve
+inwards; a check shows that nothing else is needed to carry C round.
 
 Counted is the spin of the wheels alone, as the problem asks: what is left out is smaller by r/R, which is checked too.
 """
@@ -30,7 +30,7 @@ def build() -> fb.System:
     s = fb.System("motorcycle")
     spin, r, v, R = s.parameters(I=0.8, r=0.3, v=25.0, R=80.0)
     m, h, g = s.parameters(m=250.0, h=0.6, g=9.81)
-    s.assume(r > 0, R > 0, h > 0, g > 0)
+    s.assume(spin > 0, r > 0, R > 0, h > 0, g > 0)
     s.gravity = (0, 0, -g)
     nothing = fb.MassProperties(0, (0, 0, 0), ((0, 0, 0), (0, 0, 0), (0, 0, 0)))
     carriage, frame = s.body("carriage", nothing), s.body("frame", nothing)
@@ -101,14 +101,22 @@ def solve(case: Case) -> Solved:
             how="its component along y",
         ),
         "lean": case.formula(
-            "lean from the vertical with the gyroscopic effect", lean(case, True), "rad", "equation of motion of theta"
+            "lean from the vertical with the gyroscopic effect",
+            lean(case, True),
+            "rad",
+            "equation of motion of theta",
         ),
         "lean_without": case.formula(
-            "lean from the vertical without it", lean(case, False), "rad", "equation of motion of theta, wheels at rest"
+            "lean from the vertical without it",
+            lean(case, False),
+            "rad",
+            "equation of motion of theta, wheels at rest",
         ),
     }
     whole = full_lean(case, answers["lean"].value)
-    start = {name: case.number(case.system.expression(x)) for name, x in CURVE.items() if "''" not in name and x}
+    start = {
+        name: case.number(case.system.expression(x)) for name, x in CURVE.items() if "''" not in name and x
+    }
     trajectory = case.motion(initial={**start, "theta": whole})
     # the balance is that of a bar on its end, which no rider leaves alone: round-off grows, so look soon
     soon = case.simulate_to([0, 0.05], initial={**start, "theta": whole})

@@ -6,6 +6,8 @@ linearised about it, and the linear equations solved in closed form.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import sympy
@@ -21,8 +23,7 @@ from .precession import between, steady_root
 
 def build() -> fb.System:
     """The gyroscope with small changes of its angular velocity."""
-    s = top("nutation")
-    s.parameters(w_xi=0.05, w_eta=0.08, t_1=0.1)
+    s = top("nutation", w_xi=0.05, w_eta=0.08, t_1=0.1)
     explain(
         s,
         w_xi="rad/s: change of the angular velocity along the nodal axis: theta' at the start",
@@ -50,12 +51,39 @@ def slow_precession(case: Case) -> Any:
     return slow
 
 
-def linear(case: Case) -> tuple[Any, Any]:
-    """The linear model about the steady precession at theta_0, and the symbol of its rate, which is left open."""
-    steady = fb.steady_motions(case.equations, solve_for="phi'")[0]
-    rate = sympy.Dummy("rate", real=True)
-    spin = case.put(steady.solution["phi'"], {"psi'": rate, "theta": "theta_0"})
-    return fb.linearize(case.equations, {"theta": "theta_0", "psi'": rate, "phi'": spin}), rate
+@dataclass(frozen=True)
+class LinearTheory:
+    """Small motions about steady precession at theta_0, in symbols: its rate, the changes at the start, and time."""
+
+    rate: Any
+    theta_rate: Any
+    psi_rate: Any
+    t: Any
+    frequency: Any
+    theta: Any
+    psi: Any
+
+    def at(self, x: Any, **values: Any) -> Any:
+        """An expression with other expressions in place of ``rate``, ``theta_rate``, ``psi_rate`` and ``t``."""
+        return x.xreplace({getattr(self, name): sympy.sympify(value) for name, value in values.items()})
+
+
+@cache
+def linear_theory() -> LinearTheory:
+    """The linear equations about the steady precession, and their response: derived once, for all values."""
+    e = fb.equations(top("nutation"))
+    atoms = e.model.names.atoms
+    rate, theta_rate, psi_rate = (sympy.Dummy(name, real=True) for name in ("rate", "theta_rate", "psi_rate"))
+    steady = fb.steady_motions(e, solve_for="phi'")[0].solution["phi'"]
+    spin = steady.xreplace({atoms["psi'"]: rate, atoms["theta"]: atoms["theta_0"]})
+    model = fb.linearize(e, {"theta": "theta_0", "psi'": rate, "phi'": spin})
+    # the total spin along the shaft stays
+    changes = {"theta'": theta_rate, "psi'": psi_rate, "phi'": -psi_rate * sympy.cos(atoms["theta_0"])}
+    found = model.response(changes)
+    (t,) = {x for x in found["theta"].free_symbols if x.name == "t"}
+    (frequency,) = model.natural_frequencies()
+    theta, psi = atoms["theta_0"] + found["theta"], rate * t + found["psi"]
+    return LinearTheory(rate, theta_rate, psi_rate, t, frequency, theta, psi)
 
 
 def start(case: Case, slow: Any, theta_rate: Any, psi_rate: Any) -> dict[str, float]:
@@ -67,22 +95,14 @@ def start(case: Case, slow: Any, theta_rate: Any, psi_rate: Any) -> dict[str, fl
 
 def theory_and_truth(case: Case, slow: Any, theta_rate: Any, psi_rate: Any) -> tuple[Answers, dict[str, Any]]:
     """Answers of the linear theory and of the simulation at t_1, and the linear response as functions of time."""
-    model, rate = linear(case)
-    atoms = case.atoms
-    psi_dot, tau = atoms["psi'"], sympy.Dummy("t", real=True)
-    changes = {"theta'": theta_rate, "psi'": psi_rate, "phi'": -psi_rate * sympy.cos(atoms["theta_0"])}
-    found = model.response(changes)
-    (t,) = {x for x in found["theta"].free_symbols if x.name == "t"}
-    response = {
-        "theta": atoms["theta_0"] + found["theta"].xreplace({rate: psi_dot, t: tau}),
-        "psi": psi_dot * tau + found["psi"].xreplace({rate: psi_dot, t: tau}),
-    }
-    here = {"psi'": slow}
+    theory, atoms = linear_theory(), case.atoms
+    changes = {"theta_rate": theta_rate, "psi_rate": psi_rate}
+    response = {name: theory.at(getattr(theory, name), **changes) for name in ("theta", "psi")}
     about = "about the slow precession, whose rate is psi'"
     answers: Answers = {
         f"{name}_linear(t_1)": case.formula(
-            f"linear theory {about}: {name} at t_1", x.xreplace({tau: atoms["t_1"]}), "rad",
-            "fb.linearize(s, steady).response(...)", at=here,
+            f"linear theory {about}: {name} at t_1", theory.at(x, t=atoms["t_1"], rate=atoms["psi'"]), "rad",
+            "fb.linearize(s, steady).response(...)", at={"psi'": slow},
         )
         for name, x in response.items()
     }  # fmt: skip
@@ -91,18 +111,17 @@ def theory_and_truth(case: Case, slow: Any, theta_rate: Any, psi_rate: Any) -> t
         answers[f"{name}(t_1)"] = Answer(
             f"exact, nonlinear {name} at t_1", float(at[name][0]), "rad", how="fb.simulate"
         )
-    drawn = {name: case.put(case.put(x, here), case.values) for name, x in response.items()}
-    return answers, {name: sympy.lambdify(tau, x, "numpy") for name, x in drawn.items()}
+    drawn = {name: case.put(theory.at(x, rate=slow), case.values) for name, x in response.items()}
+    return answers, {name: sympy.lambdify(theory.t, x, "numpy") for name, x in drawn.items()}
 
 
 def frequency(case: Case, slow: Any) -> Answer:
     """Frequency of the small oscillation about the slow precession."""
-    model, rate = linear(case)
-    (found,) = model.natural_frequencies()
+    theory = linear_theory()
     return case.formula(
         "frequency of the small oscillation, linear theory, where psi' is the slow precession rate",
-        found.xreplace({rate: case.atoms["psi'"]}), "rad/s", "fb.linearize(s, steady).natural_frequencies()",
-        at={"psi'": slow},
+        theory.at(theory.frequency, rate=case.atoms["psi'"]), "rad/s",
+        "fb.linearize(s, steady).natural_frequencies()", at={"psi'": slow},
     )  # fmt: skip
 
 
@@ -140,7 +159,9 @@ def solve(case: Case) -> Solved:
 def steadiness(case: Case, slow: Any) -> Any:
     """Without a change theta stays where it is: the steady precession is one of the nonlinear equations."""
     still = case.simulate_to([case["t_1"]], initial=start(case, slow, 0, 0))
-    return same("theta stays at theta_0 in steady precession", still["theta"], case["theta_0"], 1000 * case.tolerance)
+    return same(
+        "theta stays at theta_0 in steady precession", still["theta"], case["theta_0"], 1000 * case.tolerance
+    )
 
 
 NUTATION = Entry(

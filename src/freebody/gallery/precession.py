@@ -1,7 +1,7 @@
 """Steady precession in Euler's angles, read off the equation of motion of theta, for the tops of the gallery.
 
-psi turns about the axis that the moment's force is parallel to, theta about the nodal axis, phi about the symmetry axis; the
-total spin phi' + psi' cos(theta) is a constant of the motion, and a parameter of the system.
+psi turns about the axis that the moment's force is parallel to, theta about the nodal axis, phi about the
+symmetry axis; the total spin phi' + psi' cos(theta) is a constant of the motion, and a parameter of the system.
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ def steady_balance(case: Case, spin: str = "Omega_zeta") -> tuple[Any, ...]:
     state = {"theta'": 0, "theta''": 0, "psi''": 0, "phi''": 0, "psi'": w}
     phi_rate = case.system.expression(f"{spin} - psi'*cos(theta)")
     balance = case.equations.motion[1]
-    steady = case.put(balance.lhs - balance.rhs, {**state, "phi'": phi_rate.xreplace({case.atoms["psi'"]: w})})
+    steady = case.put(
+        balance.lhs - balance.rhs, {**state, "phi'": phi_rate.xreplace({case.atoms["psi'"]: w})}
+    )
     return tuple(sympy.Poly(steady, w).coeff_monomial(w**k) for k in range(3))
 
 
@@ -33,7 +35,9 @@ def steady_root(case: Case, theta: str, spin: str = "Omega_zeta") -> tuple[Any, 
     The roots of A w² + B w + C are q/A and C/q with q = -(B ± sqrt(B² - 4 A C))/2, the sign that of B, so that the
     slow one keeps its digits.
     """
-    C, B, A = (case.put(c, {"theta": theta}) / sympy.sin(case.atoms[theta]) for c in steady_balance(case, spin))
+    C, B, A = (
+        case.put(c, {"theta": theta}) / sympy.sin(case.atoms[theta]) for c in steady_balance(case, spin)
+    )
     square = B**2 - 4 * A * C
     if case.number(square) < 0:
         return sympy.nan, sympy.nan, False

@@ -1,7 +1,8 @@
 """Spin-stabilised projectile: steady wobble about its flight path (chapter, Problem 6.20).
 
-The mass centre flies uniformly; a frame that goes with it is inertial, and the body turns about C. Z is the direction of
-flight, theta the angle of the symmetry axis from it. The drag acts at the centre of pressure, ahead of C: it overturns.
+The mass centre flies uniformly; a frame that goes with it is inertial, and the body turns about C. Z is the
+direction of flight, theta the angle of the symmetry axis from it. The drag acts at the centre of pressure,
+ahead of C: it overturns.
 """
 
 from __future__ import annotations
@@ -68,8 +69,12 @@ def solve(case: Case) -> Solved:
         for rate in ([case.number(slow), case.number(fast)] if there else [0.0])
     ]
     checks = tuple(
-        same(f"theta stays at alpha in the {kind} wobble", motion["theta"], case["alpha"], 1e4 * case.tolerance)
-        for kind, motion in zip(("slow", "fast"), (case.simulate(0.05, initial=one) for one in starts), strict=False)
+        same(
+            f"theta stays at alpha in the {kind} wobble", motion["theta"], case["alpha"], 1e4 * case.tolerance
+        )
+        for kind, motion in zip(
+            ("slow", "fast"), (case.simulate(0.05, initial=one) for one in starts), strict=False
+        )
         if there
     )
     trajectory = case.motion(initial={**starts[0], "theta'": case["Omega"] / 1000})

@@ -1,11 +1,12 @@
 """Spinning symmetric satellite hit by an impulse (chapter, Problem 6.17).
 
-Axis 3 = z is the symmetry axis. The impulse J along +3 acts on the side of axis 2, at the distance `arm` from axis 3; the
-motion about the mass centre is torque-free after it. At t = 0 body axes and inertial axes coincide.
+Axis 3 = z is the symmetry axis. The impulse J along +3 acts on the side of axis 2, at the distance `arm` from
+axis 3; the motion about the mass centre is torque-free after it. At t = 0 body axes and inertial axes coincide.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import sympy
@@ -45,22 +46,26 @@ def just_after(case: Case) -> tuple[Any, Any, Any]:
     s, atoms = case.system, case.atoms
     drum = s.bodies["body"]
     hit = fb.impulse(
-        case.equations, at=drum.point(0, atoms["arm"], 0), impulse=(0, 0, atoms["J"]), frame=drum, initial=SPINNING
+        case.equations,
+        at=drum.point(0, atoms["arm"], 0),
+        impulse=(0, 0, atoms["J"]),
+        frame=drum,
+        initial=SPINNING,
     )
     x, y, z = (sympy.sympify(hit.after[f"C_w{axis}"]) for axis in "xyz")
     return x, y, z
 
 
-def interpretation(alpha: float, beta: float) -> str:
-    """Which cone rolls how, from the angles of axis 3 with H (space cone) and with omega (body cone)."""
+def interpretation(alpha: float, rate: float) -> str:
+    """Which cone rolls how, from the angle of axis 3 with H and the rate at which omega turns in the body."""
     if alpha == 0:
         return "no wobble: the satellite spins about axis 3, which stays where it is"
-    if beta > alpha:
+    if rate > 0:
         return (
             "flat body: omega lies beyond H as seen from axis 3; the body cone (half angle beta about axis 3) rolls "
             "with its inside on the fixed space cone (half angle beta - alpha about H)"
         )
-    if beta == alpha:
+    if rate == 0:
         return "equal moments: omega stays along H"
     return (
         "slender body: omega lies between axis 3 and H; the body cone (half angle beta about axis 3) rolls on the "
@@ -75,25 +80,33 @@ def solve(case: Case) -> Solved:
     after = just_after(case)
     how = "fb.impulse(s, at=body.point(0, arm, 0), impulse=(0, 0, J), frame=body)"
     answers: Answers = {
-        f"w_{i}": case.formula(f"angular velocity about body axis {i} just after the impulse", x, "rad/s", how)
+        f"w_{i}": case.formula(
+            f"angular velocity about body axis {i} just after the impulse", x, "rad/s", how
+        )
         for i, x in enumerate(after, 1)
     }
     answers |= answer(case, after)
     answers["interpretation"] = Answer(
         "geometric interpretation",
-        interpretation(answers["alpha"].value, answers["beta"].value),
+        interpretation(answers["alpha"].value, answers["Omega"].value * math.copysign(1, case["spin"])),
         "",
-        how="alpha and beta",
+        how="alpha, and the sign of Omega",
     )
     trajectory = case.motion(initial={f"C_w{a}": case.number(x) for a, x in zip("xyz", after, strict=True)})
     H = [trajectory[part][0] for part in case.equations.momentum.angular()]
     plots: Plots = {
         "omega.png": saved(
-            lambda: history(trajectory, ["C_wx", "C_wy", "C_wz"], title="Satellite: angular velocity in body axes")
+            lambda: history(
+                trajectory, ["C_wx", "C_wy", "C_wz"], title="Satellite: angular velocity in body axes"
+            )
         ),
         "axis_3.png": saved(
             lambda: axis_path(
-                trajectory, "body", about=H, about_name="the angular momentum H", title="Satellite: path of axis 3"
+                trajectory,
+                "body",
+                about=H,
+                about_name="the angular momentum H",
+                title="Satellite: path of axis 3",
             )
         ),
         "energy.png": saved(lambda: energy_residual(trajectory)),

@@ -1,8 +1,8 @@
 """What the shafts of the gallery have in common: two bearings, a rotor between them, and their reactions.
 
-X is horizontal, Y up, Z along the shaft; bearing A is at Z = L/2, B at Z = -L/2. They carry forces across the shaft and no
-moments: together they are a hinge, whose reaction :func:`freebody.bearing_reactions` shares between them. theta is the
-angle of the body's x axis from X.
+X is horizontal, Y up, Z along the shaft; bearing A is at Z = L/2, B at Z = -L/2. They carry forces across the
+shaft and no moments: together they are a hinge, whose reaction :func:`freebody.bearing_reactions` shares
+between them. theta is the angle of the body's x axis from X.
 """
 
 from __future__ import annotations
@@ -47,7 +47,9 @@ def dynamic_amplitude(case: Case, omega: Any) -> Answer:
     """Size of the reaction at a bearing that turns with the shaft: without weight, at constant speed."""
     found = fb.bearing_reactions(case.equations, "axle", at=BEARINGS).rotating["A"]
     x, y, _ = case.put(found, {"theta'": omega, "theta''": 0, "g": 0})
-    return case.formula("amplitude of the dynamic reaction at each bearing", sympy.sqrt(x**2 + y**2), "N", HOW)
+    return case.formula(
+        "amplitude of the dynamic reaction at each bearing", sympy.sqrt(x**2 + y**2), "N", HOW
+    )
 
 
 def reactions(
@@ -70,7 +72,12 @@ def against_simulation(case: Case, answers: Answers, at: fb.Trajectory, ending: 
     felt = fb.bearing_reactions(case.equations, "axle", at=BEARINGS).along(at)
     simulated = [felt[name][-1][i] for name in "AB" for i in range(2)]
     closed = [answers[f"R_{name}{axis}{ending}"].value for name in "AB" for axis in "XY"]
-    return same(f"bearing reactions{ending.replace('_', ' ')} against the simulation", closed, simulated, 1e4 * case.tolerance)
+    return same(
+        f"bearing reactions{ending.replace('_', ' ')} against the simulation",
+        closed,
+        simulated,
+        1e4 * case.tolerance,
+    )
 
 
 def plots(case: Case, trajectory: fb.Trajectory, title: str) -> Plots:

@@ -1,7 +1,7 @@
 """A blow on the shaft of a gyroscope in steady slow precession (chapter, Problem 6.21).
 
-The impulse acts along the nodal axis, at right angles to the vertical plane of the shaft. `fb.impulse` gives the angular
-velocity just after it; what follows is the small oscillation of section 6.10.
+The impulse acts along the nodal axis, at right angles to the vertical plane of the shaft. `fb.impulse` gives
+the angular velocity just after it; what follows is the small oscillation of section 6.10.
 """
 
 from __future__ import annotations
@@ -19,8 +19,7 @@ from .nutation import plots, slow_precession, start, steadiness, theory_and_trut
 
 def build() -> fb.System:
     """The gyroscope with a blow on its shaft."""
-    s = top("struck_gyroscope")
-    s.parameters(F=0.02, reach=0.8, t_1=0.1)
+    s = top("struck_gyroscope", F=0.02, reach=0.8, t_1=0.1)
     explain(
         s,
         F="N s: impulse along the nodal axis",
@@ -37,7 +36,10 @@ def solve(case: Case) -> Solved:
     rotor = s.bodies["rotor"]
     # at psi = 0 the nodal axis is X; the rotor's origin is its centre, L from the pivot
     hit = fb.impulse(
-        case.equations, at=rotor.point(0, 0, reach * L - L), impulse=(F, 0, 0), initial={"theta": "theta_0", "psi": 0}
+        case.equations,
+        at=rotor.point(0, 0, reach * L - L),
+        impulse=(F, 0, 0),
+        initial={"theta": "theta_0", "psi": 0},
     )
     change = hit.change
     sine = sympy.sin(atoms["theta_0"])

@@ -1,6 +1,7 @@
 """Thin disk fixed askew on a shaft that turns at a constant rate (chapter, section 6.6).
 
-The disk's normal is (0, sin(beta), cos(beta)) in the body axes; its centre is on the shaft, midway between the bearings.
+The disk's normal is (0, sin(beta), cos(beta)) in the body axes; its centre is on the shaft, midway between the
+bearings.
 """
 
 from __future__ import annotations

@@ -24,7 +24,8 @@ def build() -> fb.System:
     """A body on a ball joint at its mass centre: its mass does not matter."""
     s = fb.System("torque_free")
     I_1, I_3, *_ = s.parameters(I_1=1.0, I_3=1.8, w_1=0.5, w_3=6.0, t_1=2.0)
-    s.parameters(I_1b=1.8, I_3b=0.4, earth_ratio=0.0033, earth_spin=1.0)
+    I_1b, I_3b, *_ = s.parameters(I_1b=1.8, I_3b=0.4, earth_ratio=0.0033, earth_spin=1.0)
+    s.assume(I_1 > 0, I_3 > 0, I_1b > 0, I_3b > 0)
     body = s.body("body", fb.MassProperties(1, (0, 0, 0), ((I_1, 0, 0), (0, I_1, 0), (0, 0, I_3))))
     s.ball("C", s.ground, body)
     explain(
@@ -67,7 +68,11 @@ def angle(a: Any, b: Any) -> Any:
 
 
 def answer(
-    case: Case, begun: tuple[Any, Any, Any], ending: str = "", label: str = "", body: dict[str, Any] | None = None
+    case: Case,
+    begun: tuple[Any, Any, Any],
+    ending: str = "",
+    label: str = "",
+    body: dict[str, Any] | None = None,
 ) -> Answers:
     """What is asked of one body that starts with the angular velocity ``begun``, and its state at t_1.
 

@@ -1,8 +1,8 @@
 """Propeller and engine rotor of an aircraft in a level turn (chapter, Problem 6.19).
 
-x points forward, y to the left, Z up. The pilot sees the propeller turn clockwise, its spin is along +x; the engine rotor
-turns the other way. In a right turn the aircraft turns at -v/R about Z. The moments that turn the rotors are the reactions
-of their shafts; the airframe feels the opposite ones.
+x points forward, y to the left, Z up. The pilot sees the propeller turn clockwise, its spin is along +x; the
+engine rotor turns the other way. In a right turn the aircraft turns at -v/R about Z. The moments that turn the
+rotors are the reactions of their shafts; the airframe feels the opposite ones.
 """
 
 from __future__ import annotations
@@ -20,13 +20,15 @@ TURN = {"psi'": "-v/R", "p'": "w_p", "n'": "-w_e"}
 
 
 def build() -> fb.System:
-    """An airframe that turns about the vertical with two rotors along x; masses and transverse inertia have no effect."""
+    """An airframe that turns about the vertical, with two rotors along x; their masses have no effect."""
     s = fb.System("turboprop")
     I_p, I_e = s.parameters(I_p=8.0, w_p=120.0, I_e=0.6, w_e=1200.0)[::2]
     s.parameters(v=100.0, R=800.0, w_e2=1800.0)
     airframe = s.body("airframe", fb.MassProperties(1, (0, 0, 0), ((1, 0, 0), (0, 1, 0), (0, 0, 1))))
     s.hinge("yaw", s.ground, airframe, axis="z", coordinate="psi")
-    for shaft, rotor, inertia, angle in zip(SHAFTS, ("propeller", "engine"), (I_p, I_e), ("p", "n"), strict=True):
+    for shaft, rotor, inertia, angle in zip(
+        SHAFTS, ("propeller", "engine"), (I_p, I_e), ("p", "n"), strict=True
+    ):
         thin = ((inertia, 0, 0), (0, inertia / 2, 0), (0, 0, inertia / 2))
         body = s.body(rotor, fb.MassProperties(1, (0, 0, 0), thin))
         s.hinge(shaft, airframe, body, axis="x", coordinate=angle)
@@ -64,9 +66,7 @@ def solve(case: Case) -> Solved:
     from ..picture.plots import energy_residual, history, reaction, saved
 
     how = "fb.equations(s).reactions of both shafts, in a steady turn"
-    moment = case.formula(
-        "gyroscopic pitching moment on the airframe, nose up +", pitching(case), "N m", how
-    )
+    moment = case.formula("gyroscopic pitching moment on the airframe, nose up +", pitching(case), "N m", how)
     other = case.formula(
         "gyroscopic pitching moment with w_e2, nose up +", pitching(case, **{"n'": "-w_e2"}), "N m", how
     )
