@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from .compile.program import compile_system as compile  # noqa: F401
     from .describe.system import System as System
     from .equations import component_forms as forms  # noqa: F401
+    from .equations.balancing import balance as balance
+    from .equations.bearings import bearing_reactions as bearing_reactions
     from .equations.equations import equations as equations
     from .equations.linearize import linearize as linearize
     from .equations.steady import steady_motions as steady_motions
@@ -68,6 +70,8 @@ _EXPORTS = {
     "System": "describe.system",
     "Trajectory": "simulate.trajectory",
     "assemble": "model.assemble",
+    "balance": "equations.balancing",
+    "bearing_reactions": "equations.bearings",
     "box": "space.solids",
     "centre_of_percussion": "simulate.impulse",
     "compare_linear": "picture.compare_linear",

@@ -15,13 +15,16 @@ def gallery(as_json: bool) -> None:
     if as_json:
         import json
 
-        listed = [{"name": e.name, "title": e.title, "asks": list(e.asks)} for e in known.values()]
+        listed = [
+            {"name": e.name, "aliases": list(e.aliases), "title": e.title, "asks": list(e.asks)}
+            for e in known.values()
+        ]
         click.echo(json.dumps(listed, indent=2, ensure_ascii=False))
         return
     from .table import Grid
 
     grid = Grid("Name", "System", "Asked")
     for entry in known.values():
-        grid.row(entry.name, entry.title, "\n".join(entry.asks))
+        grid.row("\n".join((entry.name, *entry.aliases)), entry.title, "\n".join(entry.asks))
     grid.print()
     click.echo("Run one: freebody run NAME")

@@ -20,11 +20,22 @@ if TYPE_CHECKING:
 class FileOutcome:
     """What running a model file gives; the same attributes as the outcome of a gallery entry."""
 
+    entry: FileEntry
     system: Any
     equations: Any
     trajectory: Any
-    answers: dict[str, tuple[float, str]] = field(default_factory=dict)
-    plots: dict[str, Callable[[Any], None]] = field(default_factory=dict)
+    plots: dict[str, Callable[[Any], None]]
+    answers: dict[str, Any] = field(default_factory=dict)
+    free_bodies: dict[str, Any] = field(default_factory=dict)
+    checks: tuple[Any, ...] = ()
+
+    @property
+    def values(self) -> dict[str, float]:
+        return dict(self.trajectory.values)
+
+    @property
+    def events(self) -> list[Any]:
+        return list(self.trajectory.events)
 
 
 @dataclass(frozen=True)
@@ -35,6 +46,7 @@ class FileEntry:
     case: Case
     title: str = ""
     asks: tuple[str, ...] = ()
+    aliases: tuple[str, ...] = ()
 
     @property
     def start(self) -> Mapping[str, Any]:
@@ -66,7 +78,7 @@ class FileEntry:
         plots: dict[str, Any] = {}
         if trajectory.kernels.model.coordinates:
             plots["coordinates.png"] = lambda path: trajectory.plot(path=path)
-        return FileOutcome(case.system, equations(case.system), trajectory, {}, plots)
+        return FileOutcome(self, case.system, equations(case.system), trajectory, plots)
 
 
 def find(model: str) -> Any:
@@ -93,7 +105,7 @@ def find(model: str) -> Any:
         )
         raise FormatError(
             f"Expected a gallery name or the path of a .toml file, got '{model}'; "
-            f"{nearest(model, known)}{hint}"
+            f"{nearest(model, known.names)}{hint}"
         )
     return known[model]
 

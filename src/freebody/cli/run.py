@@ -14,6 +14,7 @@ from .model import Number, Setting, find, settings_of
 from .table import Grid, significant
 
 WIDEST = 50  # characters of an answer in the table; equations stand below it
+MOST_EVENTS = 12  # that are printed; the others are in the trajectory
 
 
 @click.command()
@@ -59,32 +60,11 @@ def run(
     if as_json:
         import json
 
-        report = {
-            "model": outcome.system.name,
-            "answers": {
-                name: {"value": plain(v), "unit": unit} for name, (v, unit) in outcome.answers.items()
-            },
-            "energy_residual": residual,
-            "wall_time_s": elapsed,
-            "files": [str(file) for file in files],
-        }
-        click.echo(json.dumps(report, indent=2, ensure_ascii=False))
-        return
-    grid = Grid("Answer", "Value", "Unit", title=entry.title or outcome.system.name)
-    long = []
-    for name, (value, unit) in outcome.answers.items():
-        shown = significant(value)
-        if len(shown) > WIDEST:
-            long.append(f"{name}:\n  {shown}")
-        else:
-            grid.row(name, shown, unit)
-    grid.row("energy residual, relative", f"{residual:.1e}", "")
-    grid.row("wall time", f"{elapsed:.2f}", "s")
-    grid.print()
-    if long:
-        click.echo("\n".join([*long, ""]))
-    for file in files:
-        click.echo(f"wrote {file}")
+        click.echo(json.dumps(report(outcome, files, residual, elapsed), indent=2, ensure_ascii=False))
+    else:
+        show(outcome, residual, elapsed)
+        for file in files:
+            click.echo(f"wrote {file}")
     if outcome.trajectory.interrupted:
         end = float(outcome.trajectory.t[-1])
         click.echo(
@@ -92,8 +72,99 @@ def run(
             err=True,
         )
         raise click.exceptions.Exit(130)
-    if output is None:
+    broken = [check.what for check in outcome.checks if not check.holds]
+    if broken:
+        click.echo(f"Checks that do not hold: {'; '.join(broken)}.", err=True)
+        raise click.exceptions.Exit(1)
+    if output is None and not as_json:
         click.echo("Add -o DIR to keep the equations, the trajectory and the plots.")
+
+
+def report(outcome: Any, files: list[Path], residual: float, elapsed: float) -> dict[str, Any]:
+    """What a run gives, as data; `answers` in the order in which they are asked."""
+    entry = outcome.entry
+    return {
+        "name": entry.name,
+        "aliases": list(entry.aliases),
+        "title": entry.title,
+        "model": outcome.system.name,
+        "asks": list(entry.asks),
+        "parameters": {
+            name: {"value": value, "unit": unit, "about": about}
+            for name, value in outcome.values.items()
+            for unit, about in [outcome.system.about.get(name, ("", ""))]
+        },
+        "answers": {
+            key: {
+                "value": plain(answer.value),
+                "unit": answer.unit,
+                "formula": answer.text or None,
+                "question": answer.question,
+                "latex": answer.latex or None,
+                "how": answer.how,
+            }
+            for key, answer in outcome.answers.items()
+        },
+        "values": {key: plain(answer.value) for key, answer in outcome.answers.items()},
+        "equations": {
+            "motion": outcome.equations.text().splitlines(),
+            "free_bodies": {name: body.text() for name, body in outcome.free_bodies.items()},
+        },
+        "events": [{"time": event.time, "name": event.name} for event in outcome.events],
+        "checks": [
+            {"what": c.what, "residual": c.residual, "bound": c.bound, "holds": c.holds}
+            for c in outcome.checks
+        ],
+        "energy_residual": residual,
+        "wall_time_s": elapsed,
+        "files": [str(file) for file in files],
+    }
+
+
+def show(outcome: Any, residual: float, elapsed: float) -> None:
+    """Print the question, the free-body equations, the answers, events and checks."""
+    entry = outcome.entry
+    title = entry.title or outcome.system.name
+    if entry.asks:
+        click.echo(f"{title}\n\nAsked")
+        click.echo("".join(f"  {line}\n" for line in entry.asks))
+        for body in outcome.free_bodies.values():
+            click.echo(body.text() + "\n")
+    headings = ("Key", "Answer", "Value", "Unit") if outcome.answers else ("", "", "")
+    grid = Grid(*headings, title="Answers" if outcome.answers else title)
+    long, formulas = [], []
+    for key, answer in outcome.answers.items():
+        shown = significant(answer.value)
+        if len(shown) > WIDEST:
+            long.append(f"{key}: {answer.question}\n  {shown}")
+        else:
+            grid.row(key, answer.question, shown, answer.unit)
+            if answer.text:
+                formulas.append(f"  {key} = {answer.text}")
+    empty = ("",) if outcome.answers else ()
+    grid.row(*empty, "energy residual, relative", f"{residual:.1e}", "")
+    grid.row(*empty, "wall time", f"{elapsed:.2f}", "s")
+    grid.print()
+    for lines in (long, ["Formulas", *formulas] if formulas else []):
+        if lines:
+            click.echo("\n".join([*lines, ""]))
+    show_events(outcome.events)
+    for check in outcome.checks:
+        click.echo(
+            f"{'holds' if check.holds else 'FAILS'}: {check.what} ({check.residual:.1e}, bound {check.bound:.0e})"
+        )
+    if outcome.checks:
+        click.echo()
+
+
+def show_events(events: list[Any]) -> None:
+    """Print the events of the motion, the first `MOST_EVENTS` of them."""
+    for event in events[:MOST_EVENTS]:
+        click.echo(f"event at t = {event.time:.9g} s: {event.name}")
+    if len(events) > MOST_EVENTS:
+        click.echo(f"and {len(events) - MOST_EVENTS} more events")
+    if events:
+        click.echo()
 
 
 def keep_motion(error: SimulationError, folder: Path | None) -> None:

@@ -4,6 +4,9 @@ torque-free bodies      :func:`torque_free` (any body, attitude too), :func:`tor
 heavy tops              :func:`top` (any spin and start), :func:`asymptotic_top`
 gyroscopes              :func:`gyroscope_moments`, :func:`steady_precession`, :func:`least_spin`,
                         :func:`sleeping_spin`, :func:`top_from_rest`, :func:`precession_response`
+bodies on shafts        :func:`bearing_forces`, :func:`tilted_product`, :func:`tilted_axial`, :func:`dumbbell_product`
+gyroscopic effects      :func:`small_oscillation`, :func:`wheel_torque`, :func:`curve_lean`, :func:`pitching_moment`,
+                        :func:`transverse_spin`
 planar machines         :func:`pendulum`, :func:`pendulum_period`, :func:`hinged_bar`, :func:`cart_and_bar`,
                         :func:`double_pendulum`, :func:`double_pendulum_frequencies`
 """
@@ -17,6 +20,7 @@ from .gyroscope import (
     least_spin,
     precession_response,
     sleeping_spin,
+    small_oscillation,
     steady_precession,
     top_from_rest,
 )
@@ -31,6 +35,8 @@ from .planar import (
     hinged_bar,
 )
 from .rigid_body import Cones, TorqueFreeMotion
+from .shaft import bearing_forces, dumbbell_product, tilted_axial, tilted_product
+from .spinning import curve_lean, pitching_moment, transverse_spin, wheel_torque
 from .swing import pendulum, pendulum_period
 from .torque_free import SymmetricMotion, torque_free, torque_free_symmetric
 
@@ -45,19 +51,28 @@ __all__ = [
     "TopPath",
     "TorqueFreeMotion",
     "asymptotic_top",
+    "bearing_forces",
     "cart_and_bar",
+    "curve_lean",
     "double_pendulum",
     "double_pendulum_frequencies",
+    "dumbbell_product",
     "gyroscope_moments",
     "hinged_bar",
     "least_spin",
     "pendulum",
     "pendulum_period",
+    "pitching_moment",
     "precession_response",
     "sleeping_spin",
+    "small_oscillation",
     "steady_precession",
+    "tilted_axial",
+    "tilted_product",
     "top",
     "top_from_rest",
     "torque_free",
     "torque_free_symmetric",
+    "transverse_spin",
+    "wheel_torque",
 ]

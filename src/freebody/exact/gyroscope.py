@@ -20,6 +20,7 @@ import numpy as np
 from scipy.special import ellipj, ellipk, elliprf, elliprj
 
 from ..errors import ModelError
+from .elementary import cos, sin, sqrt, symbolic
 
 
 def gyroscope_moments(m: float, R: float, L: float) -> tuple[float, float]:
@@ -40,7 +41,7 @@ def gyroscope_moments(m: float, R: float, L: float) -> tuple[float, float]:
     return m * R**2 / 4 + m * L**2, m * R**2 / 2
 
 
-def least_spin(I_xi: float, I_zeta: float, mgL: float, theta: float) -> float:
+def least_spin(I_xi: Any, I_zeta: Any, mgL: Any, theta: Any) -> Any:
     """Smallest \\|Omega\\| for which a steady precession at ``theta`` exists (its two rates are then equal).
 
     Omega² >= 4 m g L I_xi cos(theta) / I_zeta²; below the horizontal (theta >= pi/2) any spin will do.
@@ -63,22 +64,23 @@ def least_spin(I_xi: float, I_zeta: float, mgL: float, theta: float) -> float:
     ----------
     Chapter, eq. (6.100).
     """
-    return 2 * float(np.sqrt(mgL * I_xi * max(0.0, np.cos(theta)))) / I_zeta
+    cosine = cos(theta)
+    if not symbolic(cosine):
+        cosine = max(0.0, float(cosine))
+    return 2 * sqrt(mgL * I_xi * cosine) / I_zeta
 
 
-def sleeping_spin(I_xi: float, I_zeta: float, mgL: float) -> float:
+def sleeping_spin(I_xi: Any, I_zeta: Any, mgL: Any) -> Any:
     """Smallest \\|Omega\\| at which the upright top is stable: 2 sqrt(m g L I_xi) / I_zeta [rad/s].
 
     References
     ----------
     Goldstein et al., *Classical Mechanics*, section 5.7, eq. (5.80); chapter, section 6.10 (sleeping top).
     """
-    return least_spin(I_xi, I_zeta, mgL, 0.0)
+    return least_spin(I_xi, I_zeta, mgL, 0)
 
 
-def steady_precession(
-    I_xi: float, I_zeta: float, mgL: float, theta: float, spin: float
-) -> tuple[float, float]:
+def steady_precession(I_xi: Any, I_zeta: Any, mgL: Any, theta: Any, spin: Any) -> tuple[Any, Any]:
     """Fast and slow rate of steady precession, the roots of I_xi cos(theta) w² - I_zeta Omega w + m g L = 0.
 
     Parameters
@@ -86,7 +88,7 @@ def steady_precession(
     I_xi, I_zeta, mgL, theta
         As in :func:`least_spin`.
     spin : float
-        Omega, total angular velocity along the symmetry axis, not zero [rad/s].
+        Omega, total angular velocity along the symmetry axis, not zero; a symbol is taken to be positive [rad/s].
 
     Returns
     -------
@@ -102,6 +104,9 @@ def steady_precession(
     ----------
     Chapter, eqs (6.98) and (6.99).
     """
+    if symbolic(I_xi, I_zeta, mgL, theta, spin):
+        half = (I_zeta * spin + sqrt((I_zeta * spin) ** 2 - 4 * mgL * I_xi * cos(theta))) / 2
+        return half / (I_xi * cos(theta)), mgL / half
     if spin == 0 or abs(spin) < least_spin(I_xi, I_zeta, mgL, theta):
         least = least_spin(I_xi, I_zeta, mgL, theta)
         raise ModelError(
@@ -258,9 +263,9 @@ class PrecessionResponse:
         Angles, psi = 0 at t = 0 [rad].
     """
 
-    frequency: float
-    theta: np.ndarray
-    psi: np.ndarray
+    frequency: Any
+    theta: Any
+    psi: Any
 
 
 def precession_response(
@@ -305,11 +310,19 @@ def precession_response(
     """
     t = np.asarray(t, dtype=float)
     steady = steady_precession(I_xi, I_zeta, mgL, theta0, spin)[0 if fast else 1]
-    sine = float(np.sin(theta0))
     c = I_zeta * spin / I_xi - 2 * steady * float(np.cos(theta0))
-    w = float(np.hypot(steady * sine, c))
+    return small_oscillation(steady, c, theta0, w_xi, w_eta, t)
+
+
+def small_oscillation(rate: Any, c: Any, theta0: Any, w_xi: Any, w_eta: Any, t: Any) -> PrecessionResponse:
+    """The oscillation of :func:`precession_response`, from the steady rate and its constant c; numbers or symbols.
+
+    In terms of the rate alone, c = m g L / (I_xi psi_0') - psi_0' cos(theta_0).
+    """
+    sine = sin(theta0)
+    w = sqrt((rate * sine) ** 2 + c**2)
     center = -c * w_eta / w**2
-    theta1 = w_xi / w * np.sin(w * t) + center * (1 - np.cos(w * t))
-    integral = w_xi / w**2 * (1 - np.cos(w * t)) + center * (t - np.sin(w * t) / w)
-    psi = steady * t + (w_eta * t + c * integral) / sine
+    theta1 = w_xi / w * sin(w * t) + center * (1 - cos(w * t))
+    integral = w_xi / w**2 * (1 - cos(w * t)) + center * (t - sin(w * t) / w)
+    psi = rate * t + (w_eta * t + c * integral) / sine
     return PrecessionResponse(frequency=w, theta=theta0 + theta1, psi=psi)

@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from .elementary import sqrt
+
 
 @dataclass(frozen=True)
 class HingedBar:
@@ -67,7 +69,7 @@ def hinged_bar(m: float, L: float, g: float = 9.81) -> HingedBar:
     return HingedBar(
         alpha=3 * g / (2 * L),
         reaction_start=3 * m * g / 4,
-        omega_vertical=float(np.sqrt(3 * g / L)),
+        omega_vertical=sqrt(3 * g / L),
         reaction_vertical=3 * m * g / 2,
         energy_vertical=m * g * L / 6,
     )

@@ -1,8 +1,8 @@
 """Systems that can be run by name: ``freebody run gyroscope``, or
 
     >>> from freebody.gallery import entries
-    >>> entries()["sec-6-9"].name
-    'gyroscope'
+    >>> entries()["gyroscope"].name
+    'sec-6-9'
 
 Each module describes its machine through the public API and lets the library derive every answer.
 """
@@ -11,9 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from .answer import Answer, Check
 from .entry import Entry, Outcome
 
-__all__ = ["Entry", "Outcome", "entries"]
+__all__ = ["Answer", "Check", "Entry", "Outcome", "entries"]
 
 
 class Gallery(Mapping[str, Entry]):
@@ -35,23 +36,39 @@ class Gallery(Mapping[str, Entry]):
     def __len__(self) -> int:
         return len(self._listed)
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All names that are found, aliases too."""
+        return tuple(self._found)
+
 
 def entries() -> Gallery:
     """All entries, by name or alias."""
     from .block_and_tackle import BLOCK_AND_TACKLE
     from .cart_and_bar import CART_AND_BAR
+    from .cylinder_on_shaft import CYLINDER_ON_SHAFT
     from .double_pendulum import DOUBLE_PENDULUM
+    from .dumbbell import DUMBBELL
     from .four_bar import FOUR_BAR
     from .gyroscope import GYROSCOPE
     from .hinged_bar import HINGED_BAR
+    from .motorcycle import MOTORCYCLE
+    from .nutation import NUTATION
+    from .projectile import PROJECTILE
     from .rolling_disk import ROLLING_DISK
+    from .satellite import SATELLITE
     from .slider_crank import SLIDER_CRANK
+    from .struck_gyroscope import STRUCK_GYROSCOPE
+    from .tilted_disk import TILTED_DISK
     from .torque_free import TORQUE_FREE
     from .tumbling_body import TUMBLING_BODY
+    from .turboprop import TURBOPROP
     from .two_gears import TWO_GEARS
     from .whipple_bicycle import WHIPPLE_BICYCLE
 
     return Gallery(
-        GYROSCOPE, TORQUE_FREE, HINGED_BAR, CART_AND_BAR, DOUBLE_PENDULUM, TUMBLING_BODY, ROLLING_DISK, FOUR_BAR,
-        SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
+        HINGED_BAR, CART_AND_BAR,
+        TILTED_DISK, TORQUE_FREE, GYROSCOPE, NUTATION,
+        DUMBBELL, CYLINDER_ON_SHAFT, DOUBLE_PENDULUM, SATELLITE, MOTORCYCLE, TURBOPROP, PROJECTILE, STRUCK_GYROSCOPE,
+        TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
     )  # fmt: skip

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import freebody as fb
 
-from .entry import Answers, Case, Entry, Plots, explain
+from .answer import Answer, Answers, Plots, Solved
+from .case import Case, explain
+from .entry import Entry
 
 
 def build() -> fb.System:
@@ -40,25 +42,25 @@ START = {"x": "x_0"}
 NEAR = {"y": 1}
 
 
-def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
+def solve(case: Case) -> Solved:
     from ..picture.plots import energy_residual, history, saved
 
     at = case.simulate_to([case["t_1"]], initial=START, near=NEAR)
     here = {name: float(at[name][0]) for name in ("x", "y", "x'", "y'")}
     start = case.accelerations(here)
     answers: Answers = {
-        "x''": (start["x''"], "m/s²"),
-        "y''": (start["y''"], "m/s²"),
-        "tension of the rope": (float(at.multipliers["rope"][0]), "N"),
-        "x at t_1": (here["x"], "m"),
-        "y at t_1": (here["y"], "m"),
+        "x''": Answer("acceleration of the load, x''", start["x''"], "m/s²"),
+        "y''": Answer("acceleration y''", start["y''"], "m/s²"),
+        "tension": Answer("tension of the rope", float(at.multipliers["rope"][0]), "N"),
+        "x(t_1)": Answer("x at t_1", here["x"], "m"),
+        "y(t_1)": Answer("y at t_1", here["y"], "m"),
     }
     trajectory = case.motion(initial=START, near=NEAR)
     plots: Plots = {
         "depths.png": saved(lambda: history(trajectory, title="Block and tackle: depths below the beam")),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
-    return trajectory, answers, plots
+    return Solved(trajectory, answers, plots)
 
 
 BLOCK_AND_TACKLE = Entry(

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import freebody as fb
 
-from .entry import Answers, Case, Entry, Plots, explain, states
+from .answer import Answer, Answers, Plots, Solved
+from .case import Case, explain, states
+from .entry import Entry
 
 
 def build() -> fb.System:
@@ -39,22 +41,26 @@ def build() -> fb.System:
     return s
 
 
-def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
+def solve(case: Case) -> Solved:
     from ..picture.plots import energy_residual, history, reaction, saved
 
     answers: Answers = {
-        f"equation of {name}": (text, "")
-        for name, text in zip(("x", "theta"), case.equations.text().splitlines(), strict=True)
+        "equation_x": case.equation(0, "equation of motion of x"),
+        "equation_theta": case.equation(1, "equation of motion of theta"),
     }
-    for label in ("t_1", "t_2"):
-        at = case.simulate_to([case[label]])
-        answers |= states(at, 0, {"x": "m", "theta": "rad", "x'": "m/s", "theta'": "rad/s"}, label)
+    at = {label: case.simulate_to([case[label]]) for label in ("t_1", "t_2")}
+    units = {"x": "m", "theta": "rad", "x'": "m/s", "theta'": "rad/s"}
+    for label, motion in at.items():
+        answers |= states(motion, 0, units, label)
+    for label, motion in at.items():
         # the pin's reaction is that on the bar; the particle feels the opposite
-        F_x, F_y, _ = -at.reactions["pin"].force[0]
+        F_x, F_y, _ = -motion.reactions["pin"].force[0]
+        f = motion.reactions["guide"].force[0, 1]
+        how = "fb.simulate(s, ...).reactions"
         answers |= {
-            f"hinge force F_x on M at {label}": (float(F_x), "N"),
-            f"hinge force F_y on M at {label}": (float(F_y), "N"),
-            f"ground force f on M (up +) at {label}": (float(at.reactions["guide"].force[0, 1]), "N"),
+            f"F_x({label})": Answer(f"hinge force on M at {label}, x component", float(F_x), "N", how=how),
+            f"F_y({label})": Answer(f"hinge force on M at {label}, y component", float(F_y), "N", how=how),
+            f"f({label})": Answer(f"force of the ground on M at {label}, up +", float(f), "N", how=how),
         }
     trajectory = case.motion()
     plots: Plots = {
@@ -63,7 +69,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
         "guide.png": saved(lambda: reaction(trajectory, "guide", axes="y")),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
-    return trajectory, answers, plots
+    return Solved(trajectory, answers, plots)
 
 
 CART_AND_BAR = Entry(

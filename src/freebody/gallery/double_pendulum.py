@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import freebody as fb
 
-from .entry import Answers, Case, Entry, Plots, explain, small_frequencies, states
+from .answer import Answer, Answers, Plots, Solved
+from .case import Case, explain, small_frequencies, states
+from .entry import Entry
 
 START = {"theta_1": "theta_10", "theta_2": "theta_20"}
 
@@ -42,25 +44,30 @@ def build() -> fb.System:
     return s
 
 
-def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
+def solve(case: Case) -> Solved:
     from ..picture.plots import energy_residual, history, reaction, saved
 
-    names = ("theta_1", "theta_2")
     answers: Answers = {
-        f"equation of {name}": (text, "")
-        for name, text in zip(names, case.equations.text().splitlines(), strict=True)
+        f"equation_{k}": case.equation(k - 1, f"equation of motion of theta_{k}") for k in (1, 2)
     }
-    for label in ("t_1", "t_2"):
-        at = case.simulate_to([case[label]], initial=START)
-        units = {"theta_1": "rad", "theta_2": "rad", "theta_1'": "rad/s", "theta_2'": "rad/s"}
-        answers |= states(at, 0, units, label)
+    at = {label: case.simulate_to([case[label]], initial=START) for label in ("t_1", "t_2")}
+    units = {"theta_1": "rad", "theta_2": "rad", "theta_1'": "rad/s", "theta_2'": "rad/s"}
+    for label, motion in at.items():
+        answers |= states(motion, 0, units, label)
+    for label, motion in at.items():
         for joint, what in (("O", "force of the support on link 1"), ("J", "force of link 1 on link 2")):
-            for axis, force in zip("xy", at.reactions[joint].force[0], strict=False):
-                answers[f"{what}, {axis}, at {label}"] = (float(force), "N")
+            for axis, force in zip("xy", motion.reactions[joint].force[0], strict=False):
+                answers[f"{joint}_{axis}({label})"] = Answer(
+                    f"{what} at {label}, {axis} component",
+                    float(force),
+                    "N",
+                    how="fb.simulate(s, ...).reactions",
+                )
     hanging = {"theta_1": 0, "theta_2": 0, "theta_1'": 0, "theta_2'": 0}
-    low, high = small_frequencies(case, hanging)
-    answers["lower frequency of small oscillation"] = (float(low), "rad/s")
-    answers["higher frequency of small oscillation"] = (float(high), "rad/s")
+    for k, frequency in enumerate(small_frequencies(case, hanging), 1):
+        answers[f"omega_{k}"] = Answer(
+            f"frequency {k} of small oscillation", float(frequency), "rad/s", how="det(K - w² M) = 0"
+        )
     trajectory = case.motion(initial=START)
     plots: Plots = {
         "angles.png": saved(lambda: history(trajectory, title="Two links")),
@@ -68,12 +75,12 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
         "joint.png": saved(lambda: reaction(trajectory, "J", axes="xy")),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
-    return trajectory, answers, plots
+    return Solved(trajectory, answers, plots)
 
 
 DOUBLE_PENDULUM = Entry(
-    "double-pendulum",
-    ("prob-6-15",),
+    "prob-6-15",
+    ("double-pendulum",),
     "Two links, or compound double pendulum (Problem 6.15)",
     (
         "equations of motion",

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import freebody as fb
 
-from .entry import Answers, Case, Entry, Plots, explain
+from .answer import Answer, Answers, Plots, Solved
+from .case import Case, explain
+from .entry import Entry
 
 
 def build() -> fb.System:
@@ -45,7 +47,7 @@ NEAR = {"beta": 1.3, "psi": 2.0}
 """The coupler above the line of the fixed hinges."""
 
 
-def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
+def solve(case: Case) -> Solved:
     from ..picture.plots import energy_residual, history, reaction, saved
 
     at = case.simulate_to([case["t_1"]], near=NEAR)
@@ -58,14 +60,18 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
     angles = {event.name: event.state["psi"] for event in swing.events if event.time > 0}
     trajectory = case.motion(near=NEAR)
     answers: Answers = {
-        "psi at t_1": (here["psi"], "rad"),
-        "psi' at t_1": (here["psi'"], "rad/s"),
-        "psi'' at t_1": (case.accelerations(here)["psi''"], "rad/s²"),
-        "greatest psi": (angles["greatest psi"], "rad"),
-        "least psi": (angles["least psi"], "rad"),
-        "torque on the crank at t_1": (float(at.reactions["A"].moment[0, 2]), "N m"),
-        "force of the rocker on the coupler at t_1": (tuple(at.reactions["C"].force[0, :2].tolist()), "N"),
-        "reactions that no motion determines": (", ".join(trajectory.indeterminate), ""),
+        "psi(t_1)": Answer("psi at t_1", here["psi"], "rad"),
+        "psi'(t_1)": Answer("psi' at t_1", here["psi'"], "rad/s"),
+        "psi''(t_1)": Answer("psi'' at t_1", case.accelerations(here)["psi''"], "rad/s²"),
+        "psi_max": Answer("greatest psi", angles["greatest psi"], "rad"),
+        "psi_min": Answer("least psi", angles["least psi"], "rad"),
+        "torque(t_1)": Answer("torque on the crank at t_1", float(at.reactions["A"].moment[0, 2]), "N m"),
+        "force(t_1)": Answer(
+            "force of the rocker on the coupler at t_1", tuple(at.reactions["C"].force[0, :2].tolist()), "N"
+        ),
+        "indeterminate": Answer(
+            "reactions that no motion determines", ", ".join(trajectory.indeterminate), ""
+        ),
     }
     plots: Plots = {
         "rocker.png": saved(
@@ -74,7 +80,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
         "hinge.png": saved(lambda: reaction(trajectory, "C", axes="xy")),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
-    return trajectory, answers, plots
+    return Solved(trajectory, answers, plots)
 
 
 FOUR_BAR = Entry(

@@ -6,14 +6,16 @@ spin along the shaft, Omega_zeta = phi' + psi' cos(theta), is constant.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import sympy
 
 import freebody as fb
 
-from .entry import Answers, Case, Entry, Plots, explain, happened, mass_properties, states
+from .answer import Answer, Answers, Check, Plots, Solved, same
+from .case import Case, explain, happened, mass_properties, states
+from .entry import Entry
+from .precession import between, least_spin, steady_rates
 
 RELEASE = {"theta": "theta_0", "phi'": "Omega_zeta"}  # from rest: theta' = psi' = 0
 EVENTS = [
@@ -22,11 +24,12 @@ EVENTS = [
 ]
 
 
-def build(axis: str = "ZXZ", angles: str = "psi theta phi") -> fb.System:
-    """The gyroscope in Euler angles, or in another sequence of angles."""
-    s = fb.System("gyroscope")
+def top(name: str, axis: str = "ZXZ", angles: str = "psi theta phi", **more: Any) -> fb.System:
+    """A gyroscope in Euler angles, or another sequence of angles; ``more`` are further parameters."""
+    s = fb.System(name)
     m, R, L, g = s.parameters(m=1.2, R=0.06, L=0.1, g=9.81)
-    s.parameters(theta_0="60deg", theta_low="120deg", Omega_zeta=300.0, t_1=0.4)
+    s.parameters(theta_0="60deg", Omega_zeta=300.0, **more)
+    s.assume(L > 0, g > 0)
     s.gravity = (0, 0, -g)
     rotor = s.body("rotor", fb.disk(m, R))
     s.gimbal("pivot", s.ground, rotor, to=(0, 0, -L), axis=axis, coordinate=angles)
@@ -37,43 +40,19 @@ def build(axis: str = "ZXZ", angles: str = "psi theta phi") -> fb.System:
         L="m: distance of the disk's centre from the pivot",
         g="m/s²: gravity",
         theta_0="rad: angle of steady precession, and of the release",
-        theta_low="rad: second angle of steady precession",
         Omega_zeta="rad/s: total spin along the shaft",
-        t_1="s: time to answer for",
     )
     return s
 
 
-def steady_balance(case: Case) -> tuple[Any, ...]:
-    """Coefficients of 1, w, w² in the balance of theta when theta and psi' = w stay as they are."""
-    w = sympy.Symbol("w")
-    state = {"theta'": 0, "theta''": 0, "psi''": 0, "phi''": 0, "psi'": w}
-    spin = case.system.expression("Omega_zeta - psi'*cos(theta)")
-    balance = case.equations.motion[1]
-    steady = case.put(balance.lhs - balance.rhs, {**state, "phi'": spin.xreplace({case.atoms["psi'"]: w})})
-    return tuple(sympy.Poly(steady, w).coeff_monomial(w**k) for k in range(3))
+def build(axis: str = "ZXZ", angles: str = "psi theta phi") -> fb.System:
+    """The gyroscope in Euler angles, or in another sequence of angles."""
+    s = top("gyroscope", axis, angles, theta_low="120deg", t_1=0.4)
+    explain(s, theta_low="rad: second angle of steady precession", t_1="s: time to answer for")
+    return s
 
 
-def steady_rates(case: Case, theta: str) -> tuple[Any, Any]:
-    """Fast and slow steady precession at the angle of that name [rad/s]."""
-    C, B, A = (case.number(c, {"theta": case.atoms[theta]}) for c in steady_balance(case))
-    square = B**2 - 4 * A * C
-    if square < 0 or B == square == 0:
-        return ("none: spin too small",) * 2
-    # the sum of like signs, so that the slow rate keeps its digits
-    q = -(B + math.copysign(math.sqrt(square), B)) / 2
-    return q / A if A else math.copysign(math.inf, q), C / q
-
-
-def least_spin(case: Case) -> float:
-    """Smallest spin with a steady precession at theta_0: B² = 4 A C there, and B is a multiple of the spin."""
-    here = {"theta": case.atoms["theta_0"]}
-    C, B, A = steady_balance(case)
-    slope = case.number(B.diff(case.atoms["Omega_zeta"]), here)
-    return 2 * math.sqrt(max(0.0, case.number(A, here) * case.number(C, here))) / abs(slope)
-
-
-def sleeping_spin(case: Case) -> float:
+def sleeping_spin(case: Case) -> Any:
     """Smallest spin at which the upright top is stable, from the linearised equations of the same machine.
 
     Euler's angles do not know theta = 0 from its neighbours, so two tilts alpha, beta about the horizontal
@@ -90,38 +69,55 @@ def sleeping_spin(case: Case) -> float:
     s, Omega = sympy.Symbol("s"), case.atoms["Omega_zeta"]
     poly = sympy.Poly((s**2 * M + s * G + K).det(), s)
     a, b, c = (poly.coeff_monomial(s**k) for k in (4, 2, 0))
-    b2, b0 = (case.number(sympy.Poly(b, Omega).coeff_monomial(Omega**k)) for k in (2, 0))
-    return math.sqrt((2 * math.sqrt(case.number(a) * case.number(c)) - b0) / b2)
+    b2, b0 = (sympy.Poly(b, Omega).coeff_monomial(Omega**k) for k in (2, 0))
+    return sympy.sqrt((2 * sympy.sqrt(sympy.factor(a * c)) - b0) / b2)
 
 
-def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
-    if not 0 < case["theta_0"] < math.pi:
-        raise fb.errors.ModelError(
-            f"Expected theta_0 between 0 and pi, got {case['theta_0']:g}: there the shaft is vertical and "
-            "psi and phi are one angle."
-        )
-    rotor = case.system.bodies["rotor"]
-    I_0 = mass_properties(rotor).about(case.system.joints["pivot"].to)
-    fast, slow = steady_rates(case, "theta_0")
-    fast_low, slow_low = steady_rates(case, "theta_low")
+def moments(case: Case) -> tuple[Any, Any]:
+    """Moments of inertia about the pivot, transverse and axial, in the parameters."""
+    I_0 = mass_properties(case.system.bodies["rotor"]).about(case.system.joints["pivot"].to)
+    return I_0[0][0], I_0[2][2]
+
+
+def solve(case: Case) -> Solved:
+    between(case)
+    I_xi, I_zeta = moments(case)
     nutation = case.simulate_past("largest theta", 2, initial=RELEASE, events=EVENTS)
     low = happened(nutation, "largest theta")
     at = case.simulate_to([case["t_1"]], initial=RELEASE)
+    how = "rotor.mass_properties.about(pivot)"
+    located = "fb.simulate, event located"
     answers: Answers = {
-        "I_xi": (case.number(I_0[0][0]), "kg m²"),
-        "I_zeta": (case.number(I_0[2][2]), "kg m²"),
-        "fast steady psi' at theta_0": (fast, "rad/s"),
-        "slow steady psi' at theta_0": (slow, "rad/s"),
-        "smallest spin with steady precession at theta_0": (least_spin(case), "rad/s"),
-        "fast steady psi' at theta_low": (fast_low, "rad/s"),
-        "slow steady psi' at theta_low": (slow_low, "rad/s"),
-        "largest theta after release": (low[0].state["theta"], "rad"),
-        "nutation period": (low[1].time - low[0].time, "s"),
+        "I_xi": case.formula("transverse moment of inertia about the pivot", I_xi, "kg m²", how),
+        "I_zeta": case.formula("axial moment of inertia", I_zeta, "kg m²", how),
+        **steady_rates(case, "theta_0"),
+        "Omega_min": case.formula(
+            "smallest spin with steady precession at theta_0",
+            least_spin(case), "rad/s", "equation of motion of theta: both rates equal",
+        ),
+        **steady_rates(case, "theta_low", "(theta_low)"),
+        "theta_max": Answer("largest theta after release", low[0].state["theta"], "rad", how=located),
+        "period": Answer("nutation period", low[1].time - low[0].time, "s", how=located),
         **states(at, 0, {"theta": "rad", "psi": "rad", "theta'": "rad/s", "psi'": "rad/s"}, "t_1"),
-        "smallest spin of the upright top": (sleeping_spin(case), "rad/s"),
-    }
+        "Omega_sleeping": case.formula(
+            "smallest spin of the stable upright top",
+            sleeping_spin(case), "rad/s", "linear equations of two tilts about the vertical",
+        ),
+    }  # fmt: skip
     trajectory = case.motion(initial=RELEASE, events=EVENTS)
-    return trajectory, answers, plots(trajectory)
+    return Solved(trajectory, answers, plots(trajectory), checks(case, at))
+
+
+def checks(case: Case, at: fb.Trajectory) -> tuple[Check, ...]:
+    """Every integral of the motion, where it is simulated, against its value at the release."""
+    names = [*case.equations.model.coordinate_names, *case.equations.model.speed_names]
+    start = {**dict.fromkeys(names, 0.0), "theta": case["theta_0"], "phi'": case["Omega_zeta"]}
+    end = {name: float(at[name][0]) for name in names}
+    return tuple(
+        same(f"{integral.name} at t_1 and at the start", integral.value({**case.values, **end}),
+             integral.value({**case.values, **start}), 1000 * case.tolerance)
+        for integral in case.equations.integrals
+    )  # fmt: skip
 
 
 def plots(trajectory: fb.Trajectory) -> Plots:
@@ -138,8 +134,8 @@ def plots(trajectory: fb.Trajectory) -> Plots:
 
 
 GYROSCOPE = Entry(
-    "gyroscope",
-    ("sec-6-9",),
+    "sec-6-9",
+    ("gyroscope", "heavy-top"),
     "Gyroscope, or heavy symmetric top (section 6.9)",
     (
         "steady precession: both rates, and the spin it takes",

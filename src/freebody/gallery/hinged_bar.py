@@ -5,11 +5,16 @@ theta is the angle from the horizontal, counter-clockwise +: the long right part
 
 from __future__ import annotations
 
+import sympy
+
 import freebody as fb
 
-from .entry import Answers, Case, Entry, Plots, explain
+from .answer import Answers, Plots, Solved, same
+from .case import Case, explain
+from .entry import Entry
 
-VERTICAL = fb.event("cos(theta)", name="vertical", terminal=True)
+RELEASE = {"theta": 0, "theta'": 0}
+VERTICAL = {"theta": "-pi/2"}
 
 
 def build() -> fb.System:
@@ -29,27 +34,50 @@ def build() -> fb.System:
     return s
 
 
-def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
+def solve(case: Case) -> Solved:
     from ..picture.plots import energy_residual, history, reaction, saved
 
-    release = {"theta": 0, "theta'": 0}
-    start = case.accelerations(release)
-    R = case.equations.reactions["pin"].force[1]
-    swing = case.simulate_past("vertical", 1, events=[VERTICAL])
+    e = case.equations
+    start = e.solve(["theta''", "pin_y"], where=RELEASE)
+    square = case.square_of_speed("theta'", RELEASE, VERTICAL)
+    below = e.solve(["theta''", "pin_y"], where=VERTICAL)
+    by_energy = "energy integral, from the release to the vertical"
     answers: Answers = {
-        "alpha after release (counter-clockwise +)": (start["theta''"], "rad/s²"),
-        "vertical reaction R after release (up +)": (case.number(R, {**release, **start}), "N"),
-        "omega_2 when first vertical (counter-clockwise +)": (float(swing["theta'"][-1]), "rad/s"),
-        "vertical reaction then (up +)": (float(swing.reactions["pin"].force[-1, 1]), "N"),
-        "kinetic energy T_2 then": (float(swing.energy.kinetic[-1]), "J"),
-    }
+        "alpha": case.formula(
+            "angular acceleration just after release, counter-clockwise +",
+            start["theta''"], "rad/s²", 'fb.equations(s).solve("theta\'\'")',
+        ),
+        "R_1": case.formula(
+            "vertical reaction on the bar at the hinge just after release, up +",
+            start["pin_y"], "N", 'fb.equations(s).solve("pin_y")',
+        ),
+        "omega_2": case.formula(
+            "angular velocity when the bar is first vertical, counter-clockwise +",
+            -sympy.sqrt(square), "rad/s", by_energy,
+        ),
+        "R_2": case.formula(
+            "vertical reaction on the bar then, up +",
+            below["pin_y"].subs(case.atoms["theta'"], sympy.sqrt(square)), "N", by_energy + ', then solve("pin_y")',
+        ),
+        "T_2": case.formula(
+            "kinetic energy then",
+            case.put(e.energy.kinetic, {**VERTICAL, "theta'": sympy.sqrt(square)}), "J", by_energy,
+        ),
+    }  # fmt: skip
+    swing = case.simulate_past("vertical", 1, events=[fb.event("cos(theta)", name="vertical", terminal=True)])
+    bound = 1000 * case.tolerance
+    checks = (
+        same("omega_2 against the simulation", answers["omega_2"].value, swing["theta'"][-1], bound),
+        same("R_2 against the simulation", answers["R_2"].value, swing.reactions["pin"].force[-1, 1], bound),
+        same("T_2 against the simulation", answers["T_2"].value, swing.energy.kinetic[-1], bound),
+    )
     trajectory = case.motion(events=[fb.event("cos(theta)", name="vertical")])
     plots: Plots = {
         "theta.png": saved(lambda: history(trajectory, "theta", title="Bar hinged at its third point")),
         "reaction.png": saved(lambda: reaction(trajectory, "pin", axes="xy")),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
-    return trajectory, answers, plots
+    return Solved(trajectory, answers, plots, checks)
 
 
 HINGED_BAR = Entry(
@@ -57,8 +85,8 @@ HINGED_BAR = Entry(
     ("hinged-bar",),
     "Bar hinged at its third point, released horizontal (Example 6.2)",
     (
-        "just after release: angular acceleration, reaction",
-        "first vertical: angular velocity, reaction, kinetic energy",
+        "just after release: angular acceleration, vertical reaction",
+        "first vertical: angular velocity, vertical reaction, kinetic energy",
     ),
     build,
     solve,

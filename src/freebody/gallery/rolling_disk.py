@@ -13,7 +13,9 @@ import numpy as np
 
 import freebody as fb
 
-from .entry import Answers, Case, Entry, Plots, explain
+from .answer import Answer, Answers, Plots, Solved
+from .case import Case, explain
+from .entry import Entry
 
 
 def build() -> fb.System:
@@ -76,7 +78,7 @@ def steady_spin(case: Case) -> float:
     return low / (low - high)
 
 
-def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
+def solve(case: Case) -> Solved:
     from ..picture.plots import energy_residual, history, reaction, saved
 
     if not 0 <= abs(case["lean"]) < math.pi / 2 or case["Omega"] == 0:
@@ -91,14 +93,19 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
     velocity = np.einsum("nij,nj->ni", R, np.stack([at[f"air_v{c}"] for c in "xyz"], axis=-1))
     # in steady motion the velocity of the centre turns at Omega: v = Omega x distance from the axis of the turn
     answers: Answers = {
-        "spin about the axle in a steady turn": (spin, "rad/s"),
-        "radius of the centre's circle": (float(np.linalg.norm(velocity[0]) / abs(case["Omega"])), "m"),
-        "centre at t_1 from its start": (
+        "spin": Answer("spin about the axle in a steady turn", spin, "rad/s"),
+        "radius": Answer(
+            "radius of the centre's circle", float(np.linalg.norm(velocity[0]) / abs(case["Omega"])), "m"
+        ),
+        "path(t_1)": Answer(
+            "centre at t_1 from its start",
             tuple(float(at[f"air_{c}"][1] - at[f"air_{c}"][0]) for c in "xyz"),
             "m",
         ),
-        "lean at t_1": (math.asin(float(R[1, 2, 2])), "rad"),
-        "force of the plane at the start": (tuple(at.reactions["contact"].force[0].tolist()), "N"),
+        "lean(t_1)": Answer("lean at t_1", math.asin(float(R[1, 2, 2])), "rad"),
+        "force": Answer(
+            "force of the plane at the start", tuple(at.reactions["contact"].force[0].tolist()), "N"
+        ),
     }
     trajectory = case.motion(initial=start, near=NEAR)
     plots: Plots = {
@@ -108,7 +115,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
         "contact.png": saved(lambda: reaction(trajectory, "contact", axes="xyz")),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
-    return trajectory, answers, plots
+    return Solved(trajectory, answers, plots)
 
 
 ROLLING_DISK = Entry(

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import freebody as fb
 
-from .entry import Answers, Case, Entry, Plots, explain
+from .answer import Answer, Answers, Plots, Solved
+from .case import Case, explain
+from .entry import Entry
 
 
 def build() -> fb.System:
@@ -37,7 +39,7 @@ def build() -> fb.System:
     return s
 
 
-def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
+def solve(case: Case) -> Solved:
     from ..picture.plots import energy_residual, history, reaction, saved
 
     near = {"x": "L"}  # the other position has the piston on the far side
@@ -45,13 +47,15 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
     here = {name: float(at[name][0]) for name in ("b", "x", "b'", "x'", "t")}
     shaft, cylinder, pin = (at.reactions[name] for name in ("shaft", "cylinder", "wrist_pin"))
     answers: Answers = {
-        "x at t_1": (here["x"], "m"),
-        "x' at t_1": (here["x'"], "m/s"),
-        "x'' at t_1": (case.accelerations(here)["x''"], "m/s²"),
-        "torque on the crank at t_1": (float(shaft.moment[0, 2]), "N m"),
-        "force of the cylinder on the piston at t_1 (y)": (float(cylinder.force[0, 1]), "N"),
-        "force of the rod on the piston at t_1 (x)": (float(pin.force[0, 0]), "N"),
-        "kinetic energy at t_1": (float(at.energy.kinetic[0]), "J"),
+        "x(t_1)": Answer("x at t_1", here["x"], "m"),
+        "x'(t_1)": Answer("x' at t_1", here["x'"], "m/s"),
+        "x''(t_1)": Answer("x'' at t_1", case.accelerations(here)["x''"], "m/s²"),
+        "torque(t_1)": Answer("torque on the crank at t_1", float(shaft.moment[0, 2]), "N m"),
+        "F_cylinder(t_1)": Answer(
+            "force of the cylinder on the piston at t_1 (y)", float(cylinder.force[0, 1]), "N"
+        ),
+        "F_rod(t_1)": Answer("force of the rod on the piston at t_1 (x)", float(pin.force[0, 0]), "N"),
+        "T(t_1)": Answer("kinetic energy at t_1", float(at.energy.kinetic[0]), "J"),
     }
     trajectory = case.motion(near=near)
     plots: Plots = {
@@ -59,7 +63,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
         "cylinder.png": saved(lambda: reaction(trajectory, "cylinder", axes="y")),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
-    return trajectory, answers, plots
+    return Solved(trajectory, answers, plots)
 
 
 SLIDER_CRANK = Entry(

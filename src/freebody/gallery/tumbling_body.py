@@ -10,7 +10,9 @@ import numpy as np
 
 import freebody as fb
 
-from .entry import Answers, Case, Entry, Plots, explain, happened, mass_properties
+from .answer import Answer, Answers, Plots, Solved
+from .case import Case, explain, happened, mass_properties
+from .entry import Entry
 
 START = {"flight_wx": "w_x", "flight_wy": "w_y", "flight_wz": "w_z"}
 
@@ -42,7 +44,7 @@ def circled(case: Case, moments: np.ndarray, H: float, T: float) -> str:
     return "xyz"[low if 2 * T * moments[middle] > H**2 else high]
 
 
-def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
+def solve(case: Case) -> Solved:
     from ..picture.plots import energy_residual, history, saved
     from ..picture.sphere import axis_path, polhode
 
@@ -62,13 +64,16 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
     size, T = float(np.linalg.norm(H[0])), float(trajectory.energy.kinetic[0])
     at = case.simulate_to([case["t_1"]], initial=START)
     answers: Answers = {
-        "I_x, I_y, I_z": (tuple(moments.tolist()), "kg m²"),
-        "kinetic energy": (T, "J"),
-        "angular momentum": (size, "kg m²/s"),
-        "axis that omega circles in the body": (circled(case, moments, size, T), ""),
-        "period of omega in the body": (period, "s"),
-        "omega in body axes at t_1": (tuple(float(at[f"flight_w{axis}"][0]) for axis in "xyz"), "rad/s"),
-        "largest change of the angular momentum vector, relative": (
+        "I": Answer("I_x, I_y, I_z", tuple(moments.tolist()), "kg m²"),
+        "T": Answer("kinetic energy", T, "J"),
+        "H": Answer("angular momentum", size, "kg m²/s"),
+        "axis": Answer("axis that omega circles in the body", circled(case, moments, size, T), ""),
+        "period": Answer("period of omega in the body", period, "s"),
+        "omega(t_1)": Answer(
+            "omega in body axes at t_1", tuple(float(at[f"flight_w{axis}"][0]) for axis in "xyz"), "rad/s"
+        ),
+        "H_change": Answer(
+            "largest change of the angular momentum vector, relative",
             float(np.max(np.linalg.norm(H - H[0], axis=1))) / size,
             "",
         ),
@@ -91,7 +96,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
         ),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
-    return trajectory, answers, plots
+    return Solved(trajectory, answers, plots)
 
 
 TUMBLING_BODY = Entry(

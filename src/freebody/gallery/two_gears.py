@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import freebody as fb
 
-from .entry import Answers, Case, Entry, Plots, explain
+from .answer import Answer, Answers, Plots, Solved
+from .case import Case, explain
+from .entry import Entry
 
 
 def build() -> fb.System:
@@ -36,26 +38,26 @@ def build() -> fb.System:
     return s
 
 
-def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
+def solve(case: Case) -> Solved:
     from ..picture.plots import energy_residual, history, saved
 
     at = case.simulate_to([case["t_1"]])
     here = {name: float(at[name][0]) for name in ("phi_1", "phi_2", "phi_1'", "phi_2'")}
     start = case.accelerations(here)
     answers: Answers = {
-        "phi_1''": (start["phi_1''"], "rad/s²"),
-        "phi_2''": (start["phi_2''"], "rad/s²"),
+        "phi_1''": Answer("angular acceleration of the pinion", start["phi_1''"], "rad/s²"),
+        "phi_2''": Answer("angular acceleration of the wheel", start["phi_2''"], "rad/s²"),
         # the multiplier is the torque of the mesh on the pinion
-        "force at the teeth": (-float(at.multipliers["mesh"][0]) / case["r_1"], "N"),
-        "phi_1 at t_1": (here["phi_1"], "rad"),
-        "phi_2 at t_1": (here["phi_2"], "rad"),
+        "force": Answer("force at the teeth", -float(at.multipliers["mesh"][0]) / case["r_1"], "N"),
+        "phi_1(t_1)": Answer("phi_1 at t_1", here["phi_1"], "rad"),
+        "phi_2(t_1)": Answer("phi_2 at t_1", here["phi_2"], "rad"),
     }
     trajectory = case.motion()
     plots: Plots = {
         "angles.png": saved(lambda: history(trajectory, title="Two gears: angles")),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
-    return trajectory, answers, plots
+    return Solved(trajectory, answers, plots)
 
 
 TWO_GEARS = Entry(

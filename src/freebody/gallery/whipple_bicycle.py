@@ -18,7 +18,9 @@ import numpy as np
 
 import freebody as fb
 
-from .entry import Answers, Case, Entry, Plots, explain
+from .answer import Answer, Answers, Plots, Solved
+from .case import Case, explain
+from .entry import Entry
 
 LEAN_AND_STEER = ("air_rx", "delta", "rear")
 """Independent small motions: lean, steer, and the turn of the rear wheel, which is the forward motion."""
@@ -123,21 +125,26 @@ def stable_speeds(parts: dict[str, np.ndarray], g: float) -> tuple[float, float]
     return "none: unstable at all speeds"
 
 
-def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
+def solve(case: Case) -> Solved:
     from ..picture.plots import energy_residual, history, reaction, saved
 
     parts = coefficients(case.equations.model, case.values)
     at = case.simulate_to([case["t_1"]], initial=KICK)
     speeds = stable_speeds(parts, case["g"])
+    roots = ", ".join(f"{z:.14g}" for z in eigenvalues(parts, case["v"], case["g"]))
+    rear, front = (at.reactions[f"{wheel}_contact"].force[0].tolist() for wheel in ("rear", "front"))
     units = {"M": "kg m²", "C1": "kg m", "K0": "kg m", "K2": "kg"}
     answers: Answers = {
-        **{name: (tuple(map(tuple, parts[name].tolist())), unit) for name, unit in units.items()},
-        "eigenvalues at v": (", ".join(f"{z:.14g}" for z in eigenvalues(parts, case["v"], case["g"])), "1/s"),
-        "stable from, to": (speeds, "m/s"),
-        "delta at t_1": (float(at["delta"][0]), "rad"),
-        "rate of lean at t_1": (float(at["air_wx"][0]), "rad/s"),
-        "force of the ground on the rear wheel at t_1": (tuple(at.reactions["rear_contact"].force[0].tolist()), "N"),
-        "force of the ground on the front wheel at t_1": (tuple(at.reactions["front_contact"].force[0].tolist()), "N"),
+        **{
+            name: Answer(f"matrix {name} of lean and steer", tuple(map(tuple, parts[name].tolist())), unit)
+            for name, unit in units.items()
+        },
+        "eigenvalues": Answer("eigenvalues at v", roots, "1/s"),
+        "stable": Answer("stable from, to", speeds, "m/s"),
+        "delta(t_1)": Answer("delta at t_1", float(at["delta"][0]), "rad"),
+        "lean'(t_1)": Answer("rate of lean at t_1", float(at["air_wx"][0]), "rad/s"),
+        "F_rear(t_1)": Answer("force of the ground on the rear wheel at t_1", tuple(rear), "N"),
+        "F_front(t_1)": Answer("force of the ground on the front wheel at t_1", tuple(front), "N"),
     }  # fmt: skip
     trajectory = case.motion(initial=KICK)
     plots: Plots = {
@@ -148,7 +155,7 @@ def solve(case: Case) -> tuple[fb.Trajectory, Answers, Plots]:
         "front.png": saved(lambda: reaction(trajectory, "front_contact", axes="xyz")),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
-    return trajectory, answers, plots
+    return Solved(trajectory, answers, plots)
 
 
 WHIPPLE_BICYCLE = Entry(
@@ -163,4 +170,5 @@ WHIPPLE_BICYCLE = Entry(
     build,
     solve,
     until=4.0,
+    bodies=(),
 )

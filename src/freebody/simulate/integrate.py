@@ -237,6 +237,8 @@ def _first_step(
     order: int,
 ) -> float:
     """A length for the first step (Hairer, Norsett, Wanner, section II.4)."""
+    if not y.size:  # every joint is driven: there is nothing to integrate
+        return longest
     size, slope = float(np.max(np.abs(y) / scale)), float(np.max(np.abs(f) / scale))
     guess = min(1e-6 if size < 1e-5 or slope < 1e-5 else 0.01 * size / slope, longest)
     curve = float(np.max(np.abs(at(t + direction * guess, y + direction * guess * f) - f) / scale)) / guess

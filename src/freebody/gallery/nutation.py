@@ -1,0 +1,180 @@
+"""Small oscillation of a gyroscope about its steady slow precession (chapter, section 6.10).
+
+The steady motion is taken from the equations: the spin that keeps theta_0 at the precession rate psi'. They are
+linearised about it, and the linear equations solved in closed form.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import sympy
+
+import freebody as fb
+
+from .answer import Answer, Answers, Plots, Solved, same
+from .case import Case, explain
+from .entry import Entry
+from .gyroscope import top
+from .precession import between, steady_root
+
+
+def build() -> fb.System:
+    """The gyroscope with small changes of its angular velocity."""
+    s = top("nutation", w_xi=0.05, w_eta=0.08, t_1=0.1)
+    explain(
+        s,
+        w_xi="rad/s: change of the angular velocity along the nodal axis: theta' at the start",
+        w_eta="rad/s: change of the angular velocity across it: psi' sin(theta_0) at the start",
+        t_1="s: time to answer for",
+    )
+    return s
+
+
+def slow_precession(case: Case) -> Any:
+    """The slow rate at theta_0, in the parameters.
+
+    Raises
+    ------
+    ModelError
+        The spin is too small for a steady precession.
+    """
+    between(case)
+    _, slow, there = steady_root(case, "theta_0")
+    if not there:
+        raise fb.errors.ModelError(
+            f"Expected a spin with a steady precession at theta_0 = {case['theta_0']:g} rad, got Omega_zeta = "
+            f"{case['Omega_zeta']:g} rad/s: it is too small. Spin faster, or lower the shaft."
+        )
+    return slow
+
+
+@dataclass(frozen=True)
+class LinearTheory:
+    """Small motions about steady precession at theta_0, in symbols: its rate, the changes at the start, and time."""
+
+    rate: Any
+    theta_rate: Any
+    psi_rate: Any
+    t: Any
+    frequency: Any
+    theta: Any
+    psi: Any
+
+    def at(self, x: Any, **values: Any) -> Any:
+        """An expression with other expressions in place of ``rate``, ``theta_rate``, ``psi_rate`` and ``t``."""
+        return x.xreplace({getattr(self, name): sympy.sympify(value) for name, value in values.items()})
+
+
+@cache
+def linear_theory() -> LinearTheory:
+    """The linear equations about the steady precession, and their response: derived once, for all values."""
+    e = fb.equations(top("nutation"))
+    atoms = e.model.names.atoms
+    rate, theta_rate, psi_rate = (sympy.Dummy(name, real=True) for name in ("rate", "theta_rate", "psi_rate"))
+    steady = fb.steady_motions(e, solve_for="phi'")[0].solution["phi'"]
+    spin = steady.xreplace({atoms["psi'"]: rate, atoms["theta"]: atoms["theta_0"]})
+    model = fb.linearize(e, {"theta": "theta_0", "psi'": rate, "phi'": spin})
+    # the total spin along the shaft stays
+    changes = {"theta'": theta_rate, "psi'": psi_rate, "phi'": -psi_rate * sympy.cos(atoms["theta_0"])}
+    found = model.response(changes)
+    (t,) = {x for x in found["theta"].free_symbols if x.name == "t"}
+    (frequency,) = model.natural_frequencies()
+    theta, psi = atoms["theta_0"] + found["theta"], rate * t + found["psi"]
+    return LinearTheory(rate, theta_rate, psi_rate, t, frequency, theta, psi)
+
+
+def start(case: Case, slow: Any, theta_rate: Any, psi_rate: Any) -> dict[str, float]:
+    """The state after theta' and psi' have changed; the total spin stays."""
+    rates = {"theta'": case.number(theta_rate), "psi'": case.number(slow + psi_rate)}
+    spin = case["Omega_zeta"] - rates["psi'"] * case.number(sympy.cos(case.atoms["theta_0"]))
+    return {"theta": case["theta_0"], **rates, "phi'": spin}
+
+
+def theory_and_truth(case: Case, slow: Any, theta_rate: Any, psi_rate: Any) -> tuple[Answers, dict[str, Any]]:
+    """Answers of the linear theory and of the simulation at t_1, and the linear response as functions of time."""
+    theory, atoms = linear_theory(), case.atoms
+    changes = {"theta_rate": theta_rate, "psi_rate": psi_rate}
+    response = {name: theory.at(getattr(theory, name), **changes) for name in ("theta", "psi")}
+    about = "about the slow precession, whose rate is psi'"
+    answers: Answers = {
+        f"{name}_linear(t_1)": case.formula(
+            f"linear theory {about}: {name} at t_1", theory.at(x, t=atoms["t_1"], rate=atoms["psi'"]), "rad",
+            "fb.linearize(s, steady).response(...)", at={"psi'": slow},
+        )
+        for name, x in response.items()
+    }  # fmt: skip
+    at = case.simulate_to([case["t_1"]], initial=start(case, slow, theta_rate, psi_rate))
+    for name in ("theta", "psi"):
+        answers[f"{name}(t_1)"] = Answer(
+            f"exact, nonlinear {name} at t_1", float(at[name][0]), "rad", how="fb.simulate"
+        )
+    drawn = {name: case.put(theory.at(x, rate=slow), case.values) for name, x in response.items()}
+    return answers, {name: sympy.lambdify(theory.t, x, "numpy") for name, x in drawn.items()}
+
+
+def frequency(case: Case, slow: Any) -> Answer:
+    """Frequency of the small oscillation about the slow precession."""
+    theory = linear_theory()
+    return case.formula(
+        "frequency of the small oscillation, linear theory, where psi' is the slow precession rate",
+        theory.at(theory.frequency, rate=case.atoms["psi'"]), "rad/s",
+        "fb.linearize(s, steady).natural_frequencies()", at={"psi'": slow},
+    )  # fmt: skip
+
+
+def plots(case: Case, trajectory: fb.Trajectory, theory: dict[str, Any]) -> Plots:
+    """theta and psi, linear and exact, and the path of the spin axis."""
+    from ..picture.plots import energy_residual, history, saved
+    from ..picture.sphere import axis_path
+
+    def both(name: str, title: str) -> Any:
+        ax = history(trajectory, name, title=title, events=False)
+        ax.lines[0].set_label("exact")
+        ax.plot(trajectory.t, theory[name](trajectory.t), "--", label="linear theory")
+        ax.legend()
+        return ax
+
+    return {
+        "theta.png": saved(lambda: both("theta", "Nutation about the slow precession")),
+        "psi.png": saved(lambda: both("psi", "Precession, linear and exact")),
+        "spin_axis.png": saved(lambda: axis_path(trajectory, "rotor", title="Path of the spin axis")),
+        "energy.png": saved(lambda: energy_residual(trajectory)),
+    }
+
+
+def solve(case: Case) -> Solved:
+    slow = slow_precession(case)
+    w_xi, w_eta = case.atoms["w_xi"], case.atoms["w_eta"]
+    changes = (w_xi, w_eta / sympy.sin(case.atoms["theta_0"]))
+    found, theory = theory_and_truth(case, slow, *changes)
+    answers: Answers = {"omega_n": frequency(case, slow), **found}
+    begun = start(case, slow, *changes)
+    trajectory = case.motion(initial=begun)
+    return Solved(trajectory, answers, plots(case, trajectory, theory), (steadiness(case, slow),))
+
+
+def steadiness(case: Case, slow: Any) -> Any:
+    """Without a change theta stays where it is: the steady precession is one of the nonlinear equations."""
+    still = case.simulate_to([case["t_1"]], initial=start(case, slow, 0, 0))
+    return same(
+        "theta stays at theta_0 in steady precession", still["theta"], case["theta_0"], 1000 * case.tolerance
+    )
+
+
+NUTATION = Entry(
+    "sec-6-10",
+    ("nutation", "small-oscillation"),
+    "Small oscillation of a gyroscope about steady slow precession (section 6.10)",
+    (
+        "frequency of the small oscillation in the linear theory",
+        "theta and psi at t_1 in the linear theory",
+        "theta and psi at t_1, exact (nonlinear)",
+    ),
+    build,
+    solve,
+    until=0.5,
+    start={"theta": "theta_0", "phi'": "Omega_zeta"},
+)

@@ -1,0 +1,81 @@
+"""Steady precession in Euler's angles, read off the equation of motion of theta, for the tops of the gallery.
+
+psi turns about the axis that the moment's force is parallel to, theta about the nodal axis, phi about the
+symmetry axis; the total spin phi' + psi' cos(theta) is a constant of the motion, and a parameter of the system.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import sympy
+
+import freebody as fb
+
+from .answer import Answer, Answers
+from .case import Case
+
+
+def steady_balance(case: Case, spin: str = "Omega_zeta") -> tuple[Any, ...]:
+    """Coefficients of 1, w, w² in the balance of theta when theta and psi' = w stay as they are."""
+    w = sympy.Symbol("w")
+    state = {"theta'": 0, "theta''": 0, "psi''": 0, "phi''": 0, "psi'": w}
+    phi_rate = case.system.expression(f"{spin} - psi'*cos(theta)")
+    balance = case.equations.motion[1]
+    steady = case.put(
+        balance.lhs - balance.rhs, {**state, "phi'": phi_rate.xreplace({case.atoms["psi'"]: w})}
+    )
+    return tuple(sympy.Poly(steady, w).coeff_monomial(w**k) for k in range(3))
+
+
+def steady_root(case: Case, theta: str, spin: str = "Omega_zeta") -> tuple[Any, Any, bool]:
+    """Fast and slow rate of steady precession at the angle of that name, and whether they are real.
+
+    The roots of A w² + B w + C are q/A and C/q with q = -(B ± sqrt(B² - 4 A C))/2, the sign that of B, so that the
+    slow one keeps its digits.
+    """
+    C, B, A = (
+        case.put(c, {"theta": theta}) / sympy.sin(case.atoms[theta]) for c in steady_balance(case, spin)
+    )
+    square = B**2 - 4 * A * C
+    if case.number(square) < 0:
+        return sympy.nan, sympy.nan, False
+    sign = -1 if case.number(B) < 0 else 1
+    q = -(B + sign * sympy.sqrt(square)) / 2
+    return q / A, C / q, case.number(q) != 0
+
+
+def steady_rates(case: Case, theta: str, ending: str = "", spin: str = "Omega_zeta") -> Answers:
+    """Answers to both rates of steady precession at the angle of that name."""
+    fast, slow, there = steady_root(case, theta, spin)
+    horizontal = there and case.number(1 / fast) == 0
+    how = "equation of motion of theta at constant theta and psi'"
+    found: Answers = {}
+    for kind, rate in (("fast", fast), ("slow", slow)):
+        question = f"{kind} steady precession rate psi' at {theta}"
+        key = f"psi'_{kind}{ending}"
+        if not there:
+            found[key] = Answer(question, "none: spin too small", "", None, how)
+        elif kind == "fast" and horizontal:
+            found[key] = Answer(question, "infinite: the shaft is horizontal", "", None, how)
+        else:
+            found[key] = case.formula(question, rate, "rad/s", how)
+    return found
+
+
+def least_spin(case: Case, theta: Any = "theta_0", spin: str = "Omega_zeta") -> Any:
+    """Smallest spin with a steady precession at an angle, where B² = 4 A C; B is a multiple of the spin."""
+    C, B, A = (sympy.cancel(c / sympy.sin(case.atoms["theta"])) for c in steady_balance(case, spin))
+    C, B, A = (case.put(c, {"theta": theta}) for c in (C, B, A))
+    slope = B.diff(case.atoms[spin])
+    return sympy.sqrt(sympy.cancel(4 * A * C / slope**2)) if case.number(A * C) > 0 else sympy.Integer(0)
+
+
+def between(case: Case, name: str = "theta_0") -> None:
+    """Refuse a vertical shaft, where psi and phi are one angle."""
+    if not 0 < case[name] < math.pi:
+        raise fb.errors.ModelError(
+            f"Expected {name} between 0 and pi, got {case[name]:g}: there the shaft is vertical and "
+            "psi and phi are one angle."
+        )

@@ -1,0 +1,103 @@
+"""Spin-stabilised projectile: steady wobble about its flight path (chapter, Problem 6.20).
+
+The mass centre flies uniformly; a frame that goes with it is inertial, and the body turns about C. Z is the
+direction of flight, theta the angle of the symmetry axis from it. The drag acts at the centre of pressure,
+ahead of C: it overturns.
+"""
+
+from __future__ import annotations
+
+import math
+
+import freebody as fb
+
+from .answer import Answers, Plots, Solved, same
+from .case import Case, explain
+from .entry import Entry
+from .precession import between, least_spin, steady_rates, steady_root
+
+
+def build() -> fb.System:
+    """A symmetric body on a gimbal at its mass centre, its mass without effect; the drag along -Z."""
+    s = fb.System("projectile")
+    D, h, I_T, I_S = s.parameters(D=150.0, h=0.03, I_T=3.0e-4, I_S=4.5e-5)
+    s.parameters(alpha="3deg", Omega=2500.0)
+    s.assume(D > 0, h > 0, I_T > 0, I_S > 0)
+    shell = s.body("shell", fb.MassProperties(1, (0, 0, 0), ((I_T, 0, 0), (0, I_T, 0), (0, 0, I_S))))
+    s.gimbal("C", s.ground, shell, axis="ZXZ", coordinate="psi theta phi")
+    s.force("drag", shell.point(0, 0, h), (0, 0, -D))
+    explain(
+        s,
+        D="N: drag, opposite to the velocity",
+        h="m: distance of the centre of pressure ahead of the mass centre",
+        I_T="kg m²: transverse moment of inertia about the mass centre",
+        I_S="kg m²: moment of inertia about the symmetry axis",
+        alpha="rad: angle of the symmetry axis from the velocity",
+        Omega="rad/s: total spin along the symmetry axis, for the wobble rates",
+        theta="rad: angle of the symmetry axis from the velocity",
+        psi="rad: turn of the symmetry axis about the velocity",
+    )
+    return s
+
+
+def solve(case: Case) -> Solved:
+    from ..picture.plots import energy_residual, history, saved
+    from ..picture.sphere import axis_path
+
+    between(case, "alpha")
+    if not case["alpha"] < math.pi / 2:
+        raise fb.errors.ModelError(
+            f"Expected alpha below 90 degrees, got {case['alpha']:g} rad: a shell that flies backwards is stable "
+            "without spin."
+        )
+    how = "equation of motion of theta: both rates equal"
+    rates = steady_rates(case, "alpha", spin="Omega")
+    answers: Answers = {
+        "Omega_min": case.formula(
+            "smallest spin with a steady wobble at alpha", least_spin(case, "alpha", "Omega"), "rad/s", how
+        ),
+        "Omega_limit": case.formula(
+            "its limit as alpha goes to 0", least_spin(case, 0, "Omega"), "rad/s", how + ", at theta = 0"
+        ),
+        "omega_fast": rates["psi'_fast"],
+        "omega_slow": rates["psi'_slow"],
+    }
+    fast, slow, there = steady_root(case, "alpha", "Omega")
+    cosine = math.cos(case["alpha"])
+    starts = [
+        {"theta": case["alpha"], "psi'": rate, "phi'": case["Omega"] - rate * cosine}
+        for rate in ([case.number(slow), case.number(fast)] if there else [0.0])
+    ]
+    checks = tuple(
+        same(
+            f"theta stays at alpha in the {kind} wobble", motion["theta"], case["alpha"], 1e4 * case.tolerance
+        )
+        for kind, motion in zip(
+            ("slow", "fast"), (case.simulate(0.05, initial=one) for one in starts), strict=False
+        )
+        if there
+    )
+    trajectory = case.motion(initial={**starts[0], "theta'": case["Omega"] / 1000})
+    plots: Plots = {
+        "theta.png": saved(lambda: history(trajectory, "theta", title="Shell: angle from its flight path")),
+        "axis.png": saved(
+            lambda: axis_path(trajectory, "shell", title="Shell: path of its axis about the velocity Z")
+        ),
+        "energy.png": saved(lambda: energy_residual(trajectory)),
+    }
+    return Solved(trajectory, answers, plots, checks)
+
+
+PROJECTILE = Entry(
+    "prob-6-20",
+    ("projectile", "spinning-shell"),
+    "Spin-stabilised projectile: steady wobble (Problem 6.20)",
+    (
+        "smallest spin for a steady wobble at the angle alpha, and its limit as alpha goes to 0",
+        "both wobble rates at the spin Omega",
+    ),
+    build,
+    solve,
+    until=0.1,
+    start={"theta": "alpha", "phi'": "Omega"},
+)

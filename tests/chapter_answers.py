@@ -1,0 +1,75 @@
+"""Answers of the gallery against independent closed forms: numbers, formulas, and how they follow the parameters.
+
+A test file of some systems of the chapter holds, by name, a function of the parameters that gives the expected answers
+by key, from :mod:`freebody.exact`, and calls what stands below. Written with ``exact.elementary``, the same function
+gives the expected formulas.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import sympy
+
+from freebody.gallery import Outcome, entries
+from freebody.gallery.case import TOLERANCE
+
+Closed = Callable[[Mapping[str, Any]], Mapping[str, Any]]
+
+# the error at the end of a run is a multiple of that of one step, which the tolerance bounds
+MOTION = 1000 * TOLERANCE
+# of closed forms: a few digits of rounding
+ALGEBRA = 1e-12
+
+_outcomes: dict[tuple[str, tuple[tuple[str, float], ...]], Outcome] = {}
+
+
+def outcome(name: str, **changed: float) -> Outcome:
+    """The outcome of an entry, run once for the same values."""
+    key = (name, tuple(sorted(changed.items())))
+    if key not in _outcomes:
+        _outcomes[key] = entries()[name].run(changed)
+    return _outcomes[key]
+
+
+def compare(found: Outcome, closed: Closed, loose: Mapping[str, float] | None = None) -> None:
+    """Every number among the answers is that of the closed form; ``loose`` are keys with a tolerance of their own."""
+    expected = closed(found.values)
+    numbers = {key for key, answer in found.answers.items() if not isinstance(answer.value, str)}
+    assert set(expected) == numbers
+    for key in numbers:
+        answer = found.answers[key]
+        bound = (loose or {}).get(key, MOTION if answer.formula is None else ALGEBRA)
+        np.testing.assert_allclose(answer.value, expected[key], rtol=bound, atol=bound, err_msg=key)
+
+
+def check_numbers(
+    name: str, closed: Closed, loose: Mapping[str, float] | None = None, factor: float = 0.9, **changed: float
+) -> None:
+    """At the defaults, at ``changed``, and with each parameter times ``factor`` in turn, which changes an answer."""
+    before = outcome(name)
+    compare(before, closed, loose)
+    if changed:
+        compare(outcome(name, **changed), closed, loose)
+    for parameter, value in before.values.items():
+        after = outcome(name, **{parameter: value * factor if value else 0.1})
+        compare(after, closed, loose)
+        moved = [key for key in before.answers if before.answers[key].value != after.answers[key].value]
+        assert moved, f"{name}: {parameter} changes nothing"
+
+
+def check_formulas(name: str, closed: Closed, *keys: str) -> None:
+    """The formulas of the answers (those of ``keys``, or all) are those of the closed form: the difference is zero."""
+    found = outcome(name)
+    e = found.equations
+    atoms = {**found.system.names.atoms}
+    expected = closed(atoms)
+    asked = keys or [
+        key for key, answer in found.answers.items() if answer.formula is not None and key in expected
+    ]
+    assert asked
+    for key in asked:
+        left = e.ring.from_sympy(sympy.sympify(found.answers[key].formula - expected[key]))
+        assert left == 0, f"{name}, {key}: {found.answers[key].text} differs by {left}"
