@@ -14,6 +14,7 @@ import click
 from .. import __version__
 from ..errors import FreebodyError
 from .analyze import analyze
+from .chapter import chapter
 from .check import check
 from .equations import equations
 from .gallery import gallery
@@ -31,7 +32,7 @@ def command() -> None:
     """
 
 
-for subcommand in (gallery, run, equations, analyze, check):
+for subcommand in (gallery, run, equations, analyze, check, chapter):
     command.add_command(subcommand)
 
 

@@ -1,0 +1,45 @@
+"""``freebody chapter``: every equation of the chapter with the verdict that the library comes to."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import click
+
+
+@click.command()
+@click.argument("number", required=False)
+@click.option("--json", "as_json", is_flag=True, help="Print data.")
+@click.option("--latex", is_flag=True, help="Print LaTeX of the printed and the derived form.")
+def chapter(number: str | None, as_json: bool, latex: bool) -> None:
+    """Check the textbook chapter: all its equations, or the one with NUMBER (6.66, "ex-6-1 (d)", ex-6-5).
+
+    Each is derived by the library and compared with the print: holds, holds under a condition, definition,
+    approximation (with its error), or misprint (with the right form).
+    """
+    from ..gallery.equations import find, statements
+
+    chosen = find(number) if number else list(statements().values())
+    if as_json:
+        import json
+
+        data = [statement.data() for statement in chosen]
+        click.echo(json.dumps(data[0] if number and len(data) == 1 else data, indent=2, ensure_ascii=False))
+    elif latex:
+        click.echo("\n\n".join(statement.latex() for statement in chosen))
+    elif number:
+        click.echo("\n\n".join(statement.text() for statement in chosen))
+    else:
+        _table(chosen)
+
+
+def _table(chosen: list) -> None:
+    counted: Counter[str] = Counter()
+    for statement in chosen:
+        found = statement.finding
+        counted[found.verdict] += 1
+        shown = found.verdict if found.verdict == "approximation" else statement.verdict
+        click.echo(f"{statement.number:<12}{shown}\n{'':<12}  {statement.about}")
+    parts = ", ".join(f"{count} {verdict}" for verdict, count in counted.most_common())
+    click.echo(f"\n{len(chosen)} equations: {parts}.")
+    click.echo("One with its derivation: freebody chapter 6.66")

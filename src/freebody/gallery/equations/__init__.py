@@ -1,0 +1,70 @@
+"""Every numbered equation of the chapter, (6.1)-(6.125), and every lettered one of its examples, with a verdict.
+
+    >>> from freebody.gallery.equations import statements
+    >>> statements()["6.30"].finding.verdict
+    'holds'
+
+Nothing is written down but the prints: what is right is derived by the library each time it is asked for.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from ...errors import ModelError, nearest
+from .statement import Finding, Line, Statement
+
+__all__ = ["Finding", "Line", "Statement", "find", "statements"]
+
+SECTIONS = {
+    "6.2": "Linear and angular momentum",
+    "6.3": "The equations of motion",
+    "6.4": "Kinetic energy",
+    "6.5": "Planar motion",
+    "6.6": "Rotation about a fixed axis",
+    "6.7": "Systems of rigid bodies",
+    "6.8": "The torque-free symmetric body",
+    "6.9": "Rotation about a fixed point, gyroscopes",
+    "6.10": "Small oscillations about steady precession",
+}
+
+
+def statements() -> dict[str, Statement]:
+    """All statements by number, those of the examples after the numbered ones of their section."""
+    from . import examples, fixed_axis, gyroscope, momentum, motion, planar, precession, systems, torque_free
+
+    found: dict[str, Statement] = {}
+    for room in (momentum, motion, planar, examples, fixed_axis, systems, torque_free, gyroscope, precession):
+        found.update({statement.number: statement for statement in room.STATEMENTS})
+    return found
+
+
+def find(asked: str) -> list[Statement]:
+    """The statements that a number stands for: ``6.66``, ``6.34`` (both its parts), ``ex-6-1 (d)``, ``ex-6-1``.
+
+    Raises
+    ------
+    ModelError
+        A number that the chapter does not have, with the nearest that it has.
+    """
+    known = statements()
+    wanted = _plain(asked)
+    exact = [s for number, s in known.items() if _plain(number) == wanted]
+    parts = [s for number, s in known.items() if re.fullmatch(re.escape(wanted) + "[a-z]", _plain(number))]
+    if not exact and not parts:
+        raise ModelError(
+            f"Expected the number of an equation of the chapter, 6.1 to 6.125, or of an example such as "
+            f"'ex-6-1 (d)', got '{asked}'; {nearest(asked, known)}"
+        )
+    return exact or parts
+
+
+def _plain(number: str) -> str:
+    return re.sub(r"[\s()]|^eq\.?", "", number.lower())
+
+
+def rows() -> Iterator[tuple[Statement, str]]:
+    """Statement and verdict, in the order of the chapter."""
+    for statement in statements().values():
+        yield statement, statement.verdict
