@@ -69,8 +69,8 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
             reaction.moment,
             {"units": "N m", "long_name": f"reaction moment of joint {name} {where}, about {reaction.about}"},
         )
-    if trajectory.specs:
-        events = trajectory.events
+    events = trajectory.events
+    if trajectory.specs or events:
         variables["event_time"] = (
             "event",
             np.array([event.time for event in events], dtype=float),

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,12 +20,14 @@ from ..dynamics.mobility import check_bodies, massless_motion
 from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
 from . import path as runs
+from .blow import blows_of, struck_path, watching_blows
 from .closing import check_redundant, closed_start
 from .event import expressions_of, specs_of
 from .initial import initial_state, number
 from .integrate import integrate
 from .kernels import Kernels, kernels_of
 from .path import Path, Rates, Watch, observe
+from .phases import PhasedTrajectory
 from .progress import Progress
 from .trajectory import Trajectory
 
@@ -43,6 +46,7 @@ def simulate(
     values: Mapping[Any, Any] | None = None,
     tolerance: float | Mapping[Any, float] = 1e-9,
     events: Any = (),
+    impulses: Any = (),
     method: str = "auto",
     times: ArrayLike | None = None,
     samples: int | None = None,
@@ -77,6 +81,9 @@ def simulate(
         rest).
     events : list, optional
         :func:`freebody.event`, or bare expressions, that are located where they pass through zero.
+    impulses : list, optional
+        :func:`freebody.blow`, blows and impacts of no duration at given times or where an expression passes through
+        zero. They are among the events of the trajectory, and their work is in the energy ledger.
     method : {"auto", "dop853"}
         Both stand for the explicit method of order 8 of Dormand and Prince with step control.
     times : array, optional
@@ -164,12 +171,13 @@ def simulate(
         first = observe(program.address("energy"), 2, np.array([begin]), state[None], rates.constants)[0]
         energy = float(np.max(np.abs(first)))
         absolute[-1] *= energy if 0 < energy < math.inf else 1.0
+    blows = blows_of(impulses)
+    if blows:
+        watch = watching_blows(kernels, parameters, specs, blows)
     with Progress(begin, end, progress) as between:
-        path = integrate(
+        advance = partial(
+            integrate,
             rates,
-            state,
-            begin,
-            end,
             relative=tolerances,
             absolute=absolute,
             watch=watch,
@@ -177,7 +185,13 @@ def simulate(
             max_steps=max_steps,
             between=between,
         )
-    trajectory = Trajectory(kernels, numbers, path, specs, tolerances, wanted, samples)
+        happenings: tuple[Any, ...] = ()
+        if blows:
+            path, happenings = struck_path(kernels, numbers, advance, state, begin, end, specs, blows)
+        else:
+            path = advance(state, begin, end)
+    parts = (kernels, numbers, path, specs, tolerances, wanted, samples)
+    trajectory = PhasedTrajectory(*parts, happenings=happenings) if blows else Trajectory(*parts)
     if path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.TOO_MANY_STEPS):
         raise _failure(trajectory, path, kernels, end)
     if model.constraints:
