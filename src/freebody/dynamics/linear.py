@@ -1,6 +1,7 @@
-"""Linear equations with a symmetric positive definite matrix, for any scalar.
+"""Linear equations for any scalar, without pivoting.
 
-A = L D Lᵀ   without square roots or pivoting (positive definite matrices need none).
+A = L D Lᵀ   for symmetric positive definite matrices, which need none;   A = L U   where sliding friction makes the
+matrix unsymmetric, with unknowns in an order in which the leading ones are known to have a solution by themselves.
 """
 
 from __future__ import annotations
@@ -46,3 +47,30 @@ class Factorization:
 def solve_symmetric(A: Sequence[Sequence[Any]], b: Sequence[Any]) -> list[Any]:
     """x with A x = b."""
     return Factorization(A).solve(b)
+
+
+class Elimination:
+    """L U of a square matrix of which no leading minor is zero; L has units on its diagonal."""
+
+    def __init__(self, A: Sequence[Sequence[Any]]) -> None:
+        self.rows: list[list[Any]] = [list(row) for row in A]
+        n = len(self.rows)
+        for k in range(n):
+            for i in range(k + 1, n):
+                factor = divide(self.rows[i][k], self.rows[k][k])
+                self.rows[i][k] = factor
+                for j in range(k + 1, n):
+                    self.rows[i][j] = self.rows[i][j] - factor * self.rows[k][j]
+
+    def solve(self, b: Sequence[Any]) -> list[Any]:
+        """x with A x = b."""
+        n = len(b)
+        x = list(b)
+        for i in range(n):
+            for k in range(i):
+                x[i] = x[i] - self.rows[i][k] * x[k]
+        for i in range(n - 1, -1, -1):
+            for k in range(i + 1, n):
+                x[i] = x[i] - self.rows[i][k] * x[k]
+            x[i] = divide(x[i], self.rows[i][i])
+        return x
