@@ -275,7 +275,7 @@ class Linearized:
         self._state = state
         self._kinds = rows(model)
         places = {row.owner: i for i, row in reversed([*enumerate(self._kinds)])}
-        self._touching = [
+        self.touching = [
             (places[name], c) for name, c in model.constraints.items() if isinstance(c, Touching)
         ]
 
@@ -300,7 +300,7 @@ class Linearized:
             along = _along_motion(self._model, self._state, self._state.u, 1, 1)
         pairs = zip(along, self._kinds, strict=True)
         result = [_at(r, 0) if kind.on_speeds else _derivative(r, 1) for r, kind in pairs]
-        for i, one in self._touching:
+        for i, one in self.touching:
             result[i : i + _count(one)] = self._contact_rows(one).rate[: _count(one)]
         return tuple(result)
 
@@ -309,7 +309,7 @@ class Linearized:
         """γ, what is left of ψ' without accelerations."""
         pairs = zip(self._along, self._kinds, strict=True)
         result = [_derivative(r, 1 if kind.on_speeds else 2) for r, kind in pairs]
-        for i, one in self._touching:
+        for i, one in self.touching:
             result[i : i + _count(one)] = self._contact_rows(one).bias[: _count(one)]
         return tuple(result)
 
@@ -332,7 +332,7 @@ class Linearized:
                 ]
             )
         result = [tuple(column[i] for column in columns) for i in range(len(kinds))]
-        for i, one in self._touching:
+        for i, one in self.touching:
             result[i : i + _count(one)] = self._contact_rows(one).matrix[: _count(one)]
         return tuple(result)
 
@@ -340,7 +340,7 @@ class Linearized:
     def acting(self) -> tuple[tuple[Any, ...], ...]:
         """Generalized force per unit multiplier: the rows of G, but for contacts that slip W_N - μ Σ d W_T."""
         result = list(self.matrix)
-        for i, one in self._touching:
+        for i, one in self.touching:
             if one.slips and not one.contact.frictionless:
                 mu = self._state(one.contact.friction)
                 row = list(result[i])
@@ -353,7 +353,7 @@ class Linearized:
     @property
     def symmetric(self) -> bool:
         """Whether all forces act along their own conditions, which sliding friction does not."""
-        return not any(one.slips and not one.contact.frictionless for _, one in self._touching)
+        return not any(one.slips and not one.contact.frictionless for _, one in self.touching)
 
 
 def linearized(model: Model, state: State) -> Linearized:

@@ -83,7 +83,8 @@ def eliminated(e: Equations, independent: Sequence[Any]) -> tuple[Any, ...]:
     """Nᵀ (M u' + h - Q) with G N = 0, canonical; a row per independent speed."""
     chosen = [_speed(e, one) for one in independent]
     rest = [j for j in range(e.model.n_u) if j not in chosen]
-    G = [row for row in e.conditions.matrix if any(x != 0 for x in row)]
+    # the rows of G, but for sliding friction, whose forces must drop out
+    G = [row for row in e.conditions.acting if any(x != 0 for x in row)]
     if len(set(chosen)) != len(chosen) or len(G) != len(rest):
         raise ModelError(
             f"Expected {e.model.n_u - len(G)} different independent speeds, since {len(G)} constraints act on "

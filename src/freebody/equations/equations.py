@@ -31,6 +31,7 @@ from ..model.model import Model
 from ..scalar.algebra import ZERO, Vector, add, apply, cross
 from ..scalar.polynomial import Ring
 from .constraints import closure_reactions, eliminated, indeterminate
+from .contact_modes import model_in_modes
 from .display import displayed, equation_latex, equation_mathml, equation_text
 from .free_body import FreeBody, own_body
 from .reaction import Reaction, unknowns
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     from .routh import Routh
 
 
-def equations(system: System | Model) -> Equations:
+def equations(system: System | Model, *, modes: Mapping[str, Any] | None = None) -> Equations:
     """The equations of a system: free bodies, motion, reactions, energy, momentum.
 
     Nothing is computed before it is asked for.
@@ -52,6 +53,10 @@ def equations(system: System | Model) -> Equations:
     Parameters
     ----------
     system : System or Model
+    modes : mapping of str to str, optional
+        What the contacts do, by name: "open", "stick" (round features roll), "slip+" or "slip-" by the sign of the slip
+        velocity (in 3-D "slip"). Those not named are open. The forces of a closed contact are the unknowns ``N_name``
+        and, where it sticks, ``T_name``; where it slips, friction is -μ N along the slip velocity.
 
     Returns
     -------
@@ -60,7 +65,7 @@ def equations(system: System | Model) -> Equations:
     Raises
     ------
     ModelError
-        What :func:`freebody.assemble` refuses.
+        What :func:`freebody.assemble` refuses; unknown contacts and modes.
 
     Examples
     --------
@@ -74,7 +79,7 @@ def equations(system: System | Model) -> Equations:
     m*L^2*theta'' + m*L*g*sin(theta) = 0
     """
     model = system if isinstance(system, Model) else assemble(system)
-    return Equations(model)
+    return Equations(model_in_modes(model, modes))
 
 
 class Equations:
@@ -138,7 +143,7 @@ class Equations:
     def balances(self) -> tuple[tuple[Any, Any], ...]:
         """(M u' + h, Q + Gᵀ λ) of every degree of freedom, canonical."""
         right = list(self.canonical_applied)
-        for row, multiplier in zip(self.conditions.matrix, self.canonical_multipliers, strict=True):
+        for row, multiplier in zip(self.conditions.acting, self.canonical_multipliers, strict=True):
             right = [Q + entry * multiplier for Q, entry in zip(right, row, strict=True)]
         return tuple(zip(self.canonical_left, right, strict=True))
 
@@ -399,7 +404,8 @@ class Equations:
             Reaction components ``"pin_x"``, parameters, accelerations ``"theta''"``, speeds or their squares
             ``"theta'^2"``, coordinates (through their sine and cosine). Reactions that are not asked for are
             eliminated. Accelerations that are not asked for stay, as the motion that the reactions belong to;
-            in a question about parameters, coordinates and speeds alone they are eliminated too.
+            in a question about parameters, coordinates and speeds alone, or while a contact is closed, they are
+            eliminated too.
         where : mapping, equation, text, or sequence of them, optional
             Values by name, ``{"pin_y": 0, "theta'": 0}``, and further equations, ``"T = mu*N"`` or ``Eq(T, mu*N)``.
         bodies : sequence of names or FreeBody, optional

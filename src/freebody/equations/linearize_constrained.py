@@ -29,6 +29,7 @@ from ..errors import ModelError
 from ..model.model import Model
 from ..scalar.algebra import floats
 from ..scalar.dual import slope_of, value_of
+from .contact_modes import sticking_only
 from .linear_model import LinearModel
 from .operating_point import along, perturbed, tangent_drift, tangent_names
 
@@ -181,6 +182,7 @@ def _choice(model: Model, state: State, active: Sequence[int], independent: Sequ
     n = model.n_u
     kinds = rows(model)
     given = linearized(model, state)
+    sticking_only(given, "A linearization")
     G = np.array([given.matrix[i] for i in active], dtype=float).reshape(-1, n)
     scaled = G / np.sqrt(np.array([row[i] for i, row in enumerate(mass_matrix(model, state))], dtype=float))
     holonomic = np.array([not kinds[i].on_speeds for i in active], dtype=bool)

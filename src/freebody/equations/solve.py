@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from ..errors import ModelError, nearest
+from ..model.contact import Touching
 from ..scalar.element import Polynomial
 from ..scalar.ratio import Ratio, over_sine
 from .display import equation_latex, equation_text, text
@@ -189,10 +190,11 @@ def answer(request: Request, also: Sequence[Any] = ()) -> SolveResult:
         expression = vocabulary.expression(given, "the unknowns to eliminate")
         free[vocabulary.name(expression)] = expression
     accelerations: dict[str, Any] = {}
+    closed = any(isinstance(c, Touching) for c in e.model.constraints.values())
     of_motion = any(
         u.name in vocabulary.reactions or u.name in vocabulary.accelerations for u in request.asked
     )
-    if not of_motion:
+    if closed or not of_motion:
         accelerations = {
             name: symbol
             for name, symbol in vocabulary.accelerations.items()
