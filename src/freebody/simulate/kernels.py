@@ -237,6 +237,7 @@ def _parts(system: System) -> tuple[Any, ...]:
         *system.joints.values(),
         *system.loads.values(),
         *system.constraints.values(),
+        *system.contacts.values(),
         *system.about.values(),
         system.gravity,
     )

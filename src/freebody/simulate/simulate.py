@@ -22,6 +22,7 @@ from ..errors import SimulationError, nearest
 from . import path as runs
 from .blow import blows_of, struck_path, watching_blows
 from .closing import check_redundant, closed_start
+from .contact_motion import touching_motion
 from .event import expressions_of, specs_of
 from .initial import initial_state, number
 from .integrate import integrate
@@ -47,6 +48,7 @@ def simulate(
     tolerance: float | Mapping[Any, float] = 1e-9,
     events: Any = (),
     impulses: Any = (),
+    impacts: str = "simultaneous",
     method: str = "auto",
     times: ArrayLike | None = None,
     samples: int | None = None,
@@ -84,6 +86,9 @@ def simulate(
     impulses : list, optional
         :func:`freebody.blow`, blows and impacts of no duration at given times or where an expression passes through
         zero. They are among the events of the trajectory, and their work is in the energy ledger.
+    impacts : {"simultaneous", "sequential"}
+        Of several contacts that collide at once: all impulses together, or one contact after another, always the
+        one that approaches fastest.
     method : {"auto", "dop853"}
         Both stand for the explicit method of order 8 of Dormand and Prince with step control.
     times : array, optional
@@ -147,6 +152,12 @@ def simulate(
         state = initial_state(model, numbers, initial or {})
     tolerances = _tolerances(kernels, tolerance)
 
+    if model.contacts:
+        with Progress(begin, end, progress) as between:
+            return touching_motion(
+                kernels, numbers, state, begin, end, specs, expressions, tolerances, wanted, samples,
+                order=impacts, max_step=max_step, max_steps=max_steps, impulses=impulses, between=between,
+            )  # fmt: skip
     parameters = kernels.parameters(numbers)
     program = kernels.motion()
     if kernels.works:

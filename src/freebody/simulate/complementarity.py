@@ -1,0 +1,293 @@
+"""Contact as a complementarity problem of numbers, solved by trying every combination of modes.
+
+With λ the contact forces and r = A λ + c the rates of the contacts (accelerations; in an impact, speeds just after):
+
+    open      λ_N = λ_T = 0                               r_N >= 0
+    stick     r_N = 0, r_T = 0                            λ_N >= 0, |λ_T| <= μ_s λ_N
+    slip d    r_N = 0, λ_T = -μ d λ_N, r_T = α d          λ_N >= 0, α >= 0     (d given where it slips already)
+
+Every combination is a system of linear equations (in 3-D with a direction d to be found besides, by Newton's method),
+so a solution is exact to round-off and its residual is returned. All combinations are tried: no solution, and several
+solutions with different motions (Painlevé), are found as such.
+
+Sources: C. Glocker, F. Pfeiffer, Multibody Dynamics with Unilateral Contacts (1996), chapters 5-8;
+Y. Hurmuzlu, F. Génot, B. Brogliato (2001), §5, on Painlevé's examples.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import SimulationError
+
+Array = NDArray[np.float64]
+
+OPEN, STICK, SLIP = "open", "stick", "slip"
+MOST = 1 << 14
+"""Combinations of modes that are tried at most; scenes with more contacts are for time stepping."""
+SMALL = 1e-10
+"""Relative size below which a force or a rate is zero, and a matrix singular: round-off of small systems, with room."""
+
+
+@dataclass(frozen=True)
+class Touching:
+    """One closed contact of the problem.
+
+    ``row``        its first row (normal); its ``tangents`` rows (1 planar, 2 spatial, 0 frictionless) follow
+    ``friction``   kinetic coefficient, ``static`` the static one
+    ``sliding``    unit direction of slip, shape (tangents,), where it slips already; None at rest
+    """
+
+    name: str
+    row: int
+    tangents: int
+    friction: float
+    static: float
+    sliding: Array | None = None
+
+
+@dataclass(frozen=True)
+class Solution:
+    """One consistent set of modes.
+
+    ``modes``      of each contact: (mode, direction of slip or None)
+    ``forces``     λ, and ``rates`` r, shape (m,)
+    ``residual``   greatest violation of the laws above, in parts of the greatest force and rate
+    ``ties``       (contact, law) that hold with equality, so that derivatives have to decide
+    ``rank_lack``  number of forces that the motion does not determine; those given are least in norm
+    """
+
+    modes: tuple[tuple[str, Any], ...]
+    forces: Array
+    rates: Array
+    residual: float
+    ties: tuple[tuple[int, str], ...]
+    rank_lack: int = 0
+
+
+def solutions(A: Array, c: Array, contacts: Sequence[Touching], among: Any = None) -> list[Solution]:
+    """All consistent sets of modes.
+
+    Parameters
+    ----------
+    A : array (m, m)
+        Rates per unit force.
+    c : array (m,)
+        Rates without contact forces.
+    contacts : sequence of Touching
+    among : sequence of sequences of modes, optional
+        Those to try instead of all.
+
+    Raises
+    ------
+    SimulationError
+        More combinations than :data:`MOST`.
+    """
+    choices = [_choices(contact) for contact in contacts]
+    count = int(np.prod([len(one) for one in choices], dtype=float)) if among is None else 0
+    if count > MOST:
+        raise SimulationError(
+            f"{len(contacts)} contacts closed at once have {count} combinations of modes, more than are tried "
+            f"({MOST}). Scenes like this are for method='timestepping'."
+        )
+    found = []
+    for modes in itertools.product(*choices) if among is None else among:
+        for one in _solved(A, c, contacts, modes):
+            if one.residual <= SMALL:
+                found.append(one)
+    return found
+
+
+def _choices(contact: Touching) -> list[tuple[str, Any]]:
+    if contact.tangents == 0 or contact.friction == contact.static == 0:
+        return [(OPEN, None), (SLIP, np.zeros(contact.tangents))]
+    if contact.sliding is not None:
+        return [(OPEN, None), (SLIP, contact.sliding)]
+    if contact.tangents == 1:
+        return [(OPEN, None), (STICK, None), (SLIP, np.array([1.0])), (SLIP, np.array([-1.0]))]
+    return [(OPEN, None), (STICK, None), (SLIP, None)]
+
+
+def _solved(
+    A: Array, c: Array, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]]
+) -> Iterator[Solution]:
+    """The solutions of one combination: at most one, but for directions that are sought from several starts."""
+    sought = [i for i, (mode, d) in enumerate(modes) if mode == SLIP and d is None]
+    if not sought:
+        one = _linear(A, c, contacts, modes)
+        if one is not None:
+            yield one
+        return
+    seen: list[Array] = []
+    for start in _starts(A, c, contacts, modes, sought):
+        angles = _directions(A, c, contacts, modes, sought, start)
+        if angles is None or any(np.abs(np.exp(1j * angles) - np.exp(1j * a)).max() < 1e-7 for a in seen):
+            continue
+        one = _linear(A, c, contacts, _turned(modes, sought, angles))
+        if one is not None:
+            seen.append(angles)
+            yield one
+
+
+def _turned(modes: Any, sought: Sequence[int], angles: Array) -> list[tuple[str, Any]]:
+    result = list(modes)
+    for i, angle in zip(sought, angles, strict=True):
+        result[i] = (SLIP, np.array([np.cos(angle), np.sin(angle)]))
+    return result
+
+
+def _starts(A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int]) -> Iterator[Array]:
+    """Directions to begin the search with: against the force that would hold, then around the circle."""
+    held = [(STICK, None) if i in sought else mode for i, mode in enumerate(modes)]
+    one = _linear(A, c, contacts, held)
+    first = []
+    for i in sought:
+        at = contacts[i].row + 1
+        T = c[at : at + 2] if one is None else -one.forces[at : at + 2]
+        first.append(np.arctan2(T[1], T[0]))
+    turns = 8 if len(sought) == 1 else 1
+    for k in range(turns):
+        yield np.array(first) + 2 * np.pi * k / turns
+
+
+def _directions(
+    A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int], angles: Array
+) -> Array | None:
+    """Angles at which the slip begins along its own direction, r_T × d = 0, by Newton's method."""
+
+    def across(a: Array) -> Array | None:
+        one = _linear(A, c, contacts, _turned(modes, sought, a))
+        if one is None:
+            return None
+        return np.array(
+            [
+                one.rates[contacts[i].row + 2] * np.cos(x) - one.rates[contacts[i].row + 1] * np.sin(x)
+                for i, x in zip(sought, a, strict=True)
+            ]
+        )
+
+    step = 1e-6
+    for _ in range(40):
+        value = across(angles)
+        if value is None:
+            return None
+        columns = []
+        for k in range(len(angles)):
+            turned = angles.copy()
+            turned[k] += step
+            other = across(turned)
+            if other is None:
+                return None
+            columns.append((other - value) / step)
+        J = np.array(columns).T
+        try:
+            change = np.linalg.solve(J, -value)
+        except np.linalg.LinAlgError:
+            return None
+        change = np.clip(change, -0.5, 0.5)
+        angles = angles + change
+        if np.abs(change).max() < 1e-14:
+            return angles
+    return angles if np.abs(change).max() < 1e-12 else None
+
+
+def _linear(
+    A: Array, c: Array, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]]
+) -> Solution | None:
+    """Forces and rates of one combination; None where its equations have no solution."""
+    m = len(c)
+    columns, rows = [], []  # λ = B x, and the rows of r that vanish
+    for contact, (mode, d) in zip(contacts, modes, strict=True):
+        if mode == OPEN:
+            continue
+        e = np.zeros(m)
+        e[contact.row] = 1.0
+        rows.append(contact.row)
+        if mode == SLIP:
+            for k in range(contact.tangents):
+                e[contact.row + 1 + k] = -contact.friction * d[k]
+        columns.append(e)
+        if mode == STICK:
+            for k in range(contact.tangents):
+                e = np.zeros(m)
+                e[contact.row + 1 + k] = 1.0
+                columns.append(e)
+                rows.append(contact.row + 1 + k)
+    forces, lack = np.zeros(m), 0
+    if rows:
+        B = np.array(columns).T
+        S = A[rows] @ B
+        size = np.sqrt(np.abs(A.diagonal()[rows]))
+        if not (size > 0).all():
+            return None
+        scaled = S / np.outer(size, size)
+        x, _, rank, _ = np.linalg.lstsq(scaled, -c[rows] / size, rcond=SMALL)
+        lack = len(rows) - int(rank)
+        if lack:  # least in the norm of forces, not of scaled ones
+            x = np.linalg.pinv(S, rcond=SMALL) @ -c[rows]
+        else:
+            x = x / size
+            x = x - np.linalg.solve(S, S @ x + c[rows])
+        forces = B @ x
+    rates = A @ forces + c
+    return _judged(A, c, contacts, tuple(modes), forces, rates, rows, lack)
+
+
+def _judged(
+    A: Array, c: Array, contacts: Any, modes: Any, forces: Array, rates: Array, rows: Any, lack: int
+) -> Solution:
+    most_force = max(float(np.abs(forces).max(initial=0)), float(_typical(A, c)))
+    most_rate = max(float(np.abs(c).max(initial=0)), float((np.abs(A) @ np.abs(forces)).max(initial=0)))
+    f, r = 1 / most_force if most_force > 0 else 1.0, 1 / most_rate if most_rate > 0 else 1.0
+    slack: list[tuple[int, str, float]] = []
+    worst = float(np.abs(rates[rows]).max(initial=0)) * r if rows else 0.0
+    for i, (contact, (mode, d)) in enumerate(zip(contacts, modes, strict=True)):
+        at, n = contact.row, contact.tangents
+        if mode == OPEN:
+            slack.append((i, "open", rates[at] * r))
+            continue
+        slack.append((i, "normal", forces[at] * f))
+        if mode == STICK:
+            T = float(np.linalg.norm(forces[at + 1 : at + 1 + n]))
+            slack.append((i, "cone", (contact.static * forces[at] - T) * f))
+        elif n and contact.sliding is None and contact.friction > 0:
+            slack.append((i, "onset", float(d @ rates[at + 1 : at + 1 + n]) * r))
+    worst = max([worst, *(-value for _, _, value in slack)], default=worst)
+    ties = tuple((i, law) for i, law, value in slack if value <= SMALL)
+    return Solution(modes, forces, rates, worst, ties, lack)
+
+
+def _typical(A: Array, c: Array) -> float:
+    """A force of the size at hand: of those that would stop each rate alone, the greatest."""
+    diagonal = np.abs(A.diagonal())
+    one = diagonal > 0
+    return float((np.abs(c[one]) / diagonal[one]).max(initial=0))
+
+
+def distinct(found: Sequence[Solution], responses: Array) -> list[list[Solution]]:
+    """Solutions grouped by the motion that they give; ``responses`` (m, n_u) are accelerations per unit force."""
+    groups: list[tuple[Array, list[Solution]]] = []
+    moved = [one.forces @ responses for one in found]
+    size = max((float(np.abs(x).max(initial=0)) for x in moved), default=0.0)
+    for x, one in zip(moved, found, strict=True):
+        for y, group in groups:
+            if np.abs(x - y).max(initial=0) <= 1e-8 * size:
+                group.append(one)
+                break
+        else:
+            groups.append((x, [one]))
+    return [group for _, group in groups]
+
+
+def painleve(A: Array, contact: Touching) -> float:
+    """Normal rate per unit normal force in slip, A_NN - μ d·A_NT: at or below zero Painlevé's paradoxes begin."""
+    at, n = contact.row, contact.tangents
+    if contact.sliding is None:
+        return float(A[at, at] - contact.friction * np.linalg.norm(A[at, at + 1 : at + 1 + n]))
+    return float(A[at, at] - contact.friction * (A[at, at + 1 : at + 1 + n] @ contact.sliding))

@@ -1,0 +1,322 @@
+"""Compiled code of a machine with contacts: all that mode changes need, and the equations of each phase.
+
+    scene    gap, speeds and accelerations of all contacts, A = W M⁻¹ Wᵀ and what one unit of force does to u'
+    phase    equations of one set of modes, contact forces, and the functions that end the phase
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..dynamics import State, coordinate_rates, kinetic_energy, potential_energy
+from ..dynamics.constrained import independent_rows
+from ..dynamics.constraints import linearized, rows
+from ..dynamics.contact import contact_layout, contact_rows, touches
+from ..dynamics.contact_motion import contact_forces, contact_problem, friction_power, in_modes
+from ..dynamics.linear import Factorization
+from ..dynamics.motion import Motion, motion, total_power
+from ..dynamics.state import float_state
+from ..model import Model
+from ..scalar.derivative import forward
+from .kernels import Kernels, Program
+from .path import Array, observe
+
+STOPPED = 1e-8
+"""Slip speed in space at which the rest of the slip is one straight step to its end [m/s]."""
+_STOPPED_SQUARE = Fraction(1, 10**16)
+
+Modes = tuple[str, ...]
+"""Mode of every contact: open, stick, slip+, slip- or slip."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """The contacts at one moment; E elements, m rows in the order of :func:`contact_layout`."""
+
+    gap: Array
+    reach: Array
+    rate: Array
+    A: Array
+    c: Array
+    responses: Array
+    free: Array
+    friction: Array
+    static: Array
+    restitution: Array
+
+
+class Scene:
+    """The contacts of a model as numbers, by one compiled kernel."""
+
+    def __init__(self, kernels: Kernels) -> None:
+        self.kernels = kernels
+        self.model: Model = kernels.model
+        layout = contact_layout(self.model.contacts)
+        self.first = [
+            next(i for i, row in enumerate(layout) if row.contact == k and row.kind == "N")
+            for k in range(len(self.model.contacts))
+        ]
+        self.tangents = [
+            sum(1 for row in layout if row.contact == k and row.kind == "T")
+            for k in range(len(self.model.contacts))
+        ]
+        self.rows = len(layout)
+        self._phases: dict[Any, Phase] = {}
+        self._moded: dict[Modes, Model] = {}
+        self._reaching: list[int] = []
+
+    def _functions(self, state: State) -> Mapping[str, Sequence[Any]]:
+        model = self.model
+        given = contact_rows(model, state)
+        problem = contact_problem(model, state, self.kernels.active)
+        seen = touches(model, state)
+        self._reaching = [len(one.reach) for one in seen]
+        coefficients = [
+            state(x) for c in model.contacts for x in (c.friction, c.static_friction, c.restitution)
+        ]
+        return {
+            "scene": [
+                *given.gap,
+                *given.rate,
+                *problem.c,
+                *problem.free,
+                *(x for row in problem.A for x in row),
+                *(x for row in problem.responses for x in row),
+                *coefficients,
+                *(x for one in seen for x in one.reach),
+            ]
+        }
+
+    @cached_property
+    def program(self) -> Program:
+        return self.kernels._program("scene", self._functions)
+
+    def at(self, t: float, y: Array, constants: Array) -> Snapshot:
+        program = self.program
+        n_u, E, m = self.model.n_u, len(self.first), self.rows
+        values = observe(
+            program.address("scene"), program.outputs("scene"), np.array([t]), y[None], constants
+        )[0]
+        parts, at = [], 0
+        for size in (E, m, m, n_u, m * m, m * n_u, 3 * E):
+            parts.append(values[at : at + size])
+            at += size
+        if not self._reaching:
+            self._reaching = [len(one.reach) for one in touches(self.model, self._float(t, y, constants))]
+        reach = np.full(E, np.inf)
+        for k, size in enumerate(self._reaching):
+            if size:
+                reach[k] = values[at : at + size].min()
+            at += size
+        coefficients = parts[6].reshape(E, 3)
+        return Snapshot(
+            parts[0], reach, parts[1], parts[4].reshape(m, m), parts[2], parts[5].reshape(m, n_u), parts[3],
+            coefficients[:, 0], coefficients[:, 1], coefficients[:, 2],
+        )  # fmt: skip
+
+    def _float(self, t: float, y: Array, constants: Array) -> State:
+        del constants
+        n = self.model.n_q
+        return float_state(self.model, y[:n].tolist(), y[n : n + self.model.n_u].tolist(), t)
+
+    def phase(self, modes: Modes, t: float, y: Array, values: Mapping[str, float]) -> Phase:
+        """The equations of a set of modes; dependent conditions are found at the state."""
+        if modes not in self._moded:
+            named = {
+                c.name: mode for c, mode in zip(self.model.contacts, modes, strict=True) if mode != "open"
+            }
+            self._moded[modes] = in_modes(self.model, named) if named else self.model
+        model = self._moded[modes]
+        active = self.kernels.active
+        if any(mode != "open" for mode in modes):
+            n = model.n_q
+            state = float_state(model, y[:n].tolist(), y[n : n + model.n_u].tolist(), t, values)
+            active = independent_rows(model, state)
+        key = (modes, active)
+        if key not in self._phases:
+            self._phases[key] = Phase(self, model, modes, active)
+        return self._phases[key]
+
+
+@dataclass(frozen=True)
+class Ending:
+    """A function that ends a phase when it falls through zero: of which contact, and what it means."""
+
+    contact: int
+    law: str  # gap, normal, cone, slip, reach
+    sign: int = 0
+
+
+class Phase(Kernels):
+    """Compiled equations of one set of modes; the state is (q, u, W, heat)."""
+
+    def __init__(self, scene: Scene, model: Model, modes: Modes, active: tuple[int, ...]) -> None:
+        super().__init__(model, active)
+        self.scene = scene
+        self.modes = modes
+        self._work = True
+        self._endings: dict[Any, tuple[Ending, ...]] = {}
+
+    # -- equations -------------------------------------------------------------------------------
+
+    def motion(self) -> Program:
+        """Functions ``rates`` (of q, u, work and heat of friction), ``energy`` and, of closed contacts,
+        ``projection``."""
+
+        def functions(state: State) -> dict[str, Sequence[Any]]:
+            moving, forces = self._moving(state)
+            heat = -friction_power(self.model, state, forces) if forces else 0
+            found: dict[str, Sequence[Any]] = {
+                "rates": [
+                    *coordinate_rates(self.model, state),
+                    *moving.udot,
+                    total_power(self.model, state, moving),
+                    heat,
+                ],
+                "energy": [kinetic_energy(self.model, state), potential_energy(self.model, state)],
+            }
+            if self.active:
+                found["projection"] = self._projected(state)
+            return found
+
+        return self._program("motion", functions)
+
+    def _moving(self, state: State) -> tuple[Motion, Any]:
+        """Motion, and contact forces; forces that the motion leaves open are those least in norm."""
+        moving = motion(self.model, state, self.active)
+        if all(mode == "open" for mode in self.modes):
+            return moving, {}
+        multipliers = list(moving.multipliers)
+        spare = self._spare
+        if spare:
+            G = linearized(self.model, state).matrix
+            held = [G[i] for i in self.active]
+            gram = Factorization([[_dot(a, b) for b in held] for a in held])
+            C = [gram.solve([_dot(G[i], a) for a in held]) for i in spare]
+            n = len(held)
+            square = [[(1 if i == j else 0) + _dot([c[i] for c in C], [c[j] for c in C]) for j in range(n)] for i in range(n)]
+            least = Factorization(square).solve([multipliers[i] for i in self.active])
+            for i, value in zip(self.active, least, strict=True):
+                multipliers[i] = value
+            for i, c in zip(spare, C, strict=True):
+                multipliers[i] = _dot(c, least)
+        return moving, contact_forces(self.model, state, multipliers)
+
+    @cached_property
+    def _spare(self) -> list[int]:
+        """Conditions of contacts that follow from the others."""
+        names = {c.name for c in self.model.contacts}
+        return [
+            i for i, row in enumerate(rows(self.model)) if row.owner in names and i not in self.active
+        ]
+
+    @property
+    def indeterminate(self) -> tuple[str, ...]:
+        """Contacts some of whose forces the motion does not determine."""
+        kinds = rows(self.model)
+        if not self._spare:
+            return ()
+        return tuple(self.open_contacts_of({kinds[i].owner for i in self._spare}))
+
+    def open_contacts_of(self, owners: set[str]) -> list[str]:
+        """Closed contacts on the same body as those whose conditions are spare."""
+        bodies = {
+            body
+            for c in self.model.contacts
+            if c.name in owners
+            for body in (c.feature.body.name, c.surface.body.name)
+            if body != "ground"
+        }
+        return [
+            c.name
+            for c, mode in zip(self.model.contacts, self.modes, strict=True)
+            if mode != "open" and bodies & {c.feature.body.name, c.surface.body.name}
+        ]
+
+    # -- contacts --------------------------------------------------------------------------------
+
+    def _quantities(self, state: State) -> dict[str, list[Any]]:
+        moving, forces = self._moving(state)
+        given = contact_rows(self.model, state)
+        a = [_dot(row, moving.udot) + b for row, b in zip(given.matrix, given.bias, strict=True)]
+        lam: list[Any] = []
+        for k, contact in enumerate(self.model.contacts):
+            n = 1 + self.scene.tangents[k]
+            lam += list(forces.get(contact.name, (0,) * n))
+        return {"gap": list(given.gap), "rate": list(given.rate), "acceleration": a, "force": lam}
+
+    def contact(self) -> Program:
+        """Functions ``gap`` (E), ``rate``, ``acceleration`` and ``force`` (m) of all contacts."""
+        return self._program("contact", self._quantities)
+
+    def contact_rates(self) -> Program:
+        """Function ``slopes``: derivatives of acceleration (m) and force (m) along the motion of this phase."""
+
+        def functions(state: State) -> dict[str, Sequence[Any]]:
+            found = self._quantities(state)
+            moving, _ = self._moving(state)
+            outputs = [*found["acceleration"], *found["force"]]
+            seeds = [1, *coordinate_rates(self.model, state), *moving.udot]
+            return {"slopes": forward(state.field, outputs, [state.t, *state.q, *state.u], seeds)}
+
+        return self._program("slopes", functions)
+
+    def watching(self, expressions: Sequence[Any], dead: frozenset[int] = frozenset()) -> tuple[Program, tuple[Ending, ...]]:
+        """Function ``values``: the user's expressions, then the functions that end the phase.
+
+        ``dead`` are open contacts that can not move relative to the closed ones: their gaps are not watched.
+        """
+        endings: list[Ending] = []
+
+        def functions(state: State) -> dict[str, Sequence[Any]]:
+            found = self._quantities(state)
+            seen = touches(self.model, state)
+            values: list[Any] = [state(e) for e in expressions]
+            endings.clear()
+
+            def end(value: Any, contact: int, law: str, sign: int = 0) -> None:
+                values.append(value)
+                endings.append(Ending(contact, law, sign))
+
+            for k, (contact, mode) in enumerate(zip(self.model.contacts, self.modes, strict=True)):
+                at, n = self.scene.first[k], self.scene.tangents[k]
+                if mode == "open":
+                    if k not in dead:
+                        end(found["gap"][k], k, "gap")
+                    continue
+                N, T = found["force"][at], found["force"][at + 1 : at + 1 + n]
+                v = found["rate"][at + 1 : at + 1 + n]
+                end(N, k, "normal")
+                for x in seen[k].reach:
+                    end(x, k, "reach")
+                if mode == "stick":
+                    mu = state(contact.static_friction)
+                    if n == 1:
+                        end(mu * N - T[0], k, "cone", 1)
+                        end(mu * N + T[0], k, "cone", -1)
+                    else:
+                        end(mu * mu * N * N - T[0] * T[0] - T[1] * T[1], k, "cone")
+                elif mode in ("slip+", "slip-"):
+                    end(v[0] if mode == "slip+" else -v[0], k, "slip")
+                elif n == 2 and not contact.frictionless:
+                    end(v[0] * v[0] + v[1] * v[1] - _STOPPED_SQUARE, k, "slip")
+            return {"values": values}
+
+        key = ("watch", tuple(expressions), dead)
+        program = self._program(key, functions)
+        if key not in self._endings:
+            self._endings[key] = tuple(endings)
+        return program, self._endings[key]
+
+
+def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    total: Any = 0
+    for x, y in zip(a, b, strict=True):
+        total = total + x * y
+    return total
