@@ -219,6 +219,8 @@ class ContactRun:
         A, rows, responses, contacts = self._part(seen, chosen, y)
         found = solutions(A, seen.c[rows], contacts)
         kept = [one for one in found if self._lasts(t, y, chosen, contacts, one)]
+        if not kept:  # those at the limit of friction that others hold, with no slip to come
+            kept = [one for one in found if self._lasts(t, y, chosen, contacts, one, True)]
         kept = _held(kept, contacts)
         groups = distinct(kept, responses)
         if len(groups) != 1:
@@ -246,7 +248,8 @@ class ContactRun:
         return contact.tangents == 0 or contact.friction == contact.static == 0
 
     def _lasts(
-        self, t: float, y: Array, chosen: Sequence[int], contacts: Sequence[Touching], one: Solution
+        self, t: float, y: Array, chosen: Sequence[int], contacts: Sequence[Touching], one: Solution,
+        limits: bool = False,
     ) -> bool:
         """Whether the laws that hold with equality go on holding, by the derivatives along this motion."""
         if not one.ties:
@@ -284,7 +287,8 @@ class ContactRun:
                     return False
             if law == "onset":
                 d = one.modes[i][1]
-                if float(d @ a[at + 1 : at + 1 + n]) <= SMALL * size_a:
+                growth = float(d @ a[at + 1 : at + 1 + n])
+                if growth < -SMALL * size_a or (growth <= SMALL * size_a and not limits):
                     return False
         return True
 
@@ -340,12 +344,59 @@ class ContactRun:
                 else None
             )
             self._setups[key] = (phase, rates, watch, endings)
+        phase.loose = self._loose(modes, dead, seen)
+        phase.shown = tuple(
+            STICK if k in dead and mode in ("slip+", "slip-") else mode for k, mode in enumerate(modes)
+        )
         return self._setups[key]
 
+    def _loose(self, modes: Modes, dead: frozenset[int], seen: Snapshot) -> Any:
+        """Which contact forces the motion does not determine: those in combinations that move nothing."""
+        rows, columns = [], []
+        for k, mode in enumerate(modes):
+            if mode == OPEN and k not in dead:
+                continue
+            at, n = self.scene.first[k], self.scene.tangents[k]
+            rows.append([at])
+            columns.append(seen.responses[at])
+            if mode == STICK or (k in dead and n == 1):
+                for i in range(at + 1, at + 1 + n):
+                    rows.append([i])
+                    columns.append(seen.responses[i])
+            elif mode in ("slip+", "slip-"):
+                rows[-1] = [at, at + 1]
+                columns[-1] = columns[-1] - seen.friction[k] * (1 if mode == "slip+" else -1) * seen.responses[at + 1]
+            elif n == 2 and not self.model.contacts[k].frictionless:
+                v = self._slip(seen, k)
+                speed = float(np.linalg.norm(v))
+                if speed > 0:
+                    rows[-1] = [at, at + 1, at + 2]
+                    columns[-1] = columns[-1] - seen.friction[k] * (v / speed) @ seen.responses[at + 1 : at + 3]
+        mask = np.zeros(self.scene.rows, dtype=bool)
+        if rows:
+            F = np.array(columns)
+            F = F / np.linalg.norm(F, axis=1, keepdims=True)
+            left, sizes, _ = np.linalg.svd(F)
+            rank = int((sizes > 1e-9 * sizes.max(initial=0)).sum())
+            for i, group in enumerate(rows):
+                if np.abs(left[i, rank:]).max(initial=0) > 1e-7:
+                    mask[group] = True
+        return mask
+
     def _dead(self, modes: Modes, seen: Snapshot, y: Array) -> frozenset[int]:
-        """Open contacts at gap zero that the closed ones keep there: their normal rows depend on the others'."""
-        near = self._near(y)
-        candidates = [k for k, mode in enumerate(modes) if mode == OPEN and abs(seen.gap[k]) <= near]
+        """Contacts that the others hold where they are: open ones at gap zero, and those at the limit of friction.
+
+        Their rows depend on those of the others, so that what ends their modes never moves off zero.
+        """
+        near, still = self._near(y), self._still(y)
+        candidates = [
+            (k, self.scene.first[k]) for k, mode in enumerate(modes) if mode == OPEN and abs(seen.gap[k]) <= near
+        ]
+        candidates += [
+            (k, self.scene.first[k] + 1)
+            for k, mode in enumerate(modes)
+            if mode in ("slip+", "slip-") and abs(seen.rate[self.scene.first[k] + 1]) <= still
+        ]
         if not candidates or all(mode == OPEN for mode in modes):
             return frozenset()
         held = []
@@ -356,8 +407,8 @@ class ContactRun:
         R = seen.responses
         basis = R[held].T
         dead = []
-        for k in candidates:
-            row = R[self.scene.first[k]]
+        for k, i in candidates:
+            row = R[i]
             rest = row - basis @ np.linalg.lstsq(basis, row, rcond=SMALL)[0]
             if np.linalg.norm(rest) <= SMALL * np.linalg.norm(row):
                 dead.append(k)
@@ -402,7 +453,7 @@ class ContactRun:
         path = Leap(
             rates, np.array([t, t_after]), np.array([t_after - t]), np.array([y, y_after]), (), FINISHED, 0, 0, 0
         )
-        self.segments.append(Segment(path, phase, self.impulses, modes))
+        self.segments.append(Segment(path, phase, self.impulses, phase.shown, phase.loose))
         return t_after, y_after
 
     def _projected(self, t: float, y: Array, rates: Rates) -> Array:
@@ -434,7 +485,7 @@ class ContactRun:
             at = self.scene.first[k]
             v, e = float(seen.rate[at]), float(seen.restitution[k])
             a = -self._free_rate(seen, y, k)
-            if not (v > 0 and a > 0 and e < 1 and self.model.contacts[k].impact in ("newton", "poisson")):
+            if not (v > self._still(y) and a > 0 and e < 1 and self.model.contacts[k].impact in ("newton", "poisson")):
                 return self._cycle(t, y, seen)
             height, left = v * v / (2 * a), 2 * v / (a * (1 - e))
             if height > 1e-9 * (1 + self._size(y)):
@@ -542,6 +593,7 @@ def run(
     t = begin
     work.rates = None
     current: Modes = ("",) * len(work.names)
+    past = current
     reasons: dict[int, str] = {}
     status, crowded, last = "", 0, -math.inf
     seen = work.look(t, y)
@@ -564,22 +616,22 @@ def run(
         y, hit = work.collide(t, y, seen)
         settled = work.limit(t, y) if hit else None
         if settled is not None:
-            t, y, current, stop = _rest(work, t, y, settled, current, end, between)
+            t, y, current, past, stop = _rest(work, t, y, settled, current, past, end, between)
             if stop:
                 status = stop
                 break
             reasons = dict.fromkeys(settled[2], "end of the bounces, the limit of a geometric series")
         modes, one, seen = work.modes_at(t, y, current)
-        if one is not None and one.rank_lack:
-            for name in work.scene.phase(modes, t, y, work.values).indeterminate:
-                work.indeterminate.setdefault(name, t)
-        _note_modes(work, t, y, current, modes, reasons, hit)
-        current = modes
+        phase, rates, _, _ = work.setup(modes, t, y, seen)
+        for i in np.flatnonzero(phase.loose):
+            work.indeterminate.setdefault(work.scene.names[i], t)
+        shown_now = phase.shown
+        _note_modes(work, t, y, past, shown_now, reasons, hit)
+        current, past = modes, shown_now
         if t >= end:
             status = FINISHED
-            phase, rates, _, _ = work.setup(modes, t, y, seen)
             tail = Path(rates, np.array([t]), np.empty(0), y[None], (), FINISHED, 0, 0, 0)
-            work.segments.append(Segment(tail, phase, work.impulses, modes))
+            work.segments.append(Segment(tail, phase, work.impulses, phase.shown, phase.loose))
             break
         t, y = work.onset(t, y, modes, one, seen, end)
         if t >= end:
@@ -624,12 +676,14 @@ def _phase(
 ) -> tuple[Path, float, Array, dict[int, str], str]:  # fmt: skip
     """Integrate one phase to its end: path, time, state, reasons by contact, and the status if the run ends."""
     path = integrate(
-        rates, y, t, end, relative=work.relative, absolute=work.absolute, watch=watch, between=between, **work.options
-    )
+        rates, y, t, end, relative=work.relative, absolute=work.absolute, watch=watch, between=between,
+        first_step=_first_step(work, t, y, modes), **work.options,
+    )  # fmt: skip
+    _check_depth(work, path, modes)
     asked = len(work.specs)
     mine = [c for c in path.crossings if c.number >= asked]
     shown_ = tuple(c for c in path.crossings if c.number < asked)
-    work.segments.append(Segment(replace(path, crossings=shown_), phase, work.impulses, modes))
+    work.segments.append(Segment(replace(path, crossings=shown_), phase, work.impulses, phase.shown, phase.loose))
     if path.status == FINISHED:
         return path, path.end, path.states[-1], {}, FINISHED
     if path.status != TERMINAL:
@@ -647,6 +701,36 @@ def _phase(
     for k in stopped:
         t_new, y_new = _halt(work, phase, rates, k, t_new, y_new, modes)
     return path, t_new, y_new, reasons, ""
+
+
+def _first_step(work: ContactRun, t: float, y: Array, modes: Modes) -> float | None:
+    """Half of the shortest flight of a contact that has just left: a longer step could jump over its return."""
+    seen = work.look(t, y)
+    near = work._near(y)
+    shortest = math.inf
+    for k, mode in enumerate(modes):
+        at = work.scene.first[k]
+        v, a = float(seen.rate[at]), float(seen.c[at])
+        if mode == OPEN and abs(seen.gap[k]) <= near and v > 0 > a:
+            shortest = min(shortest, v / -a)
+    return shortest if shortest < math.inf else None
+
+
+def _check_depth(work: ContactRun, path: Path, modes: Modes) -> None:
+    """An open contact that is deep at the end of a phase was passed over."""
+    y = path.states[-1]
+    if not np.isfinite(y).all():
+        return
+    seen = work.look(path.end, y)
+    for k, mode in enumerate(modes):
+        if mode == OPEN and seen.gap[k] < -work._near(y) and seen.reach[k] > 0 and path.start < path.end:
+            before = work.look(path.start, path.states[0])
+            if before.reach[k] > 0:
+                raise SimulationError(
+                    f"Contact '{work.names[k]}' of '{work.model.name}' closed between {path.start:.6g} and "
+                    f"{path.end:.6g} s within less than a step, and was passed over: it is {-seen.gap[k]:.3g} m deep. "
+                    f"Give a max_step shorter than that contact lasts."
+                )
 
 
 def _halt(
@@ -673,31 +757,31 @@ def _halt(
     impulses = np.linalg.lstsq(seen.A[np.ix_(rows, rows)], -seen.rate[rows], rcond=SMALL)[0]
     after[work.n : work.n + work.model.n_u] += impulses @ seen.responses[rows]
     path = Leap(rates, np.array([t, t + step]), np.array([step]), np.array([y, after]), (), FINISHED, 0, 0, 0)
-    work.segments.append(Segment(path, phase, work.impulses, modes))
+    work.segments.append(Segment(path, phase, work.impulses, phase.shown, phase.loose))
     return t + step, after
 
 
 def _rest(
-    work: ContactRun, t: float, y: Array, settled: Any, current: Modes, end: float, between: Any
-) -> tuple[float, Array, Modes, str]:
+    work: ContactRun, t: float, y: Array, settled: Any, current: Modes, past: Modes, end: float, between: Any
+) -> tuple[float, Array, Modes, Modes, str]:
     """The time that is left to bounces too low to follow, as motion in contact."""
     y, left, contacts = settled
     modes, one, seen = work.modes_at(t, y, current)
     until = min(t + left, end)
     names = ", ".join(work.names[k] for k in sorted(contacts))
-    _note_modes(
-        work, t, y, current, modes, dict.fromkeys(contacts, "bounces below what numbers resolve"), True
-    )
     phase, rates, watch, endings = work.setup(modes, t, y, seen)
+    _note_modes(
+        work, t, y, past, phase.shown, dict.fromkeys(contacts, "bounces below what numbers resolve"), True
+    )
     y = work._projected(t, y, rates)
     if until > t:
         _, t, y, _, stop = _phase(work, phase, rates, watch, endings, t, y, until, modes, between)
         if stop and stop != FINISHED:
-            return t, y, modes, stop
+            return t, y, modes, phase.shown, stop
     if until < end or t < end:
         work.tell(t, "rest", y, y, f"{names}: the bounces end here, the limit of their geometric series")
     work.bounces.clear()
-    return t, y, modes, FINISHED if t >= end else ""
+    return t, y, modes, phase.shown, FINISHED if t >= end else ""
 
 
 def _why(work: ContactRun, phase: Phase, ending: Ending, t: float, y: Array) -> str:

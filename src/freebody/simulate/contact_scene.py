@@ -67,6 +67,7 @@ class Scene:
             for k in range(len(self.model.contacts))
         ]
         self.rows = len(layout)
+        self.names = tuple(row.name for row in layout)
         self._phases: dict[Any, Phase] = {}
         self._moded: dict[Modes, Model] = {}
         self._reaching: list[int] = []
@@ -162,6 +163,8 @@ class Phase(Kernels):
         self.modes = modes
         self._work = True
         self._endings: dict[Any, tuple[Ending, ...]] = {}
+        self.loose: Any = None
+        self.shown: Modes = modes
 
     # -- equations -------------------------------------------------------------------------------
 
@@ -216,29 +219,6 @@ class Phase(Kernels):
             i for i, row in enumerate(rows(self.model)) if row.owner in names and i not in self.active
         ]
 
-    @property
-    def indeterminate(self) -> tuple[str, ...]:
-        """Contacts some of whose forces the motion does not determine."""
-        kinds = rows(self.model)
-        if not self._spare:
-            return ()
-        return tuple(self.open_contacts_of({kinds[i].owner for i in self._spare}))
-
-    def open_contacts_of(self, owners: set[str]) -> list[str]:
-        """Closed contacts on the same body as those whose conditions are spare."""
-        bodies = {
-            body
-            for c in self.model.contacts
-            if c.name in owners
-            for body in (c.feature.body.name, c.surface.body.name)
-            if body != "ground"
-        }
-        return [
-            c.name
-            for c, mode in zip(self.model.contacts, self.modes, strict=True)
-            if mode != "open" and bodies & {c.feature.body.name, c.surface.body.name}
-        ]
-
     # -- contacts --------------------------------------------------------------------------------
 
     def _quantities(self, state: State) -> dict[str, list[Any]]:
@@ -270,7 +250,7 @@ class Phase(Kernels):
     def watching(self, expressions: Sequence[Any], dead: frozenset[int] = frozenset()) -> tuple[Program, tuple[Ending, ...]]:
         """Function ``values``: the user's expressions, then the functions that end the phase.
 
-        ``dead`` are open contacts that can not move relative to the closed ones: their gaps are not watched.
+        ``dead`` are contacts that the others hold: open ones whose gaps, and slipping ones whose slip, stay zero.
         """
         endings: list[Ending] = []
 
@@ -302,9 +282,9 @@ class Phase(Kernels):
                         end(mu * N + T[0], k, "cone", -1)
                     else:
                         end(mu * mu * N * N - T[0] * T[0] - T[1] * T[1], k, "cone")
-                elif mode in ("slip+", "slip-"):
+                elif mode in ("slip+", "slip-") and k not in dead:
                     end(v[0] if mode == "slip+" else -v[0], k, "slip")
-                elif n == 2 and not contact.frictionless:
+                elif mode == "slip" and n == 2 and not contact.frictionless:
                     end(v[0] * v[0] + v[1] * v[1] - _STOPPED_SQUARE, k, "slip")
             return {"values": values}
 

@@ -83,7 +83,7 @@ class ContactTrajectory(PhasedTrajectory):
 
     @property
     def indeterminate(self) -> tuple[str, ...]:
-        """Reactions, and names of contacts, whose forces no motion determines at some time of the run."""
+        """Reactions, contact forces among them, that no motion determines at some time of the run."""
         return (*super().indeterminate, *self._unknown)
 
     def _by_segment(self, made: Callable[[Any], Program], functions: Sequence[str]) -> list[Array]:
@@ -110,9 +110,10 @@ class ContactTrajectory(PhasedTrajectory):
             )
         result = []
         for j in range(len(functions)):
-            whole = np.empty((len(self.t), parts[0][1][j].shape[1] if parts else 0))
+            width = min((values[j].shape[1] for _, values in parts), default=0)
+            whole = np.empty((len(self.t), width))  # reactions of closed contacts follow those of joints
             for chosen, values in parts:
-                whole[chosen] = values[j]
+                whole[chosen] = values[j][:, :width]
             result.append(whole)
         return result
 
@@ -128,8 +129,8 @@ class ContactTrajectory(PhasedTrajectory):
             at, n = first.first[k], first.tangents[k]
             lambdas = forces[:, at : at + 1 + n]
             modes = np.array([segments[p].modes[k] for p in places])
-            loose = np.array([contact.name in _loose(segments[p].kernels) for p in places])
-            shown = np.where(loose[:, None], np.nan, lambdas)
+            loose = np.array([segments[p].loose[at : at + 1 + n] for p in places]).reshape(-1, 1 + n)
+            shown = np.where(loose, np.nan, lambdas)
             mu = self._value(contact.static_friction)
             T, slip = shown[:, 1:], rates[:, at + 1 : at + 1 + n]
             margin = np.where(
@@ -201,10 +202,3 @@ class ContactTrajectory(PhasedTrajectory):
         ax.legend()
         ax.grid(alpha=0.3)
         return ax
-
-
-def _loose(phase: Any) -> tuple[str, ...]:
-    found = getattr(phase, "_indeterminate", None)
-    if found is None:
-        found = phase._indeterminate = phase.indeterminate
-    return found

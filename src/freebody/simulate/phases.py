@@ -28,12 +28,14 @@ class Segment:
     ``kernels``   programs of its equations (``motion``, ``reactions``)
     ``impulses``  work of all blows and impacts up to its start [J]
     ``modes``     of every contact
+    ``loose``     which contact forces the motion does not determine
     """
 
     path: Path
     kernels: Any
     impulses: float = 0.0
     modes: tuple[Any, ...] = ()
+    loose: Any = None
 
 
 @dataclass(frozen=True, eq=False)
