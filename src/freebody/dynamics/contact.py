@@ -1,15 +1,18 @@
 """Contacts at a state: gap, normal, slip, and their rates, for any scalar.
 
-With P on the feature and Q on the surface the points that are nearest, n the unit normal from Q to P and t the tangents,
+With P on the feature and Q on the surface the points that are nearest, n the unit normal from Q to P and t the
+tangents,
 
     g = n·(r_P - r_Q),     ġ = n·(v_P - v_Q) = W_N u + w_N,     γ = t·(v_P - v_Q) = W_T u + w_T,
 
-where v_P, v_Q are velocities of the material points that are at P and Q now. P, Q, n and t move over the bodies; how they
+where v_P, v_Q are velocities of the material points that are at P and Q now. P, Q, n and t move over the bodies;
+how they
 do enters
 
     d(W u + w)/dt = W u' + b
 
-through b, which is taken by truncated series along the motion, so that it is exact for all shapes. The force N n + T t
+through b, which is taken by truncated series along the motion, so that it is exact for all shapes. The force N n +
+T t
 acts on the feature at P, its opposite on the surface at Q: the same rows W give its generalized force.
 
 Source: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts (1996), chapters 4 and 5.

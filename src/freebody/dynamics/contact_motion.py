@@ -61,7 +61,8 @@ def contact_problem(model: Model, state: State, active: Sequence[int] = ()) -> C
     Parameters
     ----------
     active : sequence of int
-        Independent conditions of the machine's own constraints (:func:`freebody.dynamics.constrained.independent_rows`).
+        Independent conditions of the machine's own constraints
+        (:func:`freebody.dynamics.constrained.independent_rows`).
     """
     M = Factorization(mass_matrix(model, state))
     contacts = contact_rows(model, state)

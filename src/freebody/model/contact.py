@@ -208,8 +208,8 @@ def _check_axes(name: str, a: Any, b: Any, k: int | None) -> None:
         first, second = (kind_of(shape) for shape in (a, b))
         raise ModelError(
             f"The {first} and the {second} of contact '{name}' touch in one point only where all motion is in a plane "
-            f"at right angles to their axes, which is not so here. In 3-D, use a sphere for one of them, or a plane for "
-            f"the flat one."
+            f"at right angles to their axes, which is not so here. In 3-D, use a sphere for one of them, or a plane "
+            f"for the flat one."
         )
 
 
@@ -287,8 +287,8 @@ def _touching(model: Model, contact: Contact, mode: Any) -> Touching | None:
     if mode == "slip":
         if contact.planar is not None and not contact.frictionless:
             raise ModelError(
-                f"Contact '{name}' slips along one line: expected 'slip+' or 'slip-', by the sign of its slip velocity, "
-                f"got 'slip'."
+                f"Contact '{name}' slips along one line: expected 'slip+' or 'slip-', by the sign of its slip "
+                f"velocity, got 'slip'."
             )
         return Touching(contact, ())
     if isinstance(mode, tuple) and len(mode) == 2 and mode[0] == "slip" and hasattr(mode[1], "__len__"):
