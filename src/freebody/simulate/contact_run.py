@@ -37,6 +37,8 @@ CLOSED = 1e-10
 """Gap, relative to 1 m or the greatest coordinate, at which a contact is closed."""
 STILL = 1e-10
 """Speed, relative to 1 m/s or the greatest speed, below which a contact does not approach, slip or leave."""
+NUDGE = 1e-9
+"""Speed of slip given to one that begins in space without acceleration [m/s]."""
 ENDLESS = 200
 """Changes of mode at one moment before they are refused as endless."""
 
@@ -435,6 +437,8 @@ class ContactRun:
             float(np.linalg.norm((seen.A[:, rows] @ one.forces + seen.c)[self.scene.first[k] + 1 :][:2]))
             for k in starting
         )
+        if pull <= SMALL * (float(np.abs(seen.c).max(initial=0)) + 1e-300):
+            return t, self._nudged(t, y, starting, chosen, modes, one, seen)
         step = min(max(4 * STOPPED / pull, 1e-9), end - t)
         y_after = y.copy()
         y_after[self.n : self.n + self.model.n_u] += step * udot
@@ -445,6 +449,40 @@ class ContactRun:
         state = float_state(self.model, y[: self.n].tolist(), middle.tolist(), t, self.values)
         y_after[: self.n] += step * np.array([float(x) for x in coordinate_rates(self.model, state)])
         return self._leap(t, y, t + step, y_after, modes)
+
+    def _nudged(
+        self, t: float, y: Array, starting: Sequence[int], chosen: Sequence[int], modes: Modes, one: Solution,
+        seen: Snapshot,
+    ) -> Array:
+        """A slip that begins with no acceleration has no direction yet: it gets one, with a speed of :data:`NUDGE`.
+
+        Raises
+        ------
+        SimulationError
+            Contacts that stick do not let it slip: how friction is shared among them is not determined.
+        """
+        rows, wanted = [], []
+        for k, (mode, d) in zip(chosen, one.modes, strict=True):
+            if mode == OPEN:
+                continue
+            at, n = self.scene.first[k], self.scene.tangents[k]
+            rows.append(at)
+            wanted.append(0.0)
+            if mode == STICK or k in starting:
+                rows += range(at + 1, at + 1 + n)
+                wanted += [NUDGE * x for x in d] if k in starting else [0.0] * n
+        A, goal = seen.A[np.ix_(rows, rows)], np.array(wanted)
+        impulses = np.linalg.lstsq(A, goal, rcond=SMALL)[0]
+        if np.abs(A @ impulses - goal).max(initial=0) > 1e-3 * NUDGE:
+            names = ", ".join(f"'{self.names[k]}'" for k in chosen if modes[k] != OPEN)
+            raise SimulationError(
+                f"Contacts {names} at t = {t:.9g} s are statically indeterminate: of the friction forces least in norm "
+                f"one has reached μ_s N, but the others hold, and the motion does not say how they share. Rest the body "
+                f"on fewer contacts, describe it in its plane of motion, or take method='timestepping'."
+            )
+        after = y.copy()
+        after[self.n : self.n + self.model.n_u] += impulses @ seen.responses[rows]
+        return after
 
     def _leap(self, t: float, y: Array, t_after: float, y_after: Array, modes: Modes) -> tuple[float, Array]:
         phase, rates, _, _ = self.setup(modes, t_after, y_after, self.look(t_after, y_after))
