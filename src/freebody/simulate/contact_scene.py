@@ -51,23 +51,22 @@ class Snapshot:
     restitution: Array
 
 
+def scene_of_layout(model: Model) -> tuple[list[int], list[int], int]:
+    """First row and number of tangents of every element, and the number of rows."""
+    layout = contact_layout(model.contacts)
+    kinds = [(row.contact, row.kind) for row in layout]
+    count = range(len(model.contacts))
+    return [kinds.index((k, "N")) for k in count], [kinds.count((k, "T")) for k in count], len(layout)
+
+
 class Scene:
     """The contacts of a model as numbers, by one compiled kernel."""
 
     def __init__(self, kernels: Kernels) -> None:
         self.kernels = kernels
         self.model: Model = kernels.model
-        layout = contact_layout(self.model.contacts)
-        self.first = [
-            next(i for i, row in enumerate(layout) if row.contact == k and row.kind == "N")
-            for k in range(len(self.model.contacts))
-        ]
-        self.tangents = [
-            sum(1 for row in layout if row.contact == k and row.kind == "T")
-            for k in range(len(self.model.contacts))
-        ]
-        self.rows = len(layout)
-        self.names = tuple(row.name for row in layout)
+        self.first, self.tangents, self.rows = scene_of_layout(self.model)
+        self.names = tuple(row.name for row in contact_layout(self.model.contacts))
         self._phases: dict[Any, Phase] = {}
         self._moded: dict[Modes, Model] = {}
         self._reaching: list[int] = []

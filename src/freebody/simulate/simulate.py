@@ -30,9 +30,10 @@ from .kernels import Kernels, kernels_of
 from .path import Path, Rates, Watch, observe
 from .phases import PhasedTrajectory
 from .progress import Progress
+from .timestepping import stepped_motion
 from .trajectory import Trajectory
 
-METHODS = ("auto", "dop853")
+METHODS = ("auto", "dop853", "timestepping")
 FINEST = 1e-15
 """Smallest tolerance that can be asked for: below it, double precision has no digits."""
 
@@ -50,6 +51,7 @@ def simulate(
     impulses: Any = (),
     impacts: str = "simultaneous",
     method: str = "auto",
+    step: Any = None,
     times: ArrayLike | None = None,
     samples: int | None = None,
     start: Any = 0,
@@ -89,8 +91,11 @@ def simulate(
     impacts : {"simultaneous", "sequential"}
         Of several contacts that collide at once: all impulses together, or one contact after another, always the
         one that approaches fastest.
-    method : {"auto", "dop853"}
+    method : {"auto", "dop853", "timestepping"}
         Both stand for the explicit method of order 8 of Dormand and Prince with step control.
+        "timestepping" is for many contacts: equal steps of Moreau and Jean, of first order.
+    step : number, expression or text, optional
+        Length of a step of "timestepping" [s].
     times : array, optional
         Output times, within the run; those after a terminal event are left out.
     samples : int, optional
@@ -152,6 +157,14 @@ def simulate(
         state = initial_state(model, numbers, initial or {})
     tolerances = _tolerances(kernels, tolerance)
 
+    if method == "timestepping":
+        with Progress(begin, end, progress) as between:
+            return stepped_motion(
+                kernels, numbers, state, begin, end, specs, expressions, tolerances, wanted, samples,
+                step=step, impulses=impulses, between=between,
+            )  # fmt: skip
+    if step is not None:
+        raise SimulationError("step= is the step of method='timestepping'; other methods choose theirs (max_step=).")
     if model.contacts:
         with Progress(begin, end, progress) as between:
             return touching_motion(
