@@ -13,6 +13,7 @@ from ..errors import SimulationError
 from .model import Number, Setting, find, settings_of
 from .table import Grid, significant
 
+MOST = 24  # events, and modes of contacts, that are listed
 WIDEST = 50  # characters of an answer in the table; equations stand below it
 
 
@@ -65,6 +66,13 @@ def run(
                 name: {"value": plain(v), "unit": unit} for name, (v, unit) in outcome.answers.items()
             },
             "energy_residual": residual,
+            "events": [
+                {"time": event.time, "name": event.name, "text": str(event)} for event in outcome.trajectory.events
+            ],
+            "modes": [
+                {"contact": m.contact, "mode": m.mode, "from": m.start, "to": m.end, "why": m.why}
+                for m in getattr(outcome.trajectory, "modes", ())
+            ],
             "wall_time_s": elapsed,
             "files": [str(file) for file in files],
         }
@@ -83,6 +91,8 @@ def run(
     grid.print()
     if long:
         click.echo("\n".join([*long, ""]))
+    for line in happenings(outcome.trajectory):
+        click.echo(line)
     for file in files:
         click.echo(f"wrote {file}")
     if outcome.trajectory.interrupted:
@@ -94,6 +104,23 @@ def run(
         raise click.exceptions.Exit(130)
     if output is None:
         click.echo("Add -o DIR to keep the equations, the trajectory and the plots.")
+
+
+def happenings(trajectory: Any) -> list[str]:
+    """Events as sentences and, of contacts, the modes; the middle of long lists is left out."""
+    lines = []
+    for title, items in (("Events", trajectory.events), ("Contacts", getattr(trajectory, "modes", ()))):
+        if not len(items):
+            continue
+        texts = [f"  {item}" for item in items]
+        if len(texts) > MOST:
+            half = MOST // 2
+            texts = [*texts[:half], f"  ... {len(texts) - 2 * half} more ...", *texts[-half:]]
+        lines += [f"{title}:", *texts, ""]
+    unknown = [name for name in getattr(trajectory, "_unknown", ())]
+    if unknown:
+        lines += [f"Statically indeterminate: {', '.join(unknown)} (no motion determines these forces).", ""]
+    return lines
 
 
 def keep_motion(error: SimulationError, folder: Path | None) -> None:

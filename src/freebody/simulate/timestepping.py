@@ -80,6 +80,8 @@ class SteppedTrajectory(Trajectory):
         Mean number of Gauss-Seidel sweeps of a step.
     """
 
+    method = "Moreau-Jean time stepping, exact Coulomb cones"
+
     def __init__(
         self, *arguments: Any, impulses: Array, works: Array, residual: float, depth: float, sweeps: float, scene: Any
     ) -> None:
@@ -143,12 +145,6 @@ class SteppedTrajectory(Trajectory):
             "Reactions of joints are not kept by method='timestepping', which knows impulses of steps. Contact forces "
             "are in .contacts; for reactions, simulate with method='auto'."
         )
-
-    @property
-    def data(self) -> Any:
-        from .dataset import dataset
-
-        return dataset(self)
 
 
 def _gaps(kernels: Kernels) -> Program:
