@@ -52,7 +52,7 @@ def circle(body: Body, radius: Any, *, at: Any = None, axis: Any = "z", inside: 
         Whether other bodies touch it from within: a ring, a round hole.
     """
     what = f"the circle of {named(body)}"
-    n = direction(body.system, axis, f"the axis of {what}")
+    n = _unit(body, axis, f"the axis of {what}")
     return Circle(body, _place(body, at, what), n, _length(body, radius, what), _flag(inside, what))
 
 
@@ -69,7 +69,7 @@ def cylinder(body: Body, radius: Any, *, at: Any = None, axis: Any = "z", inside
         Whether other bodies touch it from within: a pipe.
     """
     what = f"the cylinder of {named(body)}"
-    n = direction(body.system, axis, f"the axis of {what}")
+    n = _unit(body, axis, f"the axis of {what}")
     return Cylinder(body, _place(body, at, what), n, _length(body, radius, what), _flag(inside, what))
 
 
@@ -111,7 +111,7 @@ def segment(body: Body, start: Any, end: Any, *, normal: Any) -> Segment:
         raise ModelError(f"Start and end of {what} are one point, {written(a)}.")
     length = _root(body, sympy.Add(*(x**2 for x in d)))
     e = tuple(exact(x / length) for x in d)
-    return Segment(body, a, b, e, n, exact(length))  # type: ignore[arg-type]
+    return Segment(body, a, b, e, n, exact(length))
 
 
 def corners(body: Body, *points: Any, size: Any = None, at: Any = None) -> Corners:
@@ -171,7 +171,7 @@ def heightline(body: Body, height: Any, *, at: Any = None) -> Heightline:
     """
     what = f"the heightline of {named(body)}"
     names = body.system.names
-    x = sympy.Dummy("x", real=True)
+    x = sympy.Symbol("x", real=True)
     if isinstance(height, str):
         try:
             expression = parse(height, {**names.atoms, "x": x})
@@ -221,7 +221,7 @@ def number(system: System, expression: Any) -> float | None:
     defaults = {p.symbol: p.default for p in system.parameter_list}
     if any(defaults.get(symbol) is None for symbol in expression.free_symbols):
         return None
-    return float(expression.subs(defaults))
+    return float(expression.subs({symbol: defaults[symbol] for symbol in expression.free_symbols}))
 
 
 def written(components: Components) -> str:
@@ -251,7 +251,7 @@ def _unit(body: Body, normal: Any, what: str) -> Components:
     if not isinstance(normal, str):
         given = body.system.vector(normal, what)
         square = sympy.Add(*(sympy.sympify(c) ** 2 for c in given))
-        if square.free_symbols and sympy.trigsimp(square) == 1:
+        if square.free_symbols and sympy.simplify(square) == 1:
             direction(body.system, normal, what)  # its refusals
             return given
     return direction(body.system, normal, what)
@@ -276,7 +276,7 @@ def _across(n: Components) -> tuple[Components, Components]:
         e = units[level[-1]]
     else:
         square = 1 - sympy.sympify(n[2]) ** 2
-        e = tuple(sympy.sympify(c) / sympy.sqrt(square) for c in cross(n, UNIT["z"]))  # type: ignore[assignment]
+        e = tuple(sympy.sympify(c) / sympy.sqrt(square) for c in cross(n, UNIT["z"]))
     second = cross(n, e)
     x, y, z = (exact(c) for c in second)
     a, b, c = (exact(c) for c in e)

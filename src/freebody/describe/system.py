@@ -305,7 +305,7 @@ class System:
         def count(n: int, noun: str) -> str:
             return f"{n} {noun if n == 1 else noun[:-1] + 'ies' if noun == 'body' else noun + 's'}"
 
-        parts = (
+        parts: tuple[str, ...] = (
             count(len(self.bodies), "body"),
             count(len(self.joints), "joint"),
             count(len(self.declared), "coordinate"),

@@ -48,9 +48,7 @@ def contact_actions(e: Equations, body: str, touching: Touching, row: Any, value
         force = scale(value, slip_friction(model, state, touching))
         # in 3-D both tangential components stand on one line
         name = contact.tangent_names[0] if contact.tangents == 1 else contact.normal_name.replace("N", "T", 1)
-        result.append(
-            Action(name, "friction", force if sign > 0 else negate(force), ZERO, spot.position, by)
-        )
+        result.append(Action(name, "friction", force if sign > 0 else negate(force), ZERO, spot.position, by))
     return result
 
 

@@ -190,11 +190,11 @@ def answer(request: Request, also: Sequence[Any] = ()) -> SolveResult:
         expression = vocabulary.expression(given, "the unknowns to eliminate")
         free[vocabulary.name(expression)] = expression
     accelerations: dict[str, Any] = {}
-    closed = any(isinstance(c, Touching) for c in e.model.constraints.values())
+    touching = any(isinstance(c, Touching) for c in e.model.constraints.values())
     of_motion = any(
         u.name in vocabulary.reactions or u.name in vocabulary.accelerations for u in request.asked
     )
-    if closed or not of_motion:
+    if touching or not of_motion:
         accelerations = {
             name: symbol
             for name, symbol in vocabulary.accelerations.items()

@@ -148,7 +148,7 @@ def _frames(links: Sequence[Link]) -> list[tuple[Matrix, Vector]]:
         result.append(
             (
                 tuple(tuple(exact(x) for x in row) for row in turned),  # type: ignore[arg-type]
-                tuple(exact(a + b) for a, b in zip(p, shift, strict=True)),  # type: ignore[arg-type]
+                tuple(exact(a + b) for a, b in zip(p, shift, strict=True)),
             )
         )
     return result
@@ -197,7 +197,7 @@ def _frame(model: Model, frames: Sequence[tuple[Matrix, Vector]], body: Any) -> 
     place = model.bodies[body.name]
     R, p = (IDENTITY, ZERO) if place.link == GROUND else frames[place.link]
     shift = apply(R, place.origin)
-    return R, tuple(a + b for a, b in zip(p, shift, strict=True))  # type: ignore[return-value]
+    return R, tuple(a + b for a, b in zip(p, shift, strict=True))
 
 
 def _check_axes(name: str, a: Any, b: Any, k: int | None) -> None:
