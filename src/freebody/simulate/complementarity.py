@@ -17,7 +17,7 @@ Y. Hurmuzlu, F. Génot, B. Brogliato (2001), §5, on Painlevé's examples.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -143,7 +143,13 @@ def _turned(modes: Any, sought: Sequence[int], angles: Array) -> list[tuple[str,
 
 
 def _starts(A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int]) -> Iterator[Array]:
-    """Directions to begin the search with: against the force that would hold, then around the circle."""
+    """Directions to begin the search with: where relaxation arrives, against the force that would hold, then around
+    the circle."""
+    if len(sought) > 1:
+        relaxed = _relaxed(A, c, contacts)
+        yield np.array(
+            [np.arctan2(-relaxed[contacts[i].row + 2], -relaxed[contacts[i].row + 1]) for i in sought]
+        )
     held = [(STICK, None) if i in sought else mode for i, mode in enumerate(modes)]
     one = _linear(A, c, contacts, held)
     first = []
@@ -151,9 +157,26 @@ def _starts(A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int]
         at = contacts[i].row + 1
         T = c[at : at + 2] if one is None else -one.forces[at : at + 2]
         first.append(np.arctan2(T[1], T[0]))
-    turns = 8 if len(sought) == 1 else 1
-    for k in range(turns):
-        yield np.array(first) + 2 * np.pi * k / turns
+    turns = {1: 8, 2: 4}.get(len(sought), 1)
+    for shifts in itertools.product(range(turns), repeat=len(sought)):
+        yield np.array(first) + 2 * np.pi * np.array(shifts) / turns
+
+
+def _relaxed(A: Array, c: Array, contacts: Sequence[Touching], sweeps: int = 200) -> Array:
+    """Forces near a solution with exact cones, by Gauss-Seidel sweeps with projection; only to begin a search."""
+    x = np.zeros(len(c))
+    for _ in range(sweeps):
+        for one in contacts:
+            at, n = one.row, one.tangents
+            x[at] = max(0.0, x[at] - (A[at] @ x + c[at]) / A[at, at]) if A[at, at] > 0 else 0.0
+            if not n:
+                continue
+            rows = slice(at + 1, at + 1 + n)
+            step = np.trace(A[rows, rows])
+            T = x[rows] - (A[rows] @ x + c[rows]) / step if step > 0 else np.zeros(n)
+            length, limit = float(np.linalg.norm(T)), one.friction * x[at]
+            x[rows] = T * (limit / length) if length > limit else T
+    return x
 
 
 def _directions(
@@ -172,29 +195,33 @@ def _directions(
             ]
         )
 
+    return newton(across, angles)
+
+
+def newton(function: Callable[[Array], Array | None], x: Array) -> Array | None:
+    """A zero of a function of angles near ``x``; the slope by differences decides the way, not the zero."""
     step = 1e-6
     for _ in range(40):
-        value = across(angles)
+        value = function(x)
         if value is None:
             return None
         columns = []
-        for k in range(len(angles)):
-            turned = angles.copy()
+        for k in range(len(x)):
+            turned = x.copy()
             turned[k] += step
-            other = across(turned)
+            other = function(turned)
             if other is None:
                 return None
             columns.append((other - value) / step)
-        J = np.array(columns).T
         try:
-            change = np.linalg.solve(J, -value)
+            change = np.linalg.solve(np.array(columns).T, -value)
         except np.linalg.LinAlgError:
             return None
         change = np.clip(change, -0.5, 0.5)
-        angles = angles + change
+        x = x + change
         if np.abs(change).max() < 1e-14:
-            return angles
-    return angles if np.abs(change).max() < 1e-12 else None
+            return x
+    return x if np.abs(change).max() < 1e-12 else None
 
 
 def _linear(
@@ -270,11 +297,19 @@ def _typical(A: Array, c: Array) -> float:
     return float((np.abs(c[one]) / diagonal[one]).max(initial=0))
 
 
-def distinct(found: Sequence[Solution], responses: Array) -> list[list[Solution]]:
-    """Solutions grouped by the motion that they give; ``responses`` (m, n_u) are accelerations per unit force."""
+def distinct(found: Sequence[Solution], responses: Array, size: float = 0.0) -> list[list[Solution]]:
+    """Solutions grouped by the motion that they give.
+
+    Parameters
+    ----------
+    responses : array (m, n_u)
+        Accelerations (speeds) of the machine per unit force (impulse).
+    size : float
+        Those that count as not small, if greater than the solutions' own.
+    """
     groups: list[tuple[Array, list[Solution]]] = []
     moved = [one.forces @ responses for one in found]
-    size = max((float(np.abs(x).max(initial=0)) for x in moved), default=0.0)
+    size = max([size, *(float(np.abs(x).max(initial=0)) for x in moved)])
     for x, one in zip(moved, found, strict=True):
         for y, group in groups:
             if np.abs(x - y).max(initial=0) <= 1e-8 * size:

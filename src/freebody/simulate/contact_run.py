@@ -7,7 +7,8 @@
                      and forces along each candidate decide
 
 Bounces whose heights fall below what double precision resolves are summed as the geometric series that they are:
-with v the speed after the last one, a = -r_N the approach acceleration and e the restitution, they end after
+with v the speed after the last one, a = -r_N the approach acceleration and e the part of the speed that is kept,
+they end after
 
     2 v / a · (1 + e + e² + ...) = 2 v / (a (1 - e))
 
@@ -37,6 +38,8 @@ CLOSED = 1e-10
 """Gap, relative to 1 m or the greatest coordinate, at which a contact is closed."""
 STILL = 1e-10
 """Speed, relative to 1 m/s or the greatest speed, below which a contact does not approach, slip or leave."""
+LOW = 1e-15
+"""Height of a flight, relative to 1 m or the greatest coordinate, that round-off hides."""
 NUDGE = 1e-9
 """Speed of slip given to one that begins in space without acceleration [m/s]."""
 ENDLESS = 200
@@ -521,9 +524,10 @@ class ContactRun:
         if len(last.contacts) == 1:
             (k,) = last.contacts
             at = self.scene.first[k]
-            v, e = float(seen.rate[at]), float(seen.restitution[k])
+            v = float(seen.rate[at])
+            e = v / last.speed  # by Newton the restitution; by Poisson friction changes it
             a = -self._free_rate(seen, y, k)
-            if not (v > self._still(y) and a > 0 and e < 1 and self.model.contacts[k].impact in ("newton", "poisson")):
+            if not (v > self._still(y) and a > 0 and e < 1):
                 return self._cycle(t, y, seen)
             height, left = v * v / (2 * a), 2 * v / (a * (1 - e))
             if height > 1e-9 * (1 + self._size(y)):
@@ -661,6 +665,13 @@ def run(
             reasons = dict.fromkeys(settled[2], "end of the bounces, the limit of a geometric series")
         modes, one, seen = work.modes_at(t, y, current)
         phase, rates, _, _ = work.setup(modes, t, y, seen)
+        low = LOW * (1 + work._size(y))
+        flights = _flights(work, t, y, modes, phase)
+        unseen = frozenset(k for k, (v, a) in flights.items() if v * v / (2 * a) < low)
+        if unseen:  # a flight lower than the round-off of its gap: none
+            y = work._settled(t, y, seen, unseen)
+            work.bounces.clear()
+            continue
         for i in np.flatnonzero(phase.loose):
             work.indeterminate.setdefault(work.scene.names[i], t)
         shown_now = phase.shown
@@ -715,7 +726,9 @@ def _phase(
     """Integrate one phase to its end: path, time, state, reasons by contact, and the status if the run ends."""
     path = integrate(
         rates, y, t, end, relative=work.relative, absolute=work.absolute, watch=watch, between=between,
-        first_step=_first_step(work, t, y, modes), **work.options,
+        # half of the shortest flight: a longer step could jump over the return of a contact
+        first_step=min((v / a for v, a in _flights(work, t, y, modes, phase).values()), default=None),
+        **work.options,
     )  # fmt: skip
     _check_depth(work, path, modes)
     asked = len(work.specs)
@@ -741,17 +754,26 @@ def _phase(
     return path, t_new, y_new, reasons, ""
 
 
-def _first_step(work: ContactRun, t: float, y: Array, modes: Modes) -> float | None:
-    """Half of the shortest flight of a contact that has just left: a longer step could jump over its return."""
+def _flights(work: ContactRun, t: float, y: Array, modes: Modes, phase: Phase) -> dict[int, tuple[float, float]]:
+    """(speed, deceleration) of open contacts that leave a surface to which their phase brings them back at once."""
     seen = work.look(t, y)
-    near = work._near(y)
-    shortest = math.inf
-    for k, mode in enumerate(modes):
-        at = work.scene.first[k]
-        v, a = float(seen.rate[at]), float(seen.c[at])
-        if mode == OPEN and abs(seen.gap[k]) <= near and v > 0 > a:
-            shortest = min(shortest, v / -a)
-    return shortest if shortest < math.inf else None
+    near, still = work._near(y), work._still(y)
+    leaving = [
+        k
+        for k, mode in enumerate(modes)
+        if mode == OPEN and abs(seen.gap[k]) <= near and seen.rate[work.scene.first[k]] > still
+    ]
+    if not leaving:
+        return {}
+    program = phase.contact()
+    a = observe(
+        program.address("acceleration"), work.scene.rows, np.array([t]), y[None], program.constants(work.parameters)
+    )[0]
+    return {
+        k: (float(seen.rate[work.scene.first[k]]), -float(a[work.scene.first[k]]))
+        for k in leaving
+        if a[work.scene.first[k]] < 0
+    }
 
 
 def _check_depth(work: ContactRun, path: Path, modes: Modes) -> None:

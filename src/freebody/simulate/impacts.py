@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import SimulationError
-from .complementarity import OPEN, SLIP, STICK, Array, Solution, Touching, distinct, solutions
+from .complementarity import OPEN, SLIP, STICK, Array, Solution, Touching, distinct, newton, solutions
 
 ORDERS = ("simultaneous", "sequential")
 _PASSES = 100_000
@@ -90,7 +90,8 @@ def _poisson(
     middle = A @ compressed.forces + before
     given = np.array([e * compressed.forces[c.row] for c, e in zip(contacts, restitution, strict=True)])
     found = _expansions(A, middle, contacts, given)
-    expanded = _only(found, responses, contacts, before, "the expansion")
+    size = float(np.abs(compressed.forces @ responses).max(initial=0))
+    expanded = _only(found, responses, contacts, before, "the expansion", size)
     return _checked(A, before, compressed.forces + expanded.forces, contacts, "poisson")
 
 
@@ -122,78 +123,81 @@ def _expansions(A: Array, c: Array, contacts: Sequence[Touching], given: Array) 
 def _expansion(
     A: Array, c: Array, contacts: Sequence[Touching], given: Array, kinds: Sequence[tuple[str, Any]]
 ) -> list[Solution]:
-    loads = np.zeros(len(c))
-    trial, modes = [], []
-    stuck = [i for i, (kind, _) in enumerate(kinds) if kind == "stuck"]
-    for i, (contact, (kind, d)) in enumerate(zip(contacts, kinds, strict=True)):
-        n = contact.tangents
-        if kind in ("free", "dragged", "stuck"):
-            loads[contact.row] = given[i]
-        if kind == "dragged":
-            if d is None:
-                # in space: along the slip that is left if this contact sticks not; found by sweeping directions
-                return _dragged(A, c, contacts, given, kinds, i)
-            loads[contact.row + 1 : contact.row + 1 + n] = -contact.friction * given[i] * d
-    # what sticks under its given impulse: rows r_T = 0
-    base = c + A @ loads
-    if stuck:
-        rows = [contacts[i].row + 1 + k for i in stuck for k in range(contacts[i].tangents)]
-        # eliminate their tangential impulses from the problem of the others
-        S = A[np.ix_(rows, rows)]
-        K = A[:, rows] @ np.linalg.pinv(S, rcond=1e-12)
-        A_left, base = A - K @ A[rows], base - K @ base[rows]
-    else:
-        A_left, K, rows = A, None, []
-    for contact, (kind, _) in zip(contacts, kinds, strict=True):
-        if kind == "held":
-            trial.append(contact)
-            plain = contact.tangents == 0 or contact.friction == 0
-            one: list[tuple[str, Any]] = (
-                [(SLIP, np.zeros(contact.tangents))]
-                if plain
-                else [(STICK, None), (SLIP, None)]
-                if contact.tangents == 2
-                else [(STICK, None), (SLIP, np.array([1.0])), (SLIP, np.array([-1.0]))]
-            )
-            modes.append(one)
+    """Solutions in which each contact is held, or lets go and sticks ("stuck"), slips ("dragged") or is free."""
+    held = [contact for contact, (kind, _) in zip(contacts, kinds, strict=True) if kind == "held"]
+    modes: list[list[tuple[str, Any]]] = []
+    for contact in held:
+        if contact.tangents == 0 or contact.friction == 0:
+            modes.append([(SLIP, np.zeros(contact.tangents))])
+        elif contact.tangents == 2:
+            modes.append([(STICK, None), (SLIP, None)])
+        else:
+            modes.append([(STICK, None), (SLIP, np.array([1.0])), (SLIP, np.array([-1.0]))])
     found = []
-    for one in solutions(A_left, base, trial, list(itertools.product(*modes))):
-        forces = one.forces + loads
-        if rows:
-            total = c + A @ forces
-            forces[rows] = forces[rows] - np.linalg.pinv(A[np.ix_(rows, rows)], rcond=1e-12) @ total[rows]
-        rates = c + A @ forces
-        if _fits(contacts, given, kinds, forces, rates, A, c):
-            found.append(Solution(tuple(kinds), forces, rates, one.residual, (), one.rank_lack))
+    for one in itertools.product(*modes):
+        found += _expanded(A, c, contacts, given, kinds, held, one)
     return found
 
 
-def _dragged(
-    A: Array, c: Array, contacts: Sequence[Touching], given: Array, kinds: Any, i: int
-) -> list[Solution]:
-    """Directions of slip of a contact in space whose normal impulse is given, by iteration to r_T = α d."""
-    at = contacts[i].row + 1
-    d = c[at : at + 2]
-    if not np.linalg.norm(d) > 0:
-        return []
-    d = d / np.linalg.norm(d)
-    for _ in range(200):
-        trial = list(kinds)
-        trial[i] = ("dragged", d)
+def _expanded(
+    A: Array, c: Array, contacts: Sequence[Touching], given: Array, kinds: Sequence[tuple[str, Any]],
+    held: Sequence[Touching], modes: Sequence[tuple[str, Any]],
+) -> list[Solution]:  # fmt: skip
+    stuck = [c_ for c_, (kind, _) in zip(contacts, kinds, strict=True) if kind == "stuck"]
+    rows = [one.row + 1 + k for one in stuck for k in range(one.tangents)]
+    inverse = np.linalg.pinv(A[np.ix_(rows, rows)], rcond=1e-12) if rows else np.zeros((0, 0))
+    # with the tangential impulses of what sticks eliminated, r_T = 0 there
+    left = A - A[:, rows] @ inverse @ A[rows] if rows else A
+    sought = [i for i, (kind, d) in enumerate(kinds) if kind == "dragged" and d is None]
+
+    def moved(angles: Array) -> tuple[Array, Array, Solution] | None:
+        """Forces and rates for given directions of slip of those that let go in space."""
         loads = np.zeros(len(c))
-        loads[contacts[i].row] = given[i]
-        loads[at : at + 2] = -contacts[i].friction * given[i] * d
-        v = (c + A @ loads)[at : at + 2]
-        length = float(np.linalg.norm(v))
-        if not length > 0:
-            return []
-        change = float(np.abs(v / length - d).max())
-        d = v / length
-        if change < 1e-15:
+        for i, (contact, (kind, d)) in enumerate(zip(contacts, kinds, strict=True)):
+            if kind in ("free", "dragged", "stuck"):
+                loads[contact.row] = given[i]
+            if kind == "dragged":
+                if i in sought:
+                    angle = angles[sought.index(i)]
+                    d = np.array([np.cos(angle), np.sin(angle)])
+                loads[contact.row + 1 : contact.row + 1 + contact.tangents] = -contact.friction * given[i] * d
+        base = c + A @ loads
+        base = base - A[:, rows] @ inverse @ base[rows] if rows else base
+        solved = solutions(left, base, held, [tuple(modes)])
+        if not solved:
+            return None
+        forces = solved[0].forces + loads
+        if rows:
+            forces[rows] -= inverse @ (c + A @ forces)[rows]
+        return forces, c + A @ forces, solved[0]
+
+    def across(angles: Array) -> Array | None:
+        one = moved(angles)
+        if one is None:
+            return None
+        at = [contacts[i].row for i in sought]
+        return np.array(
+            [one[1][k + 2] * np.cos(x) - one[1][k + 1] * np.sin(x) for k, x in zip(at, angles, strict=True)]
+        )
+
+    results: list[Solution] = []
+    first = np.array([np.arctan2(c[contacts[i].row + 2], c[contacts[i].row + 1]) for i in sought])
+    for shifts in itertools.product(range(4), repeat=len(sought)):
+        angles = newton(across, first + np.pi / 2 * np.array(shifts)) if sought else first
+        one = None if angles is None else moved(angles)
+        if one is None or angles is None:
+            continue
+        forces, rates, solved = one
+        turned = list(kinds)
+        for i, angle in zip(sought, angles, strict=True):
+            turned[i] = ("dragged", np.array([np.cos(angle), np.sin(angle)]))
+        if _fits(contacts, given, turned, forces, rates, A, c):
+            results.append(Solution(tuple(turned), forces, rates, solved.residual, (), solved.rank_lack))
+            if not sought or len(contacts) > 1:  # of one contact all directions are looked for
+                break
+        if not sought:
             break
-    trial = list(kinds)
-    trial[i] = ("dragged", d)
-    return _expansion(A, c, contacts, given, trial)
+    return results
 
 
 def _fits(
@@ -241,14 +245,15 @@ def _one_by_one(
 
 
 def _only(
-    found: Sequence[Solution], responses: Array, contacts: Sequence[Touching], before: Array, what: str
+    found: Sequence[Solution], responses: Array, contacts: Sequence[Touching], before: Array, what: str,
+    size: float = 0.0,
 ) -> Solution:
     names = ", ".join(f"'{c.name}' ({before[c.row]:.6g} m/s)" for c in contacts)
     if not found:
         raise SimulationError(
             f"No impulses satisfy {what} with Coulomb friction at contacts {names} (approach speed along the normal)."
         )
-    groups = distinct(found, responses)
+    groups = distinct(found, responses, size)
     if len(groups) > 1:
         modes = "; ".join(
             ", ".join(f"{c.name}: {m[0]}" for c, m in zip(contacts, g[0].modes, strict=True)) for g in groups
