@@ -151,6 +151,26 @@ def test_the_lowest_point_of_a_tilted_disk():
     assert np.array(it.on_feature) == pytest.approx([0, -0.5 * np.cos(theta), 1 - 0.5 * np.sin(theta)])
 
 
+def test_a_round_feature_rolls_over_the_end_of_a_side():
+    """At the end of a ledge the gaps to the side and to its corner are one, and beyond it the corner's is less."""
+    s = fb.System("ledge")
+    disk = s.body("disk", fb.disk(1, 0.5))
+    s.planar("p", s.ground, disk, coordinate="x y f")
+    s.contact("ledge", disk.circle(0.5), s.ground.segment((0, 0, 0), (2, 0, 0), normal="y"), friction=1)
+    model = fb.assemble(s)
+    assert [c.name for c in model.contacts] == ["ledge", "ledge_start", "ledge_end"]
+    e = fb.equations(s, modes={"ledge": "stick"})
+    assert e.condition_names == ("N_ledge", "T_ledge")
+    side, start, end = touches(model, float_state(model, [2.0, 0.6, 0.1]))
+    assert (side.gap, end.gap) == pytest.approx((0.1, 0.1))
+    assert (side.reach, start.reach, end.reach) == ((2, 0), (), ())
+    assert np.array(side.normal, dtype=float) == pytest.approx(np.array(end.normal, dtype=float))
+    side, _, end = touches(model, float_state(model, [2.3, 0.4, 0.1]))
+    assert side.reach[1] < 0
+    assert end.gap == pytest.approx(0)
+    assert side.gap == pytest.approx(-0.1)
+
+
 # --- symbols -------------------------------------------------------------------------------------------
 
 
@@ -254,3 +274,24 @@ def test_forces_are_opposite_on_the_other_body():
         assert sympy.simplify(a[name] + b[name]) == sympy.zeros(3, 1)
     total = e.momentum.linear
     assert total.shape == (3, 1)
+
+
+def test_the_reaction_of_a_contact():
+    s = fb.System("disk")
+    m, R, mu, g = s.parameters(m=2, R=0.3, mu=0.2, g=9.81)
+    s.gravity = (0, -g, 0)
+    disk = s.body("disk", fb.disk(m, R))
+    s.planar("p", s.ground, disk, coordinate="x y f")
+    s.contact("floor", disk.circle(R), s.ground.plane(), friction=mu)
+    s.contact("wall", disk.circle(R), s.ground.plane(at=(1, 0, 0), normal="-x"))
+    e = fb.equations(s, modes={"floor": "slip-"})
+    reaction = e.reactions["floor"]
+    N = sympy.Symbol("N_floor", real=True)
+    assert reaction.force == sympy.Matrix([mu * N, N, 0])
+    assert reaction.components == {"N_floor": N, "T_floor": mu * N}
+    assert (reaction.on, reaction.about) == ("disk", "the point of contact")
+    assert repr(e).startswith("Equations of motion of 'disk' (floor slip-, wall open)")
+    assert "wall" not in e.reactions
+    sticking = fb.equations(s, modes={"floor": "stick"}).reactions["floor"]
+    assert list(sticking.components) == ["N_floor", "T_floor"]
+    assert "N_floor = N_floor" in sticking.text()

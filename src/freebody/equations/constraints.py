@@ -11,8 +11,10 @@ from ..dynamics.indeterminate import self_stresses
 from ..dynamics.state import float_state, rest_coordinates
 from ..errors import ModelError, nearest
 from ..model.closure import Closure
+from ..model.contact import Touching
 from ..scalar.algebra import ZERO, add, dot, floats, scale
 from ..scalar.expression import evaluate
+from .contact_modes import contact_reaction
 from .reaction import Reaction, unknowns
 
 if TYPE_CHECKING:
@@ -20,10 +22,12 @@ if TYPE_CHECKING:
 
 
 def closure_reactions(e: Equations) -> dict[str, Reaction]:
-    """Reactions of the joints that close loops: their components are unknowns of the equations of motion."""
+    """Reactions of loop-closing joints and closed contacts: their components are unknowns of the equations."""
     result = {}
     acting = wrenches(e.model, e.state)
     for name, joint in e.model.constraints.items():
+        if isinstance(joint, Touching):
+            result[name] = contact_reaction(e, joint)
         if not isinstance(joint, Closure):
             continue
         force, moment, parts = ZERO, ZERO, {}

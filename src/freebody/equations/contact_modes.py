@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from ..dynamics.constraints import Linearized, slip_friction
+from ..dynamics.constraints import Linearized, rows, slip_friction
 from ..dynamics.contact import touch
 from ..dynamics.kinematics import Spot
 from ..errors import ModelError
 from ..model.contact import Touching, in_modes
 from ..model.model import Model
-from ..scalar.algebra import ZERO, negate, scale
+from ..scalar.algebra import ZERO, add, dot, negate, scale
+from .reaction import Reaction
 
 if TYPE_CHECKING:
     from .equations import Equations
@@ -25,6 +26,17 @@ def model_in_modes(model: Model, modes: Mapping[str, Any] | None) -> Model:
     if not isinstance(modes, Mapping):
         raise ModelError(f'Expected modes by contact, such as {{"floor": "stick"}}, got {modes!r}.')
     return in_modes(model, modes)
+
+
+def modes_of(model: Model) -> dict[str, str]:
+    """The mode of every contact, in a word: open, stick or slip."""
+    result = {contact.name: "open" for contact in model.contacts}
+    for name, one in model.constraints.items():
+        if isinstance(one, Touching):
+            result[name] = "slip" if one.slips else "stick"
+            if one.direction in ((1,), (-1,)):
+                result[name] += "+" if one.direction == (1,) else "-"
+    return result
 
 
 def contact_actions(e: Equations, body: str, touching: Touching, row: Any, value: Any) -> list[Action]:
@@ -50,6 +62,32 @@ def contact_actions(e: Equations, body: str, touching: Touching, row: Any, value
         name = contact.tangent_names[0] if contact.tangents == 1 else contact.normal_name.replace("N", "T", 1)
         result.append(Action(name, "friction", force if sign > 0 else negate(force), ZERO, spot.position, by))
     return result
+
+
+def contact_reaction(e: Equations, touching: Touching) -> Reaction:
+    """Force of a closed contact on its feature, in its unknowns."""
+    contact = touching.contact
+    force, parts = ZERO, {}
+    for row, symbol in zip(rows(e.model), e.multipliers, strict=True):
+        if row.owner != contact.name:
+            continue
+        value = e.ring.generator(symbol, "reaction")
+        parts[row.name] = e.displayed(value)
+        for action in contact_actions(e, contact.feature.body.name, touching, row, value):
+            force = add(force, action.force)
+            if action.kind == "friction":
+                along = touch(e.model, e.state, contact).tangents
+                for name, t in zip(contact.tangent_names, along, strict=True):
+                    parts[name] = e.displayed(dot(action.force, t))
+    return Reaction(
+        joint=contact.name,
+        force=e.column(force),
+        moment=e.column(ZERO),
+        on=contact.feature.body.name,
+        about="the point of contact",
+        frame="ground",
+        components=parts,
+    )
 
 
 def sticking_only(conditions: Linearized, what: str) -> None:

@@ -31,7 +31,7 @@ from ..model.model import Model
 from ..scalar.algebra import ZERO, Vector, add, apply, cross
 from ..scalar.polynomial import Ring
 from .constraints import closure_reactions, eliminated, indeterminate
-from .contact_modes import model_in_modes
+from .contact_modes import model_in_modes, modes_of
 from .display import displayed, equation_latex, equation_mathml, equation_text
 from .free_body import FreeBody, own_body
 from .reaction import Reaction, unknowns
@@ -318,12 +318,15 @@ class Equations:
 
     @cached_property
     def reactions(self) -> Mapping[str, Reaction]:
-        """Reaction of every joint on its child body as a function of q, u and u', by the joint's name."""
+        """Reaction of every joint on its child body as a function of q, u and u', by the joint's name.
+
+        Those of closed contacts, on their features, are there by the contact's name.
+        """
         return Reactions(self)
 
     @cached_property
     def closures(self) -> dict[str, Reaction]:
-        """Reactions of the joints that close loops, in their multipliers."""
+        """Reactions of the joints that close loops and of closed contacts, in their multipliers."""
         return closure_reactions(self)
 
     @cached_property
@@ -404,8 +407,8 @@ class Equations:
             Reaction components ``"pin_x"``, parameters, accelerations ``"theta''"``, speeds or their squares
             ``"theta'^2"``, coordinates (through their sine and cosine). Reactions that are not asked for are
             eliminated. Accelerations that are not asked for stay, as the motion that the reactions belong to;
-            in a question about parameters, coordinates and speeds alone, or while a contact is closed, they are
-            eliminated too.
+            in a question about parameters, coordinates and speeds alone, or while a contact of a planar machine is
+            closed, they are eliminated too.
         where : mapping, equation, text, or sequence of them, optional
             Values by name, ``{"pin_y": 0, "theta'": 0}``, and further equations, ``"T = mu*N"`` or ``Eq(T, mu*N)``.
         bodies : sequence of names or FreeBody, optional
@@ -501,7 +504,8 @@ class Equations:
         return f"$\\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
-        return f"Equations of motion of '{self.model.name}'\n{self.text()}"
+        contacts = ", ".join(f"{name} {mode}" for name, mode in modes_of(self.model).items())
+        return f"Equations of motion of '{self.model.name}'{contacts and f' ({contacts})'}\n{self.text()}"
 
 
 class Reactions(Mapping[str, Reaction]):

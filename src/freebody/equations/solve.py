@@ -190,7 +190,8 @@ def answer(request: Request, also: Sequence[Any] = ()) -> SolveResult:
         expression = vocabulary.expression(given, "the unknowns to eliminate")
         free[vocabulary.name(expression)] = expression
     accelerations: dict[str, Any] = {}
-    touching = any(isinstance(c, Touching) for c in e.model.constraints.values())
+    # in space the accelerations are far longer than the equations that they are eliminated from
+    touching = any(isinstance(c, Touching) and c.contact.planar for c in e.model.constraints.values())
     of_motion = any(
         u.name in vocabulary.reactions or u.name in vocabulary.accelerations for u in request.asked
     )

@@ -17,7 +17,7 @@ from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, cross, dot, 
 from ..scalar.expression import exact
 from .model import GROUND, Link, Model
 
-AXES = ("x", "y", "z")
+ROUND = (Ball, Circle, Cylinder)
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Contact:
     Attributes
     ----------
     name : str
-        That of the contact, or with a number where it has several elements.
+        That of the contact; with a number or "start" and "end" where it has several elements.
     owner : str
         The contact as the user named it.
     feature, surface : shapes
@@ -91,9 +91,8 @@ def contacts(model: Model, pairs: Sequence[ContactPair]) -> tuple[Contact, ...]:
     known = {pair.name for pair in pairs}
     result: list[Contact] = []
     for pair in pairs:
-        elements = _elements(pair)
-        for i, (feature, surface) in enumerate(elements, start=1):
-            name = pair.name if len(elements) == 1 else _free(f"{pair.name}_{i}", known)
+        for ending, feature, surface in _elements(pair):
+            name = _free(f"{pair.name}_{ending}", known) if ending else pair.name
             known.add(name)
             k = next((k for k in planes if _within(model, frames, feature, surface, IDENTITY[k])), None)
             _check_axes(pair.name, feature, surface, k)
@@ -121,17 +120,34 @@ def _upright(gravity: Vector) -> Vector:
     return IDENTITY[live[0]] if len(live) == 1 else IDENTITY[2]
 
 
-def _elements(pair: ContactPair) -> list[tuple[Any, Any]]:
-    """Pairs of shapes that touch in one point each."""
+def _elements(pair: ContactPair) -> list[tuple[str, Any, Any]]:
+    """(ending of the name, feature, surface) of shapes that touch in one point each.
+
+    The ending is empty for what is meant first of all: the only element, or the side of a segment.
+    """
     feature, surface = _parts(pair.feature, pair.surface), _parts(pair.surface, pair.feature)
-    return [(a, b) for a in feature for b in surface]
+    pairs = [(a, b) for a in feature for b in surface]
+    if len(pairs) > 1:
+        return [(str(i), a, b) for i, (a, b) in enumerate(pairs, start=1)]
+    ((a, b),) = pairs
+    result = [("", a, b)]
+    # what is round rolls on over the end of a side
+    if isinstance(a, Segment) and isinstance(b, ROUND):
+        result += [(ending, end, b) for ending, end in zip(("start", "end"), _ends(a), strict=True)]
+    elif isinstance(b, Segment) and isinstance(a, ROUND):
+        result += [(ending, a, end) for ending, end in zip(("start", "end"), _ends(b), strict=True)]
+    return result
+
+
+def _ends(side: Segment) -> list[Point]:
+    return [Point(side.body, side.start), Point(side.body, side.end)]
 
 
 def _parts(shape: Any, other: Any) -> list[Any]:
     if isinstance(shape, Corners):
         return list(shape.points)
     if isinstance(shape, Segment) and (kind_of(other) == "plane" or getattr(other, "inside", False)):
-        return [Point(shape.body, shape.start), Point(shape.body, shape.end)]
+        return _ends(shape)
     return [shape]
 
 
@@ -262,8 +278,11 @@ def in_modes(model: Model, modes: Any) -> Model:
                 else f"Unknown contact '{name}' in modes: this machine has no contacts. Declare one by s.contact."
             )
     closed = {}
+    elements = {c.name for c in model.contacts}
     for contact in model.contacts:
-        mode = modes.get(contact.name, modes.get(contact.owner, "open"))
+        # where an element bears the name of its contact, that name means it alone
+        whole = "open" if contact.owner in elements else modes.get(contact.owner, "open")
+        mode = modes.get(contact.name, whole)
         touching = _touching(model, contact, mode)
         if touching is not None:
             closed[contact.name] = touching
