@@ -210,7 +210,7 @@ def test_rocking_block_loses_housners_part_at_each_impact_and_comes_to_rest():
     late = happened(motion, "impact")[-8]
     left = 2 * abs(late.after["theta'"]) / k / (1 - ratio)
     assert rest[-1].time - late.time == pytest.approx(left, rel=1e-3)
-    assert motion["theta'"][-1] == 0
+    assert abs(motion["theta'"][-1]) < 1e-15
     assert set(motion.indeterminate) == {"T_foot_1", "T_foot_2"}
     assert motion.energy.relative_residual < 1e-9
     assert min(one.gap.min() for one in motion.contacts.values()) > -1e-12
@@ -324,7 +324,7 @@ def test_refusals_of_contact():
     with pytest.raises(SimulationError, match="friction of contact 'floor' of at least 0, got -1"):
         fb.simulate(s, 1, initial={"y": 0.3}, values={"mu": -1})
     with pytest.raises(SimulationError, match="restitution of contact 'floor' from 0"):
-        fb.simulate(bouncing(1.5), 1, initial={"y": 1})
+        fb.simulate(bouncing(0.5), 1, initial={"y": 1}, values={"e": 1.5})
     with pytest.raises(SimulationError, match="Unknown order of impacts"):
         fb.simulate(s, 1, initial={"y": 0.3}, impacts="at once")
     with pytest.raises(SimulationError, match="Unknown contact 'flor'; did you mean 'floor'"):
@@ -336,18 +336,13 @@ def test_refusals_of_contact():
 
 
 def test_newtons_law_that_would_make_energy_is_refused():
-    # a rod that hits with its lower end moving backward: friction reverses the slip (Kane)
-    s = fb.System("rod")
+    # Kane: the rod of the block of test_painleve, steep, whose slip is reversed by the impact
+    s = fb.System("block")
     g, mu, e = s.parameters(g=G, mu=1.0, e=0.9)
     s.gravity = (0, -g, 0)
-    rod = s.body("rod", fb.slender_bar(1, 1, axis="y"))
-    s.planar("rail", s.ground, rod, coordinate="x y theta")
-    for law in ("newton", "poisson"):
-        s2 = s if law == "newton" else None
-        if s2 is None:
-            break
-    s.contact("tip", rod.point(0, -0.5, 0), s.ground.plane(normal="y"), friction=mu, restitution=e)
-    theta = math.radians(30)
-    start = {"theta": theta, "y": math.cos(theta) / 2 + 0.01, "x'": 5.0}
+    body = s.body("block", fb.box(3, (0.3, 0.5, 1)))
+    s.planar("rail", s.ground, body, coordinate="x y theta")
+    s.contact("foot", body.corners(size=(0.3, 0.5)), s.ground.plane(normal="y"), friction=mu, restitution=e)
+    start = {"y": 1.0, "theta": 2.782025237069825, "x'": 0.5087762330352346, "theta'": 4.898587870142929}
     with pytest.raises(SimulationError, match=r"would make energy, .* Give the contact impact='poisson'"):
-        fb.simulate(s, 0.5, initial=start | {"y'": -1.0})
+        fb.simulate(s, 1, initial=start)

@@ -82,6 +82,7 @@ class _Bounce:
     time: float
     contacts: frozenset[int]
     speed: float  # greatest approach speed
+    stuck: bool  # whether none of them slips after it
 
 
 class ContactRun:
@@ -190,7 +191,8 @@ class ContactRun:
                 )
         self.tell(t, "impact", y, after, "; ".join(parts))
         moving = frozenset(k for k in chosen if speeds[k] < -still)
-        self.bounces.append(_Bounce(t, moving, max(-speeds[k] for k in moving)))
+        stuck = all(float(np.linalg.norm(self._slip(new, k))) <= still for k in moving)
+        self.bounces.append(_Bounce(t, moving, max(-speeds[k] for k in moving), stuck))
         return after, True
 
     def tell(self, t: float, name: str, before: Array, after: Array, text: str) -> None:
@@ -576,8 +578,13 @@ class ContactRun:
         return None
 
     def _settled(self, t: float, y: Array, seen: Snapshot, contacts: frozenset[int]) -> Array:
-        """Normal speeds of the contacts taken away, with the least change of motion."""
+        """Normal speeds of the contacts taken away, with the least change of motion; and their slip, if the last
+        impact of each left none."""
         rows = [self.scene.first[k] for k in sorted(contacts)]
+        for k in sorted(contacts):
+            last = next((b for b in reversed(self.bounces) if k in b.contacts), None)
+            if last is not None and last.stuck and not self.model.contacts[k].frictionless:
+                rows += range(self.scene.first[k] + 1, self.scene.first[k] + 1 + self.scene.tangents[k])
         closed = [
             self.scene.first[k]
             for k in self._closed(seen, y)
