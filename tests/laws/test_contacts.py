@@ -114,7 +114,7 @@ def test_geometry_is_of_unit_vectors_and_nearest_points(planar, name):
     model = two_bodies((PLANAR if planar else SPATIAL)[name], planar)
     it = touches(model, at_random(model))[0]
     n, P, Q = (np.array(v, dtype=float) for v in (it.normal, it.on_feature, it.on_surface))
-    assert P - Q == pytest.approx(it.gap * n, abs=32 * EPS * (1 + abs(P).max()))
+    assert pytest.approx(it.gap * n, abs=32 * EPS * (1 + abs(P).max())) == P - Q
     frame = np.array([*it.tangents, n], dtype=float)
     if planar:
         frame = np.vstack([frame, model.contacts[0].planar])
@@ -326,7 +326,7 @@ def test_a_point_on_a_heightline():
     state = float_state(held, [x, f, 0.0], [v, slope * v, 0.4])
     N = contact_forces(held, state, motion(held, state, (0,)).multipliers)["hill"][0]
     # along the normal: N - m g cos = m v²/ρ
-    assert N == pytest.approx(2 * (9.81 / root + bend * v**2 / root), rel=1e-12)
+    assert pytest.approx(2 * (9.81 / root + bend * v**2 / root), rel=1e-12) == N
 
 
 def test_a_foot_beyond_the_end_of_a_side_is_told():

@@ -295,3 +295,62 @@ def test_the_reaction_of_a_contact():
     sticking = fb.equations(s, modes={"floor": "stick"}).reactions["floor"]
     assert list(sticking.components) == ["N_floor", "T_floor"]
     assert "N_floor = N_floor" in sticking.text()
+
+
+def test_what_the_motion_does_not_share_out_is_indeterminate():
+    """Two feet that stick on one floor: their friction only as a sum; four legs: their normal forces too."""
+    s = fb.System("box")
+    s.gravity = (0, -9.81, 0)
+    box = s.body("box", fb.box(1, (2, 1, 1)))
+    s.planar("p", s.ground, box, coordinate="x y f")
+    for name, x in (("a", -1), ("b", 1)):
+        s.contact(name, box.point(x, -0.5, 0), s.ground.plane(), friction=0.5)
+    near = {"y": 0.5}
+    found = fb.equations(s, modes={"a": "stick", "b": "stick"}).indeterminate(near)
+    assert [n for n in found if n[:2] in ("N_", "T_")] == ["T_a", "T_b"]
+    # sliding friction follows from the normal force
+    found = fb.equations(s, modes={"a": "slip+", "b": "slip+"}).indeterminate(near)
+    assert [n for n in found if n[:2] in ("N_", "T_")] == []
+    s = fb.System("table")
+    table = s.body("table", fb.box(1, (2, 1, 1)))
+    s.free("air", s.ground, table)
+    s.contact(
+        "legs", table.corners((1, 1, 0), (-1, 1, 0), (-1, -1, 0), (1, -1, 0)), s.ground.plane(normal="z")
+    )
+    found = fb.equations(s, modes={"legs": "slip"}).indeterminate()
+    assert found == ("N_legs_1", "N_legs_2", "N_legs_3", "N_legs_4")
+
+
+# --- command line ----------------------------------------------------------------------------------
+
+
+def test_the_command_line_names_contacts_and_takes_modes(tmp_path):
+    from click.testing import CliRunner
+
+    from freebody.cli import command as program
+
+    s = fb.System("disk")
+    m, R, mu, g = s.parameters(m=2, R=0.3, mu=0.2, g=9.81)
+    s.gravity = (0, -g, 0)
+    disk = s.body("disk", fb.disk(m, R))
+    s.planar("p", s.ground, disk, coordinate="x y f")
+    s.contact("floor", disk.circle(R), s.ground.plane(), friction=mu, static_friction=0.4, restitution=0.5)
+    path = tmp_path / "disk.toml"
+    fb.write(s, path)
+
+    def run(*arguments):
+        return CliRunner().invoke(program, [arguments[0], str(path), *arguments[1:]])
+
+    checked = run("check").output
+    for word in ("floor", "circle of disk", "plane of ground", "mu, static 2/5", "1/2 (newton)"):
+        assert word in checked
+    assert "N_floor" not in run("equations").output
+    assert "m*x'' = T_floor" in run("equations", "--mode", "floor=stick").output
+    slipping = run("equations", "--mode", "floor=slip+", "--body", "disk").output
+    assert "T_floor  force (-mu*N_floor, 0)   [contact 'floor', ground]" in slipping
+    refused = run("equations", "--mode", "floor").output
+    assert "Expected a contact and its mode, such as floor=stick, for --mode, got 'floor'." in refused
+    assert (
+        "Unknown contact 'flor' in modes; did you mean 'floor'?"
+        in run("equations", "--mode", "flor=open").output
+    )
