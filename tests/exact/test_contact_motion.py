@@ -196,7 +196,9 @@ def test_rocking_block_loses_housners_part_at_each_impact_and_comes_to_rest():
     s.gravity = (0, -g, 0)
     block = s.body("block", fb.box(3, (a, b, 1)))
     s.planar("rail", s.ground, block, coordinate="x y theta")
-    s.contact("foot", block.corners((-a / 2, -b / 2, 0), (a / 2, -b / 2, 0)), s.ground.plane(normal="y"), friction=3)
+    s.contact(
+        "foot", block.corners((-a / 2, -b / 2, 0), (a / 2, -b / 2, 0)), s.ground.plane(normal="y"), friction=3
+    )
     c, n = math.cos(-theta), math.sin(-theta)
     start = {"x": -(c * a / 2 + n * b / 2), "y": -(n * a / 2 - c * b / 2), "theta": -theta}
     motion = fb.simulate(s, 6, initial=start, tolerance=1e-11)
@@ -232,7 +234,7 @@ def test_block_on_an_incline_by_a_hair():
         a = 0 if sticks else G * (math.sin(angle) - mu * math.cos(angle))
         assert motion.at(10)["x"] == pytest.approx(50 * a, rel=1e-10, abs=1e-12)
         N = sum(one.normal[-1] for one in motion.contacts.values())
-        assert N == pytest.approx(2 * G * math.cos(angle), rel=1e-12)
+        assert pytest.approx(2 * G * math.cos(angle), rel=1e-12) == N
 
 
 def test_ball_in_space_slips_straight_and_then_rolls():
@@ -290,7 +292,9 @@ def test_painleve_is_reported_with_configuration_and_criterion():
         leaning(2.0, 0.0)
     assert f"tip: A_NN - mu d.A_NT = {criterion} 1/kg" in str(error.value)
     assert "theta = 0.610865" in str(error.value)
-    with pytest.raises(SimulationError, match=r"2 different motions are consistent, \(tip: open\) or \(tip: slip\)"):
+    with pytest.raises(
+        SimulationError, match=r"2 different motions are consistent, \(tip: open\) or \(tip: slip\)"
+    ):
         leaning(2.0, 6.0)
 
 
@@ -300,13 +304,15 @@ def test_momentum_of_a_falling_box_balances_its_contact_forces():
     s.gravity = (0, -g, 0)
     body = s.body("box", fb.box(2, (0.4, 0.2, 1)))
     s.planar("rail", s.ground, body, coordinate="x y theta")
-    s.contact("floor", body.corners(size=(0.4, 0.2)), s.ground.plane(normal="y"), friction=mu, restitution=0.2)
+    s.contact(
+        "floor", body.corners(size=(0.4, 0.2)), s.ground.plane(normal="y"), friction=mu, restitution=0.2
+    )
     motion = fb.simulate(s, 2, initial={"y": 0.3, "theta": 0.4, "x'": 1.0}, samples=20001)
     # after the last impact: ∫ΣN - m g = m Δy', ∫ΣT = m Δx' by Simpson's rule
     last = happened(motion, "impact")[-1].time
     late = motion.t > max(last, motion.modes[-1].start) + 1e-6
     N = sum(one.least[late, 0] for one in motion.contacts.values())
-    assert N == pytest.approx(2 * G, rel=1e-9)
+    assert pytest.approx(2 * G, rel=1e-9) == N
     assert motion["x'"][late] == pytest.approx(0, abs=1e-12)
     assert motion.energy.relative_residual < 1e-9
     assert min(one.gap.min() for one in motion.contacts.values()) > -1e-12

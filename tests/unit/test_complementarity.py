@@ -25,7 +25,7 @@ def holds(contact, mode, forces, rates, scale_f, scale_r):
     N, T = forces[at], forces[at + 1 : at + 1 + n]
     rn, rt = rates[at], rates[at + 1 : at + 1 + n]
     name, _ = mode
-    assert N >= -ROUND * scale_f
+    assert -ROUND * scale_f <= N
     assert rn >= -ROUND * scale_r
     assert abs(N * rn) <= ROUND * scale_f * scale_r
     assert np.linalg.norm(T) <= contact.friction * N + ROUND * scale_f
@@ -42,7 +42,9 @@ def test_laws_hold_in_every_solution_and_one_exists(tangents):
         A, responses = problem(rng, count, tangents)
         c = rng.normal(size=len(A))
         contacts = [
-            Touching(f"c{k}", k * (1 + tangents), tangents, 0.3 if tangents else 0.0, 0.3 if tangents else 0.0)
+            Touching(
+                f"c{k}", k * (1 + tangents), tangents, 0.3 if tangents else 0.0, 0.3 if tangents else 0.0
+            )
             for k in range(count)
         ]
         found = solutions(A, c, contacts)
@@ -96,7 +98,11 @@ def test_four_legs_are_least_in_norm():
     W = np.column_stack([np.ones(4), points])
     A = W @ np.diag([1, 3, 3]) @ W.T
     (one,) = solutions(A, -9.81 * np.ones(4), [Touching(f"leg{k}", k, 0, 0.0, 0.0) for k in range(4)])[:1]
-    best = [s for s in solutions(A, -9.81 * np.ones(4), [Touching(f"leg{k}", k, 0, 0.0, 0.0) for k in range(4)]) if s.rank_lack]
+    best = [
+        s
+        for s in solutions(A, -9.81 * np.ones(4), [Touching(f"leg{k}", k, 0, 0.0, 0.0) for k in range(4)])
+        if s.rank_lack
+    ]
     assert best[0].rank_lack == 1
     np.testing.assert_allclose(best[0].forces, 9.81 / 4, rtol=1e-12)
     assert one.residual <= 1e-10

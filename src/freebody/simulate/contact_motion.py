@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -88,12 +88,19 @@ def touching_motion(
     if path.status in (NOT_FINITE, COLLAPSED, TOO_MANY_STEPS):
         from .simulate import _failure
 
-        raise _failure(trajectory, path, kernels, end)
+        raise _failure(trajectory, cast(Any, path), kernels, end)
     return trajectory
 
 
 def _trajectory(
-    kernels: Kernels, values: Any, work: ContactRun, path: Any, specs: Any, tolerances: Any, times: Any, samples: Any
+    kernels: Kernels,
+    values: Any,
+    work: ContactRun,
+    path: Any,
+    specs: Any,
+    tolerances: Any,
+    times: Any,
+    samples: Any,
 ) -> ContactTrajectory:
     from .phases import Phases
 

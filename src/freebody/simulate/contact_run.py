@@ -138,9 +138,7 @@ class ContactRun:
 
     def _closed(self, seen: Snapshot, y: Array) -> list[int]:
         near = self._near(y)
-        return [
-            k for k in range(len(self.names)) if seen.gap[k] <= near and seen.reach[k] >= -near
-        ]
+        return [k for k in range(len(self.names)) if seen.gap[k] <= near and seen.reach[k] >= -near]
 
     def _touching(self, seen: Snapshot, k: int, still: float) -> Touching:
         v = self._slip(seen, k)
@@ -255,7 +253,12 @@ class ContactRun:
         return contact.tangents == 0 or contact.friction == contact.static == 0
 
     def _lasts(
-        self, t: float, y: Array, chosen: Sequence[int], contacts: Sequence[Touching], one: Solution,
+        self,
+        t: float,
+        y: Array,
+        chosen: Sequence[int],
+        contacts: Sequence[Touching],
+        one: Solution,
         limits: bool = False,
     ) -> bool:
         """Whether the laws that hold with equality go on holding, by the derivatives along this motion."""
@@ -282,7 +285,7 @@ class ContactRun:
             N, T = force[at], force[at + 1 : at + 1 + n]
             if law == "open" and a[at] < -SMALL * size_a:
                 return False
-            if law == "normal" and N < -SMALL * size_f:
+            if law == "normal" and -SMALL * size_f > N:
                 return False
             if law == "cone":
                 row = contacts[i].row
@@ -300,13 +303,18 @@ class ContactRun:
         return True
 
     def _paradox(
-        self, t: float, y: Array, seen: Snapshot, contacts: Sequence[Touching], A: Array, groups: Any, several: bool
+        self,
+        t: float,
+        y: Array,
+        seen: Snapshot,
+        contacts: Sequence[Touching],
+        A: Array,
+        groups: Any,
+        several: bool,
     ) -> SimulationError:
         names = (*self.model.coordinate_names, *self.model.speed_names)
         where = ", ".join(f"{n} = {x:.6g}" for n, x in zip(names, y.tolist(), strict=False))
-        criteria = ", ".join(
-            f"{c.name}: A_NN - mu d.A_NT = {painleve(A, c):.6g} 1/kg" for c in contacts
-        )
+        criteria = ", ".join(f"{c.name}: A_NN - mu d.A_NT = {painleve(A, c):.6g} 1/kg" for c in contacts)
         if several:
             sets = " or ".join(
                 "(" + ", ".join(f"{c.name}: {m[0]}" for c, m in zip(contacts, g[0].modes, strict=True)) + ")"
@@ -324,7 +332,9 @@ class ContactRun:
 
     # -- phases ----------------------------------------------------------------------------------
 
-    def setup(self, modes: Modes, t: float, y: Array, seen: Snapshot) -> tuple[Phase, Rates, Watch | None, Any]:
+    def setup(
+        self, modes: Modes, t: float, y: Array, seen: Snapshot
+    ) -> tuple[Phase, Rates, Watch | None, Any]:
         """Compiled equations of the modes, and the functions to watch."""
         phase = self.scene.phase(modes, t, y, self.values)
         dead = self._dead(modes, seen, y)
@@ -346,7 +356,13 @@ class ContactRun:
             directions = (*(spec.direction for spec in self.specs), *(-1 for _ in endings))
             terminal = (*(spec.terminal for spec in self.specs), *(True for _ in endings))
             watch = (
-                Watch(watcher.address("values"), directions, terminal, watcher.constants(self.parameters), watcher)
+                Watch(
+                    watcher.address("values"),
+                    directions,
+                    terminal,
+                    watcher.constants(self.parameters),
+                    watcher,
+                )
                 if directions
                 else None
             )
@@ -372,13 +388,17 @@ class ContactRun:
                     columns.append(seen.responses[i])
             elif mode in ("slip+", "slip-"):
                 rows[-1] = [at, at + 1]
-                columns[-1] = columns[-1] - seen.friction[k] * (1 if mode == "slip+" else -1) * seen.responses[at + 1]
+                columns[-1] = (
+                    columns[-1] - seen.friction[k] * (1 if mode == "slip+" else -1) * seen.responses[at + 1]
+                )
             elif n == 2 and not self.model.contacts[k].frictionless:
                 v = self._slip(seen, k)
                 speed = float(np.linalg.norm(v))
                 if speed > 0:
                     rows[-1] = [at, at + 1, at + 2]
-                    columns[-1] = columns[-1] - seen.friction[k] * (v / speed) @ seen.responses[at + 1 : at + 3]
+                    columns[-1] = (
+                        columns[-1] - seen.friction[k] * (v / speed) @ seen.responses[at + 1 : at + 3]
+                    )
         mask = np.zeros(self.scene.rows, dtype=bool)
         if rows:
             F = np.array(columns)
@@ -397,7 +417,9 @@ class ContactRun:
         """
         near, still = self._near(y), self._still(y)
         candidates = [
-            (k, self.scene.first[k]) for k, mode in enumerate(modes) if mode == OPEN and abs(seen.gap[k]) <= near
+            (k, self.scene.first[k])
+            for k, mode in enumerate(modes)
+            if mode == OPEN and abs(seen.gap[k]) <= near
         ]
         candidates += [
             (k, self.scene.first[k] + 1)
@@ -421,7 +443,9 @@ class ContactRun:
                 dead.append(k)
         return frozenset(dead)
 
-    def onset(self, t: float, y: Array, modes: Modes, one: Solution | None, seen: Snapshot, end: float) -> Any:
+    def onset(
+        self, t: float, y: Array, modes: Modes, one: Solution | None, seen: Snapshot, end: float
+    ) -> Any:
         """The first moment of a slip in space that begins at rest: a straight step, after which it has a direction."""
         starting = [
             k
@@ -435,7 +459,9 @@ class ContactRun:
             return t, y
         chosen = [k for k in self._closed(seen, y) if seen.rate[self.scene.first[k]] <= self._still(y)]
         rows = [
-            i for k in chosen for i in range(self.scene.first[k], self.scene.first[k] + 1 + self.scene.tangents[k])
+            i
+            for k in chosen
+            for i in range(self.scene.first[k], self.scene.first[k] + 1 + self.scene.tangents[k])
         ]
         udot = seen.free + one.forces @ seen.responses[rows]
         pull = min(
@@ -456,7 +482,13 @@ class ContactRun:
         return self._leap(t, y, t + step, y_after, modes)
 
     def _nudged(
-        self, t: float, y: Array, starting: Sequence[int], chosen: Sequence[int], modes: Modes, one: Solution,
+        self,
+        t: float,
+        y: Array,
+        starting: Sequence[int],
+        chosen: Sequence[int],
+        modes: Modes,
+        one: Solution,
         seen: Snapshot,
     ) -> Array:
         """A slip that begins with no acceleration has no direction yet: it gets one, with a speed of :data:`NUDGE`.
@@ -482,8 +514,8 @@ class ContactRun:
             names = ", ".join(f"'{self.names[k]}'" for k in chosen if modes[k] != OPEN)
             raise SimulationError(
                 f"Contacts {names} at t = {t:.9g} s are statically indeterminate: of the friction forces least in norm "
-                f"one has reached μ_s N, but the others hold, and the motion does not say how they share. Rest the body "
-                f"on fewer contacts, describe it in its plane of motion, or take method='timestepping'."
+                f"one has reached μ_s N, but the others hold, and the motion does not say how they share. Rest the "
+                f"body on fewer contacts, describe it in its plane of motion, or take method='timestepping'."
             )
         after = y.copy()
         after[self.n : self.n + self.model.n_u] += impulses @ seen.responses[rows]
@@ -494,7 +526,15 @@ class ContactRun:
         if phase.active:
             y_after = self._projected(t_after, y_after, rates)
         path = Leap(
-            rates, np.array([t, t_after]), np.array([t_after - t]), np.array([y, y_after]), (), FINISHED, 0, 0, 0
+            rates,
+            np.array([t, t_after]),
+            np.array([t_after - t]),
+            np.array([y, y_after]),
+            (),
+            FINISHED,
+            0,
+            0,
+            0,
         )
         self.segments.append(Segment(path, phase, self.impulses, phase.shown, phase.loose))
         return t_after, y_after
@@ -614,9 +654,7 @@ def _held(found: list[Solution], contacts: Sequence[Touching]) -> list[Solution]
         ]
         if begun and any(
             all(other.modes[i][0] == STICK for i in begun)
-            and all(
-                other.modes[i][0] == one.modes[i][0] for i in range(len(contacts)) if i not in begun
-            )
+            and all(other.modes[i][0] == one.modes[i][0] for i in range(len(contacts)) if i not in begun)
             for other in found
         ):
             continue
@@ -713,7 +751,11 @@ def _agree(
     if one is None or not one.rank_lack:
         return
     chosen = [k for k in work._closed(seen, y) if seen.rate[work.scene.first[k]] <= work._still(y)]
-    rows = [i for k in chosen for i in range(work.scene.first[k], work.scene.first[k] + 1 + work.scene.tangents[k])]
+    rows = [
+        i
+        for k in chosen
+        for i in range(work.scene.first[k], work.scene.first[k] + 1 + work.scene.tangents[k])
+    ]
     expected = seen.free + one.forces @ seen.responses[rows]
     f = observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
     got = f[work.n : work.n + work.model.n_u]
@@ -741,7 +783,9 @@ def _phase(
     asked = len(work.specs)
     mine = [c for c in path.crossings if c.number >= asked]
     shown_ = tuple(c for c in path.crossings if c.number < asked)
-    work.segments.append(Segment(replace(path, crossings=shown_), phase, work.impulses, phase.shown, phase.loose))
+    work.segments.append(
+        Segment(replace(path, crossings=shown_), phase, work.impulses, phase.shown, phase.loose)
+    )
     if path.status == FINISHED:
         return path, path.end, path.states[-1], {}, FINISHED
     if path.status != TERMINAL:
@@ -761,7 +805,9 @@ def _phase(
     return path, t_new, y_new, reasons, ""
 
 
-def _flights(work: ContactRun, t: float, y: Array, modes: Modes, phase: Phase) -> dict[int, tuple[float, float]]:
+def _flights(
+    work: ContactRun, t: float, y: Array, modes: Modes, phase: Phase
+) -> dict[int, tuple[float, float]]:
     """(speed, deceleration) of open contacts that leave a surface to which their phase brings them back at once."""
     seen = work.look(t, y)
     near, still = work._near(y), work._still(y)
@@ -774,7 +820,11 @@ def _flights(work: ContactRun, t: float, y: Array, modes: Modes, phase: Phase) -
         return {}
     program = phase.contact()
     a = observe(
-        program.address("acceleration"), work.scene.rows, np.array([t]), y[None], program.constants(work.parameters)
+        program.address("acceleration"),
+        work.scene.rows,
+        np.array([t]),
+        y[None],
+        program.constants(work.parameters),
     )[0]
     return {
         k: (float(seen.rate[work.scene.first[k]]), -float(a[work.scene.first[k]]))
@@ -875,7 +925,9 @@ def _note_modes(
         if before[k] == after[k]:
             continue
         first = before[k] == ""
-        why = reasons.get(k) or ("the start" if first else "an impact" if hit else "a change at another contact")
+        why = reasons.get(k) or (
+            "the start" if first else "an impact" if hit else "a change at another contact"
+        )
         for change in work.changes:
             if change[0] == name and change[3] is None:
                 change[3] = t

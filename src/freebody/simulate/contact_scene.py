@@ -1,7 +1,7 @@
 """Compiled code of a machine with contacts: all that mode changes need, and the equations of each phase.
 
-    scene    gap, speeds and accelerations of all contacts, A = W M⁻¹ Wᵀ and what one unit of force does to u'
-    phase    equations of one set of modes, contact forces, and the functions that end the phase
+scene    gap, speeds and accelerations of all contacts, A = W M⁻¹ Wᵀ and what one unit of force does to u'
+phase    equations of one set of modes, contact forces, and the functions that end the phase
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from ..dynamics.motion import Motion, motion, total_power
 from ..dynamics.state import float_state
 from ..model import Model
 from ..scalar.derivative import forward
+from ..scalar.trace import Tape
 from .kernels import Kernels, Program
 from .path import Array, observe
 
@@ -202,7 +203,10 @@ class Phase(Kernels):
             gram = Factorization([[_dot(a, b) for b in held] for a in held])
             C = [gram.solve([_dot(G[i], a) for a in held]) for i in spare]
             n = len(held)
-            square = [[(1 if i == j else 0) + _dot([c[i] for c in C], [c[j] for c in C]) for j in range(n)] for i in range(n)]
+            square = [
+                [(1 if i == j else 0) + _dot([c[i] for c in C], [c[j] for c in C]) for j in range(n)]
+                for i in range(n)
+            ]
             least = Factorization(square).solve([multipliers[i] for i in self.active])
             for i, value in zip(self.active, least, strict=True):
                 multipliers[i] = value
@@ -214,9 +218,7 @@ class Phase(Kernels):
     def _spare(self) -> list[int]:
         """Conditions of contacts that follow from the others."""
         names = {c.name for c in self.model.contacts}
-        return [
-            i for i, row in enumerate(rows(self.model)) if row.owner in names and i not in self.active
-        ]
+        return [i for i, row in enumerate(rows(self.model)) if row.owner in names and i not in self.active]
 
     # -- contacts --------------------------------------------------------------------------------
 
@@ -242,11 +244,13 @@ class Phase(Kernels):
             moving, _ = self._moving(state)
             outputs = [*found["acceleration"], *found["force"]]
             seeds = [1, *coordinate_rates(self.model, state), *moving.udot]
-            return {"slopes": forward(state.field, outputs, [state.t, *state.q, *state.u], seeds)}
+            return {"slopes": forward(cast(Tape, state.field), outputs, [state.t, *state.q, *state.u], seeds)}
 
         return self._program("slopes", functions)
 
-    def watching(self, expressions: Sequence[Any], dead: frozenset[int] = frozenset()) -> tuple[Program, tuple[Ending, ...]]:
+    def watching(
+        self, expressions: Sequence[Any], dead: frozenset[int] = frozenset()
+    ) -> tuple[Program, tuple[Ending, ...]]:
         """Function ``values``: the user's expressions, then the functions that end the phase.
 
         ``dead`` are contacts that the others hold: open ones whose gaps, and slipping ones whose slip, stay zero.

@@ -75,7 +75,11 @@ class ContactTrajectory(PhasedTrajectory):
     """
 
     def __init__(
-        self, *arguments: Any, changes: Sequence[Sequence[Any]] = (), unknown: Mapping[str, float], **options: Any
+        self,
+        *arguments: Any,
+        changes: Sequence[Sequence[Any]] = (),
+        unknown: Mapping[str, float],
+        **options: Any,
     ) -> None:
         super().__init__(*arguments, **options)
         self.modes = Timeline(Change(*change) for change in changes)
@@ -98,7 +102,10 @@ class ContactTrajectory(PhasedTrajectory):
             program, constants = programs[id(segment.kernels)]
             times, states = self.t[chosen], self.states[chosen]
             if type(segment.path).__name__ == "Leap":  # its start has no direction of slip yet
-                states, times = np.broadcast_to(segment.path.states[-1], states.shape), times * 0 + segment.path.end
+                states, times = (
+                    np.broadcast_to(segment.path.states[-1], states.shape),
+                    times * 0 + segment.path.end,
+                )
             parts.append(
                 (
                     chosen,
@@ -133,9 +140,7 @@ class ContactTrajectory(PhasedTrajectory):
             shown = np.where(loose, np.nan, lambdas)
             mu = self._value(contact.static_friction)
             T, slip = shown[:, 1:], rates[:, at + 1 : at + 1 + n]
-            margin = np.where(
-                modes == "open", np.nan, mu * shown[:, 0] - np.linalg.norm(T, axis=1)
-            )
+            margin = np.where(modes == "open", np.nan, mu * shown[:, 0] - np.linalg.norm(T, axis=1))
             result[contact.name] = ContactMotion(
                 gaps[:, k],
                 shown[:, 0],
@@ -159,7 +164,12 @@ class ContactTrajectory(PhasedTrajectory):
         ledger = super().energy
         n = self.kernels.model.n_q + self.kernels.model.n_u
         return Energy(
-            ledger.kinetic, ledger.potential, ledger.work, ledger.residual, ledger.impulses, -self.states[:, n + 1]
+            ledger.kinetic,
+            ledger.potential,
+            ledger.work,
+            ledger.residual,
+            ledger.impulses,
+            -self.states[:, n + 1],
         )
 
     @cached_property

@@ -121,7 +121,8 @@ def _of_contact(name: str, motion: Any) -> dict[str, Any]:
         f"{name}.gap": ("time", motion.gap, {"units": "m", "long_name": f"gap {about}"}),
         f"{name}.normal": ("time", motion.normal, {"units": "N", "long_name": f"normal force {about}"}),
         f"{name}.tangential": (
-            along(motion.tangential), motion.tangential, {"units": "N", "long_name": f"friction on the feature {about}"},
+            along(motion.tangential), motion.tangential,
+            {"units": "N", "long_name": f"friction on the feature {about}"},
         ),
         f"{name}.slip": (along(motion.slip), motion.slip, {"units": "m/s", "long_name": f"slip velocity {about}"}),
         f"{name}.margin": (

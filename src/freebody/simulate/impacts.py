@@ -212,7 +212,7 @@ def _fits(
             return False
         if kind == "held" and forces[at] < p - 1e-10 * scale_f:
             return False
-        if n and kind in ("held", "stuck") and T > contact.friction * forces[at] + 1e-10 * scale_f:
+        if n and kind in ("held", "stuck") and contact.friction * forces[at] + 1e-10 * scale_f < T:
             return False
         if kind == "dragged" and n and d is not None and d @ rates[at + 1 : at + 1 + n] < -1e-10 * scale_r:
             return False
@@ -245,7 +245,11 @@ def _one_by_one(
 
 
 def _only(
-    found: Sequence[Solution], responses: Array, contacts: Sequence[Touching], before: Array, what: str,
+    found: Sequence[Solution],
+    responses: Array,
+    contacts: Sequence[Touching],
+    before: Array,
+    what: str,
     size: float = 0.0,
 ) -> Solution:
     names = ", ".join(f"'{c.name}' ({before[c.row]:.6g} m/s)" for c in contacts)
@@ -265,9 +269,7 @@ def _only(
     return min(groups[0], key=lambda one: (one.rank_lack, sum(m[0] == OPEN for m in one.modes)))
 
 
-def _checked(
-    A: Array, before: Array, impulses: Array, contacts: Sequence[Touching], law: str
-) -> Impact:
+def _checked(A: Array, before: Array, impulses: Array, contacts: Sequence[Touching], law: str) -> Impact:
     """ΔT = Λ·(v⁻ + v⁺)/2, which must not be positive."""
     after = A @ impulses + before
     energy = float(impulses @ (before + after)) / 2
@@ -276,7 +278,7 @@ def _checked(
         names = ", ".join(f"'{c.name}'" for c in contacts)
         cure = "impact='poisson'" if law == "newton" else "a smaller restitution"
         raise SimulationError(
-            f"The impact at contacts {names} would make energy, {energy:.6g} J: Newton's coefficient of restitution with "
-            f"Coulomb friction can do that where the slip reverses (Kane, 1984). Give the contact {cure}."
+            f"The impact at contacts {names} would make energy, {energy:.6g} J: Newton's coefficient of restitution "
+            f"with Coulomb friction can do that where the slip reverses (Kane, 1984). Give the contact {cure}."
         )
     return Impact(impulses, after, energy)

@@ -56,7 +56,9 @@ def back(L: Reals, n: int, b: Reals, at: int, x: Reals, to: int) -> None:
 
 
 @compiled
-def couple(W: Reals, at: int, X: Reals, A: Reals, L: Reals, rows: Integers, count: int, n: int, width: int) -> None:
+def couple(
+    W: Reals, at: int, X: Reals, A: Reals, L: Reals, rows: Integers, count: int, n: int, width: int
+) -> None:
     """X = M⁻¹ Wᵀ and A = W M⁻¹ Wᵀ of the rows at hand; A has rows of length ``width``."""
     for a in range(count):
         back(L, n, W, at + rows[a] * n, X, a * n)
@@ -244,7 +246,7 @@ def march(
         _unit(y, quaternions, nq)
         # back to gaps >= 0 and φ = 0, with the least motion of the masses
         depth = 0.0
-        for k in range(20):
+        for _ in range(20):
             call(kernel, now + h, y, 0, c, out, 0)
             depth = 0.0
             for e in range(E):

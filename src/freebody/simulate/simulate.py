@@ -164,7 +164,9 @@ def simulate(
                 step=step, impulses=impulses, between=between,
             )  # fmt: skip
     if step is not None:
-        raise SimulationError("step= is the step of method='timestepping'; other methods choose theirs (max_step=).")
+        raise SimulationError(
+            "step= is the step of method='timestepping'; other methods choose theirs (max_step=)."
+        )
     if model.contacts:
         with Progress(begin, end, progress) as between:
             return touching_motion(
@@ -210,6 +212,7 @@ def simulate(
             between=between,
         )
         happenings: tuple[Any, ...] = ()
+        path: Any
         if blows:
             path, happenings = struck_path(kernels, numbers, advance, state, begin, end, specs, blows)
         else:

@@ -83,7 +83,14 @@ class SteppedTrajectory(Trajectory):
     method = "Moreau-Jean time stepping, exact Coulomb cones"
 
     def __init__(
-        self, *arguments: Any, impulses: Array, works: Array, residual: float, depth: float, sweeps: float, scene: Any
+        self,
+        *arguments: Any,
+        impulses: Array,
+        works: Array,
+        residual: float,
+        depth: float,
+        sweeps: float,
+        scene: Any,
     ) -> None:
         super().__init__(*arguments)
         self.residual, self.depth, self.sweeps = residual, depth, sweeps
@@ -298,8 +305,8 @@ def _march(
             done += got
             if got < size or not np.isfinite(y).all():
                 raise SimulationError(
-                    f"The contacts of '{model.name}' were not solved in the step at t = {begin + done * h:.9g} s: after "
-                    f"{SWEEPS} sweeps a law is still missed by {report[3]:.3g} of the greatest speed (to reach: "
+                    f"The contacts of '{model.name}' were not solved in the step at t = {begin + done * h:.9g} s: "
+                    f"after {SWEEPS} sweeps a law is still missed by {report[3]:.3g} of the greatest speed (to reach: "
                     f"{RESIDUAL:g}). A shorter step, or masses less far apart, need fewer."
                 )
             if between is not None:
@@ -309,12 +316,11 @@ def _march(
     states = np.concatenate([y0[None], *(b[0] for b in blocks)])
     impulses = np.concatenate([np.empty((0, m)), *(b[1] for b in blocks)])
     works = np.concatenate([np.empty((0, 2)), *(b[2] for b in blocks)])
-    moments = begin + h * np.arange(len(states))
+    moments: Array = begin + h * np.arange(len(states), dtype=np.float64)
     rates = Rates(0, n_q + n, constants, tuple(model.quaternions), program)
-    path = Steps(
-        rates, moments, np.full(len(states) - 1, h), states, _crossings(kernels, values, specs, expressions, moments, states),
-        status, 0, 0, len(states),
-    )  # fmt: skip
+    crossings = _crossings(kernels, values, specs, expressions, moments, states)
+    lengths = np.full(len(states) - 1, h)
+    path = Steps(rates, moments, lengths, states, crossings, status, 0, 0, len(states))
     return SteppedTrajectory(
         kernels, values, path, specs, tolerances, times, samples, impulses=impulses, works=works,
         residual=float(report[0]), depth=float(report[2]), sweeps=float(report[1]) / max(done, 1),
@@ -340,7 +346,10 @@ def _crossings(
                 x = g[k, i] / (g[k, i] - g[k + 1, i])
                 result.append(
                     Crossing(
-                        float(times[k] + x * (times[k + 1] - times[k])), i, sign, states[k] + x * (states[k + 1] - states[k])
+                        float(times[k] + x * (times[k + 1] - times[k])),
+                        i,
+                        sign,
+                        states[k] + x * (states[k + 1] - states[k]),
                     )
                 )
     return tuple(sorted(result, key=lambda one: one.time))
@@ -374,9 +383,7 @@ def _loop() -> Any:
     from .moreau import FUNCTIONS
 
     context = llvm.create_context()
-    modules = [
-        llvm.parse_assembly(f.code.inspect_llvm(), context=context) for f in FUNCTIONS.values()
-    ]
+    modules = [llvm.parse_assembly(f.code.inspect_llvm(), context=context) for f in FUNCTIONS.values()]
     for module in modules[1:]:
         modules[0].link_in(module)
     text = str(modules[0])
