@@ -67,7 +67,8 @@ def run(
             },
             "energy_residual": residual,
             "events": [
-                {"time": event.time, "name": event.name, "text": str(event)} for event in outcome.trajectory.events
+                {"time": event.time, "name": event.name, "text": str(event)}
+                for event in outcome.trajectory.events
             ],
             "modes": [
                 {"contact": m.contact, "mode": m.mode, "from": m.start, "to": m.end, "why": m.why}
