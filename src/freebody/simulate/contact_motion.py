@@ -9,7 +9,8 @@ from typing import Any, cast
 import numpy as np
 
 from ..errors import SimulationError, nearest
-from .contact_run import ContactRun, run
+from .contact_run import run
+from .contact_state import ContactRun
 from .contact_trajectory import ContactTrajectory
 from .event import EventSpec
 from .impacts import ORDERS

@@ -303,3 +303,12 @@ def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
     for x, y in zip(a, b, strict=True):
         total = total + x * y
     return total
+
+
+def scene_of(kernels: Kernels) -> Scene:
+    """The compiled contacts of a machine, kept for its next run."""
+    scene = getattr(kernels, "_scene", None)
+    if scene is None:
+        scene = Scene(kernels)
+        kernels._scene = scene  # type: ignore[attr-defined]
+    return scene
