@@ -294,3 +294,31 @@ def test_falling_bar():
     best = math.cos(exact.theta_limit)
     assert float((T_c / N_c).subs(c, best)) == pytest.approx(exact.mu_limit, rel=CLOSE)
     assert float(sympy.diff(T_c / N_c, c).subs(c, best)) == pytest.approx(0, abs=1e-11)
+
+
+def test_the_paradox_of_painleve():
+    """A rod that slides on its lower end: N = m (g - ...)/(1 + 3 cos θ (cos θ - μ sin θ)), without solution from μ = 4/3.
+
+    Source: Génot & Brogliato, European Journal of Mechanics A 18 (1999) 653-677 (uniform rod).
+    """
+    s, (m, L, mu, _) = machine("sliding rod", m=1, L=2, mu=0.5)
+    rod = s.body("rod", fb.slender_bar(m, L, axis="x"))
+    s.planar("plane", s.ground, rod, coordinate="x y theta")
+    s.contact("floor", rod.point(-L / 2, 0, 0), s.ground.plane(), friction=mu)
+    e = fb.equations(s, modes={"floor": "slip-"})
+    N = e.solve("N_floor")["N_floor"]
+    theta, rate = s.names.atoms["theta"], s.names.atoms["theta'"]
+    c, sn = sympy.cos(theta), sympy.sin(theta)
+    g = s.names.atoms["g"]
+    # the end slips to the left: about C, the moment of friction is against that of N
+    expected = m * (g - L / 2 * rate**2 * sn) / (1 + 3 * c * (c - mu * sn))
+    at = {theta: 0.7, rate: 1.1, m: 1.0, L: 2.0, mu: 0.5, g: 9.81}
+    assert float(N.subs(at)) == pytest.approx(float(expected.subs(at)), rel=CLOSE)
+    # the denominator, 5/2 + 3/2 (cos 2θ - μ sin 2θ), reaches zero first at μ = 4/3
+    _, denominator = sympy.fraction(sympy.together(N))
+    lowest = [
+        min(float(denominator.subs({mu: k, m: 1, L: 2, g: 9.81, theta: x / 1000})) for x in range(1, 1571))
+        * math.copysign(1, float(denominator.subs({mu: k, m: 1, L: 2, g: 9.81, theta: 0.001})))
+        for k in (1.33, 1.34)
+    ]
+    assert lowest[0] > 0 > lowest[1]

@@ -228,6 +228,10 @@ def test_symbols_and_numbers_agree_in_a_mode():
         for equation in e.motion:
             left = (equation.lhs - equation.rhs).xreplace(values).xreplace(at)
             assert float(left) == pytest.approx(0, abs=1e-10)
+        # and so do the free-body equations, forces and moment
+        for equation in e.free_body("disk").planar_equations:
+            left = (equation.lhs - equation.rhs).xreplace(values).xreplace(at)
+            assert float(left) == pytest.approx(0, abs=1e-10)
         assert forces[0] > 0
         if mode != "stick":
             assert forces[1] == pytest.approx((-0.2 if mode == "slip+" else 0.2) * forces[0])

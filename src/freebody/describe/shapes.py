@@ -31,6 +31,14 @@ def sphere(body: Body, radius: Any, *, at: Any = None, inside: bool = False) -> 
         Its centre; the body's origin if not given.
     inside : bool
         Whether other bodies touch it from within.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("ball in a bowl")
+    >>> ball = s.body("ball", fb.sphere(1, 0.1))
+    >>> air = s.free("air", s.ground, ball)
+    >>> bowl = s.contact("bowl", ball.sphere(0.1), s.ground.sphere(1, at=(0, 1, 0), inside=True), friction=0.3)
     """
     what = f"the sphere of {named(body)}"
     return Ball(body, _place(body, at, what), _length(body, radius, what), _flag(inside, what))
@@ -50,6 +58,14 @@ def circle(body: Body, radius: Any, *, at: Any = None, axis: Any = "z", inside: 
     axis : "x", "y", "z" or three components
     inside : bool
         Whether other bodies touch it from within: a ring, a round hole.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("coin")
+    >>> coin = s.body("coin", fb.disk(0.01, 0.012))
+    >>> air = s.free("air", s.ground, coin)
+    >>> table = s.contact("table", coin.circle(0.012), s.ground.plane(normal="z"), friction=0.2)
     """
     what = f"the circle of {named(body)}"
     n = _unit(body, axis, f"the axis of {what}")
@@ -67,6 +83,14 @@ def cylinder(body: Body, radius: Any, *, at: Any = None, axis: Any = "z", inside
     axis : "x", "y", "z" or three components
     inside : bool
         Whether other bodies touch it from within: a pipe.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("ball on a log")
+    >>> ball = s.body("ball", fb.sphere(1, 0.1))
+    >>> air = s.free("air", s.ground, ball)
+    >>> log = s.contact("log", ball.sphere(0.1), s.ground.cylinder(0.5, axis="x"), friction=0.3)
     """
     what = f"the cylinder of {named(body)}"
     n = _unit(body, axis, f"the axis of {what}")
@@ -82,6 +106,14 @@ def plane(body: Body, *, at: Any = None, normal: Any = "y") -> Plane:
         A point of it; the body's origin if not given.
     normal : "y", "-x", … or three components
         Out of the body, to the side of what touches it.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("slope")
+    >>> beta = s.parameters(beta="30deg")
+    >>> s.ground.plane(normal=("sin(beta)", "cos(beta)", 0)).normal
+    (sin(beta), cos(beta), 0)
     """
     what = f"the plane of {named(body)}"
     n = _unit(body, normal, f"the normal of {what}")
@@ -97,6 +129,15 @@ def segment(body: Body, start: Any, end: Any, *, normal: Any) -> Segment:
     start, end : Points of the body or three components each
     normal : "y", "-x", … or three components
         Out of the body, at right angles to the side.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("bar on a ledge")
+    >>> bar = s.body("bar", fb.slender_bar(2, 1.2))
+    >>> joint = s.planar("plane", s.ground, bar, coordinate="x y phi")
+    >>> side = bar.segment((-0.6, 0, 0), (0.6, 0, 0), normal="-y")
+    >>> ledge = s.contact("ledge", side, s.ground.point(0, 0, 0), friction=0.4)
     """
     what = f"the segment of {named(body)}"
     a, b = _place(body, start, what), _place(body, end, what)
@@ -124,6 +165,14 @@ def corners(body: Body, *points: Any, size: Any = None, at: Any = None) -> Corne
         Edges of a box along the body's axes: four corners in the plane of x and y, or eight.
     at : Point of the body or three components, optional
         The middle of that box; the body's origin if not given.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("rocking block")
+    >>> block = s.body("block", fb.box(1, (0.2, 1, 0.2)))
+    >>> block.corners(size=(0.2, 1)).points[:2]
+    (point (-1/10, -1/2, 0) of block, point (1/10, -1/2, 0) of block)
     """
     what = f"the corners of {named(body)}"
     if (size is None) == (not points):
@@ -168,6 +217,14 @@ def heightline(body: Body, height: Any, *, at: Any = None) -> Heightline:
     ------
     ModelError
         An expression that depends on coordinates, speeds or time, or not on ``x``.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("hill")
+    >>> h, l = s.parameters(h=0.5, l=2.0)
+    >>> s.ground.heightline("h*cos(pi*x/l)").slope
+    -pi*h*sin(pi*x/l)/l
     """
     what = f"the heightline of {named(body)}"
     names = body.system.names

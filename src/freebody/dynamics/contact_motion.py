@@ -82,9 +82,20 @@ def contact_problem(model: Model, state: State, active: Sequence[int] = ()) -> C
 
     free = keeping(M.solve([-x for x in bias(model, state)]), [held.bias[i] for i in active] if G else [])
     responses = tuple(keeping(M.solve(row), [0] * len(G)) for row in contacts.matrix)
-    A = tuple(tuple(_dot(row, r) for r in responses) for row in contacts.matrix)
-    c = tuple(_dot(row, free) + b for row, b in zip(contacts.matrix, contacts.bias, strict=True))
+    # a contact moves two bodies of many
+    W = [
+        [(j, x) for j, x in enumerate(row) if not (isinstance(x, int) and x == 0)] for row in contacts.matrix
+    ]
+    A = tuple(tuple(_sparse(row, r) for r in responses) for row in W)
+    c = tuple(_sparse(row, free) + b for row, b in zip(W, contacts.bias, strict=True))
     return ContactProblem(A, c, free, responses)
+
+
+def _sparse(row: Sequence[tuple[int, Any]], b: Sequence[Any]) -> Any:
+    total: Any = 0
+    for j, x in row:
+        total = total + x * b[j]
+    return total
 
 
 def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
