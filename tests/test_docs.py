@@ -47,6 +47,7 @@ def test_the_two_commands() -> None:
         "docs/model-files.md",
         "docs/analysis.md",
         "docs/constraints.md",
+        "docs/contact.md",
     ],
 )
 def test_links_lead_somewhere(page: str) -> None:

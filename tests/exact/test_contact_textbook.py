@@ -122,12 +122,12 @@ def test_disk_rolling_down():
 
 
 def test_board_on_a_truck():
-    s, (m, l, mu, a, _) = machine("board", m=20, l=2.5, mu=0.3, a=1)
-    truck, board = s.body("truck", fb.particle(1)), s.body("board", fb.slender_bar(m, l))
+    s, (m, length, mu, a, _) = machine("board", m=20, length=2.5, mu=0.3, a=1)
+    truck, board = s.body("truck", fb.particle(1)), s.body("board", fb.slender_bar(m, length))
     s.slider("road", s.ground, truck, axis="x", coordinate=a * s.t**2 / 2)
     s.planar("plane", truck, board, coordinate="x y beta")
-    s.contact("floor", board.point(-l / 2, 0, 0), truck.plane(), friction=mu)
-    s.contact("wall", board.point(l / 2, 0, 0), truck.plane(normal="-x"))
+    s.contact("floor", board.point(-length / 2, 0, 0), truck.plane(), friction=mu)
+    s.contact("wall", board.point(length / 2, 0, 0), truck.plane(normal="-x"))
     e = fb.equations(s, modes={"floor": "stick", "wall": "slip"})
     rest = {"beta'": 0, "x'": 0, "y'": 0}
     beta = math.radians(70)
@@ -164,11 +164,11 @@ def test_monorail_car():
     loads, accelerations = {}, {}
     exact = fb.exact.monorail_car(2000, 4, 1.5, 0.5)
     for driven in ("front", "rear"):
-        s, (m, l, h, mu, _) = machine("monorail", m=2000, l=4, h=1.5, mu=0.5)
+        s, (m, span, h, mu, _) = machine("monorail", m=2000, span=4, h=1.5, mu=0.5)
         car = s.body("car", fb.box(m, (4, 1, 2)))
         s.planar("plane", s.ground, car, coordinate="x y theta")
         for name, side in (("front", 1), ("rear", -1)):
-            at = car.point(side * l / 2, h, 0)
+            at = car.point(side * span / 2, h, 0)
             s.contact(name, at, s.ground.plane(), friction=mu if name == driven else 0)
         # the driven wheel at its limit: its rim would slip backwards
         modes = {name: "slip-" if name == driven else "slip" for name in ("front", "rear")}
@@ -238,11 +238,11 @@ def test_bar_on_a_ledge(b):
     found = e.solve(["phi''", "N_O", "T_O"], where=CENTRED)
     exact = fb.exact.bar_on_ledge(2, 1.2, b, 0.4)
     at = {"phi": -exact.theta, "phi_rate": -exact.omega}
-    N, T = value(found["N_O"], s, **at), value(found["T_O"], s, **at)
-    assert N == pytest.approx(exact.normal, rel=CLOSE)
+    normal, friction = value(found["N_O"], s, **at), value(found["T_O"], s, **at)
+    assert normal == pytest.approx(exact.normal, rel=CLOSE)
     # t points down along the bar
-    assert T == pytest.approx(-exact.friction, rel=CLOSE)
-    assert abs(T) == pytest.approx(0.4 * N, rel=CLOSE)
+    assert friction == pytest.approx(-exact.friction, rel=CLOSE)
+    assert abs(friction) == pytest.approx(0.4 * normal, rel=CLOSE)
 
 
 def test_disk_in_a_rough_cylinder():
@@ -281,10 +281,10 @@ def test_falling_bar():
     exact = fb.exact.falling_bar(2, 1.5, math.radians(60))
     # it falls to the right, clockwise
     at = {"theta": -math.pi / 6, "theta_rate": -exact.omega}
-    N, T = value(found["N_floor"], s, **at), value(found["T_floor"], s, **at)
-    assert N == pytest.approx(exact.normal, rel=CLOSE)
-    assert T == pytest.approx(exact.friction, rel=CLOSE)
-    assert T / N == pytest.approx(exact.mu, rel=CLOSE)
+    normal, friction = value(found["N_floor"], s, **at), value(found["T_floor"], s, **at)
+    assert normal == pytest.approx(exact.normal, rel=CLOSE)
+    assert friction == pytest.approx(exact.friction, rel=CLOSE)
+    assert friction / normal == pytest.approx(exact.mu, rel=CLOSE)
     # T/N over the fall, with the energy put in, is largest at the limit
     c, rate = sympy.Symbol("c"), s.names.atoms["theta'"]
     theta, g = s.names.atoms["theta"], 9.81
@@ -297,7 +297,7 @@ def test_falling_bar():
 
 
 def test_the_paradox_of_painleve():
-    """A rod that slides on its lower end: N = m (g - ...)/(1 + 3 cos θ (cos θ - μ sin θ)), without solution from μ = 4/3.
+    """A rod that slides on its lower end: N = m (g - ...)/(1 + 3 cos θ (cos θ - μ sin θ)), in doubt from μ = 4/3.
 
     Source: Génot & Brogliato, European Journal of Mechanics A 18 (1999) 653-677 (uniform rod).
     """
