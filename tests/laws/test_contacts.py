@@ -9,7 +9,13 @@ from freebody.dynamics.constrained import independent_rows
 from freebody.dynamics.constraints import linearized, residuals
 from freebody.dynamics.contact import contact_layout, contact_rows, generalized_force, rows_of, touches
 from freebody.dynamics.contact_motion import contact_forces, contact_problem, friction_power, in_modes
-from freebody.dynamics.kinematics import coordinate_rates, point_acceleration
+from freebody.dynamics.kinematics import (
+    accelerations,
+    coordinate_rates,
+    point_acceleration,
+    point_position,
+    velocities,
+)
 from freebody.dynamics.motion import all_reactions, motion, total_power
 from freebody.dynamics.state import State
 from freebody.scalar.polynomial import Ring
@@ -393,3 +399,55 @@ def test_names_and_layout():
     ]
     assert poses(model, at_random(model)).keys() == {"a", "b"}
     assert np.linalg.eigvalsh(np.array(mass_matrix(model, at_random(model)), dtype=float)).min() > 0
+
+
+@pytest.mark.parametrize("mode", ["stick", "slip"])
+def test_joints_carry_what_contacts_put_on_the_machine(mode):
+    """An arm of three links whose tip touches a wall: every link is in balance, forces and moments, joints included."""
+    rng = np.random.default_rng(4)
+    s = fb.System("arm at a wall")
+    s.gravity = (0, 0, -9.81)
+    parent, joints = s.ground, []
+    for i, axis in enumerate("zyx"):
+        body = s.body(
+            f"link{i}", fb.MassProperties(1.0 + i, rng.normal(size=3).tolist(), random_inertia(rng))
+        )
+        make = s.ball if i == 1 else s.hinge
+        options = {} if i == 1 else {"axis": axis, "coordinate": f"q{i}"}
+        joints.append(make(f"j{i}", parent, body, at=(0.5, 0.1, 0), to=(-0.5, 0, 0.1), **options))
+        parent = body
+    s.contact(
+        "wall",
+        parent.sphere(0.2, at=(0.5, 0, 0)),
+        s.ground.plane(at=(1.1, 0, 0), normal=(-3, 0, 4)),
+        friction=0.4,
+    )
+    model = fb.assemble(s)
+    held, state, active = closed(model, {"wall": mode}, seed=2)
+    moving = motion(held, state, active)
+    found = all_reactions(held, state, moving)
+    contact = model.contacts[0]
+    spot = np.array(touches(held, state)[0].on_feature, dtype=float)
+    carried = [np.array(found[f"j{i}"], dtype=float) for i in range(3)]
+    points = [np.array(point_position(held, state, j.child.point(*j.to)), dtype=float) for j in joints]
+    for i in range(3):
+        body = s.bodies[f"link{i}"]
+        place = held.bodies[body.name]
+        m, center = float(place.mass), np.array(point_position(held, state, body.center), dtype=float)
+        a = np.array(point_acceleration(held, state, body.center, moving.udot), dtype=float)
+        force, moment = carried[i].copy()
+        moment += np.cross(points[i] - center, force)
+        if i < 2:
+            force -= carried[i + 1][0]
+            moment -= carried[i + 1][1] + np.cross(points[i + 1] - center, carried[i + 1][0])
+        if body is contact.feature.body:
+            push = np.array(found["wall"][0], dtype=float)
+            force += push
+            moment += np.cross(spot - center, push)
+        assert force + m * np.array([0, 0, -9.81]) == pytest.approx(m * a, rel=1e-9, abs=1e-9)
+        R = np.array(poses(held, state)[body.name].rotation, dtype=float)
+        inertia = np.array(place.inertia, dtype=float)
+        w = np.array(velocities(held, state)[place.link][0], dtype=float)
+        wdot = np.array(accelerations(held, state, moving.udot)[place.link][0], dtype=float)
+        rate = R @ (inertia @ wdot + np.cross(w, inertia @ w))
+        assert moment == pytest.approx(rate, rel=1e-9, abs=1e-9)
