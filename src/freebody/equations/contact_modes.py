@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import sympy
+
 from ..dynamics.constraints import Linearized, rows, slip_friction
 from ..dynamics.contact import touch
 from ..dynamics.kinematics import Spot
@@ -61,6 +63,20 @@ def contact_actions(e: Equations, body: str, touching: Touching, row: Any, value
         # in 3-D both tangential components stand on one line
         name = contact.tangent_names[0] if contact.tangents == 1 else contact.normal_name.replace("N", "T", 1)
         result.append(Action(name, "friction", force if sign > 0 else negate(force), ZERO, spot.position, by))
+    return result
+
+
+def sliding_friction(e: Equations) -> dict[str, tuple[Any, Any, str]]:
+    """(symbol, value -μ N d, contact) of each component of friction where a contact slips, by its name."""
+    result = {}
+    for row, value in zip(rows(e.model), e.canonical_multipliers, strict=True):
+        touching = e.model.constraints[row.owner]
+        if not isinstance(touching, Touching) or not touching.slips or touching.contact.frictionless:
+            continue
+        force = scale(value, slip_friction(e.model, e.state, touching))
+        tangents = touch(e.model, e.state, touching.contact).tangents
+        for name, t in zip(touching.contact.tangent_names, tangents, strict=True):
+            result[name] = (sympy.Symbol(name, real=True), dot(force, t), row.owner)
     return result
 
 
