@@ -250,7 +250,7 @@ def test_disk_in_a_rough_cylinder():
     disk = s.body("disk", fb.disk(m, r))
     s.planar("plane", s.ground, disk, coordinate="x y phi")
     s.contact("wall", disk.circle(r), s.ground.circle(R, inside=True), friction=1)
-    s.parameters("theta omega")
+    s.parameters(theta=0, omega=0)
     e = fb.equations(s, modes={"wall": "stick"})
     place = {
         "x": "(R - r)*sin(theta)",
@@ -266,6 +266,11 @@ def test_disk_in_a_rough_cylinder():
     assert abs(value(found["T_wall"], s, **at)) == pytest.approx(exact.friction, rel=CLOSE)
     # rolling: (R - r) θ'' = -r φ''
     assert -0.2 / 0.8 * value(found["phi''"], s, **at) == pytest.approx(exact.alpha, rel=CLOSE)
+    # small rolling about the lowest point, beside the free choice of phi
+    linear = fb.linearize(e.model, about={"x": 0, "y": -0.8, "phi": 0}, values={})
+    still, frequency = linear.natural_frequencies()
+    assert still == pytest.approx(0, abs=1e-6)
+    assert frequency == pytest.approx(exact.frequency, rel=1e-12)
     along = 0.8 * (math.cos(theta) * exact.alpha - math.sin(theta) * exact.rate**2)
     assert value(found["x''"], s, **at) == pytest.approx(along, rel=CLOSE)
 
