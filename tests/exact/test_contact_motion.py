@@ -352,3 +352,26 @@ def test_newtons_law_that_would_make_energy_is_refused():
     start = {"y": 1.0, "theta": 2.782025237069825, "x'": 0.5087762330352346, "theta'": 4.898587870142929}
     with pytest.raises(SimulationError, match=r"would make energy, .* Give the contact impact='poisson'"):
         fb.simulate(s, 1, initial=start)
+
+
+def test_four_legs_on_a_floor_are_indeterminate_and_said_to_be():
+    s = fb.System("table")
+    g, mu = s.parameters(g=G, mu=0.3)
+    s.gravity = (0, 0, -g)
+    table = s.body("table", fb.box(2, (0.4, 0.3, 0.2)))
+    s.free("f", s.ground, table)
+    places = [(x, y, -0.1) for x, y in ((-0.2, -0.15), (0.2, -0.15), (0.2, 0.15), (-0.2, 0.15))]
+    s.contact("leg", table.corners(*places), s.ground.plane(normal="z"), friction=mu)
+    motion = fb.simulate(s, 1, initial={"f_z": 0.1, "f_vx": 2.0})
+    t = 2 / (0.3 * G)
+    assert {m.mode for m in motion.modes} == {"slip", "stick"}
+    assert all(event.time == pytest.approx(t, abs=1e-9) for event in motion.events)
+    assert motion["f_x"][-1] == pytest.approx(t, rel=1e-9)
+    for k in range(1, 5):
+        assert {f"N_leg_{k}", f"T1_leg_{k}", f"T2_leg_{k}"} <= set(motion.indeterminate)
+        one = motion.contacts[f"leg_{k}"]
+        assert np.isnan(one.normal).all()  # not said to be known
+        assert one.least[-1, 0] == pytest.approx(2 * G / 4, rel=1e-9)  # least in norm, by name
+    assert sum(one.least[0, 0] for one in motion.contacts.values()) == pytest.approx(2 * G)
+    with pytest.raises(SimulationError, match="are statically indeterminate, and each distribution moves"):
+        fb.simulate(s, 1, initial={"f_z": 0.1, "f_vx": 2.0, "f_wz": 5.0})

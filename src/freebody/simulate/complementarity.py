@@ -29,6 +29,8 @@ from ..errors import SimulationError
 Array = NDArray[np.float64]
 
 OPEN, STICK, SLIP = "open", "stick", "slip"
+WHOLE = 2
+"""Contacts at rest in space up to which all combinations with new directions of slip are tried."""
 MOST = 1 << 14
 """Combinations of modes that are tried at most; scenes with more contacts are for time stepping."""
 SMALL = 1e-10
@@ -60,7 +62,7 @@ class Solution:
     ``forces``     λ, and ``rates`` r, shape (m,)
     ``residual``   greatest violation of the laws above, in parts of the greatest force and rate
     ``ties``       (contact, law) that hold with equality, so that derivatives have to decide
-    ``rank_lack``  number of forces that the motion does not determine; those given are least in norm
+    ``rank_lack``  number of forces that the motion does not determine; N is then least in norm, T in Σ |T|²/N
     """
 
     modes: tuple[tuple[str, Any], ...]
@@ -96,12 +98,55 @@ def solutions(A: Array, c: Array, contacts: Sequence[Touching], among: Any = Non
             f"{len(contacts)} contacts closed at once have {count} combinations of modes, more than are tried "
             f"({MOST}). Scenes like this are for method='timestepping'."
         )
-    found = []
-    for modes in itertools.product(*choices) if among is None else among:
-        for one in _solved(A, c, contacts, modes):
-            if one.residual <= SMALL:
-                found.append(one)
+    resting = sum(_may_begin(one) for one in choices)
+    if among is None and resting > WHOLE:
+        return _staged(A, c, contacts, choices)
+    return [
+        one
+        for modes in (itertools.product(*choices) if among is None else among)
+        for one in _solved(A, c, contacts, modes)
+        if one.residual <= SMALL
+    ]
+
+
+def _staged(A: Array, c: Array, contacts: Sequence[Touching], choices: Any) -> list[Solution]:
+    """Many contacts at rest in space: sets without new slip, and those that relaxation points to.
+
+    Directions of slip make a whole search too long, so that of more than :data:`WHOLE` such contacts it is not known
+    whether the solutions found are all.
+    """
+    known = [[(mode, d) for mode, d in one if not (mode == SLIP and d is None)] for one in choices]
+    near = _relaxed(A, c, contacts, 2000)
+    guess, every = [], []
+    for contact, one in zip(contacts, choices, strict=True):
+        at, n = contact.row, contact.tangents
+        drawn, pressed = float(np.linalg.norm(near[at + 1 : at + 1 + n])), float(near[at])
+        free = _may_begin(one)
+        slips = free and drawn >= (1 - 1e-6) * contact.friction * pressed
+        guess.append((OPEN, None) if pressed <= 0 else (SLIP, None) if slips else one[1])
+        every.append((OPEN, None) if pressed <= 0 else (SLIP, None) if free else one[1])
+    found = [
+        one
+        for modes in [*itertools.product(*known), tuple(guess), tuple(every)]
+        for one in _solved(A, c, contacts, modes, True)
+        if one.residual <= SMALL
+    ]
+    for one in list(found):  # where friction is at its limit, slip is about to begin against it
+        limit = {i for i, law in one.ties if law == "cone" and one.forces[contacts[i].row] > 0}
+        turned = list(one.modes)
+        for i in limit:
+            at = contacts[i].row + 1
+            T = one.forces[at : at + contacts[i].tangents]
+            turned[i] = (SLIP, -T / np.linalg.norm(T))
+        begun = _linear(A, c, contacts, turned) if limit else None
+        if begun is not None and begun.residual <= SMALL:
+            found.append(begun)
     return found
+
+
+def _may_begin(choices: Sequence[tuple[str, Any]]) -> bool:
+    """Whether a slip in a direction that is to be found is among the choices."""
+    return any(mode == SLIP and d is None for mode, d in choices)
 
 
 def _choices(contact: Touching) -> list[tuple[str, Any]]:
@@ -115,7 +160,7 @@ def _choices(contact: Touching) -> list[tuple[str, Any]]:
 
 
 def _solved(
-    A: Array, c: Array, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]]
+    A: Array, c: Array, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]], first: bool = False
 ) -> Iterator[Solution]:
     """The solutions of one combination: at most one, but for directions that are sought from several starts."""
     sought = [i for i, (mode, d) in enumerate(modes) if mode == SLIP and d is None]
@@ -133,6 +178,8 @@ def _solved(
         if one is not None:
             seen.append(angles)
             yield one
+            if first and one.residual <= SMALL:
+                return
 
 
 def _turned(modes: Any, sought: Sequence[int], angles: Array) -> list[tuple[str, Any]]:
@@ -213,10 +260,7 @@ def newton(function: Callable[[Array], Array | None], x: Array) -> Array | None:
             if other is None:
                 return None
             columns.append((other - value) / step)
-        try:
-            change = np.linalg.solve(np.array(columns).T, -value)
-        except np.linalg.LinAlgError:
-            return None
+        change = np.linalg.lstsq(np.array(columns).T, -value, rcond=1e-8)[0]
         change = np.clip(change, -0.5, 0.5)
         x = x + change
         if np.abs(change).max() < 1e-14:
@@ -256,8 +300,16 @@ def _linear(
         scaled = S / np.outer(size, size)
         x, _, rank, _ = np.linalg.lstsq(scaled, -c[rows] / size, rcond=SMALL)
         lack = len(rows) - int(rank)
-        if lack:  # least in the norm of forces, not of scaled ones
+        if lack:  # N least in the norm of forces, then T in Σ |T|²/N
             x = np.linalg.pinv(S, rcond=SMALL) @ -c[rows]
+            weights = np.ones(len(rows))
+            for contact in contacts:
+                at = [j for j, row in enumerate(rows) if contact.row < row <= contact.row + contact.tangents]
+                if at:
+                    weights[at] = max(float((B @ x)[contact.row]), 0.0)
+            if (weights > 0).all():
+                root = np.sqrt(weights)
+                x = root * (np.linalg.pinv(S * root, rcond=SMALL) @ -c[rows])
         else:
             x = x / size
             x = x - np.linalg.solve(S, S @ x + c[rows])
@@ -297,7 +349,9 @@ def _typical(A: Array, c: Array) -> float:
     return float((np.abs(c[one]) / diagonal[one]).max(initial=0))
 
 
-def distinct(found: Sequence[Solution], responses: Array, size: float = 0.0) -> list[list[Solution]]:
+def distinct(
+    found: Sequence[Solution], responses: Array, size: float = 0.0, alike: float = 1e-8
+) -> list[list[Solution]]:
     """Solutions grouped by the motion that they give.
 
     Parameters
@@ -306,13 +360,15 @@ def distinct(found: Sequence[Solution], responses: Array, size: float = 0.0) -> 
         Accelerations (speeds) of the machine per unit force (impulse).
     size : float
         Those that count as not small, if greater than the solutions' own.
+    alike : float
+        Relative difference up to which two motions are one.
     """
     groups: list[tuple[Array, list[Solution]]] = []
     moved = [one.forces @ responses for one in found]
     size = max([size, *(float(np.abs(x).max(initial=0)) for x in moved)])
     for x, one in zip(moved, found, strict=True):
         for y, group in groups:
-            if np.abs(x - y).max(initial=0) <= 1e-8 * size:
+            if np.abs(x - y).max(initial=0) <= alike * size:
                 group.append(one)
                 break
         else:

@@ -96,11 +96,12 @@ def nudged(
             wanted += [NUDGE * x for x in d] if k in starting else [0.0] * n
     A, goal = seen.A[np.ix_(rows, rows)], np.array(wanted)
     impulses = np.linalg.lstsq(A, goal, rcond=SMALL)[0]
-    if np.abs(A @ impulses - goal).max(initial=0) > 1e-3 * NUDGE:
+    loose = len(starting) > 1 and work.loose_forces(modes, frozenset(), seen)[rows].any()
+    if loose or np.abs(A @ impulses - goal).max(initial=0) > 1e-3 * NUDGE:
         names = ", ".join(f"'{work.names[k]}'" for k in chosen if modes[k] != OPEN)
         raise SimulationError(
-            f"Contacts {names} at t = {t:.9g} s are statically indeterminate: of the friction forces least in norm "
-            f"one has reached μ_s N, but the others hold, and the motion does not say how they share. Rest the "
+            f"Contacts {names} at t = {t:.9g} s are statically indeterminate: friction, shared in proportion to N, "
+            f"has reached μ_s N, and the motion does not say how they share it. Rest the "
             f"body on fewer contacts, describe it in its plane of motion, or take method='timestepping'."
         )
     after = y.copy()

@@ -48,14 +48,18 @@ def modes_at(work: ContactRun, t: float, y: Array, current: Modes) -> tuple[Mode
     if not kept:  # those at the limit of friction that others hold, with no slip to come
         kept = [one for one in found if lasts(work, t, y, chosen, contacts, one, True)]
     kept = _held(kept, contacts)
-    groups = distinct(kept, responses)
+    groups = distinct(kept, responses, alike=work.alike(contacts, seen, chosen, y))
     if len(groups) != 1:
         raise paradox(work, t, y, seen, contacts, A, groups or distinct(found, responses), bool(groups))
 
     def worth(one: Solution) -> tuple[Any, ...]:
         modes = named(work, chosen, contacts, one)
         same = sum(modes[k] == current[k] for k in range(len(current)))
-        return (sum(mode == STICK for mode, _ in one.modes), same, -one.rank_lack)
+        sticking = sum(mode == STICK for mode, _ in one.modes)
+        # where a slip in space is about to begin, as many contacts as can take part
+        begins = any(law == "onset" and contacts[i].tangents == 2 for i, law in one.ties)
+        pressing = sum(m != OPEN and (i, "normal") not in one.ties for i, (m, _) in enumerate(one.modes))
+        return (not begins, -sticking if begins else sticking, pressing, same, -one.rank_lack)
 
     best = max(groups[0], key=worth)
     return named(work, chosen, contacts, best), best, seen
@@ -139,6 +143,15 @@ def paradox(
     names = (*work.model.coordinate_names, *work.model.speed_names)
     where = ", ".join(f"{n} = {x:.6g}" for n, x in zip(names, y.tolist(), strict=False))
     criteria = ", ".join(f"{c.name}: A_NN - mu d.A_NT = {painleve(A, c):.6g} 1/kg" for c in contacts)
+    normals = [c.row for c in contacts]
+    sizes = np.linalg.svd(A[np.ix_(normals, normals)], compute_uv=False)
+    if several and sizes[-1] <= SMALL * sizes[0]:
+        closed = ", ".join(f"'{c.name}'" for c in contacts)
+        return SimulationError(
+            f"The normal forces of contacts {closed} of '{work.model.name}' at t = {t:.9g} s are statically "
+            f"indeterminate, and each distribution moves the machine otherwise through its friction. Rest the body on "
+            f"fewer contacts (three in space, two in a plane), or take method='timestepping', which decides for one."
+        )
     if several:
         sets = " or ".join(
             "(" + ", ".join(f"{c.name}: {m[0]}" for c, m in zip(contacts, g[0].modes, strict=True)) + ")"

@@ -191,28 +191,49 @@ class Phase(Kernels):
         return self._program("motion", functions)
 
     def _moving(self, state: State) -> tuple[Motion, Any]:
-        """Motion, and contact forces; forces that the motion leaves open are those least in norm."""
+        """Motion, and contact forces; of those that the motion leaves open, N is least in norm and T in Σ |T|²/N.
+
+        Friction shared in proportion to N reaches its limit at all contacts of a sliding body at once.
+        """
         moving = motion(self.model, state, self.active)
         if all(mode == "open" for mode in self.modes):
             return moving, {}
-        multipliers = list(moving.multipliers)
-        spare = self._spare
-        if spare:
-            G = linearized(self.model, state).matrix
-            held = [G[i] for i in self.active]
-            gram = Factorization([[_dot(a, b) for b in held] for a in held])
-            C = [gram.solve([_dot(G[i], a) for a in held]) for i in spare]
-            n = len(held)
-            square = [
-                [(1 if i == j else 0) + _dot([c[i] for c in C], [c[j] for c in C]) for j in range(n)]
-                for i in range(n)
-            ]
-            least = Factorization(square).solve([multipliers[i] for i in self.active])
-            for i, value in zip(self.active, least, strict=True):
-                multipliers[i] = value
-            for i, c in zip(spare, C, strict=True):
-                multipliers[i] = _dot(c, least)
+        multipliers: Sequence[Any] = moving.multipliers
+        if self._spare:
+            least = self._shared(state, multipliers, [1] * len(multipliers))
+            kinds = rows(self.model)
+            normal = {row.owner: x for row, x in zip(kinds, least, strict=True) if not row.on_speeds}
+            mine = {c.name for c in self.model.contacts}
+            weights = [normal[row.owner] if row.on_speeds and row.owner in mine else 1 for row in kinds]
+            multipliers = self._shared(state, multipliers, weights)
         return moving, contact_forces(self.model, state, multipliers)
+
+    def _shared(self, state: State, multipliers: Sequence[Any], weights: Sequence[Any]) -> list[Any]:
+        """Multipliers with the same effect, G_aᵀ λ' + G_sᵀ λ_s = G_aᵀ λ, of which Σ λ²/w is least.
+
+        With G_s = C G_a for the spare rows:  λ' = W_a ν,  λ_s = W_s C ν,  (W_a + Cᵀ W_s C) ν = λ.
+        """
+        G = linearized(self.model, state).matrix
+        held = [G[i] for i in self.active]
+        gram = Factorization([[_dot(a, b) for b in held] for a in held])
+        C = [gram.solve([_dot(G[i], a) for a in held]) for i in self._spare]
+        w = [weights[i] for i in self._spare]
+        n = len(held)
+        square = [
+            [
+                (weights[self.active[i]] if i == j else 0)
+                + _dot([c[i] * x for c, x in zip(C, w, strict=True)], [c[j] for c in C])
+                for j in range(n)
+            ]
+            for i in range(n)
+        ]
+        nu = Factorization(square).solve([multipliers[i] for i in self.active])
+        result = list(multipliers)
+        for i, value in zip(self.active, nu, strict=True):
+            result[i] = weights[i] * value
+        for i, c in zip(self._spare, C, strict=True):
+            result[i] = weights[i] * _dot(c, nu)
+        return result
 
     @cached_property
     def _spare(self) -> list[int]:

@@ -100,6 +100,16 @@ class ContactRun:
             v / speed if speed > still else None,
         )  # fmt: skip
 
+    def alike(self, contacts: Sequence[Touching], seen: Snapshot, chosen: Sequence[int], y: Array) -> float:
+        """Relative difference of two motions that round-off of the directions of slip makes."""
+        slips = [
+            float(np.linalg.norm(self.slip(seen, k)))
+            for k, c in zip(chosen, contacts, strict=True)
+            if c.sliding is not None and c.tangents == 2
+        ]
+        noise = 1e-14 * (1 + float(np.abs(self.u(y)).max(initial=0)))
+        return max(1e-8, *(noise / v for v in slips)) if slips else 1e-8
+
     def part(self, seen: Snapshot, chosen: Sequence[int], y: Array) -> tuple[Any, ...]:
         """The problem of the chosen contacts alone: A, their rows, responses, contacts with rows renumbered."""
         rows: list[int] = []
