@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from .model.assemble import assemble as assemble
     from .model.model import Model as Model
     from .picture.compare_linear import compare_linear as compare_linear
+    from .simulate.blow import blow as blow
     from .simulate.event import event as event
     from .simulate.impulse import centre_of_percussion as centre_of_percussion
     from .simulate.impulse import impulse as impulse
@@ -72,6 +73,7 @@ _EXPORTS = {
     "assemble": "model.assemble",
     "balance": "equations.balancing",
     "bearing_reactions": "equations.bearings",
+    "blow": "simulate.blow",
     "box": "space.solids",
     "centre_of_percussion": "simulate.impulse",
     "compare_linear": "picture.compare_linear",

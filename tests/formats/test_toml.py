@@ -11,6 +11,7 @@ import sympy
 import freebody as fb
 from freebody.formats import read_case
 from freebody.formats.text import expression_text, toml_number
+from freebody.formats.toml_contacts import SHAPES
 from freebody.formats.toml_read import CONSTRAINTS, JOINTS, SOLIDS, case_from_text
 from freebody.formats.toml_write import toml_text
 from freebody.gallery import entries
@@ -46,6 +47,7 @@ def described(system: fb.System) -> dict[str, object]:
         "joints": plain(system.joints),
         "loads": list(plain(system.loads).items()),  # type: ignore[attr-defined]
         "constraints": list(plain(system.constraints).items()),  # type: ignore[attr-defined]
+        "contacts": list(plain(system.contacts).items()),  # type: ignore[attr-defined]
         "order": [*system.joints],
         "gravity": system.gravity,
         "about": system.about,
@@ -100,7 +102,9 @@ def test_the_page_names_every_solid_joint_and_key() -> None:
     page = PAGE.read_text(encoding="utf-8")
     for word in (*SOLIDS, *JOINTS, *CONSTRAINTS, *(key for keys in CONSTRAINTS.values() for key in keys)):
         assert f"`{word}`" in page
-    assert len(EXAMPLES) == 3
+    for word in (*SHAPES, *(key for keys in SHAPES.values() for key in keys)):
+        assert f"`{word}`" in page
+    assert len(EXAMPLES) == 4
 
 
 # --- round trips ---
@@ -408,4 +412,67 @@ coordinate = "theta"
 """
     with pytest.raises(fb.errors.FormatError, match=r"bad.toml, line 1\d, constraints.held") as caught:
         case_from_text(text, "bad.toml")
+    assert message in str(caught.value)
+
+
+# --- contacts ---
+
+
+def touching() -> fb.System:
+    s = fb.System("every shape")
+    R, mu, b = s.parameters(R=0.3, mu=0.2, b="30deg")
+    disk, bar = s.body("disk", fb.disk(1, R)), s.body("bar", fb.slender_bar(1, 2))
+    s.planar("p", s.ground, disk, coordinate="x y f")
+    s.planar("q", s.ground, bar, coordinate="x1 y1 f1")
+    ground = s.ground
+    slope = ground.plane(normal=(sympy.sin(b), sympy.cos(b), 0))
+    s.contact(
+        "floor", disk.circle(R), slope, friction=mu, static_friction=mu * 2, restitution=0.5, impact="poisson"
+    )
+    s.contact("pipe", disk.circle(R, at=(0, 0.1, 0)), ground.cylinder(5 * R, inside=True, axis="-z"))
+    s.contact("ledge", bar.segment((-1, 0, 0), (1, 0, 0), normal="-y"), ground.point(0, 0.1, 0), friction=0.3)
+    s.contact("feet", bar.corners(size=(2, R)), ground.plane(at=(0, -1, 0)))
+    s.contact("hill", bar.point(1, 0, 0), ground.heightline("0.3*sin(x/R) + x^2", at=(0, -2, 0)))
+    s.contact("two", disk.sphere(R), bar.sphere(R, at=(0, 0.2, 0)))
+    s.contact("oblique", disk.point(0, R, 0), bar.cylinder(R, axis=(1, R, 2)))
+    return s
+
+
+def test_round_trip_of_contacts() -> None:
+    result = again(touching())
+    assert [c.name for c in fb.assemble(result).contacts] == [
+        c.name for c in fb.assemble(touching()).contacts
+    ]
+
+
+def test_the_ball_of_the_page_touches_the_floor() -> None:
+    system = case_from_text(EXAMPLES[-1], "page.toml").system
+    (contact,) = fb.assemble(system).contacts
+    assert (contact.name, contact.tangents, str(contact.restitution)) == ("floor", 1, "e")
+
+
+@pytest.mark.parametrize(
+    "old,new,message",
+    [
+        ('shape = "sphere"', 'shape = "spere"', "Unknown shape 'spere'; did you mean 'sphere'?"),
+        ('shape = "plane"', 'shape = "plane", body = "bal"', "Unknown body 'bal' in 'surface'; did you mean 'ball'?"),
+        ('normal = "y"', 'radius = 1', "Unknown key 'radius'"),
+        (", radius = 0.05 }", " }", "Expected the key 'radius', but it is missing."),
+        ("radius = 0.05 }", "radius = 0.05, inside = 1 }", "Expected true or false, got 1."),
+        ('surface = { shape = "plane", normal = "y" }', "", "Expected the key 'surface', but it is missing."),
+        ("friction = 0.3", "friction = -0.3", "Expected a coefficient of 0 or more for the friction of contact 'floor', got -0.3."),
+        ("friction = 0.3", "slip = 0.3", "Unknown key 'slip'"),
+        ('{ shape = "plane", normal = "y" }', '{ shape = "segment", start = [0, 0, 0], normal = "y" }', "Expected the key 'end', but it is missing."),
+        ('{ shape = "plane", normal = "y" }', '{ shape = "corners", points = 1 }', "Expected a list of points [[x, y, z], ...], got 1."),
+        ('{ shape = "plane", normal = "y" }', '{ shape = "corners", size = [1] }', "Expected two or three edges [a, b, c], got [1]."),
+        ('{ shape = "plane", normal = "y" }', '{ shape = "heightline", height = "z" }', "In the heightline of the ground"),
+    ],
+)  # fmt: skip
+def test_refused_contacts(old: str, new: str, message: str) -> None:
+    text = EXAMPLES[-1]
+    # the last place: the ball's own radius comes first
+    assert old in text
+    head, _, tail = text.rpartition(old)
+    with pytest.raises(fb.errors.FormatError, match=r"line \d+, contacts.floor") as caught:
+        case_from_text(head + new + tail, "page.toml")
     assert message in str(caught.value)

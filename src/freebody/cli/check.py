@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("model")
 def check(model: str) -> None:
-    """Assemble MODEL and list its bodies, joints, constraints, loads, degrees of freedom and parameters."""
+    """Assemble MODEL and list its bodies, joints, constraints, contacts, loads, degrees of freedom and parameters."""
     from ..formats.text import expression_text
     from ..model import assemble
 
@@ -34,6 +34,7 @@ def check(model: str) -> None:
     _bodies(system, text)
     _joints(system, text)
     _constraints(system, text)
+    _contacts(system, text)
     if system.loads:
         grid = Grid("Load", "Kind")
         for name, load in system.loads.items():
@@ -90,6 +91,22 @@ def _constraints(system: System, text: Any) -> None:
         else:
             what = f"{text(one.expression)} = 0"
         grid.row(name, type(one).__name__, what)
+    grid.print()
+
+
+def _contacts(system: System, text: Any) -> None:
+    if not system.contacts:
+        return
+    from ..describe.contact import kind_of
+
+    grid = Grid("Contact", "Feature", "Surface", "Friction", "Restitution")
+    for name, pair in system.contacts.items():
+        shapes = [f"{kind_of(shape)} of {shape.body.name}" for shape in (pair.feature, pair.surface)]
+        friction = text(pair.friction)
+        if pair.static_friction != pair.friction:
+            friction += f", static {text(pair.static_friction)}"
+        bounce = text(pair.restitution) + (f" ({pair.impact})" if pair.restitution != 0 else "")
+        grid.row(name, *shapes, friction, bounce)
     grid.print()
 
 

@@ -18,7 +18,14 @@ if TYPE_CHECKING:
 @click.argument("model")
 @click.option("--latex", is_flag=True, help="Print LaTeX instead of text.")
 @click.option("--body", metavar="NAME", help="The free-body equations of this body, reactions included.")
-def equations(model: str, latex: bool, body: str | None) -> None:
+@click.option(
+    "--mode",
+    "modes",
+    multiple=True,
+    metavar="CONTACT=MODE",
+    help="What a contact does: open, stick, slip+, slip- or slip; those not named are open.",
+)
+def equations(model: str, latex: bool, body: str | None, modes: tuple[str, ...]) -> None:
     """Print the equations of motion of MODEL, or the free-body equations of one body."""
     from ..equations import equations as equations_of
     from ..errors import ModelError, nearest
@@ -27,7 +34,12 @@ def equations(model: str, latex: bool, body: str | None) -> None:
     system = found.build()
     if body is not None and body not in system.bodies:
         raise ModelError(f"Expected a body of '{system.name}', got '{body}'; {nearest(body, system.bodies)}")
-    whole = equations_of(system)
+    for given in modes:
+        if given.count("=") != 1:
+            raise ModelError(
+                f"Expected a contact and its mode, such as floor=stick, for --mode, got '{given}'."
+            )
+    whole = equations_of(system, modes=dict(given.split("=") for given in modes) or None)
     product: Any = whole if body is None else whole.free_body(body)
     click.echo(product.latex() if latex else product.text())
     if whole.model.constraints and body is None and not latex:

@@ -13,8 +13,8 @@ from ..errors import SimulationError
 from .model import Number, Setting, find, settings_of
 from .table import Grid, significant
 
+MOST = 24  # events, and modes of contacts, that are listed
 WIDEST = 50  # characters of an answer in the table; equations stand below it
-MOST_EVENTS = 12  # that are printed; the others are in the trajectory
 
 
 @click.command()
@@ -110,7 +110,11 @@ def report(outcome: Any, files: list[Path], residual: float, elapsed: float) -> 
             "motion": outcome.equations.text().splitlines(),
             "free_bodies": {name: body.text() for name, body in outcome.free_bodies.items()},
         },
-        "events": [{"time": event.time, "name": event.name} for event in outcome.events],
+        "events": [{"time": event.time, "name": event.name, "text": str(event)} for event in outcome.events],
+        "modes": [
+            {"contact": m.contact, "mode": m.mode, "from": m.start, "to": m.end, "why": m.why}
+            for m in getattr(outcome.trajectory, "modes", ())
+        ],
         "checks": [
             {"what": c.what, "residual": c.residual, "bound": c.bound, "holds": c.holds}
             for c in outcome.checks
@@ -148,7 +152,8 @@ def show(outcome: Any, residual: float, elapsed: float) -> None:
     for lines in (long, ["Formulas", *formulas] if formulas else []):
         if lines:
             click.echo("\n".join([*lines, ""]))
-    show_events(outcome.events)
+    for line in happenings(outcome.trajectory, outcome.events):
+        click.echo(line)
     for check in outcome.checks:
         click.echo(
             f"{'holds' if check.holds else 'FAILS'}: {check.what} ({check.residual:.1e}, bound {check.bound:.0e})"
@@ -157,14 +162,21 @@ def show(outcome: Any, residual: float, elapsed: float) -> None:
         click.echo()
 
 
-def show_events(events: list[Any]) -> None:
-    """Print the events of the motion, the first `MOST_EVENTS` of them."""
-    for event in events[:MOST_EVENTS]:
-        click.echo(f"event at t = {event.time:.9g} s: {event.name}")
-    if len(events) > MOST_EVENTS:
-        click.echo(f"and {len(events) - MOST_EVENTS} more events")
-    if events:
-        click.echo()
+def happenings(trajectory: Any, events: list[Any]) -> list[str]:
+    """Events as sentences and, of contacts, the modes; the middle of long lists is left out."""
+    lines = []
+    for title, items in (("Events", events), ("Contacts", getattr(trajectory, "modes", ()))):
+        if not len(items):
+            continue
+        texts = [f"  {item}" for item in items]
+        if len(texts) > MOST:
+            half = MOST // 2
+            texts = [*texts[:half], f"  ... {len(texts) - 2 * half} more ...", *texts[-half:]]
+        lines += [f"{title}:", *texts, ""]
+    unknown = [name for name in getattr(trajectory, "_unknown", ())]
+    if unknown:
+        lines += [f"Statically indeterminate: {', '.join(unknown)} (no motion determines these forces).", ""]
+    return lines
 
 
 def keep_motion(error: SimulationError, folder: Path | None) -> None:

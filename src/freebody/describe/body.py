@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
+from . import shapes as _shapes
 
 if TYPE_CHECKING:
     from ..space.mass import MassProperties
@@ -44,6 +45,16 @@ class Body:
                     f"A point that moves belongs to a body of its own."
                 )
         return Point(self, vector)
+
+    # -- shapes to touch with: one function each in `shapes` ---------------------------------------
+
+    sphere = _shapes.sphere
+    circle = _shapes.circle
+    cylinder = _shapes.cylinder
+    plane = _shapes.plane
+    segment = _shapes.segment
+    corners = _shapes.corners
+    heightline = _shapes.heightline
 
     @property
     def origin(self) -> Point:

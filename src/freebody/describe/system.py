@@ -11,10 +11,12 @@ import sympy
 from ..errors import ModelError, nearest
 from ..space.mass import MassProperties
 from . import constraints as _constraints
+from . import contacts as _contacts
 from . import joints as _joints
 from . import loads as _loads
 from .body import Body, Point
 from .constraint import Constraint
+from .contact import ContactPair
 from .joint import Joint
 from .load import Load
 from .names import TIME, Names, check_name, finite
@@ -57,6 +59,7 @@ class System:
         self.hung: set[str] = set()  # bodies that are the child of a joint
         self.loads: dict[str, Load] = {}
         self.constraints: dict[str, Constraint] = {}
+        self.contacts: dict[str, ContactPair] = {}
         self.declared: dict[str, Any] = {}  # coordinates by name, in order of declaration
         self.about: dict[str, tuple[str, str]] = {}  # name -> (unit, what it is)
         self.positive: set[Any] = set()
@@ -215,6 +218,7 @@ class System:
     gear = _constraints.gear
     rope = _constraints.rope
     rolling = _constraints.rolling
+    contact = _contacts.contact
 
     # -- bodies ---------------------------------------------------------------------------------
 
@@ -281,9 +285,13 @@ class System:
     def claim(self, name: str, table: dict[str, Any], what: str) -> str:
         """A new name of a joint or load."""
         check_name(name, what)
-        # joints and constraints both have multipliers that bear their names
-        others: dict[str, Any] = {"joint": self.constraints, "constraint": self.joints}.get(what, {})  # type: ignore
-        for known, names in ((what, table), ("constraint" if what == "joint" else "joint", others)):
+        # joints, constraints and contacts all have multipliers that bear their names
+        own: dict[str, dict[str, Any]] = {
+            "joint": self.joints,
+            "constraint": self.constraints,
+            "contact": self.contacts,
+        }
+        for known, names in own.items() if what in own else ((what, table),):
             if name in names:
                 raise ModelError(f"There is already a {known} '{name}' in this system. Choose another name.")
         return name
@@ -297,9 +305,11 @@ class System:
         def count(n: int, noun: str) -> str:
             return f"{n} {noun if n == 1 else noun[:-1] + 'ies' if noun == 'body' else noun + 's'}"
 
-        parts = (
+        parts: tuple[str, ...] = (
             count(len(self.bodies), "body"),
             count(len(self.joints), "joint"),
             count(len(self.declared), "coordinate"),
         )
+        if self.contacts:
+            parts = (*parts, count(len(self.contacts), "contact"))
         return f"System '{self.name}': {', '.join(parts)}"

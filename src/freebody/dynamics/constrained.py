@@ -18,14 +18,16 @@ import sympy
 from ..describe.constraint import Condition, Gear, Rope, SpeedCondition
 from ..describe.names import TIME
 from ..errors import ModelError
+from ..model.contact import Touching
 from ..model.model import Model
 from ..scalar.algebra import Vector, apply_transpose, cross, scale, subtract
 from ..scalar.expression import exact
 from ..space.spatial import plus
 from .composite import mass_matrix
-from .constraints import linearized, residuals, rows, torques, wrenches
+from .constraints import linearized, residuals, rows, slip_direction, torques, wrenches
+from .contact import rows_of
 from .kinematics import coordinate_rates, link_postures, place_of, point_position
-from .linear import Factorization
+from .linear import Elimination, Factorization
 from .loading import Loading, loading
 from .newton_euler import bias
 from .state import State, float_state
@@ -47,11 +49,13 @@ def constrained_dynamics(
     M = Factorization(mass_matrix(model, state))
     free = M.solve(f)
     given = linearized(model, state)
+    if not given.symmetric:
+        active = _slipping_last(model, active)
     G = [given.matrix[i] for i in active]
-    X = [M.solve(row) for row in G]
+    X = [M.solve(given.acting[i]) for i in active]
     A = [[_dot(row, x) for x in X] for row in G]
     right = [-(given.bias[i] + _dot(row, free)) for i, row in zip(active, G, strict=True)]
-    lam = Factorization(A).solve(right)
+    lam = (Factorization(A) if given.symmetric else Elimination(A)).solve(right)
     udot = list(free)
     for x, multiplier in zip(X, lam, strict=True):
         udot = [a + multiplier * b for a, b in zip(udot, x, strict=True)]
@@ -59,6 +63,15 @@ def constrained_dynamics(
     for i, multiplier in zip(active, lam, strict=True):
         multipliers[i] = multiplier
     return tuple(udot), tuple(multipliers)
+
+
+def _slipping_last(model: Model, active: Sequence[int]) -> list[int]:
+    """The rows with those of sliding contacts last: the leading block is then positive definite."""
+    slips = [
+        isinstance(model.constraints[row.owner], Touching) and model.constraints[row.owner].slips
+        for row in rows(model)
+    ]
+    return sorted(active, key=lambda i: (slips[i], i))
 
 
 def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
@@ -105,7 +118,7 @@ def constraint_power(model: Model, state: State, multipliers: Sequence[Any]) -> 
     """Power that conditions with explicit time put in: -Σ λ g, where ψ = G u + g [W].
 
     Joints, gears and wheels do no work between what they join; where that is driven, the drive does it. A rope does
-    work where it is hauled in.
+    work where it is hauled in. A contact that slips takes out μ N |γ|.
     """
     given = linearized(model, state)
     total: Any = 0
@@ -113,6 +126,10 @@ def constraint_power(model: Model, state: State, multipliers: Sequence[Any]) -> 
         owner = model.constraints[kind.owner]
         if isinstance(owner, Condition | SpeedCondition):
             total = total - value * (rate - _dot(row, state.u))
+        elif isinstance(owner, Touching) and owner.slips and not owner.contact.frictionless:
+            slip = rows_of(model, state, (owner.contact,)).rate[1:]
+            along = slip_direction(model, state, owner)
+            total = total - state(owner.contact.friction) * value * _dot(along, slip)
         elif isinstance(owner, Rope) and isinstance(owner.length, sympy.Basic):
             total = total - value * state(exact(owner.length.diff(TIME)))
     return total

@@ -17,6 +17,7 @@ from typing import Any
 
 from ..describe.constraint import Gear, Rolling, Rope, SpeedCondition
 from ..model.closure import Closure, Thread
+from ..model.contact import Touching
 from ..model.model import Model
 from ..scalar.algebra import (
     ZERO,
@@ -33,10 +34,12 @@ from ..scalar.algebra import (
     scale,
     subtract,
 )
-from ..scalar.series import Series, SeriesField
+from ..scalar.series import Series
+from .along import replaced, state_along
+from .contact import ContactRows, rows_of, touch
 from .kinematics import (
+    Spot,
     angular_velocity,
-    coordinate_rates,
     place_of,
     point_position,
     point_velocity,
@@ -57,6 +60,7 @@ class Row:
 def rows(model: Model) -> tuple[Row, ...]:
     """Names of all scalar conditions, in order; an underscore keeps them apart from other names of the model."""
     result: list[Row] = []
+    held: list[int] = []
     taken = {*model.names.kinds, *model.loads}
     taken |= {
         f"{name}_{ending}"
@@ -72,9 +76,18 @@ def rows(model: Model) -> tuple[Row, ...]:
         elif isinstance(constraint, Rolling):
             result.append(Row(f"{name}_{constraint.normal[0]}", name))
             result += [Row(f"{name}_{e[0]}", name, True) for e in (constraint.first, constraint.second)]
+        elif isinstance(constraint, Touching):
+            # these names are kept apart from others when the model is assembled
+            contact = constraint.contact
+            held += range(len(result), len(result) + 1 + (0 if constraint.slips else contact.tangents))
+            result.append(Row(contact.normal_name, name))
+            if not constraint.slips:
+                result += [Row(tangent, name, True) for tangent in contact.tangent_names]
         else:
             result.append(Row(name, name, isinstance(constraint, SpeedCondition)))
     for i, row in enumerate(result):
+        if i in held:
+            continue
         name = row.name
         while name in taken:
             name += "_"
@@ -83,8 +96,11 @@ def rows(model: Model) -> tuple[Row, ...]:
     return tuple(result)
 
 
-def residuals(model: Model, state: State) -> list[Any]:
-    """Value of every condition at a state: φ of those on coordinates, ψ of those on speeds."""
+def residuals(model: Model, state: State, *, contacts: bool = True) -> list[Any]:
+    """Value of every condition at a state: φ of those on coordinates, ψ of those on speeds.
+
+    Without ``contacts``, zeros stand for theirs.
+    """
     result: list[Any] = []
     for constraint in model.constraints.values():
         if isinstance(constraint, Closure):
@@ -99,6 +115,8 @@ def residuals(model: Model, state: State) -> list[Any]:
             result.append(slack)
         elif isinstance(constraint, Rolling):
             result += _rolling(model, state, constraint)
+        elif isinstance(constraint, Touching):
+            result += _touching(model, state, constraint) if contacts else [0] * _count(constraint)
         elif isinstance(constraint, Gear):
             first, second = (
                 _displacement(model, state, joint) for joint in (constraint.first, constraint.second)
@@ -107,6 +125,18 @@ def residuals(model: Model, state: State) -> list[Any]:
         else:
             result.append(state(constraint.expression))
     return result
+
+
+def _count(touching: Touching) -> int:
+    return 1 if touching.slips else 1 + touching.contact.tangents
+
+
+def _touching(model: Model, state: State, touching: Touching) -> list[Any]:
+    """The gap, and in stick the slip velocities."""
+    gap = touch(model, state, touching.contact).gap
+    if touching.slips:
+        return [gap]
+    return [gap, *rows_of(model, state, (touching.contact,)).rate[1:]]
 
 
 def _displacement(model: Model, state: State, joint: Any) -> Any:
@@ -219,9 +249,43 @@ def wrenches(model: Model, state: State) -> list[list[tuple[Any, Vector, Vector]
                 unit = scale(divide(1, state.field.sqrt(dot(span, span))), span)
                 one += [(constraint.points[k], unit, ZERO), (constraint.points[k + 1], negate(unit), ZERO)]
             result.append(one)
+        elif isinstance(constraint, Touching):
+            contact, it = constraint.contact, touch(model, state, constraint.contact)
+            forces = [it.normal] if constraint.slips else [it.normal, *it.tangents]
+            ends = (Spot(contact.feature.body, it.on_feature), Spot(contact.surface.body, it.on_surface))
+            pairs = [[(ends[0], force, ZERO), (ends[1], negate(force), ZERO)] for force in forces]
+            if constraint.slips and not contact.frictionless:
+                friction = slip_friction(model, state, constraint)
+                pairs[0] += [(ends[0], friction, ZERO), (ends[1], negate(friction), ZERO)]
+            result += pairs
         else:
             result.append([])
     return result
+
+
+def slip_friction(model: Model, state: State, touching: Touching) -> Vector:
+    """Friction on the feature per unit normal force, in ground axes: -μ d, with the unit direction of slip d."""
+    contact = touching.contact
+    tangents = touch(model, state, contact).tangents
+    total: Vector = ZERO
+    for d, t in zip(slip_direction(model, state, touching), tangents, strict=True):
+        total = add(total, scale(d, t))
+    return scale(-state(contact.friction), total)
+
+
+def slip_direction(model: Model, state: State, touching: Touching) -> list[Any]:
+    """Components of the unit direction of slip along the tangents: as given, or γ/|γ|."""
+    contact = touching.contact
+    assert touching.direction is not None
+    if touching.direction:
+        return [state(d) for d in touching.direction]
+    if contact.frictionless:
+        return [0] * contact.tangents
+    slip = rows_of(model, state, (contact,)).rate[1:]
+    square: Any = 0
+    for component in slip:
+        square = square + component * component
+    return [divide(component, state.field.sqrt(square)) for component in slip]
 
 
 class Linearized:
@@ -234,6 +298,13 @@ class Linearized:
         self._model = model
         self._state = state
         self._kinds = rows(model)
+        places = {row.owner: i for i, row in reversed([*enumerate(self._kinds)])}
+        self.touching = [
+            (places[name], c) for name, c in model.constraints.items() if isinstance(c, Touching)
+        ]
+
+    def _contact_rows(self, touching: Touching) -> ContactRows:
+        return rows_of(self._model, self._state, (touching.contact,))
 
     @cached_property
     def residual(self) -> tuple[Any, ...]:
@@ -252,13 +323,19 @@ class Linearized:
         if along is None:
             along = _along_motion(self._model, self._state, self._state.u, 1, 1)
         pairs = zip(along, self._kinds, strict=True)
-        return tuple(_at(r, 0) if kind.on_speeds else _derivative(r, 1) for r, kind in pairs)
+        result = [_at(r, 0) if kind.on_speeds else _derivative(r, 1) for r, kind in pairs]
+        for i, one in self.touching:
+            result[i : i + _count(one)] = self._contact_rows(one).rate[: _count(one)]
+        return tuple(result)
 
     @cached_property
     def bias(self) -> tuple[Any, ...]:
         """γ, what is left of ψ' without accelerations."""
         pairs = zip(self._along, self._kinds, strict=True)
-        return tuple(_derivative(r, 1 if kind.on_speeds else 2) for r, kind in pairs)
+        result = [_derivative(r, 1 if kind.on_speeds else 2) for r, kind in pairs]
+        for i, one in self.touching:
+            result[i : i + _count(one)] = self._contact_rows(one).bias[: _count(one)]
+        return tuple(result)
 
     @cached_property
     def matrix(self) -> tuple[tuple[Any, ...], ...]:
@@ -268,7 +345,7 @@ class Linearized:
         rest = [0] * model.n_u
         still: list[Any] = []
         if _any_speed(kinds):
-            still = residuals(model, _with(state, state.field, state.t, state.q, rest))
+            still = residuals(model, replaced(state, state.field, state.t, state.q, rest), contacts=False)
         for j in range(model.n_u):
             unit = [1 if k == j else 0 for k in range(model.n_u)]
             direction = _along_motion(model, state, unit, 0, 1)
@@ -278,7 +355,29 @@ class Linearized:
                     for i, (r, kind) in enumerate(zip(direction, kinds, strict=True))
                 ]
             )
-        return tuple(tuple(column[i] for column in columns) for i in range(len(kinds)))
+        result = [tuple(column[i] for column in columns) for i in range(len(kinds))]
+        for i, one in self.touching:
+            result[i : i + _count(one)] = self._contact_rows(one).matrix[: _count(one)]
+        return tuple(result)
+
+    @cached_property
+    def acting(self) -> tuple[tuple[Any, ...], ...]:
+        """Generalized force per unit multiplier: the rows of G, but for contacts that slip W_N - μ Σ d W_T."""
+        result = list(self.matrix)
+        for i, one in self.touching:
+            if one.slips and not one.contact.frictionless:
+                mu = self._state(one.contact.friction)
+                row = list(result[i])
+                directions = slip_direction(self._model, self._state, one)
+                for d, tangent in zip(directions, self._contact_rows(one).matrix[1:], strict=True):
+                    row = [a - mu * d * b for a, b in zip(row, tangent, strict=True)]
+                result[i] = tuple(row)
+        return tuple(result)
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether all forces act along their own conditions, which sliding friction does not."""
+        return not any(one.slips and not one.contact.frictionless for _, one in self.touching)
 
 
 def linearized(model: Model, state: State) -> Linearized:
@@ -292,22 +391,9 @@ def _any_speed(kinds: Sequence[Row]) -> bool:
     return any(kind.on_speeds for kind in kinds)
 
 
-def _with(state: State, field: Any, t: Any, q: Sequence[Any], u: Sequence[Any]) -> State:
-    return State(state.model, field, t, q, u, state.values)
-
-
 def _along_motion(model: Model, state: State, u: Sequence[Any], clock: int, order: int) -> list[Any]:
     """Residuals as series along q' = N(q) u with u constant; ``clock`` is the rate of the time."""
-    field = SeriesField(state.field, order)
-    first = coordinate_rates(model, _with(state, state.field, state.t, state.q, u))
-    taylor = [[a, b] for a, b in zip(state.q, first, strict=True)]
-    if order > 1:
-        short = SeriesField(state.field, 1)
-        moving = _with(state, short, state.t, [short.series(c) for c in taylor], u)
-        for coefficients, rate in zip(taylor, coordinate_rates(model, moving), strict=True):
-            coefficients.append(divide(_derivative(rate, 1), 2) if isinstance(rate, Series) else 0)
-    t = field.series([state.t, clock]) if clock else state.t
-    return residuals(model, _with(state, field, t, [field.series(c) for c in taylor], u))
+    return residuals(model, state_along(model, state, u, clock, order), contacts=False)
 
 
 def _derivative(x: Any, k: int) -> Any:

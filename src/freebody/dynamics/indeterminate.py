@@ -37,7 +37,8 @@ class SelfStress:
 def self_stresses(model: Model, state: State) -> list[SelfStress]:
     """A basis of the self-stresses at a state of floats that satisfies the constraints."""
     names = [row.name for row in rows(model)]
-    G = np.array([[float(x) for x in row] for row in linearized(model, state).matrix]).reshape(
+    # the directions that the forces act along, which are those of G but for sliding friction
+    G = np.array([[float(x) for x in row] for row in linearized(model, state).acting]).reshape(
         len(names), model.n_u
     )
     sizes = np.linalg.norm(G, axis=1)

@@ -43,6 +43,14 @@ class Posture:
     position: Vector
 
 
+@dataclass(frozen=True)
+class Spot:
+    """Where on a body a force acts now: the place in ground axes, which may move over the body."""
+
+    body: Any
+    position: Vector
+
+
 def velocities(model: Model, state: State) -> list[Spatial]:
     """Motion (w, v) of every link in the ground, about its origin, in its axes."""
     if "velocities" not in state.cache:
@@ -122,6 +130,8 @@ def place_of(model: Model, body: Any) -> tuple[int, Vector]:
 
 def point_position(model: Model, state: State, point: Any) -> Vector:
     """Position of a point in the ground, in ground axes [m]."""
+    if isinstance(point, Spot):
+        return point.position
     link, origin = place_of(model, point.body)
     p_LP_L = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
     if link == GROUND:

@@ -8,6 +8,7 @@ from typing import Any
 
 from ..describe.constraint import Rolling
 from ..model.closure import Closure
+from ..model.contact import Touching
 from ..model.model import Model
 from ..scalar.algebra import ZERO, add, scale
 from .articulated import forward_dynamics
@@ -49,12 +50,19 @@ def total_power(model: Model, state: State, moving: Motion) -> Any:
 
 
 def all_reactions(model: Model, state: State, moving: Motion) -> dict[str, tuple[Any, Any]]:
-    """(force, moment) of every joint on its child, about its point there, in ground axes; loop-closing joints last."""
+    """(force, moment) of every joint on its child, about its point there, in ground axes; loop-closing joints
+    and contacts (on their features, about the point of contact) last."""
     result = reactions(model, state, moving.udot, loads=moving.loads)
     if not model.constraints:
         return result
     for row, value, acting in zip(rows(model), moving.multipliers, wrenches(model, state), strict=True):
-        if isinstance(model.constraints[row.owner], Closure | Rolling):
+        if isinstance(model.constraints[row.owner], Touching):
+            # about the point of contact, where its forces act
+            f, n = result.get(row.owner, (ZERO, ZERO))
+            for _, force, _ in acting[::2]:
+                f = add(f, scale(value, force))
+            result[row.owner] = (f, n)
+        elif isinstance(model.constraints[row.owner], Closure | Rolling):
             _, force, moment = acting[0]
             f, n = result.get(row.owner, (ZERO, ZERO))
             result[row.owner] = (add(f, scale(value, force)), add(n, scale(value, moment)))

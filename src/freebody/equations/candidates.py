@@ -110,9 +110,10 @@ def _along(a: Sequence[Any], b: Sequence[Any]) -> Any:
 def _static(e: Equations, at: dict[Any, Any]) -> list[float]:
     """E_j at rest at a random place, without constraint forces: less the forces of weight, springs and loads."""
     rest = {speed.symbol: 0 for speed in e.model.speeds} | {speed.acceleration: 0 for speed in e.model.speeds}
-    rest |= {symbol: 0 for symbol in e.multipliers}
     numbers = Substitution(e.ring, arrays, at | rest)
-    return [float(numbers(E)) for E in residuals_of(e)]
+    # they go first: sliding friction has no direction at rest
+    free = Substitution(e.ring, e.ring, {symbol: 0 for symbol in e.multipliers})
+    return [float(numbers(free(E) if e.multipliers else E)) for E in residuals_of(e)]
 
 
 def _balanced(forces: Sequence[float], xi: Sequence[Any], at: Substitution) -> bool:

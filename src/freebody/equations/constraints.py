@@ -11,8 +11,10 @@ from ..dynamics.indeterminate import self_stresses
 from ..dynamics.state import float_state, rest_coordinates
 from ..errors import ModelError, nearest
 from ..model.closure import Closure
+from ..model.contact import Touching
 from ..scalar.algebra import ZERO, add, dot, floats, scale
 from ..scalar.expression import evaluate
+from .contact_modes import contact_reaction
 from .reaction import Reaction, unknowns
 
 if TYPE_CHECKING:
@@ -20,10 +22,12 @@ if TYPE_CHECKING:
 
 
 def closure_reactions(e: Equations) -> dict[str, Reaction]:
-    """Reactions of the joints that close loops: their components are unknowns of the equations of motion."""
+    """Reactions of loop-closing joints and closed contacts: their components are unknowns of the equations."""
     result = {}
     acting = wrenches(e.model, e.state)
     for name, joint in e.model.constraints.items():
+        if isinstance(joint, Touching):
+            result[name] = contact_reaction(e, joint)
         if not isinstance(joint, Closure):
             continue
         force, moment, parts = ZERO, ZERO, {}
@@ -83,7 +87,8 @@ def eliminated(e: Equations, independent: Sequence[Any]) -> tuple[Any, ...]:
     """Nᵀ (M u' + h - Q) with G N = 0, canonical; a row per independent speed."""
     chosen = [_speed(e, one) for one in independent]
     rest = [j for j in range(e.model.n_u) if j not in chosen]
-    G = [row for row in e.conditions.matrix if any(x != 0 for x in row)]
+    # the rows of G, but for sliding friction, whose forces must drop out
+    G = [row for row in e.conditions.acting if any(x != 0 for x in row)]
     if len(set(chosen)) != len(chosen) or len(G) != len(rest):
         raise ModelError(
             f"Expected {e.model.n_u - len(G)} different independent speeds, since {len(G)} constraints act on "

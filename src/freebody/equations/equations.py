@@ -31,6 +31,7 @@ from ..model.model import Model
 from ..scalar.algebra import ZERO, Vector, add, apply, cross
 from ..scalar.polynomial import Ring
 from .constraints import closure_reactions, eliminated, indeterminate
+from .contact_modes import model_in_modes, modes_of
 from .display import displayed, equation_latex, equation_mathml, equation_text
 from .free_body import FreeBody, own_body
 from .lines import EQUALS, Lines, Shown
@@ -45,7 +46,7 @@ if TYPE_CHECKING:
     from .routh import Routh
 
 
-def equations(system: System | Model) -> Equations:
+def equations(system: System | Model, *, modes: Mapping[str, Any] | None = None) -> Equations:
     """The equations of a system: free bodies, motion, reactions, energy, momentum.
 
     Nothing is computed before it is asked for.
@@ -53,6 +54,10 @@ def equations(system: System | Model) -> Equations:
     Parameters
     ----------
     system : System or Model
+    modes : mapping of str to str, optional
+        What the contacts do, by name: "open", "stick" (round features roll), "slip+" or "slip-" by the sign of the slip
+        velocity (in 3-D "slip"). Those not named are open. The forces of a closed contact are the unknowns ``N_name``
+        and, where it sticks, ``T_name``; where it slips, friction is -μ N along the slip velocity.
 
     Returns
     -------
@@ -61,7 +66,7 @@ def equations(system: System | Model) -> Equations:
     Raises
     ------
     ModelError
-        What :func:`freebody.assemble` refuses.
+        What :func:`freebody.assemble` refuses; unknown contacts and modes.
 
     Examples
     --------
@@ -75,7 +80,7 @@ def equations(system: System | Model) -> Equations:
     m*L^2*theta'' + m*L*g*sin(theta) = 0
     """
     model = system if isinstance(system, Model) else assemble(system)
-    return Equations(model)
+    return Equations(model_in_modes(model, modes))
 
 
 class Equations:
@@ -139,7 +144,7 @@ class Equations:
     def balances(self) -> tuple[tuple[Any, Any], ...]:
         """(M u' + h, Q + Gᵀ λ) of every degree of freedom, canonical."""
         right = list(self.canonical_applied)
-        for row, multiplier in zip(self.conditions.matrix, self.canonical_multipliers, strict=True):
+        for row, multiplier in zip(self.conditions.acting, self.canonical_multipliers, strict=True):
             right = [Q + entry * multiplier for Q, entry in zip(right, row, strict=True)]
         return tuple(zip(self.canonical_left, right, strict=True))
 
@@ -314,12 +319,15 @@ class Equations:
 
     @cached_property
     def reactions(self) -> Mapping[str, Reaction]:
-        """Reaction of every joint on its child body as a function of q, u and u', by the joint's name."""
+        """Reaction of every joint on its child body as a function of q, u and u', by the joint's name.
+
+        Those of closed contacts, on their features, are there by the contact's name.
+        """
         return Reactions(self)
 
     @cached_property
     def closures(self) -> dict[str, Reaction]:
-        """Reactions of the joints that close loops, in their multipliers."""
+        """Reactions of the joints that close loops and of closed contacts, in their multipliers."""
         return closure_reactions(self)
 
     @cached_property
@@ -400,7 +408,8 @@ class Equations:
             Reaction components ``"pin_x"``, parameters, accelerations ``"theta''"``, speeds or their squares
             ``"theta'^2"``, coordinates (through their sine and cosine). Reactions that are not asked for are
             eliminated. Accelerations that are not asked for stay, as the motion that the reactions belong to;
-            in a question about parameters, coordinates and speeds alone they are eliminated too.
+            in a question about parameters, coordinates and speeds alone, or while a contact of a planar machine is
+            closed, they are eliminated too.
         where : mapping, equation, text, or sequence of them, optional
             Values by name, ``{"pin_y": 0, "theta'": 0}``, and further equations, ``"T = mu*N"`` or ``Eq(T, mu*N)``.
         bodies : sequence of names or FreeBody, optional
@@ -496,7 +505,8 @@ class Equations:
         return f"$\\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
-        return f"Equations of motion of '{self.model.name}'\n{self.text()}"
+        contacts = ", ".join(f"{name} {mode}" for name, mode in modes_of(self.model).items())
+        return f"Equations of motion of '{self.model.name}'{contacts and f' ({contacts})'}\n{self.text()}"
 
 
 class Reactions(Shown, Mapping[str, Reaction]):

@@ -32,8 +32,10 @@ from ..dynamics.joint_freedom import pressing
 from ..dynamics.kinematics import point_position, rotation, velocities
 from ..dynamics.loading import along, couples, point_forces, speed_of, weight
 from ..errors import ModelError, nearest
+from ..model.contact import Touching
 from ..model.model import Model
 from ..scalar.algebra import IDENTITY, ZERO, Vector, add, apply, apply_transpose, cross, scale, subtract
+from .contact_modes import contact_actions
 from .display import equation_latex, equation_mathml, equation_text, text
 from .reaction import unknowns
 
@@ -49,7 +51,7 @@ class Action:
     Attributes
     ----------
     name : str
-    kind : "weight", "load", "spring", "damper", "motor" or "reaction"
+    kind : "weight", "load", "spring", "damper", "motor", "reaction" or "friction"
     force : Vector
         Canonical polynomials [N], in ground axes.
     moment : Vector
@@ -148,6 +150,9 @@ class FreeBody:
         """Forces of a loop-closing joint or a rope on this body; conditions on coordinates act along the joints."""
         e, model, state = self._e, self._e.model, self._e.state
         value = state.field.generator(symbol, "reaction")  # type: ignore[attr-defined]
+        owner = model.constraints[row.owner]
+        if isinstance(owner, Touching):
+            return contact_actions(e, self.body, owner, row, value)
         result = []
         for where, force, moment in pair:
             body, point = where if isinstance(where, tuple) else (where.body, where)
@@ -156,7 +161,6 @@ class FreeBody:
                 result.append(
                     Action(row.name, "reaction", scale(value, force), scale(value, moment), at, row.owner)
                 )
-        owner = model.constraints[row.owner]
         if isinstance(owner, Gear):
             for joint, link, factor in torques(model, state, owner):
                 result += self._along_joint(row.name, joint, link, factor * value, "reaction")

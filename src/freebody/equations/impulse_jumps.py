@@ -27,6 +27,7 @@ from ..model.model import Model
 from ..scalar.algebra import ZERO, Vector, divide, dot, scale
 from ..scalar.element import Polynomial
 from ..scalar.ratio import Ratio, cleared
+from .contact_modes import sticking_only
 from .equations import Equations
 from .request import Request
 from .solve import SolveResult, answer
@@ -46,6 +47,7 @@ def exact_jumps(e: Equations, state: State) -> Jumps:
     """
     model, ring = e.model, e.ring
     M = mass_matrix(model, state)
+    sticking_only(linearized(model, state), "An impulse")
     G = linearized(model, state).matrix
     us = [f"u{j:04d}" for j in range(model.n_u)]
     ws = [f"w{i:04d}" for i in range(len(G))]

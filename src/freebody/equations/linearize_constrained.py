@@ -23,6 +23,7 @@ from ..dynamics.state import State
 from ..errors import ModelError
 from ..model.model import Model
 from ..scalar.algebra import floats
+from .contact_modes import sticking_only
 from .linear_model import LinearModel
 from .operating_point import along, tangent_names
 from .reduction import Choice, Slopes, reduced, slopes
@@ -168,6 +169,7 @@ def _choice(model: Model, state: State, active: Sequence[int], independent: Sequ
     n = model.n_u
     kinds = rows(model)
     given = linearized(model, state)
+    sticking_only(given, "A linearization")
     G = np.array([given.matrix[i] for i in active], dtype=float).reshape(-1, n)
     scaled = G / np.sqrt(np.array([row[i] for i, row in enumerate(mass_matrix(model, state))], dtype=float))
     holonomic = np.array([not kinds[i].on_speeds for i in active], dtype=bool)

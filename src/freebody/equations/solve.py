@@ -15,8 +15,10 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from ..errors import ModelError, nearest
+from ..model.contact import Touching
 from ..scalar.element import Polynomial
 from ..scalar.ratio import Ratio, over_sine
+from .contact_modes import sliding_friction
 from .display import equation_latex, equation_text, text
 from .fractions import ratio_displayed, ratio_latex, ratio_mathml, ratio_text
 from .free_body import FreeBody
@@ -147,12 +149,18 @@ def solve(
 ) -> SolveResult:
     """See :meth:`Equations.solve`."""
     request = Request(e)
+    sliding = sliding_friction(e)
+    request.vocabulary.also({name: symbol for name, (symbol, _, _) in sliding.items()})
+    request.vocabulary.reactions.update({name: symbol for name, (symbol, _, _) in sliding.items()})
+    request.vocabulary.owner.update({name: owner for name, (_, _, owner) in sliding.items()})
     request.ask(unknowns)
     also = [eliminate_also] if isinstance(eliminate_also, str | sympy.Basic) else list(eliminate_also)
     request.fix(where)
     for body in chosen(e, bodies):
         for title, (left, right) in zip(body._titles(), body.balances, strict=True):
             request.add(f"{body.body}: {title}", left - right)
+    for symbol, friction, owner in sliding.values():
+        request.add(f"sliding friction of '{owner}'", e.ring.generator(symbol, "reaction") - friction)
     return answer(request, also)
 
 
@@ -189,10 +197,12 @@ def answer(request: Request, also: Sequence[Any] = ()) -> SolveResult:
         expression = vocabulary.expression(given, "the unknowns to eliminate")
         free[vocabulary.name(expression)] = expression
     accelerations: dict[str, Any] = {}
+    # in space the accelerations are far longer than the equations that they are eliminated from
+    touching = any(isinstance(c, Touching) and c.contact.planar for c in e.model.constraints.values())
     of_motion = any(
         u.name in vocabulary.reactions or u.name in vocabulary.accelerations for u in request.asked
     )
-    if not of_motion:
+    if touching or not of_motion:
         accelerations = {
             name: symbol
             for name, symbol in vocabulary.accelerations.items()

@@ -26,6 +26,7 @@ from ..scalar.polynomial import Polynomial, Ring
 from ..scalar.substitute import Substitution
 from .along_motion import residuals_of
 from .constraints import determinant
+from .contact_modes import sticking_only
 from .symmetry import solved
 
 if TYPE_CHECKING:
@@ -88,6 +89,7 @@ class Problem:
     def _eliminate(self) -> None:
         """Residuals of the independent speeds, without the forces of conditions on speeds."""
         e = self.e
+        sticking_only(e.conditions, "A search for steady motions")
         kinds = rows(e.model)
         held = [i for i, kind in enumerate(kinds) if not kind.on_speeds]
         rolling = [i for i, kind in enumerate(kinds) if kind.on_speeds]

@@ -9,10 +9,39 @@ gyroscopic effects      :func:`small_oscillation`, :func:`wheel_torque`, :func:`
                         :func:`transverse_spin`
 planar machines         :func:`pendulum`, :func:`pendulum_period`, :func:`hinged_bar`, :func:`cart_and_bar`,
                         :func:`double_pendulum`, :func:`double_pendulum_frequencies`
+sliding and tipping     :func:`sliding_body`, :func:`leaning_board`, :func:`braking_car`, :func:`monorail_car`
+rolling and leaving     :func:`pulled_disk`, :func:`rolling_down`, :func:`bar_in_cylinder`, :func:`disk_off_ledge`,
+                        :func:`bar_on_ledge`, :func:`disk_in_cylinder`, :func:`falling_bar`
 """
 
 from __future__ import annotations
 
+from .contact import (
+    BrakingCar,
+    LeaningBoard,
+    MonorailCar,
+    PulledDisk,
+    RollingDown,
+    SlidingBody,
+    braking_car,
+    leaning_board,
+    monorail_car,
+    pulled_disk,
+    rolling_down,
+    sliding_body,
+)
+from .falling import (
+    BarInCylinder,
+    BarOnLedge,
+    DiskInCylinder,
+    DiskOffLedge,
+    FallingBar,
+    bar_in_cylinder,
+    bar_on_ledge,
+    disk_in_cylinder,
+    disk_off_ledge,
+    falling_bar,
+)
 from .gyroscope import (
     PrecessionResponse,
     TopMotion,
@@ -41,30 +70,52 @@ from .swing import pendulum, pendulum_period
 from .torque_free import SymmetricMotion, torque_free, torque_free_symmetric
 
 __all__ = [
+    "BarInCylinder",
+    "BarOnLedge",
+    "BrakingCar",
     "CartAndBar",
     "Cones",
+    "DiskInCylinder",
+    "DiskOffLedge",
     "DoublePendulum",
+    "FallingBar",
     "HingedBar",
+    "LeaningBoard",
+    "MonorailCar",
     "PrecessionResponse",
+    "PulledDisk",
+    "RollingDown",
+    "SlidingBody",
     "SymmetricMotion",
     "TopMotion",
     "TopPath",
     "TorqueFreeMotion",
     "asymptotic_top",
+    "bar_in_cylinder",
+    "bar_on_ledge",
     "bearing_forces",
+    "braking_car",
     "cart_and_bar",
     "curve_lean",
+    "disk_in_cylinder",
+    "disk_off_ledge",
     "double_pendulum",
     "double_pendulum_frequencies",
     "dumbbell_product",
+    "falling_bar",
     "gyroscope_moments",
     "hinged_bar",
+    "leaning_board",
     "least_spin",
+    "monorail_car",
     "pendulum",
     "pendulum_period",
     "pitching_moment",
     "precession_response",
+    "pulled_disk",
+    "rolling_down",
     "sleeping_spin",
+    "sliding_body",
     "small_oscillation",
     "steady_precession",
     "tilted_axial",

@@ -18,8 +18,9 @@ from ..space.mass import MassProperties
 from .case import Case
 from .positions import key_lines
 from .table import Document, Table
+from .toml_contacts import read_contact
 
-MAX_ENTITIES = 20_000  # parameters, bodies, joints, constraints and loads together
+MAX_ENTITIES = 20_000  # parameters, bodies, joints, constraints, contacts and loads together
 
 SOLIDS = (
     "particle", "slender_bar", "disk", "ring", "cylinder", "tube", "cone", "box", "plate", "sphere",
@@ -98,6 +99,8 @@ def case_from_text(text: str, name: str = "model.toml") -> Case:
         _joint(system, joint, table)
     for constraint, table in root.tables("constraints"):
         _constraint(system, constraint, table)
+    for contact, table in root.tables("contacts"):
+        read_contact(system, contact, table)
     if root.has("gravity"):
         gravity = root.vector("gravity")
         root.guard(lambda: setattr(system, "gravity", gravity), "gravity")

@@ -21,6 +21,7 @@ from ..scalar.algebra import IDENTITY, ZERO
 from ..space import solids
 from ..space.mass import MassProperties
 from .text import expression_text, toml_number
+from .toml_contacts import written_contact
 from .toml_read import JOINTS, SOLIDS, case_from_text
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+\Z")
@@ -48,7 +49,7 @@ def toml_text(
     FormatError
         An expression that the file's language has no word for.
     """
-    writer = _Writer(system)
+    writer = Writer(system)
     text = writer.document(initial, near, until, tolerance, assumed=())
     # masses and dimensions are assumed positive by their use: only what the reader would not know is written
     implied = case_from_text(text, "the text being written").system.positive
@@ -56,7 +57,9 @@ def toml_text(
     return writer.document(initial, near, until, tolerance, assumed=rest) if rest else text
 
 
-class _Writer:
+class Writer:
+    """Texts of the parts of a system."""
+
     def __init__(self, system: System) -> None:
         self.system = system
         self.texts = system.names.texts
@@ -102,6 +105,8 @@ class _Writer:
             parts.append(block(("joints", name), self.joint(joint)))
         for name, held in system.constraints.items():
             parts.append(block(("constraints", name), self.constraint(held)))
+        for name, pair in system.contacts.items():
+            parts.append(block(("contacts", name), written_contact(self, pair)))
         for name, one in system.loads.items():
             section, keys = self.load(one)
             parts.append(block((section, name), keys))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import replace
 from typing import Any
 
 import sympy
@@ -14,6 +15,7 @@ from ..errors import ModelError
 from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, multiply, subtract, transpose
 from ..scalar.expression import exact
 from .closure import closure
+from .contact import contacts
 from .model import GROUND, Coordinate, JointPlace, Link, Model, Place, Speed
 
 
@@ -107,7 +109,7 @@ def assemble(system: System) -> Model:
     )
     _check_coordinates(model)
     _check_tips(model)
-    return model
+    return replace(model, contacts=contacts(model, tuple(system.contacts.values())))
 
 
 def _state(system: System) -> tuple[tuple[Coordinate, ...], tuple[Speed, ...]]:

@@ -116,6 +116,9 @@ class Model:
     constraints: Mapping[str, Any] = field(default_factory=dict)
     """Closures of loops and constraints on coordinates and speeds, by name."""
 
+    contacts: tuple[Any, ...] = ()
+    """Pairs of shapes that may touch in a point, in order of declaration."""
+
     @property
     def n_q(self) -> int:
         """Number of coordinates."""

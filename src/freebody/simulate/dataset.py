@@ -57,7 +57,9 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
             pose.quaternion,
             {"units": "1", "long_name": f"unit quaternion, ground from {name}"},
         )
-    for name, reaction in trajectory.reactions.items():
+    for name, motion in (getattr(trajectory, "contacts", None) or {}).items():
+        variables.update(_of_contact(name, motion))
+    for name, reaction in _reactions(trajectory).items():
         where = f"on {reaction.on}, in {reaction.frame} axes"
         variables[f"{name}.force"] = (
             ("time", "axis"),
@@ -69,8 +71,8 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
             reaction.moment,
             {"units": "N m", "long_name": f"reaction moment of joint {name} {where}, about {reaction.about}"},
         )
-    if trajectory.specs:
-        events = trajectory.events
+    events = trajectory.events
+    if trajectory.specs or events:
         variables["event_time"] = (
             "event",
             np.array([event.time for event in events], dtype=float),
@@ -91,13 +93,43 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
         attrs={
             "title": f"Motion of {trajectory.name}",
             "status": trajectory.status,
-            "method": "Dormand-Prince 8(5,3), dense output of order 7",
+            "method": getattr(trajectory, "method", "Dormand-Prince 8(5,3), dense output of order 7"),
             "tolerance": float(np.min(trajectory.tolerances)),
             "steps": trajectory.steps,
             "parameters": json.dumps(trajectory.values),
             "source": f"freebody {__version__}",
         },
     )
+
+
+def _reactions(trajectory: Trajectory) -> Any:
+    """Those of joints, where the method knows them."""
+    try:
+        return trajectory.reactions
+    except SimulationError:
+        return {}
+
+
+def _of_contact(name: str, motion: Any) -> dict[str, Any]:
+    """Gap, forces, slip, friction-cone margin and mode of a contact."""
+
+    def along(values: Any) -> Any:
+        return ("time",) if values.ndim == 1 else ("time", "tangent")
+
+    about = f"of contact {name}"
+    return {
+        f"{name}.gap": ("time", motion.gap, {"units": "m", "long_name": f"gap {about}"}),
+        f"{name}.normal": ("time", motion.normal, {"units": "N", "long_name": f"normal force {about}"}),
+        f"{name}.tangential": (
+            along(motion.tangential), motion.tangential,
+            {"units": "N", "long_name": f"friction on the feature {about}"},
+        ),
+        f"{name}.slip": (along(motion.slip), motion.slip, {"units": "m/s", "long_name": f"slip velocity {about}"}),
+        f"{name}.margin": (
+            "time", motion.margin, {"units": "N", "long_name": f"what friction has left {about}, mu_s N - |T|"},
+        ),
+        f"{name}.mode": ("time", np.array(motion.mode, dtype=object), {"long_name": f"mode {about}"}),
+    }  # fmt: skip
 
 
 def save(data: xarray.Dataset, path: str | os.PathLike[str]) -> None:

@@ -41,6 +41,10 @@ class Event:
     direction: int
     state: Mapping[str, float]
 
+    def __str__(self) -> str:
+        how = {1: "rises through", -1: "falls through"}.get(self.direction, "is")
+        return f"t = {self.time:.6g} s: {self.name}: {how} zero"
+
 
 def event(expression: Any, name: str | None = None, direction: int = 0, terminal: bool = False) -> EventSpec:
     """An event to watch for in a simulation: ``expression`` passes through zero.

@@ -37,6 +37,7 @@ from ..dynamics.motion import all_reactions, motion, total_power
 from ..errors import ModelError
 from ..model import Model, assemble
 from ..model.closure import Closure
+from ..model.contact import Touching
 from ..scalar.trace import Tape
 
 Array = NDArray[np.float64]
@@ -192,6 +193,8 @@ class Kernels:
                 result.append((name, held.child.name, f"the point of joint '{name}' on '{held.child.name}'"))
             elif isinstance(held, Rolling):
                 result.append((name, held.center.body.name, f"the centre of the wheel of '{name}'"))
+            elif isinstance(held, Touching):
+                result.append((name, held.contact.feature.body.name, f"the point of contact '{name}'"))
         return result
 
     def reactions(self) -> Program:
@@ -248,6 +251,7 @@ def _parts(system: System) -> tuple[Any, ...]:
         *system.joints.values(),
         *system.loads.values(),
         *system.constraints.values(),
+        *system.contacts.values(),
         *system.about.values(),
         system.gravity,
     )

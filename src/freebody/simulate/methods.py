@@ -5,6 +5,7 @@
     radau       implicit, order 5, step control: stiff machines
     gauss       Gauss collocation, order 16, step control, compensated sums: tolerances down to 1e-15
     structure   symplectic Gauss collocation, order 6, steps of one length: long runs without drift of the energy
+    timestepping    Moreau and Jean, order 1, steps of one length: many contacts (`timestepping`)
     auto        gauss for tolerances below 1e-14, else dop853, which gives way to radau where stability and not accuracy
                 makes its steps short
 
@@ -25,7 +26,7 @@ from .integrate import integrate
 from .kernels import Kernels
 from .path import STIFF, Path, Rates
 
-METHODS = ("auto", "dop853", "dop54", "radau", "gauss", "structure")
+METHODS = ("auto", "dop853", "dop54", "radau", "gauss", "structure", "timestepping")
 
 
 _FINE = 1e-14
@@ -36,6 +37,8 @@ def check_method(method: Any, step: Any) -> None:
     """Whether there is such a method, and whether it takes steps of a given length."""
     if method not in METHODS:
         raise SimulationError(f"Unknown method {method!r}; {nearest(str(method), METHODS)}")
+    if method == "timestepping":  # which asks for its step itself
+        return
     if step is None:
         if method == "structure":
             raise SimulationError(
@@ -49,6 +52,17 @@ def check_method(method: Any, step: Any) -> None:
         raise SimulationError(
             f'Expected a method for steps of one length, got step={step!r} with method="auto". Name one '
             '("structure" keeps the energy), or give a tolerance in place of step=.'
+        )
+
+
+def check_method_of_contacts(method: str, step: Any) -> None:
+    """Whether the phases between events of contacts can be integrated so."""
+    allowed = ("auto", "dop853", "dop54", "gauss")
+    if method not in allowed or step is not None:
+        got = f"method={method!r}" if step is None else f"step={step!r}"
+        raise SimulationError(
+            f"Expected one of {', '.join(map(repr, allowed))} with step control for a machine with contacts, got {got}. "
+            'Steps of one length are those of method="timestepping".'
         )
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,13 +20,17 @@ from ..dynamics.mobility import check_bodies, massless_motion
 from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
 from . import path as runs
+from .blow import blows_of, struck_path, watching_blows
 from .closing import check_redundant, closed_start
+from .contact_motion import touching_motion
 from .event import expressions_of, specs_of
 from .initial import initial_state, number
 from .kernels import Kernels, kernels_of
-from .methods import check_method, run
+from .methods import check_method, check_method_of_contacts, run
 from .path import Path, Rates, Watch, observe
+from .phases import PhasedTrajectory
 from .progress import Progress
+from .timestepping import stepped_motion
 from .trajectory import Trajectory
 
 FINEST = 1e-15
@@ -42,13 +47,15 @@ def simulate(
     values: Mapping[Any, Any] | None = None,
     tolerance: float | Mapping[Any, float] = 1e-9,
     events: Any = (),
+    impulses: Any = (),
+    impacts: str = "simultaneous",
     method: str = "auto",
+    step: Any = None,
     times: ArrayLike | None = None,
     samples: int | None = None,
     start: Any = 0,
     max_step: float | None = None,
     max_steps: int | None = None,
-    step: float | None = None,
     progress: bool | Callable[[float], Any] | None = None,
 ) -> Trajectory:
     """The motion of a machine from an initial state.
@@ -77,10 +84,17 @@ def simulate(
         rest).
     events : list, optional
         :func:`freebody.event`, or bare expressions, that are located where they pass through zero.
-    method : {"auto", "dop853", "dop54", "radau", "gauss", "structure"}
+    method : {"auto", "dop853", "dop54", "radau", "gauss", "structure", "timestepping"}
         How steps are made: explicit of order 8 or 5, implicit of order 5 for stiff machines, order 16 for tolerances
         down to round-off, symplectic in steps of one length. "auto" is "dop853", and "radau" where that turns out
-        to be stiff. The page on integrators tells them apart.
+        to be stiff. "timestepping" is for many contacts: equal steps of Moreau and Jean, of first order. The page on
+        integrators tells them apart.
+    impulses : list, optional
+        :func:`freebody.blow`, blows and impacts of no duration at given times or where an expression passes through
+        zero. They are among the events of the trajectory, and their work is in the energy ledger.
+    impacts : {"simultaneous", "sequential"}
+        Of several contacts that collide at once: all impulses together, or one contact after another, always the
+        one that approaches fastest.
     times : array, optional
         Output times, within the run; those after a terminal event are left out.
     samples : int, optional
@@ -144,6 +158,19 @@ def simulate(
         state = initial_state(model, numbers, initial or {})
     tolerances = _tolerances(kernels, tolerance)
 
+    if method == "timestepping":
+        with Progress(begin, end, progress) as between:
+            return stepped_motion(
+                kernels, numbers, state, begin, end, specs, expressions, tolerances, wanted, samples,
+                step=step, impulses=impulses, between=between,
+            )  # fmt: skip
+    if model.contacts:
+        check_method_of_contacts(method, step)
+        with Progress(begin, end, progress) as between:
+            return touching_motion(
+                kernels, numbers, state, begin, end, specs, expressions, tolerances, wanted, samples,
+                order=impacts, method=method, max_step=max_step, max_steps=max_steps, impulses=impulses, between=between,
+            )  # fmt: skip
     parameters = kernels.parameters(numbers)
     program = kernels.motion()
     if kernels.works:
@@ -168,16 +195,17 @@ def simulate(
         first = observe(program.address("energy"), 2, np.array([begin]), state[None], rates.constants)[0]
         energy = float(np.max(np.abs(first)))
         absolute[-1] *= energy if 0 < energy < math.inf else 1.0
+    blows = blows_of(impulses)
+    if blows:
+        watch = watching_blows(kernels, parameters, specs, blows)
     with Progress(begin, end, progress) as between:
-        path = run(
+        advance = partial(
+            run,
             kernels,
             parameters,
             method,
             step,
             rates,
-            state,
-            begin,
-            end,
             relative=tolerances,
             absolute=absolute,
             watch=watch,
@@ -185,7 +213,14 @@ def simulate(
             max_steps=max_steps,
             between=between,
         )
-    trajectory = Trajectory(kernels, numbers, path, specs, tolerances, wanted, samples)
+        happenings: tuple[Any, ...] = ()
+        path: Any
+        if blows:
+            path, happenings = struck_path(kernels, numbers, advance, state, begin, end, specs, blows)
+        else:
+            path = advance(state, begin, end)
+    parts = (kernels, numbers, path, specs, tolerances, wanted, samples)
+    trajectory = PhasedTrajectory(*parts, happenings=happenings) if blows else Trajectory(*parts)
     if path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.DIVERGED, runs.TOO_MANY_STEPS):
         raise _failure(trajectory, path, kernels, end)
     if model.constraints:

@@ -34,13 +34,16 @@ class Energy:
     """The energy ledger at the output times, each of shape (n,) [J].
 
     ``work`` is done since the start by loads without potential and by drives; ``residual`` is what the ledger
-    fails to balance, (T + V) - (T₀ + V₀) - W, zero but for the error of the integration.
+    fails to balance, (T + V) - (T₀ + V₀) - W, zero but for the error of the integration. Blows and impacts do
+    ``impulses`` of the work, friction of contacts ``friction`` (None where there are none).
     """
 
     kinetic: Array
     potential: Array
     work: Array
     residual: Array
+    impulses: Array | None = None
+    friction: Array | None = None
 
     @property
     def total(self) -> Array:

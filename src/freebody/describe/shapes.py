@@ -1,0 +1,357 @@
+"""Shapes fixed in a body that other bodies touch: the methods of Body that make them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from ..errors import ExpressionError, ModelError
+from ..scalar.algebra import cross, dot, subtract
+from ..scalar.expression import exact
+from ..scalar.parser import parse
+from . import body as _body
+from .axes import UNIT, direction
+from .contact import Ball, Circle, Components, Corners, Cylinder, Heightline, Plane, Segment
+
+if TYPE_CHECKING:
+    from .body import Body
+    from .system import System
+
+
+def sphere(body: Body, radius: Any, *, at: Any = None, inside: bool = False) -> Ball:
+    """Sphere fixed in the body, to touch with; ``inside=True`` for a bowl, whose body is around it.
+
+    Parameters
+    ----------
+    radius : expression of parameters [m]
+    at : Point of the body or three components, optional
+        Its centre; the body's origin if not given.
+    inside : bool
+        Whether other bodies touch it from within.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("ball in a bowl")
+    >>> ball = s.body("ball", fb.sphere(1, 0.1))
+    >>> air = s.free("air", s.ground, ball)
+    >>> bowl = s.contact("bowl", ball.sphere(0.1), s.ground.sphere(1, at=(0, 1, 0), inside=True), friction=0.3)
+    """
+    what = f"the sphere of {named(body)}"
+    return Ball(body, _place(body, at, what), _length(body, radius, what), _flag(inside, what))
+
+
+def circle(body: Body, radius: Any, *, at: Any = None, axis: Any = "z", inside: bool = False) -> Circle:
+    """Circle fixed in the body at right angles to ``axis``: a disk's edge.
+
+    A plane it touches with its lowest point, tilted or not; points and round shapes touch it as the wall of a
+    cylinder along ``axis``, which in planar machines is the same.
+
+    Parameters
+    ----------
+    radius : expression of parameters [m]
+    at : Point of the body or three components, optional
+        Its centre; the body's origin if not given.
+    axis : "x", "y", "z" or three components
+    inside : bool
+        Whether other bodies touch it from within: a ring, a round hole.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("coin")
+    >>> coin = s.body("coin", fb.disk(0.01, 0.012))
+    >>> air = s.free("air", s.ground, coin)
+    >>> table = s.contact("table", coin.circle(0.012), s.ground.plane(normal="z"), friction=0.2)
+    """
+    what = f"the circle of {named(body)}"
+    n = _unit(body, axis, f"the axis of {what}")
+    return Circle(body, _place(body, at, what), n, _length(body, radius, what), _flag(inside, what))
+
+
+def cylinder(body: Body, radius: Any, *, at: Any = None, axis: Any = "z", inside: bool = False) -> Cylinder:
+    """Wall of a circular cylinder without end, fixed in the body.
+
+    Parameters
+    ----------
+    radius : expression of parameters [m]
+    at : Point of the body or three components, optional
+        A point of its axis; the body's origin if not given.
+    axis : "x", "y", "z" or three components
+    inside : bool
+        Whether other bodies touch it from within: a pipe.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("ball on a log")
+    >>> ball = s.body("ball", fb.sphere(1, 0.1))
+    >>> air = s.free("air", s.ground, ball)
+    >>> log = s.contact("log", ball.sphere(0.1), s.ground.cylinder(0.5, axis="x"), friction=0.3)
+    """
+    what = f"the cylinder of {named(body)}"
+    n = _unit(body, axis, f"the axis of {what}")
+    return Cylinder(body, _place(body, at, what), n, _length(body, radius, what), _flag(inside, what))
+
+
+def plane(body: Body, *, at: Any = None, normal: Any = "y") -> Plane:
+    """Plane fixed in the body, without end: a floor, a wall, a table.
+
+    Parameters
+    ----------
+    at : Point of the body or three components, optional
+        A point of it; the body's origin if not given.
+    normal : "y", "-x", … or three components
+        Out of the body, to the side of what touches it.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("slope")
+    >>> beta = s.parameters(beta="30deg")
+    >>> s.ground.plane(normal=("sin(beta)", "cos(beta)", 0)).normal
+    (sin(beta), cos(beta), 0)
+    """
+    what = f"the plane of {named(body)}"
+    n = _unit(body, normal, f"the normal of {what}")
+    first, second = _across(n)
+    return Plane(body, _place(body, at, what), n, first, second)
+
+
+def segment(body: Body, start: Any, end: Any, *, normal: Any) -> Segment:
+    """Straight side of the body from ``start`` to ``end``: the side of a bar, the top of a ledge.
+
+    Parameters
+    ----------
+    start, end : Points of the body or three components each
+    normal : "y", "-x", … or three components
+        Out of the body, at right angles to the side.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("bar on a ledge")
+    >>> bar = s.body("bar", fb.slender_bar(2, 1.2))
+    >>> joint = s.planar("plane", s.ground, bar, coordinate="x y phi")
+    >>> side = bar.segment((-0.6, 0, 0), (0.6, 0, 0), normal="-y")
+    >>> ledge = s.contact("ledge", side, s.ground.point(0, 0, 0), friction=0.4)
+    """
+    what = f"the segment of {named(body)}"
+    a, b = _place(body, start, what), _place(body, end, what)
+    n = _unit(body, normal, f"the normal of {what}")
+    d = tuple(sympy.sympify(x) for x in subtract(b, a))
+    if sympy.simplify(dot(d, n)) != 0:
+        raise ModelError(
+            f"The normal of {what} must be at right angles to the side from {written(a)} to {written(b)}, got "
+            f"{normal!r}."
+        )
+    if all(x == 0 for x in d):
+        raise ModelError(f"Start and end of {what} are one point, {written(a)}.")
+    length = _root(body, sympy.Add(*(x**2 for x in d)))
+    e = tuple(exact(x / length) for x in d)
+    return Segment(body, a, b, e, n, exact(length))
+
+
+def corners(body: Body, *points: Any, size: Any = None, at: Any = None) -> Corners:
+    """Corners of a convex body: each touches for itself.
+
+    Parameters
+    ----------
+    *points : Points of the body, three components each, or one array of shape (n, 3)
+    size : two or three expressions of parameters [m], in place of points
+        Edges of a box along the body's axes: four corners in the plane of x and y, or eight.
+    at : Point of the body or three components, optional
+        The middle of that box; the body's origin if not given.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("rocking block")
+    >>> block = s.body("block", fb.box(1, (0.2, 1, 0.2)))
+    >>> block.corners(size=(0.2, 1)).points[:2]
+    (point (-1/10, -1/2, 0) of block, point (1/10, -1/2, 0) of block)
+    """
+    what = f"the corners of {named(body)}"
+    if (size is None) == (not points):
+        raise ModelError(
+            f"Expected either points or size=(a, b) for {what}, got {'both' if points else 'none'}."
+        )
+    if size is not None:
+        if isinstance(size, str) or not hasattr(size, "__len__") or len(size) not in (2, 3):
+            raise ModelError(f"Expected two or three edges, size=(a, b, c), for {what}, got {size!r}.")
+        edges = [sympy.sympify(_length(body, edge, what)) / 2 for edge in size]
+        middle = _place(body, at, what)
+        # counter-clockwise from the lower left, the lower four (smaller z) first
+        around = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+        depths = (-1, 1) if len(edges) == 3 else (0,)
+        edges = [*edges, 0][:3]
+        found = [
+            _body.Point(body, _sum(middle, (i * edges[0], j * edges[1], k * edges[2])))
+            for k in depths
+            for i, j in around
+        ]
+        return Corners(body, tuple(found))
+    if at is not None:
+        raise ModelError(f"at= moves a box of given size; {what} are given as points.")
+    if len(points) == 1 and not isinstance(points[0], _body.Point):
+        rows = points[0].tolist() if hasattr(points[0], "tolist") else points[0]
+        if hasattr(rows, "__len__") and len(rows) > 0 and hasattr(rows[0], "__len__"):
+            points = tuple(rows)
+    return Corners(body, tuple(_body.Point(body, _place(body, point, what)) for point in points))
+
+
+def heightline(body: Body, height: Any, *, at: Any = None) -> Heightline:
+    """Line y = f(x) in the axes of the body, which lies below it: a hill, a valley, a cam's face.
+
+    Parameters
+    ----------
+    height : text or SymPy expression of ``x`` and parameters [m]
+        Smooth where it is touched: its first derivative must exist.
+    at : Point of the body or three components, optional
+        Where x = 0, y = 0 is; the body's origin if not given.
+
+    Raises
+    ------
+    ModelError
+        An expression that depends on coordinates, speeds or time, or not on ``x``.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("hill")
+    >>> h, l = s.parameters(h=0.5, l=2.0)
+    >>> s.ground.heightline("h*cos(pi*x/l)").slope
+    -pi*h*sin(pi*x/l)/l
+    """
+    what = f"the heightline of {named(body)}"
+    names = body.system.names
+    x = sympy.Symbol("x", real=True)
+    if isinstance(height, str):
+        try:
+            expression = parse(height, {**names.atoms, "x": x})
+        except ExpressionError as error:
+            raise ExpressionError(f"In {what}: {error}") from None
+    else:
+        expression = sympy.sympify(height)
+        free = {symbol: x for symbol in expression.free_symbols if symbol.name == "x"}
+        expression = expression.xreplace(free)
+        names.expression(expression.xreplace({x: sympy.Integer(1)}), what)
+    moving = names.depends(expression, "coordinate", "speed", "time")
+    if moving:
+        raise ModelError(
+            f"{what[0].upper()}{what[1:]} is fixed in its body and can not depend on {', '.join(moving)}. Write it as "
+            f"a function of x and parameters."
+        )
+    if not expression.has(x):
+        raise ModelError(f"{what[0].upper()}{what[1:]} does not depend on x. A level line is body.plane().")
+    return Heightline(body, _place(body, at, what), x, exact(expression), exact(expression.diff(x)))
+
+
+# --- helpers -----------------------------------------------------------------------------------
+
+
+def named(body: Body) -> str:
+    return "the ground" if body.is_ground else f"body '{body.name}'"
+
+
+def constant(system: System, value: Any, what: str) -> Any:
+    expression = system.expression(value, what)
+    moving = system.names.depends(expression, "coordinate", "speed", "time")
+    if moving:
+        raise ModelError(
+            f"{what[0].upper()}{what[1:]} can not depend on {', '.join(moving)}. Use numbers and parameters."
+        )
+    return expression
+
+
+def is_number(value: Any) -> bool:
+    return isinstance(value, int | float | Fraction) or bool(getattr(value, "is_number", False))
+
+
+def number(system: System, expression: Any) -> float | None:
+    """The value of a constant, with the defaults of the parameters in it; None where one has none."""
+    if is_number(expression):
+        return float(expression)
+    defaults = {p.symbol: p.default for p in system.parameter_list}
+    if any(defaults.get(symbol) is None for symbol in expression.free_symbols):
+        return None
+    return float(expression.subs({symbol: defaults[symbol] for symbol in expression.free_symbols}))
+
+
+def written(components: Components) -> str:
+    return f"({', '.join(map(str, components))})"
+
+
+def _place(body: Body, at: Any, what: str) -> Components:
+    """Components of a point of the body."""
+    if at is None:
+        return (0, 0, 0)
+    if isinstance(at, _body.Body):
+        at = at.origin
+    if isinstance(at, _body.Point):
+        if at.body is not body:
+            raise ModelError(f"Expected a point of {named(body)} for {what}, got a {at!r}.")
+        return at.components
+    return body.point(*body.system.vector(at, what)).components
+
+
+def _sum(a: Sequence[Any], b: Sequence[Any]) -> Components:
+    x, y, z = (exact(sympy.sympify(p) + q) for p, q in zip(a, b, strict=True))
+    return (x, y, z)
+
+
+def _unit(body: Body, normal: Any, what: str) -> Components:
+    """A unit vector; (-sin b, cos b, 0) is one without a square root."""
+    if not isinstance(normal, str):
+        given = body.system.vector(normal, what)
+        square = sympy.Add(*(sympy.sympify(c) ** 2 for c in given))
+        if square.free_symbols and sympy.simplify(square) == 1:
+            direction(body.system, normal, what)  # its refusals
+            return given
+    return direction(body.system, normal, what)
+
+
+def _root(body: Body, square: Any) -> Any:
+    """Square root, in which dimensions known to be positive are their own absolute values."""
+    known = {s: sympy.Dummy(str(s), positive=True) for s in square.free_symbols & body.system.positive}
+    root = sympy.sqrt(sympy.factor(square.xreplace(known)))
+    return root.xreplace({dummy: symbol for symbol, dummy in known.items()})
+
+
+def _across(n: Components) -> tuple[Components, Components]:
+    """Two unit vectors that make a right-handed set with a unit vector; axes where that is possible."""
+    units = list(UNIT.values())
+    for k in range(3):
+        if n[k] in (1, -1):
+            i, j = (k + 1) % 3, (k + 2) % 3
+            return (units[i], units[j]) if n[k] == 1 else (units[j], units[i])
+    level = [k for k in range(3) if n[k] == 0]
+    if level:
+        e = units[level[-1]]
+    else:
+        square = 1 - sympy.sympify(n[2]) ** 2
+        e = tuple(sympy.sympify(c) / sympy.sqrt(square) for c in cross(n, UNIT["z"]))
+    second = cross(n, e)
+    x, y, z = (exact(c) for c in second)
+    a, b, c = (exact(c) for c in e)
+    return (a, b, c), (x, y, z)
+
+
+def _length(body: Body, value: Any, what: str) -> Any:
+    """A length of more than zero; parameters in it are known positive by that use."""
+    expression = constant(body.system, value, f"the size of {what}")
+    value_now = number(body.system, expression)
+    if value_now is not None and value_now <= 0:
+        raise ModelError(f"Expected a size of more than 0 for {what}, got {value_now:g}.")
+    if isinstance(expression, sympy.Symbol):
+        body.system.positive.add(expression)
+    return expression
+
+
+def _flag(value: Any, what: str) -> bool:
+    if not isinstance(value, bool):
+        raise ModelError(f"Expected inside=True or inside=False for {what}, got {value!r}.")
+    return value

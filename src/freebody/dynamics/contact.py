@@ -1,0 +1,354 @@
+"""Contacts at a state: gap, normal, slip, and their rates, for any scalar.
+
+With P on the feature and Q on the surface the points that are nearest, n the unit normal from Q to P and t the
+tangents,
+
+    g = n·(r_P - r_Q),     ġ = n·(v_P - v_Q) = W_N u + w_N,     γ = t·(v_P - v_Q) = W_T u + w_T,
+
+where v_P, v_Q are velocities of the material points that are at P and Q now. P, Q, n and t move over the bodies;
+how they
+do enters
+
+    d(W u + w)/dt = W u' + b
+
+through b, which is taken by truncated series along the motion, so that it is exact for all shapes. The force N n +
+T t
+acts on the feature at P, its opposite on the surface at Q: the same rows W give its generalized force.
+
+Source: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts (1996), chapters 4 and 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from ..describe.contact import kind_of
+from ..model.contact import Contact
+from ..model.model import GROUND, Model
+from ..scalar.algebra import (
+    IDENTITY,
+    Vector,
+    add,
+    apply,
+    apply_transpose,
+    cross,
+    divide,
+    dot,
+    negate,
+    scale,
+    subtract,
+)
+from ..scalar.expression import evaluate
+from ..scalar.series import Series
+from .along import state_along
+from .kinematics import link_postures, motions, place_of, rotation, velocities
+from .state import State
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Geometry of one contact element, in ground axes [m].
+
+    Attributes
+    ----------
+    gap : scalar
+        Distance; negative where the bodies overlap.
+    normal : Vector
+        Unit, from the surface to the feature.
+    tangents : tuple of Vector
+        One in a planar machine, else two; (t1, t2, n) is right-handed.
+    on_feature, on_surface : Vector
+        The points P and Q.
+    reach : tuple of scalars
+        All are 0 or more where the sides that touch have an end, and their foot is within it.
+    """
+
+    gap: Any
+    normal: Vector
+    tangents: tuple[Vector, ...]
+    on_feature: Vector
+    on_surface: Vector
+    reach: tuple[Any, ...] = ()
+
+
+@dataclass(frozen=True)
+class ContactRow:
+    """One force component of one element: its name, the element's index, "N" or "T", and the direction's index."""
+
+    name: str
+    contact: int
+    kind: str
+    direction: int
+
+
+def contact_layout(contacts: Sequence[Contact]) -> tuple[ContactRow, ...]:
+    """Rows of all elements, in order: N, T, or N, T1, T2 of each."""
+    result = []
+    for i, contact in enumerate(contacts):
+        result.append(ContactRow(contact.normal_name, i, "N", 0))
+        result += [ContactRow(name, i, "T", k) for k, name in enumerate(contact.tangent_names)]
+    return tuple(result)
+
+
+def touches(model: Model, state: State) -> tuple[Touch, ...]:
+    """Geometry of every contact element."""
+    return tuple(touch(model, state, contact) for contact in model.contacts)
+
+
+def touch(model: Model, state: State, contact: Contact) -> Touch:
+    """Geometry of one contact element; evaluated once for a state."""
+    key = ("touch", contact.name)
+    if key not in state.cache:
+        state.cache[key] = _touch(model, state, contact)
+    return state.cache[key]
+
+
+def _touch(model: Model, state: State, contact: Contact) -> Touch:
+    feature, surface = contact.feature, contact.surface
+    round_one, other = (surface, feature) if contact.swapped else (feature, surface)
+    if kind_of(other) in ("plane", "segment"):
+        P, Q, n, gap, reach = _on_flat(model, state, round_one, other)
+    elif kind_of(other) == "heightline":
+        P, Q, n, gap, reach = _on_line(model, state, round_one, other)
+    else:
+        P, Q, n, gap, reach = _between_round(model, state, round_one, other)
+    if contact.swapped:
+        P, Q, n = Q, P, negate(n)
+    return Touch(gap, n, _tangents(model, state, contact, n), P, Q, reach)
+
+
+# --- the pairs of shapes -------------------------------------------------------------------------
+
+Found = tuple[Vector, Vector, Vector, Any, tuple[Any, ...]]
+
+
+def _at(model: Model, state: State, body: Any, components: Sequence[Any]) -> Vector:
+    """Position in the ground of a place given in body axes."""
+    link, origin = place_of(model, body)
+    p = state.vector(tuple(a + b for a, b in zip(origin, components, strict=True)))
+    if link == GROUND:
+        return p
+    posture = link_postures(model, state)[link]
+    return add(posture.position, apply(posture.rotation, p))
+
+
+def _turned(model: Model, state: State, body: Any, components: Sequence[Any]) -> Vector:
+    """A direction given in body axes, in ground axes."""
+    link, _ = place_of(model, body)
+    return apply(rotation(model, state, link), state.vector(components))
+
+
+def _middle(model: Model, state: State, shape: Any) -> Vector:
+    return _at(model, state, shape.body, shape.components if kind_of(shape) == "point" else shape.at)
+
+
+def _radius(state: State, shape: Any) -> Any:
+    return 0 if kind_of(shape) == "point" else state(shape.radius)
+
+
+def _on_flat(model: Model, state: State, shape: Any, flat: Any) -> Found:
+    """Point, sphere or edge of a disk on a plane or on a straight side with the normal n:
+
+        P = C,    C - r n,    C - r (n - (n·a) a)/sqrt(1 - (n·a)²)  with the axis a of the disk;    Q = P - g n.
+
+    The foot of the side is at s = e·(P - start) along it.
+    """
+    n = _turned(model, state, flat.body, flat.normal)
+    C = _middle(model, state, shape)
+    kind = kind_of(shape)
+    P = C
+    if kind == "sphere":
+        P = subtract(C, scale(state(shape.radius), n))
+    elif kind in ("circle", "cylinder"):
+        a = _turned(model, state, shape.body, shape.axis)
+        lean = dot(n, a)
+        slope = state.field.sqrt(1 - lean * lean)
+        P = subtract(C, scale(divide(state(shape.radius), slope), subtract(n, scale(lean, a))))
+    side = kind_of(flat) == "segment"
+    O = _at(model, state, flat.body, flat.start if side else flat.at)  # noqa: E741
+    gap = dot(n, subtract(P, O))
+    reach: tuple[Any, ...] = ()
+    if side:
+        s = dot(_turned(model, state, flat.body, flat.along), subtract(P, O))
+        reach = (s, state(flat.length) - s)
+    return P, subtract(P, scale(gap, n)), n, gap, reach
+
+
+def _between_round(model: Model, state: State, a: Any, b: Any) -> Found:
+    """Points, spheres and walls of cylinders: with d from the centre of b to that of a, at right angles to the axis,
+
+    outside  n = d/|d|,   g = |d| - r_a - r_b;        inside  n = -d/|d|,   g = r_b - r_a - |d|.
+    """
+    A, B = _middle(model, state, a), _middle(model, state, b)
+    d = subtract(A, B)
+    # each is moved along its axis to the depth of the other
+    if kind_of(b) in ("circle", "cylinder"):
+        axis = _turned(model, state, b.body, b.axis)
+        along = scale(dot(axis, d), axis)
+        B, d = add(B, along), subtract(d, along)
+    elif kind_of(a) in ("circle", "cylinder"):
+        axis = _turned(model, state, a.body, a.axis)
+        along = scale(dot(axis, d), axis)
+        A, d = subtract(A, along), subtract(d, along)
+    distance = state.field.sqrt(dot(d, d))
+    r_a, r_b = _radius(state, a), _radius(state, b)
+    if getattr(b, "inside", False):
+        n = scale(divide(-1, distance), d)
+        return subtract(A, scale(r_a, n)), subtract(B, scale(r_b, n)), n, r_b - r_a - distance, ()
+    n = scale(divide(1, distance), d)
+    return subtract(A, scale(r_a, n)), add(B, scale(r_b, n)), n, distance - r_a - r_b, ()
+
+
+def _on_line(model: Model, state: State, point: Any, line: Any) -> Found:
+    """A point on y = f(x), with the foot below it: n = (-f', 1, 0)/sqrt(1 + f'²),  g = (y - f)/sqrt(1 + f'²).
+
+    g is the distance where it is zero, to first order elsewhere.
+    """
+    P = _middle(model, state, point)
+    O = _at(model, state, line.body, line.at)  # noqa: E741
+    link, _ = place_of(model, line.body)
+    R = rotation(model, state, link)
+    x, y, z = apply_transpose(R, subtract(P, O))
+    known = {**state.values, line.variable: x}
+    f, slope = (evaluate(one, known, state.field) for one in (line.height, line.slope))
+    root = state.field.sqrt(1 + slope * slope)
+    n = apply(R, (divide(-slope, root), divide(1, root), 0))
+    return P, add(O, apply(R, (x, f, z))), n, divide(y - f, root), ()
+
+
+def _tangents(model: Model, state: State, contact: Contact, n: Vector) -> tuple[Vector, ...]:
+    if contact.planar is not None:
+        return (cross(n, contact.planar),)
+    for shape, flip in ((contact.surface, False), (contact.feature, True)):
+        if kind_of(shape) == "plane":
+            first, second = (_turned(model, state, shape.body, e) for e in (shape.first, shape.second))
+            return (second, first) if flip else (first, second)
+    for shape in (contact.surface, contact.feature):
+        if kind_of(shape) in ("circle", "cylinder"):
+            axis = _turned(model, state, shape.body, shape.axis)
+            return (axis, cross(n, axis))
+    return _upright(n, contact.upright)
+
+
+def _upright(n: Vector, up: Vector) -> tuple[Vector, Vector]:
+    """The axes at right angles to ``up``, turned with it to n the short way; no direction at n = -up.
+
+    Source: Frisvad, Journal of Graphics Tools 16 (2012) 151-159.
+    """
+    k = up.index(1)
+    e1, e2 = IDENTITY[(k + 1) % 3], IDENTITY[(k + 2) % 3]
+    x, y, z = dot(n, e1), dot(n, e2), dot(n, up)
+    share = divide(1, 1 + z)
+    first = add(add(scale(1 - x * x * share, e1), scale(-(x * y * share), e2)), scale(-x, up))
+    second = add(add(scale(-(x * y * share), e1), scale(1 - y * y * share, e2)), scale(-y, up))
+    return first, second
+
+
+# --- rows ------------------------------------------------------------------------------------------
+
+
+class ContactRows:
+    """Rates of all elements and what they are made of, a row for each of :func:`contact_layout`.
+
+    Each list is formed when it is asked for: in symbols ``bias`` can be far longer than the rest.
+    """
+
+    def __init__(self, model: Model, state: State, contacts: Sequence[Contact]) -> None:
+        self._model = model
+        self._state = state
+        self._contacts = tuple(contacts)
+
+    @cached_property
+    def gap(self) -> tuple[Any, ...]:
+        """g of every element [m]."""
+        return tuple(touch(self._model, self._state, c).gap for c in self._contacts)
+
+    @cached_property
+    def rate(self) -> tuple[Any, ...]:
+        """ġ and the slip velocities γ [m/s]."""
+        return tuple(_rates(self._model, self._state, self._contacts))
+
+    @cached_property
+    def matrix(self) -> tuple[tuple[Any, ...], ...]:
+        """W, a column per speed."""
+        model, state = self._model, self._state
+        result = []
+        for c in self._contacts:
+            it = touch(model, state, c)
+            for e in (it.normal, *it.tangents):
+                pair = ((c.feature.body, it.on_feature, e), (c.surface.body, it.on_surface, negate(e)))
+                result.append(generalized_force(model, state, pair))
+        return tuple(result)
+
+    @cached_property
+    def drift(self) -> tuple[Any, ...]:
+        """w, the part of the rates due to driven joints."""
+        rates = []
+        for rate, row in zip(self.rate, self.matrix, strict=True):
+            for entry, u in zip(row, self._state.u, strict=True):
+                rate = rate - entry * u
+            rates.append(rate)
+        return tuple(rates)
+
+    @cached_property
+    def bias(self) -> tuple[Any, ...]:
+        """b, what is left of the rates' derivatives without accelerations [m/s²]."""
+        moving = state_along(self._model, self._state, self._state.u, 1, 1)
+        rates = _rates(self._model, moving, self._contacts)
+        return tuple(r.derivative(1) if isinstance(r, Series) else 0 for r in rates)
+
+
+def contact_rows(model: Model, state: State) -> ContactRows:
+    """Rows of all contacts of a model; formed once for a state."""
+    return rows_of(model, state, model.contacts)
+
+
+def rows_of(model: Model, state: State, contacts: Sequence[Contact]) -> ContactRows:
+    """Rows of some contacts; formed once for a state."""
+    key = ("contact rows", tuple(c.name for c in contacts))
+    if key not in state.cache:
+        state.cache[key] = ContactRows(model, state, contacts)
+    return state.cache[key]
+
+
+def _rates(model: Model, state: State, contacts: Sequence[Contact]) -> list[Any]:
+    result = []
+    for c in contacts:
+        it = touch(model, state, c)
+        v = subtract(
+            material_velocity(model, state, c.feature.body, it.on_feature),
+            material_velocity(model, state, c.surface.body, it.on_surface),
+        )
+        result += [dot(e, v) for e in (it.normal, *it.tangents)]
+    return result
+
+
+def material_velocity(model: Model, state: State, body: Any, position: Vector) -> Vector:
+    """Velocity of the point of a body that is at a place now, in ground axes [m/s]."""
+    link, _ = place_of(model, body)
+    if link == GROUND:
+        return (0, 0, 0)
+    posture = link_postures(model, state)[link]
+    w, v = velocities(model, state)[link]
+    arm = subtract(position, posture.position)
+    return add(apply(posture.rotation, v), cross(apply(posture.rotation, w), arm))
+
+
+def generalized_force(
+    model: Model, state: State, forces: Sequence[tuple[Any, Vector, Vector]]
+) -> tuple[Any, ...]:
+    """Generalized force of (body, place, force) triples in ground axes, conjugate to the speeds. Length n_u."""
+    total: list[Any] = [0] * model.n_u
+    for body, place, force in forces:
+        link, _ = place_of(model, body)
+        while link != GROUND:
+            posture = link_postures(model, state)[link]
+            moment = apply_transpose(posture.rotation, cross(subtract(place, posture.position), force))
+            along = apply_transpose(posture.rotation, force)
+            for j, weight, (w, v) in motions(model, state, link):
+                total[j] = total[j] + weight * (dot(w, moment) + dot(v, along))
+            link = model.links[link].parent
+    return tuple(total)

@@ -1,0 +1,215 @@
+"""Bodies that slide, tip and roll on floors and walls: forces and thresholds from force balances written out by hand.
+
+x to the right, y up, moments and angles counter-clockwise positive. At every contact N ≥ 0 pushes along the normal
+of the
+support and |T| ≤ μ N. Rolling disks are uniform, I_C = m R²/2.
+
+Sources: Examples 6.1, 6.3, 6.4 and Problems 6.1 to 6.3 of the chapter (its figures as read in the project's
+specification); every formula below is derived here, not copied.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan, cos, sin, sqrt, tan
+
+
+@dataclass(frozen=True)
+class SlidingBody:
+    """Answers of Example 6.1: acceleration [m/s²], normal forces at the rear foot A and the front foot B [N],
+    and the same on the verge of tipping, with the force that brings the body there."""
+
+    acceleration: float
+    normal_A: float
+    normal_B: float
+    force_tip: float
+    acceleration_tip: float
+    normal_tip: float
+
+
+def sliding_body(
+    m: float, L: float, H: float, D: float, mu: float, beta: float, F: float, g: float = 9.81
+) -> SlidingBody:
+    """Box on two feet, pulled at its upper rear corner under the angle β, sliding with friction at both feet.
+
+    With S = N_A + N_B = m g - F sin β,
+
+        m a = F cos β - μ S,      (N_B - N_A) L/2 = μ S (H/2 + D) + F (L sin β + H cos β)/2  (about C),
+
+    and N_A = 0 where (L/2 - μ (H/2 + D)) S = F (L sin β + H cos β)/2.
+
+    Parameters
+    ----------
+    m, L, H, D, mu, beta, F, g : float
+        Mass [kg]; length, height, length of the feet [m]; friction; angle [rad]; force [N]; gravity [m/s²].
+
+    Returns
+    -------
+    SlidingBody
+
+    Examples
+    --------
+    >>> round(sliding_body(50, 1.2, 0.8, 0.15, 0.0, 0.0, 100).acceleration, 12)
+    2.0
+    """
+    lift = (L * sin(beta) + H * cos(beta)) / 2
+
+    def state(force: float) -> tuple[float, float, float]:
+        S = m * g - force * sin(beta)
+        difference = 2 / L * (mu * S * (H / 2 + D) + force * lift)
+        return (force * cos(beta) - mu * S) / m, (S - difference) / 2, (S + difference) / 2
+
+    spare = L / 2 - mu * (H / 2 + D)
+    tip = spare * m * g / (lift + spare * sin(beta))
+    a, N_A, N_B = state(F)
+    a_tip, _, N_tip = state(tip)
+    return SlidingBody(a, N_A, N_B, tip, a_tip, N_tip)
+
+
+@dataclass(frozen=True)
+class PulledDisk:
+    """Answers of Example 6.3: whether it rolls; acceleration [m/s²], angular acceleration [rad/s²], friction on
+    the disk, positive to the left [N], and the largest force without slip [N]."""
+
+    rolls: bool
+    acceleration: float
+    alpha: float
+    friction: float
+    force_limit: float
+
+
+def pulled_disk(m: float, R: float, h: float, mu: float, F: float, g: float = 9.81) -> PulledDisk:
+    """Disk on a floor, pulled to the right by a force at the height h, from rest.
+
+    m a = F - H,   (m R²/2) α = -F (h - R) - H R.   Rolling, a = -R α:   a = 2 F h/(3 m R),  H = F (1 - 2 h/(3 R)),
+    which |H| ≤ μ m g allows up to F = μ m g/|1 - 2 h/(3 R)|; beyond, |H| = μ m g against the slip.
+
+    Parameters
+    ----------
+    m, R, h, mu, F, g : float
+        Mass [kg], radius, height of the force [m], friction, force [N], gravity [m/s²].
+
+    Examples
+    --------
+    >>> pulled_disk(10, 2, 3, 0.2, 30).friction
+    0.0
+    """
+    share = 1 - 2 * h / (3 * R)
+    limit = mu * m * g / abs(share) if share else float("inf")
+    rolls = limit >= F
+    friction = F * share if rolls else (mu * m * g if share > 0 else -mu * m * g)
+    alpha = -2 * (F * (h - R) + friction * R) / (m * R**2)
+    return PulledDisk(rolls, (F - friction) / m, alpha, friction, limit)
+
+
+@dataclass(frozen=True)
+class RollingDown:
+    """Answers of Example 6.4: speed [m/s], angular velocity [rad/s]; acceleration down the slope [m/s²], normal
+    force and
+    friction up the slope [N]."""
+
+    speed: float
+    omega: float
+    acceleration: float
+    normal: float
+    friction: float
+
+
+def rolling_down(m: float, R: float, H: float, slope: float, g: float = 9.81) -> RollingDown:
+    """Disk that rolls from rest down a slope, to the right, until its centre is lower by H.
+
+    3/4 m v² = m g H;   a = 2/3 g sin β,  N = m g cos β,  T = m g sin β/3 up the slope.
+
+    Examples
+    --------
+    >>> round(rolling_down(5, 0.25, 3, 0.5, g=9.0).speed, 12)
+    6.0
+    """
+    v = sqrt(4 * g * H / 3)
+    return RollingDown(v, -v / R, 2 * g * sin(slope) / 3, m * g * cos(slope), m * g * sin(slope) / 3)
+
+
+@dataclass(frozen=True)
+class LeaningBoard:
+    """Answers of Problem 6.1: accelerations at which the board slips and tips, the largest that allows neither
+    [m/s²], and
+    the angle from the floor at which that is [rad]."""
+
+    slide: float
+    tip: float
+    largest: float
+    angle: float
+
+
+def leaning_board(mu: float, beta: float, g: float = 9.81) -> LeaningBoard:
+    """Board on the floor of a truck, leaning forward against the smooth wall of its cab, under β from the floor.
+
+    About C with N = m g at the floor: T + N_w = m g cot β, and along x: T - N_w = m a. It slips at T = μ m g and
+    tips at
+    N_w = 0:
+
+        a_slide = 2 μ g - g cot β,    a_tip = g cot β,    equal, and then largest, where cot β = μ.
+
+    Examples
+    --------
+    >>> leaning_board(0.5, atan(2), g=10.0).largest
+    5.0
+    """
+    cot = 1 / tan(beta)
+    return LeaningBoard(2 * mu * g - g * cot, g * cot, mu * g, atan(1 / mu))
+
+
+@dataclass(frozen=True)
+class BrakingCar:
+    """Answers of Problem 6.2: friction coefficient, normal forces and friction per axle [N]."""
+
+    mu: float
+    normal_front: float
+    normal_rear: float
+    friction_front: float
+    friction_rear: float
+
+
+def braking_car(m: float, lf: float, lr: float, h: float, a: float, g: float = 9.81) -> BrakingCar:
+    """Car that slides on four locked wheels with the deceleration a.
+
+    μ = a/g;   about the rear contact   N_f (l_f + l_r) = m g l_r + m a h.
+
+    Examples
+    --------
+    >>> braking_car(1000, 1, 1, 0.5, 5, g=10.0).normal_front
+    6250.0
+    """
+    front = m * (g * lr + a * h) / (lf + lr)
+    rear = m * (g * lf - a * h) / (lf + lr)
+    return BrakingCar(a / g, front, rear, a / g * front, a / g * rear)
+
+
+@dataclass(frozen=True)
+class MonorailCar:
+    """Answers of Problem 6.3: largest acceleration with the front or the rear wheel driven [m/s²], which is
+    better, and both
+    wheel loads then [N]."""
+
+    front_driven: float
+    rear_driven: float
+    better: str
+    normal_front: float
+    normal_rear: float
+
+
+def monorail_car(m: float, l: float, h: float, mu: float, g: float = 9.81) -> MonorailCar:  # noqa: E741
+    """Car that hangs from two wheels on a cable, its mass centre h below; one wheel is driven.
+
+    About C: (N_f - N_r) l/2 = h T with T = m a at the cable, so that hanging loads the front wheel; T = μ N of the
+    driven one gives  a = μ g/(2 (1 ∓ μ h/l)).
+
+    Examples
+    --------
+    >>> monorail_car(1, 2, 1, 0.5, g=9.0).front_driven
+    3.0
+    """
+    front, rear = (mu * g / 2 / (1 - side * mu * h / l) for side in (1, -1))
+    best = max(front, rear)
+    shift = m * best * h / l
+    return MonorailCar(front, rear, "front" if front > rear else "rear", m * g / 2 + shift, m * g / 2 - shift)

@@ -1,0 +1,192 @@
+"""Bodies that fall while they touch: on corners, floors and inside cylinders, from energy and force balances by hand.
+
+Angles as each function says; all bodies start from rest, bars are slender and uniform, disks uniform.
+
+Sources: Problems 6.7 to 6.11 of the chapter (its figures as read in the project's specification); every formula
+below is
+derived here, not copied.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import acos, atan, cos, pi, sin, sqrt
+
+from .swing import pendulum_period
+
+
+@dataclass(frozen=True)
+class BarInCylinder:
+    """Answers of Problem 6.7: rate [rad/s], angular acceleration [rad/s²], normal forces [N], small frequency
+    [rad/s]."""
+
+    rate: float
+    alpha: float
+    normal_A: float
+    normal_B: float
+    frequency: float
+
+
+def bar_in_cylinder(m: float, R: float, theta_0: float, theta: float, g: float = 9.81) -> BarInCylinder:
+    """Bar of length √2 R inside a smooth cylinder, let go at θ_0 from the downward vertical, moving down at θ.
+
+    C is at R/√2 from the axis, I_O = m R² (1/6 + 1/2) = 2/3 m R², so θ'' = -(3/(2√2)) (g/R) sin θ and
+    θ'² = (3/√2) (g/R) (cos θ - cos θ_0). The normal forces pass through the axis, at 45° to the line OC:
+
+        (N_A + N_B)/√2 = m g cos θ + m R θ'²/√2,      (N_A - N_B)/√2 = m g sin θ + m R θ''/√2.
+
+    Examples
+    --------
+    >>> bar_in_cylinder(2, 1, 0.5, 0.5).rate
+    0.0
+    """
+    h = R / sqrt(2)
+    alpha = -m * g * h * sin(theta) / (2 * m * R**2 / 3)
+    square = 2 * m * g * h * (cos(theta) - cos(theta_0)) / (2 * m * R**2 / 3)
+    total = sqrt(2) * (m * g * cos(theta) + m * h * square)
+    difference = sqrt(2) * (m * g * sin(theta) + m * h * alpha)
+    return BarInCylinder(
+        -sqrt(square) if square else 0.0,
+        alpha,
+        (total + difference) / 2,
+        (total - difference) / 2,
+        sqrt(3 * g / (2 * sqrt(2) * R)),
+    )
+
+
+@dataclass(frozen=True)
+class DiskOffLedge:
+    """Answers of Problem 6.8: angle from the vertical [rad], rate [rad/s], angular acceleration [rad/s²] and
+    friction [N] where
+    the disk leaves the corner; angular acceleration just after."""
+
+    theta: float
+    omega: float
+    alpha: float
+    friction: float
+    alpha_after: float
+
+
+def disk_off_ledge(m: float, R: float, g: float = 9.81) -> DiskOffLedge:
+    """Disk that turns about the corner of a ledge from the top, without slip.
+
+    I_O = 3/2 m R²: θ'' = 2 g sin θ/(3 R), θ'² = 4 g (1 - cos θ)/(3 R);  N = m g cos θ - m R θ'² = 0 at cos θ =
+    4/7, and
+    T = m g sin θ - m R θ'' = m g sin θ/3. In flight nothing turns it.
+
+    Examples
+    --------
+    >>> round(cos(disk_off_ledge(1, 1).theta) * 7, 12)
+    4.0
+    """
+    theta = acos(4 / 7)
+    alpha = 2 * g * sin(theta) / (3 * R)
+    return DiskOffLedge(theta, sqrt(4 * g / (7 * R)), alpha, m * g * sin(theta) / 3, 0.0)
+
+
+@dataclass(frozen=True)
+class BarOnLedge:
+    """Answers of Problem 6.9: angle below the horizontal where slip begins [rad], rate [rad/s], normal force and
+    friction [N]."""
+
+    theta: float
+    omega: float
+    normal: float
+    friction: float
+
+
+def bar_on_ledge(m: float, L: float, b: float, mu: float, g: float = 9.81) -> BarOnLedge:
+    """Bar that turns down about the corner of a ledge, d = L/2 - b from its centre, from the horizontal.
+
+    With k² = L²/12 + d²:  θ'' = g d cos θ/k²,  θ'² = 2 g d sin θ/k²,
+
+        N = m g cos θ (1 - d²/k²),   T = m g sin θ (1 + 2 d²/k²),   T = μ N at tan θ = μ (L²/12)/(L²/12 + 3 d²).
+
+    Examples
+    --------
+    >>> from math import tan
+    >>> round(tan(bar_on_ledge(2, 1.2, 0.0, 0.4).theta), 12)
+    0.04
+    """
+    d = L / 2 - b
+    k2 = L**2 / 12 + d**2
+    theta = atan(mu * (L**2 / 12) / (L**2 / 12 + 3 * d**2))
+    return BarOnLedge(
+        theta,
+        sqrt(2 * g * d * sin(theta) / k2),
+        m * g * cos(theta) * (1 - d**2 / k2),
+        m * g * sin(theta) * (1 + 2 * d**2 / k2),
+    )
+
+
+@dataclass(frozen=True)
+class DiskInCylinder:
+    """Answers of Problem 6.10: rate [rad/s], angular acceleration of the line of centres [rad/s²], normal force
+    and size of the
+    friction [N], frequency of small oscillation [rad/s] and exact period [s]."""
+
+    rate: float
+    alpha: float
+    normal: float
+    friction: float
+    frequency: float
+    period: float
+
+
+def disk_in_cylinder(
+    m: float, R: float, r: float, theta_0: float, theta: float, g: float = 9.81
+) -> DiskInCylinder:
+    """Disk that rolls inside a cylinder, let go at θ_0 from the downward vertical, moving down at θ.
+
+    3/2 (R - r) θ'' = -g sin θ: a pendulum of length 3 (R - r)/2;  N = m g cos θ + m (R - r) θ'²,  |T| = m g |sin
+    θ|/3.
+
+    Examples
+    --------
+    >>> round(disk_in_cylinder(1, 3, 1, 0.5, 0.0, g=12.0).frequency, 12)
+    2.0
+    """
+    d = R - r
+    square = 4 * g * (cos(theta) - cos(theta_0)) / (3 * d)
+    return DiskInCylinder(
+        -sqrt(square),
+        -2 * g * sin(theta) / (3 * d),
+        m * g * cos(theta) + m * d * square,
+        m * g * abs(sin(theta)) / 3,
+        sqrt(2 * g / (3 * d)),
+        pendulum_period(theta_0, sqrt(2 * g / (3 * d))),
+    )
+
+
+@dataclass(frozen=True)
+class FallingBar:
+    """Answers of Problem 6.11: friction coefficient, friction and normal force [N] and rate [rad/s] where it
+    slips; the largest
+    coefficient with which it slips in this direction, and the angle from the vertical then [rad]."""
+
+    mu: float
+    friction: float
+    normal: float
+    omega: float
+    mu_limit: float
+    theta_limit: float
+
+
+def falling_bar(m: float, L: float, angle: float, g: float = 9.81) -> FallingBar:
+    """Bar that falls from the vertical with its lower end on a rough floor and slips at ``angle`` from the floor.
+
+    With θ from the vertical, θ'² = 3 g (1 - cos θ)/L:
+
+        T = 3/4 m g sin θ (3 cos θ - 2),     N = 1/4 m g (1 - 3 cos θ)².
+
+    T/N is largest where cos θ = 9/11: 15 √10/128, beyond which the bar slips the other way, or not before N = 0.
+
+    Examples
+    --------
+    >>> round(falling_bar(2, 1.5, pi / 3).mu_limit * 128 / 15, 12) == round(sqrt(10), 12)
+    True
+    """
+    theta = pi / 2 - angle
+    T = 3 * m * g * sin(theta) * (3 * cos(theta) - 2) / 4
+    N = m * g * (1 - 3 * cos(theta)) ** 2 / 4
+    return FallingBar(T / N, T, N, sqrt(3 * g * (1 - cos(theta)) / L), 15 * sqrt(10) / 128, acos(9 / 11))

@@ -1,0 +1,320 @@
+"""Contacts of an assembled machine: one element for each pair of points that may touch.
+
+Corners and the ends of a segment touch each for themselves. A machine is *planar* where all its joints move in one
+plane; a contact within that plane has one tangent, any other has two.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ..describe.body import Point
+from ..describe.contact import Ball, Circle, ContactPair, Corners, Cylinder, Segment, kind_of
+from ..errors import ModelError
+from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, cross, dot, multiply
+from ..scalar.expression import exact
+from .model import GROUND, Link, Model
+
+ROUND = (Ball, Circle, Cylinder)
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One element of a contact: two shapes that touch in one point.
+
+    Attributes
+    ----------
+    name : str
+        That of the contact; with a number or "start" and "end" where it has several elements.
+    owner : str
+        The contact as the user named it.
+    feature, surface : shapes
+    friction, static_friction, restitution : expressions of parameters
+    impact : "newton" or "poisson"
+    planar : unit vector or None
+        Normal k of the plane of motion; the tangent is then n × k.
+    upright : unit vector
+        Ground axis against gravity; tangents of round surfaces have no direction where n = -upright.
+    normal_name, tangent_names : str, tuple of str
+        Names of the forces N and T.
+    """
+
+    name: str
+    owner: str
+    feature: Any
+    surface: Any
+    friction: Any
+    static_friction: Any
+    restitution: Any
+    impact: str
+    planar: Vector | None
+    upright: Vector
+    normal_name: str
+    tangent_names: tuple[str, ...]
+
+    @property
+    def tangents(self) -> int:
+        """Number of tangent directions: 1 in a planar machine, else 2."""
+        return len(self.tangent_names)
+
+    @property
+    def frictionless(self) -> bool:
+        """Whether there is no friction whatever the parameters."""
+        return bool(self.friction == 0 and self.static_friction == 0)
+
+    @property
+    def swapped(self) -> bool:
+        """Whether the flat one of the two shapes is the feature."""
+        return kind_of(self.feature) in ("plane", "segment", "heightline")
+
+
+def contacts(model: Model, pairs: Sequence[ContactPair]) -> tuple[Contact, ...]:
+    """The elements of all contacts, in order of declaration.
+
+    Raises
+    ------
+    ModelError
+        Shapes that touch in a point only where their axes are parallel, in a machine in which these may turn.
+    """
+    if not pairs:
+        return ()
+    frames = _frames(model.links)
+    planes = [k for k in (2, 1, 0) if _moves_across(model.links, frames, IDENTITY[k])]
+    taken = {*model.names.kinds, *model.loads, *model.constraints}
+    taken |= {
+        f"{name}_{ending}"
+        for name in model.joints
+        for ending in (*"xyznpq", "Mx", "My", "Mz", "Mn", "Mp", "Mq")
+    }
+    known = {pair.name for pair in pairs}
+    result: list[Contact] = []
+    for pair in pairs:
+        for ending, feature, surface in _elements(pair):
+            name = _free(f"{pair.name}_{ending}", known) if ending else pair.name
+            known.add(name)
+            k = next((k for k in planes if _within(model, frames, feature, surface, IDENTITY[k])), None)
+            _check_axes(pair.name, feature, surface, k)
+            letters = ("T",) if k is not None else ("T1", "T2")
+            forces = [_free(f"{letter}_{name}", taken) for letter in ("N", *letters)]
+            taken.update(forces)
+            result.append(
+                Contact(
+                    name, pair.name, feature, surface, pair.friction, pair.static_friction, pair.restitution,
+                    pair.impact, None if k is None else IDENTITY[k], _upright(model.gravity),
+                    forces[0], tuple(forces[1:]),
+                )
+            )  # fmt: skip
+    return tuple(result)
+
+
+def _free(name: str, taken: set[str]) -> str:
+    while name in taken:
+        name += "_"
+    return name
+
+
+def _upright(gravity: Vector) -> Vector:
+    live = [k for k in range(3) if gravity[k] != 0]
+    return IDENTITY[live[0]] if len(live) == 1 else IDENTITY[2]
+
+
+def _elements(pair: ContactPair) -> list[tuple[str, Any, Any]]:
+    """(ending of the name, feature, surface) of shapes that touch in one point each.
+
+    The ending is empty for what is meant first of all: the only element, or the side of a segment.
+    """
+    feature, surface = _parts(pair.feature, pair.surface), _parts(pair.surface, pair.feature)
+    pairs = [(a, b) for a in feature for b in surface]
+    if len(pairs) > 1:
+        return [(str(i), a, b) for i, (a, b) in enumerate(pairs, start=1)]
+    ((a, b),) = pairs
+    result = [("", a, b)]
+    # what is round rolls on over the end of a side
+    if isinstance(a, Segment) and isinstance(b, ROUND):
+        result += [(ending, end, b) for ending, end in zip(("start", "end"), _ends(a), strict=True)]
+    elif isinstance(b, Segment) and isinstance(a, ROUND):
+        result += [(ending, a, end) for ending, end in zip(("start", "end"), _ends(b), strict=True)]
+    return result
+
+
+def _ends(side: Segment) -> list[Point]:
+    return [Point(side.body, side.start), Point(side.body, side.end)]
+
+
+def _parts(shape: Any, other: Any) -> list[Any]:
+    if isinstance(shape, Corners):
+        return list(shape.points)
+    if isinstance(shape, Segment) and (kind_of(other) == "plane" or getattr(other, "inside", False)):
+        return _ends(shape)
+    return [shape]
+
+
+# --- the plane of motion -----------------------------------------------------------------------
+
+
+def _frames(links: Sequence[Link]) -> list[tuple[Matrix, Vector]]:
+    """Rotation and position in the ground of every link with all displacements zero."""
+    result: list[tuple[Matrix, Vector]] = []
+    for link in links:
+        R, p = (IDENTITY, ZERO) if link.parent == GROUND else result[link.parent]
+        shift = apply(R, link.position)
+        turned = multiply(R, link.rotation)
+        result.append(
+            (
+                tuple(tuple(exact(x) for x in row) for row in turned),  # type: ignore[arg-type]
+                tuple(exact(a + b) for a, b in zip(p, shift, strict=True)),
+            )
+        )
+    return result
+
+
+def _zero(v: Vector) -> bool:
+    return all(exact(x) == 0 for x in v)
+
+
+def _moves_across(links: Sequence[Link], frames: Sequence[tuple[Matrix, Vector]], k: Vector) -> bool:
+    """Whether all joints turn about k and slide at right angles to it."""
+    for link, (R, _) in zip(links, frames, strict=True):
+        # the frame of the link is turned about the joint's axis only, which it leaves alone
+        n = apply(R, link.axis)
+        if link.kind == "hinge" and _zero(cross(n, k)):
+            continue
+        if link.kind == "slider" and exact(dot(n, k)) == 0:
+            continue
+        if link.kind != "weld":
+            return False
+    return True
+
+
+def _within(model: Model, frames: Sequence[tuple[Matrix, Vector]], a: Any, b: Any, k: Vector) -> bool:
+    """Whether two shapes of a machine that moves at right angles to k touch in that plane."""
+    depths = []
+    for shape in (a, b):
+        R, p = _frame(model, frames, shape.body)
+        kind = kind_of(shape)
+        if kind in ("plane", "segment") and exact(dot(apply(R, shape.normal), k)) != 0:
+            return False
+        if kind in ("circle", "cylinder") and not _zero(cross(apply(R, shape.axis), k)):
+            return False
+        if kind == "heightline" and not (_zero(cross(apply(R, IDENTITY[2]), k))):
+            return False
+        if isinstance(shape, Point | Ball):
+            at = shape.components if isinstance(shape, Point) else shape.at
+            depths.append(exact(dot(k, p) + dot(k, apply(R, at))))
+    # the line between a point or sphere and another lies in the plane if they are in one depth
+    return len(depths) < 2 or exact(depths[0] - depths[1]) == 0
+
+
+def _frame(model: Model, frames: Sequence[tuple[Matrix, Vector]], body: Any) -> tuple[Matrix, Vector]:
+    if body.is_ground:
+        return IDENTITY, ZERO
+    place = model.bodies[body.name]
+    R, p = (IDENTITY, ZERO) if place.link == GROUND else frames[place.link]
+    shift = apply(R, place.origin)
+    return R, tuple(a + b for a, b in zip(p, shift, strict=True))
+
+
+def _check_axes(name: str, a: Any, b: Any, k: int | None) -> None:
+    """Two walls of cylinders, or one on a flat side, touch in one point of a plane, or not in one point at all."""
+    walls = [shape for shape in (a, b) if isinstance(shape, Circle | Cylinder)]
+    flat = [shape for shape in (a, b) if kind_of(shape) == "segment"]
+    if k is None and (len(walls) == 2 or (walls and flat)):
+        first, second = (kind_of(shape) for shape in (a, b))
+        raise ModelError(
+            f"The {first} and the {second} of contact '{name}' touch in one point only where all motion is in a plane "
+            f"at right angles to their axes, which is not so here. In 3-D, use a sphere for one of them, or a plane "
+            f"for the flat one."
+        )
+
+
+# --- modes ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Touching:
+    """A contact that is closed: a condition of the machine while it stays so.
+
+    ``direction`` is that of the slip velocity along the tangents; empty: the state's own. None: no slip.
+    """
+
+    contact: Contact
+    direction: tuple[Any, ...] | None
+
+    @property
+    def slips(self) -> bool:
+        """Whether the feature slips over the surface."""
+        return self.direction is not None
+
+
+MODES = ("open", "stick", "slip+", "slip-", "slip")
+
+
+def in_modes(model: Model, modes: Any) -> Model:
+    """The machine while its contacts keep their modes: the closed ones are conditions as its constraints are.
+
+    Parameters
+    ----------
+    model : Model
+    modes : mapping of str to mode
+        By name of a contact, or of one of its elements: "open", "stick" (round features then roll), "slip+" and
+        "slip-" (by the sign of the slip velocity along the tangent), "slip" (in 3-D: along the slip velocity of the
+        state), or ("slip", (d1, d2)) with a given direction of slip. Those not named are open.
+
+    Raises
+    ------
+    ModelError
+        Unknown contacts and modes; a sign in 3-D, none in the plane; sticking without friction.
+    """
+    from ..errors import nearest
+
+    names = {c.name for c in model.contacts} | {c.owner for c in model.contacts}
+    for name in modes:
+        if name not in names:
+            raise ModelError(
+                f"Unknown contact '{name}' in modes; {nearest(str(name), sorted(names))}"
+                if names
+                else f"Unknown contact '{name}' in modes: this machine has no contacts. Declare one by s.contact."
+            )
+    closed = {}
+    elements = {c.name for c in model.contacts}
+    for contact in model.contacts:
+        # where an element bears the name of its contact, that name means it alone
+        whole = "open" if contact.owner in elements else modes.get(contact.owner, "open")
+        mode = modes.get(contact.name, whole)
+        touching = _touching(model, contact, mode)
+        if touching is not None:
+            closed[contact.name] = touching
+    return replace(model, constraints={**model.constraints, **closed})
+
+
+def _touching(model: Model, contact: Contact, mode: Any) -> Touching | None:
+    name = contact.name
+    if mode == "open":
+        return None
+    if mode == "stick":
+        if contact.frictionless:
+            raise ModelError(f"Contact '{name}' has no friction and can not stick. Its mode is 'slip'.")
+        return Touching(contact, None)
+    if mode in ("slip+", "slip-"):
+        if contact.planar is None:
+            raise ModelError(
+                f"Contact '{name}' can slip in two directions: expected 'slip', or ('slip', (d1, d2)), got '{mode}'."
+            )
+        return Touching(contact, (1,) if mode == "slip+" else (-1,))
+    if mode == "slip":
+        if contact.planar is not None and not contact.frictionless:
+            raise ModelError(
+                f"Contact '{name}' slips along one line: expected 'slip+' or 'slip-', by the sign of its slip "
+                f"velocity, got 'slip'."
+            )
+        return Touching(contact, ())
+    if isinstance(mode, tuple) and len(mode) == 2 and mode[0] == "slip" and hasattr(mode[1], "__len__"):
+        if len(mode[1]) != contact.tangents:
+            raise ModelError(
+                f"Contact '{name}' has {contact.tangents} tangent directions, got {len(mode[1])} components of slip."
+            )
+        what = f"the direction of slip of contact '{name}'"
+        return Touching(contact, tuple(model.names.expression(x, what) for x in mode[1]))
+    raise ModelError(f"Unknown mode {mode!r} of contact '{name}'; expected one of {', '.join(MODES)}.")

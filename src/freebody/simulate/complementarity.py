@@ -1,0 +1,384 @@
+"""Contact as a complementarity problem of numbers, solved by trying every combination of modes.
+
+With λ the contact forces and r = A λ + c the rates of the contacts (accelerations; in an impact, speeds just after):
+
+    open      λ_N = λ_T = 0                               r_N >= 0
+    stick     r_N = 0, r_T = 0                            λ_N >= 0, |λ_T| <= μ_s λ_N
+    slip d    r_N = 0, λ_T = -μ d λ_N, r_T = α d          λ_N >= 0, α >= 0     (d given where it slips already)
+
+Every combination is a system of linear equations (in 3-D with a direction d to be found besides, by Newton's method),
+so a solution is exact to round-off and its residual is returned. All combinations are tried: no solution, and several
+solutions with different motions (Painlevé), are found as such.
+
+Sources: C. Glocker, F. Pfeiffer, Multibody Dynamics with Unilateral Contacts (1996), chapters 5-8;
+Y. Hurmuzlu, F. Génot, B. Brogliato (2001), §5, on Painlevé's examples.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import SimulationError
+
+Array = NDArray[np.float64]
+
+OPEN, STICK, SLIP = "open", "stick", "slip"
+WHOLE = 2
+"""Contacts at rest in space up to which all combinations with new directions of slip are tried."""
+MOST = 1 << 14
+"""Combinations of modes that are tried at most; scenes with more contacts are for time stepping."""
+SMALL = 1e-10
+"""Relative size below which a force or a rate is zero, and a matrix singular: round-off of small systems, with room."""
+
+
+@dataclass(frozen=True)
+class Touching:
+    """One closed contact of the problem.
+
+    ``row``        its first row (normal); its ``tangents`` rows (1 planar, 2 spatial, 0 frictionless) follow
+    ``friction``   kinetic coefficient, ``static`` the static one
+    ``sliding``    unit direction of slip, shape (tangents,), where it slips already; None at rest
+    """
+
+    name: str
+    row: int
+    tangents: int
+    friction: float
+    static: float
+    sliding: Array | None = None
+
+
+@dataclass(frozen=True)
+class Solution:
+    """One consistent set of modes.
+
+    ``modes``      of each contact: (mode, direction of slip or None)
+    ``forces``     λ, and ``rates`` r, shape (m,)
+    ``residual``   greatest violation of the laws above, in parts of the greatest force and rate
+    ``ties``       (contact, law) that hold with equality, so that derivatives have to decide
+    ``rank_lack``  number of forces that the motion does not determine; N is then least in norm, T in Σ |T|²/N
+    """
+
+    modes: tuple[tuple[str, Any], ...]
+    forces: Array
+    rates: Array
+    residual: float
+    ties: tuple[tuple[int, str], ...]
+    rank_lack: int = 0
+
+
+def solutions(A: Array, c: Array, contacts: Sequence[Touching], among: Any = None) -> list[Solution]:
+    """All consistent sets of modes.
+
+    Parameters
+    ----------
+    A : array (m, m)
+        Rates per unit force.
+    c : array (m,)
+        Rates without contact forces.
+    contacts : sequence of Touching
+    among : sequence of sequences of modes, optional
+        Those to try instead of all.
+
+    Raises
+    ------
+    SimulationError
+        More combinations than :data:`MOST`.
+    """
+    choices = [_choices(contact) for contact in contacts]
+    count = int(np.prod([len(one) for one in choices], dtype=float)) if among is None else 0
+    if count > MOST:
+        raise SimulationError(
+            f"{len(contacts)} contacts closed at once have {count} combinations of modes, more than are tried "
+            f"({MOST}). Scenes like this are for method='timestepping'."
+        )
+    resting = sum(_may_begin(one) for one in choices)
+    if among is None and resting > WHOLE:
+        return _staged(A, c, contacts, choices)
+    return [
+        one
+        for modes in (itertools.product(*choices) if among is None else among)
+        for one in _solved(A, c, contacts, modes)
+        if one.residual <= SMALL
+    ]
+
+
+def _staged(A: Array, c: Array, contacts: Sequence[Touching], choices: Any) -> list[Solution]:
+    """Many contacts at rest in space: sets without new slip, and those that relaxation points to.
+
+    Directions of slip make a whole search too long, so that of more than :data:`WHOLE` such contacts it is not known
+    whether the solutions found are all.
+    """
+    known = [[(mode, d) for mode, d in one if not (mode == SLIP and d is None)] for one in choices]
+    near = _relaxed(A, c, contacts, 2000)
+    guess, every = [], []
+    for contact, one in zip(contacts, choices, strict=True):
+        at, n = contact.row, contact.tangents
+        drawn, pressed = float(np.linalg.norm(near[at + 1 : at + 1 + n])), float(near[at])
+        free = _may_begin(one)
+        slips = free and drawn >= (1 - 1e-6) * contact.friction * pressed
+        guess.append((OPEN, None) if pressed <= 0 else (SLIP, None) if slips else one[1])
+        every.append((OPEN, None) if pressed <= 0 else (SLIP, None) if free else one[1])
+    found = [
+        one
+        for modes in [*itertools.product(*known), tuple(guess), tuple(every)]
+        for one in _solved(A, c, contacts, modes, True)
+        if one.residual <= SMALL
+    ]
+    for one in list(found):  # where friction is at its limit, slip is about to begin against it
+        limit = {i for i, law in one.ties if law == "cone" and one.forces[contacts[i].row] > 0}
+        turned = list(one.modes)
+        for i in limit:
+            at = contacts[i].row + 1
+            T = one.forces[at : at + contacts[i].tangents]
+            turned[i] = (SLIP, -T / np.linalg.norm(T))
+        begun = _linear(A, c, contacts, turned) if limit else None
+        if begun is not None and begun.residual <= SMALL:
+            found.append(begun)
+    return found
+
+
+def _may_begin(choices: Sequence[tuple[str, Any]]) -> bool:
+    """Whether a slip in a direction that is to be found is among the choices."""
+    return any(mode == SLIP and d is None for mode, d in choices)
+
+
+def _choices(contact: Touching) -> list[tuple[str, Any]]:
+    if contact.tangents == 0 or contact.friction == contact.static == 0:
+        return [(OPEN, None), (SLIP, np.zeros(contact.tangents))]
+    if contact.sliding is not None:
+        return [(OPEN, None), (SLIP, contact.sliding)]
+    if contact.tangents == 1:
+        return [(OPEN, None), (STICK, None), (SLIP, np.array([1.0])), (SLIP, np.array([-1.0]))]
+    return [(OPEN, None), (STICK, None), (SLIP, None)]
+
+
+def _solved(
+    A: Array, c: Array, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]], first: bool = False
+) -> Iterator[Solution]:
+    """The solutions of one combination: at most one, but for directions that are sought from several starts."""
+    sought = [i for i, (mode, d) in enumerate(modes) if mode == SLIP and d is None]
+    if not sought:
+        one = _linear(A, c, contacts, modes)
+        if one is not None:
+            yield one
+        return
+    seen: list[Array] = []
+    for start in _starts(A, c, contacts, modes, sought):
+        angles = _directions(A, c, contacts, modes, sought, start)
+        if angles is None or any(np.abs(np.exp(1j * angles) - np.exp(1j * a)).max() < 1e-7 for a in seen):
+            continue
+        one = _linear(A, c, contacts, _turned(modes, sought, angles))
+        if one is not None:
+            seen.append(angles)
+            yield one
+            if first and one.residual <= SMALL:
+                return
+
+
+def _turned(modes: Any, sought: Sequence[int], angles: Array) -> list[tuple[str, Any]]:
+    result = list(modes)
+    for i, angle in zip(sought, angles, strict=True):
+        result[i] = (SLIP, np.array([np.cos(angle), np.sin(angle)]))
+    return result
+
+
+def _starts(A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int]) -> Iterator[Array]:
+    """Directions to begin the search with: where relaxation arrives, against the force that would hold, then around
+    the circle."""
+    if len(sought) > 1:
+        relaxed = _relaxed(A, c, contacts)
+        yield np.array(
+            [np.arctan2(-relaxed[contacts[i].row + 2], -relaxed[contacts[i].row + 1]) for i in sought]
+        )
+    held = [(STICK, None) if i in sought else mode for i, mode in enumerate(modes)]
+    one = _linear(A, c, contacts, held)
+    first = []
+    for i in sought:
+        at = contacts[i].row + 1
+        T = c[at : at + 2] if one is None else -one.forces[at : at + 2]
+        first.append(np.arctan2(T[1], T[0]))
+    turns = {1: 8, 2: 4}.get(len(sought), 1)
+    for shifts in itertools.product(range(turns), repeat=len(sought)):
+        yield np.array(first) + 2 * np.pi * np.array(shifts) / turns
+
+
+def _relaxed(A: Array, c: Array, contacts: Sequence[Touching], sweeps: int = 200) -> Array:
+    """Forces near a solution with exact cones, by Gauss-Seidel sweeps with projection; only to begin a search."""
+    x = np.zeros(len(c))
+    for _ in range(sweeps):
+        for one in contacts:
+            at, n = one.row, one.tangents
+            x[at] = max(0.0, x[at] - (A[at] @ x + c[at]) / A[at, at]) if A[at, at] > 0 else 0.0
+            if not n:
+                continue
+            rows = slice(at + 1, at + 1 + n)
+            step = np.trace(A[rows, rows])
+            T = x[rows] - (A[rows] @ x + c[rows]) / step if step > 0 else np.zeros(n)
+            length, limit = float(np.linalg.norm(T)), one.friction * x[at]
+            x[rows] = T * (limit / length) if length > limit else T
+    return x
+
+
+def _directions(
+    A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int], angles: Array
+) -> Array | None:
+    """Angles at which the slip begins along its own direction, r_T × d = 0, by Newton's method."""
+
+    def across(a: Array) -> Array | None:
+        one = _linear(A, c, contacts, _turned(modes, sought, a))
+        if one is None:
+            return None
+        return np.array(
+            [
+                one.rates[contacts[i].row + 2] * np.cos(x) - one.rates[contacts[i].row + 1] * np.sin(x)
+                for i, x in zip(sought, a, strict=True)
+            ]
+        )
+
+    return newton(across, angles)
+
+
+def newton(function: Callable[[Array], Array | None], x: Array) -> Array | None:
+    """A zero of a function of angles near ``x``; the slope by differences decides the way, not the zero."""
+    step = 1e-6
+    for _ in range(40):
+        value = function(x)
+        if value is None:
+            return None
+        columns = []
+        for k in range(len(x)):
+            turned = x.copy()
+            turned[k] += step
+            other = function(turned)
+            if other is None:
+                return None
+            columns.append((other - value) / step)
+        change = np.linalg.lstsq(np.array(columns).T, -value, rcond=1e-8)[0]
+        change = np.clip(change, -0.5, 0.5)
+        x = x + change
+        if np.abs(change).max() < 1e-14:
+            return x
+    return x if np.abs(change).max() < 1e-12 else None
+
+
+def _linear(
+    A: Array, c: Array, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]]
+) -> Solution | None:
+    """Forces and rates of one combination; None where its equations have no solution."""
+    m = len(c)
+    columns, rows = [], []  # λ = B x, and the rows of r that vanish
+    for contact, (mode, d) in zip(contacts, modes, strict=True):
+        if mode == OPEN:
+            continue
+        e = np.zeros(m)
+        e[contact.row] = 1.0
+        rows.append(contact.row)
+        if mode == SLIP:
+            for k in range(contact.tangents):
+                e[contact.row + 1 + k] = -contact.friction * d[k]
+        columns.append(e)
+        if mode == STICK:
+            for k in range(contact.tangents):
+                e = np.zeros(m)
+                e[contact.row + 1 + k] = 1.0
+                columns.append(e)
+                rows.append(contact.row + 1 + k)
+    forces, lack = np.zeros(m), 0
+    if rows:
+        B = np.array(columns).T
+        S = A[rows] @ B
+        size = np.sqrt(np.abs(A.diagonal()[rows]))
+        if not (size > 0).all():
+            return None
+        scaled = S / np.outer(size, size)
+        x, _, rank, _ = np.linalg.lstsq(scaled, -c[rows] / size, rcond=SMALL)
+        lack = len(rows) - int(rank)
+        if lack:  # N least in the norm of forces, then T in Σ |T|²/N
+            x = np.linalg.pinv(S, rcond=SMALL) @ -c[rows]
+            weights = np.ones(len(rows))
+            for contact in contacts:
+                at = [j for j, row in enumerate(rows) if contact.row < row <= contact.row + contact.tangents]
+                if at:
+                    weights[at] = max(float((B @ x)[contact.row]), 0.0)
+            if (weights > 0).all():
+                root = np.sqrt(weights)
+                x = root * (np.linalg.pinv(S * root, rcond=SMALL) @ -c[rows])
+        else:
+            x = x / size
+            x = x - np.linalg.solve(S, S @ x + c[rows])
+        forces = B @ x
+    rates = A @ forces + c
+    return _judged(A, c, contacts, tuple(modes), forces, rates, rows, lack)
+
+
+def _judged(
+    A: Array, c: Array, contacts: Any, modes: Any, forces: Array, rates: Array, rows: Any, lack: int
+) -> Solution:
+    most_force = max(float(np.abs(forces).max(initial=0)), float(_typical(A, c)))
+    most_rate = max(float(np.abs(c).max(initial=0)), float((np.abs(A) @ np.abs(forces)).max(initial=0)))
+    f, r = 1 / most_force if most_force > 0 else 1.0, 1 / most_rate if most_rate > 0 else 1.0
+    slack: list[tuple[int, str, float]] = []
+    worst = float(np.abs(rates[rows]).max(initial=0)) * r if rows else 0.0
+    for i, (contact, (mode, d)) in enumerate(zip(contacts, modes, strict=True)):
+        at, n = contact.row, contact.tangents
+        if mode == OPEN:
+            slack.append((i, "open", rates[at] * r))
+            continue
+        slack.append((i, "normal", forces[at] * f))
+        if mode == STICK:
+            T = float(np.linalg.norm(forces[at + 1 : at + 1 + n]))
+            slack.append((i, "cone", (contact.static * forces[at] - T) * f))
+        elif n and contact.sliding is None and contact.friction > 0:
+            slack.append((i, "onset", float(d @ rates[at + 1 : at + 1 + n]) * r))
+    worst = max([worst, *(-value for _, _, value in slack)], default=worst)
+    ties = tuple((i, law) for i, law, value in slack if value <= SMALL)
+    return Solution(modes, forces, rates, worst, ties, lack)
+
+
+def _typical(A: Array, c: Array) -> float:
+    """A force of the size at hand: of those that would stop each rate alone, the greatest."""
+    diagonal = np.abs(A.diagonal())
+    one = diagonal > 0
+    return float((np.abs(c[one]) / diagonal[one]).max(initial=0))
+
+
+def distinct(
+    found: Sequence[Solution], responses: Array, size: float = 0.0, alike: float = 1e-8
+) -> list[list[Solution]]:
+    """Solutions grouped by the motion that they give.
+
+    Parameters
+    ----------
+    responses : array (m, n_u)
+        Accelerations (speeds) of the machine per unit force (impulse).
+    size : float
+        Those that count as not small, if greater than the solutions' own.
+    alike : float
+        Relative difference up to which two motions are one.
+    """
+    groups: list[tuple[Array, list[Solution]]] = []
+    moved = [one.forces @ responses for one in found]
+    size = max([size, *(float(np.abs(x).max(initial=0)) for x in moved)])
+    for x, one in zip(moved, found, strict=True):
+        for y, group in groups:
+            if np.abs(x - y).max(initial=0) <= alike * size:
+                group.append(one)
+                break
+        else:
+            groups.append((x, [one]))
+    return [group for _, group in groups]
+
+
+def painleve(A: Array, contact: Touching) -> float:
+    """Normal rate per unit normal force in slip, A_NN - μ d·A_NT: at or below zero Painlevé's paradoxes begin."""
+    at, n = contact.row, contact.tangents
+    if contact.sliding is None:
+        return float(A[at, at] - contact.friction * np.linalg.norm(A[at, at + 1 : at + 1 + n]))
+    return float(A[at, at] - contact.friction * (A[at, at + 1 : at + 1 + n] @ contact.sliding))

@@ -1,0 +1,158 @@
+"""Slip in space at speed zero, where it has no direction: its first and its last moment, as straight steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..dynamics import coordinate_rates
+from ..dynamics.state import float_state
+from ..errors import SimulationError
+from .complementarity import OPEN, SLIP, SMALL, STICK, Solution
+from .contact_scene import STOPPED, Modes, Phase, Snapshot
+from .contact_state import NUDGE, ContactRun
+from .path import FINISHED, Array, Path, Rates, observe
+from .phases import Segment
+
+
+@dataclass(frozen=True, eq=False)
+class Leap(Path):
+    """One straight step, so short that its curvature is beyond double precision."""
+
+    def sample(self, times: Any, dense: bool = False) -> Array:
+        del dense
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+        length = self.times[-1] - self.times[0]
+        x = (wanted - self.times[0]) / length if length > 0 else np.zeros_like(wanted)
+        return self.states[0] + x[:, None] * (self.states[-1] - self.states[0])
+
+
+def onset(
+    work: ContactRun, t: float, y: Array, modes: Modes, one: Solution | None, seen: Snapshot, end: float
+) -> Any:
+    """The first moment of a slip in space that begins at rest: a straight step, after which it has a direction."""
+    starting = [
+        k
+        for k, mode in enumerate(modes)
+        if mode == SLIP
+        and work.scene.tangents[k] == 2
+        and not work.model.contacts[k].frictionless
+        and float(np.linalg.norm(work.slip(seen, k))) <= work.still(y)
+    ]
+    if not starting or one is None:
+        return t, y
+    chosen = [k for k in work.closed(seen, y) if seen.rate[work.scene.first[k]] <= work.still(y)]
+    rows = [
+        i
+        for k in chosen
+        for i in range(work.scene.first[k], work.scene.first[k] + 1 + work.scene.tangents[k])
+    ]
+    udot = seen.free + one.forces @ seen.responses[rows]
+    pull = min(
+        float(np.linalg.norm((seen.A[:, rows] @ one.forces + seen.c)[work.scene.first[k] + 1 :][:2]))
+        for k in starting
+    )
+    if pull <= SMALL * (float(np.abs(seen.c).max(initial=0)) + 1e-300):
+        return t, nudged(work, t, y, starting, chosen, modes, one, seen)
+    step = min(max(4 * STOPPED / pull, 1e-9), end - t)
+    y_after = y.copy()
+    y_after[work.n : work.n + work.model.n_u] += step * udot
+
+    middle = (work.u(y) + work.u(y_after)) / 2
+    state = float_state(work.model, y[: work.n].tolist(), middle.tolist(), t, work.values)
+    y_after[: work.n] += step * np.array([float(x) for x in coordinate_rates(work.model, state)])
+    return leap(work, t, y, t + step, y_after, modes)
+
+
+def nudged(
+    work: ContactRun,
+    t: float,
+    y: Array,
+    starting: Sequence[int],
+    chosen: Sequence[int],
+    modes: Modes,
+    one: Solution,
+    seen: Snapshot,
+) -> Array:
+    """A slip that begins with no acceleration has no direction yet: it gets one, with a speed of :data:`NUDGE`.
+
+    Raises
+    ------
+    SimulationError
+        Contacts that stick do not let it slip: how friction is shared among them is not determined.
+    """
+    rows, wanted = [], []
+    for k, (mode, d) in zip(chosen, one.modes, strict=True):
+        if mode == OPEN:
+            continue
+        at, n = work.scene.first[k], work.scene.tangents[k]
+        rows.append(at)
+        wanted.append(0.0)
+        if mode == STICK or k in starting:
+            rows += range(at + 1, at + 1 + n)
+            wanted += [NUDGE * x for x in d] if k in starting else [0.0] * n
+    A, goal = seen.A[np.ix_(rows, rows)], np.array(wanted)
+    impulses = np.linalg.lstsq(A, goal, rcond=SMALL)[0]
+    loose = len(starting) > 1 and work.loose_forces(modes, frozenset(), seen)[rows].any()
+    if loose or np.abs(A @ impulses - goal).max(initial=0) > 1e-3 * NUDGE:
+        names = ", ".join(f"'{work.names[k]}'" for k in chosen if modes[k] != OPEN)
+        raise SimulationError(
+            f"Contacts {names} at t = {t:.9g} s are statically indeterminate: friction, shared in proportion to N, "
+            f"has reached μ_s N, and the motion does not say how they share it. Rest the "
+            f"body on fewer contacts, describe it in its plane of motion, or take method='timestepping'."
+        )
+    after = y.copy()
+    after[work.n : work.n + work.model.n_u] += impulses @ seen.responses[rows]
+    return after
+
+
+def leap(
+    work: ContactRun, t: float, y: Array, t_after: float, y_after: Array, modes: Modes
+) -> tuple[float, Array]:
+    phase, rates, _, _ = work.setup(modes, t_after, y_after, work.look(t_after, y_after))
+    if phase.active:
+        y_after = work.projected(t_after, y_after, rates)
+    path = Leap(
+        rates,
+        np.array([t, t_after]),
+        np.array([t_after - t]),
+        np.array([y, y_after]),
+        (),
+        FINISHED,
+        0,
+        0,
+        0,
+    )
+    work.segments.append(Segment(path, phase, work.impulses, phase.shown, phase.loose))
+    return t_after, y_after
+
+
+def halt(
+    work: ContactRun, phase: Phase, rates: Rates, k: int, t: float, y: Array, modes: Modes
+) -> tuple[float, Array]:
+    """The rest of a slip in space that has come down to :data:`STOPPED`: a straight step to its end."""
+    program = phase.contact()
+    constants = program.constants(work.parameters)
+    m, at = work.scene.rows, work.scene.first[k]
+    rate = observe(program.address("rate"), m, np.array([t]), y[None], constants)[0][at + 1 : at + 3]
+    a = observe(program.address("acceleration"), m, np.array([t]), y[None], constants)[0][at + 1 : at + 3]
+    speed = float(np.linalg.norm(rate))
+    if not speed > 0:
+        return t, y
+    slowing = -float(rate @ a) / speed
+    if not slowing > 0:
+        return t, y
+    step = speed / slowing
+    f = observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
+    after = y + step * f
+    seen = work.look(t + step, after)
+    # what is left of the slip, of second order in the step, goes by an impulse of that size
+    rows = [at + 1, at + 2]
+    impulses = np.linalg.lstsq(seen.A[np.ix_(rows, rows)], -seen.rate[rows], rcond=SMALL)[0]
+    after[work.n : work.n + work.model.n_u] += impulses @ seen.responses[rows]
+    path = Leap(rates, np.array([t, t + step]), np.array([step]), np.array([y, after]), (), FINISHED, 0, 0, 0)
+    work.segments.append(Segment(path, phase, work.impulses, phase.shown, phase.loose))
+    return t + step, after

@@ -1,0 +1,289 @@
+"""Motion with contacts, from event to event.
+
+    between events   the equations of one set of modes (open, stick, slip), compiled, integrated by the usual loop
+    an event ends it: a gap closes, N falls to zero, |T| reaches μ_s N, the slip stops, a contact leaves its surface
+    at an event      impulses if contacts approach (`impacts`), then modes from the complementarity problem of the
+                     accelerations (`complementarity`); where it holds with equality, derivatives of the accelerations
+                     and forces along each candidate decide
+
+Bounces too low to follow are summed (`bounces`); slip in space begins and ends with a straight step
+(`contact_leaps`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..errors import SimulationError
+from .bounces import limit
+from .bounces import settled as taken_away
+from .complementarity import OPEN, Solution
+from .contact_leaps import halt, onset
+from .contact_modes import modes_at
+from .contact_scene import Ending, Modes, Phase, Snapshot
+from .contact_state import ENDLESS, LOW, ContactRun
+from .integrate import integrate
+from .path import FINISHED, TERMINAL, Array, Path, Rates, observe
+from .phases import Phases, Segment
+
+
+@dataclass(frozen=True)
+class Change:
+    """A contact's mode from ``start`` to ``end`` [s], and why it began."""
+
+    contact: str
+    mode: str
+    start: float
+    end: float
+    why: str
+
+    def __str__(self) -> str:
+        return f"{self.contact}: {shown(self.mode)} from {self.start:.6g} to {self.end:.6g} s ({self.why})"
+
+
+def shown(mode: str) -> str:
+    """A mode as it is printed."""
+    return {"slip+": "slip +", "slip-": "slip -"}.get(mode, mode)
+
+
+def run(
+    work: ContactRun, state: Array, begin: float, end: float, between: Callable[[float], None] | None
+) -> Phases:
+    """The path from ``state`` (q, u) at ``begin`` to ``end``; happenings and changes of mode are left in ``work``."""
+    n = work.n + work.model.n_u
+    y = np.concatenate([state[:n], [0.0, 0.0]])
+    t = begin
+    work.rates = None
+    current: Modes = ("",) * len(work.names)
+    past = current
+    reasons: dict[int, str] = {}
+    status, crowded, last = "", 0, -math.inf
+    seen = work.look(t, y)
+    deepest = min(range(len(work.names)), key=lambda k: seen.gap[k] if seen.reach[k] >= 0 else math.inf)
+    if seen.gap[deepest] < -work.near(y) and seen.reach[deepest] >= 0:
+        raise SimulationError(
+            f"The initial state of '{work.model.name}' has contact '{work.names[deepest]}' {-seen.gap[deepest]:.6g} m "
+            f"deep. Begin with every gap at zero or above."
+        )
+    while True:
+        crowded = crowded + 1 if t - last <= 1e-13 * max(1.0, abs(t)) else 0
+        last = t
+        if crowded > ENDLESS:
+            raise SimulationError(
+                f"Contacts of '{work.model.name}' change their modes again and again at t = {t:.9g} s "
+                f"({', '.join(f'{a}: {b}' for a, b in zip(work.names, current, strict=True))}), {ENDLESS} times. "
+                "Impacts that end in a finite time only together (restitution of several contacts at once) do this."
+            )
+        seen = work.look(t, y)
+        y, hit = work.collide(t, y, seen)
+        settled = limit(work, t, y) if hit else None
+        if settled is not None:
+            t, y, current, past, stop = _rest(work, t, y, settled, current, past, end, between)
+            if stop:
+                status = stop
+                break
+            reasons = dict.fromkeys(settled[2], "end of the bounces, the limit of a geometric series")
+        modes, one, seen = modes_at(work, t, y, current)
+        phase, rates, _, _ = work.setup(modes, t, y, seen)
+        low = LOW * (1 + work.size(y))
+        flights = _flights(work, t, y, modes, phase)
+        unseen = frozenset(k for k, (v, a) in flights.items() if v * v / (2 * a) < low)
+        if unseen:  # a flight lower than the round-off of its gap: none
+            y = taken_away(work, t, y, seen, unseen)
+            work.bounces.clear()
+            continue
+        for i in np.flatnonzero(phase.loose):
+            work.indeterminate.setdefault(work.scene.names[i], t)
+        shown_now = phase.shown
+        _note_modes(work, t, y, past, shown_now, reasons, hit)
+        current, past = modes, shown_now
+        if t >= end:
+            status = FINISHED
+            tail = Path(rates, np.array([t]), np.empty(0), y[None], (), FINISHED, 0, 0, 0)
+            work.segments.append(Segment(tail, phase, work.impulses, phase.shown, phase.loose))
+            break
+        t, y = onset(work, t, y, modes, one, seen, end)
+        if t >= end:
+            status = FINISHED
+            break
+        phase, rates, watch, endings = work.setup(modes, t, y, seen)
+        y = work.projected(t, y, rates)
+        _agree(work, t, y, rates, one, seen, modes)
+        path, t, y, reasons, stop = _phase(work, phase, rates, watch, endings, t, y, end, modes, between)
+        if stop:
+            status = stop
+            break
+    for change in work.changes:
+        if change[3] is None:
+            change[3] = t
+    return Phases(tuple(work.segments), status)
+
+
+def _agree(
+    work: ContactRun, t: float, y: Array, rates: Rates, one: Solution | None, seen: Snapshot, modes: Modes
+) -> None:
+    """Normal forces that no motion determines must not decide the motion by their friction."""
+    if one is None or not one.rank_lack:
+        return
+    chosen = [k for k in work.closed(seen, y) if seen.rate[work.scene.first[k]] <= work.still(y)]
+    rows = [
+        i
+        for k in chosen
+        for i in range(work.scene.first[k], work.scene.first[k] + 1 + work.scene.tangents[k])
+    ]
+    expected = seen.free + one.forces @ seen.responses[rows]
+    f = observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
+    got = f[work.n : work.n + work.model.n_u]
+    size = float(np.abs(seen.responses[rows]).max(initial=0) * np.abs(one.forces).max(initial=0))
+    alike = 10 * work.alike([work.touching(seen, k, work.still(y)) for k in chosen], seen, chosen, y)
+    if np.abs(got - expected).max(initial=0) > alike * (size + float(np.abs(expected).max(initial=0))):
+        names = ", ".join(f"'{n}'" for n, mode in zip(work.names, modes, strict=True) if mode != OPEN)
+        raise SimulationError(
+            f"The normal forces of contacts {names} at t = {t:.9g} s are statically indeterminate, and with different "
+            "friction each distribution moves the machine otherwise. Give them equal friction, or fewer contacts."
+        )
+
+
+def _phase(
+    work: ContactRun, phase: Phase, rates: Rates, watch: Any, endings: Sequence[Ending], t: float, y: Array,
+    end: float, modes: Modes, between: Any,
+) -> tuple[Path, float, Array, dict[int, str], str]:  # fmt: skip
+    """Integrate one phase to its end: path, time, state, reasons by contact, and the status if the run ends."""
+    path = integrate(
+        rates, y, t, end, relative=work.relative, absolute=work.absolute, watch=watch, between=between,
+        # half of the shortest flight: a longer step could jump over the return of a contact
+        first_step=min((v / a for v, a in _flights(work, t, y, modes, phase).values()), default=None),
+        **work.options,
+    )  # fmt: skip
+    _check_depth(work, path, modes)
+    asked = len(work.specs)
+    mine = [c for c in path.crossings if c.number >= asked]
+    shown_ = tuple(c for c in path.crossings if c.number < asked)
+    work.segments.append(
+        Segment(replace(path, crossings=shown_), phase, work.impulses, phase.shown, phase.loose)
+    )
+    if path.status == FINISHED:
+        return path, path.end, path.states[-1], {}, FINISHED
+    if path.status != TERMINAL:
+        return path, path.end, path.states[-1], {}, path.status
+    t_new, y_new = path.end, path.states[-1].copy()
+    if any(c.time == path.end and c.number < asked and work.specs[c.number].terminal for c in path.crossings):
+        return path, t_new, y_new, {}, TERMINAL
+    reasons: dict[int, str] = {}
+    stopped = []
+    for c in mine:
+        ending = endings[c.number - asked]
+        reasons[ending.contact] = _why(work, phase, ending, t_new, y_new)
+        if ending.law == "slip" and work.scene.tangents[ending.contact] == 2:
+            stopped.append(ending.contact)
+    for k in stopped:
+        t_new, y_new = halt(work, phase, rates, k, t_new, y_new, modes)
+    return path, t_new, y_new, reasons, ""
+
+
+def _rest(
+    work: ContactRun, t: float, y: Array, settled: Any, current: Modes, past: Modes, end: float, between: Any
+) -> tuple[float, Array, Modes, Modes, str]:
+    """The time that is left to bounces too low to follow, as motion in contact."""
+    y, left, contacts = settled
+    modes, one, seen = modes_at(work, t, y, current)
+    until = min(t + left, end)
+    names = ", ".join(work.names[k] for k in sorted(contacts))
+    phase, rates, watch, endings = work.setup(modes, t, y, seen)
+    _note_modes(
+        work, t, y, past, phase.shown, dict.fromkeys(contacts, "bounces below what numbers resolve"), True
+    )
+    y = work.projected(t, y, rates)
+    if until > t:
+        _, t, y, _, stop = _phase(work, phase, rates, watch, endings, t, y, until, modes, between)
+        if stop and stop != FINISHED:
+            return t, y, modes, phase.shown, stop
+    if until < end or t < end:
+        work.tell(t, "rest", y, y, f"{names}: the bounces end here, the limit of their geometric series")
+    work.bounces.clear()
+    return t, y, modes, phase.shown, FINISHED if t >= end else ""
+
+
+def _why(work: ContactRun, phase: Phase, ending: Ending, t: float, y: Array) -> str:
+    if ending.law == "gap":
+        return "the gap closed"
+    if ending.law == "normal":
+        return "N reached 0"
+    if ending.law == "reach":
+        return "the end of the surface"
+    if ending.law == "slip":
+        return "the slip stopped"
+    program = phase.contact()
+    force = observe(
+        program.address("force"), work.scene.rows, np.array([t]), y[None], program.constants(work.parameters)
+    )[0]
+    at, n = work.scene.first[ending.contact], work.scene.tangents[ending.contact]
+    return f"|T| reached {float(np.linalg.norm(force[at + 1 : at + 1 + n])):.6g} N"
+
+
+def _note_modes(
+    work: ContactRun, t: float, y: Array, before: Modes, after: Modes, reasons: Mapping[int, str], hit: bool
+) -> None:
+    for k, name in enumerate(work.names):
+        if before[k] == after[k]:
+            continue
+        first = before[k] == ""
+        why = reasons.get(k) or (
+            "the start" if first else "an impact" if hit else "a change at another contact"
+        )
+        for change in work.changes:
+            if change[0] == name and change[3] is None:
+                change[3] = t
+        work.changes.append([name, after[k], t, None, why])
+        if not first:
+            work.tell(t, name, y, y, f"contact {name}: {shown(before[k])} → {shown(after[k])}, {why}")
+
+
+def _flights(
+    work: ContactRun, t: float, y: Array, modes: Modes, phase: Phase
+) -> dict[int, tuple[float, float]]:
+    """(speed, deceleration) of open contacts that leave a surface to which their phase brings them back at once."""
+    seen = work.look(t, y)
+    near, still = work.near(y), work.still(y)
+    leaving = [
+        k
+        for k, mode in enumerate(modes)
+        if mode == OPEN and abs(seen.gap[k]) <= near and seen.rate[work.scene.first[k]] > still
+    ]
+    if not leaving:
+        return {}
+    program = phase.contact()
+    a = observe(
+        program.address("acceleration"),
+        work.scene.rows,
+        np.array([t]),
+        y[None],
+        program.constants(work.parameters),
+    )[0]
+    return {
+        k: (float(seen.rate[work.scene.first[k]]), -float(a[work.scene.first[k]]))
+        for k in leaving
+        if a[work.scene.first[k]] < 0
+    }
+
+
+def _check_depth(work: ContactRun, path: Path, modes: Modes) -> None:
+    """An open contact that is deep at the end of a phase was passed over."""
+    y = path.states[-1]
+    if not np.isfinite(y).all():
+        return
+    seen = work.look(path.end, y)
+    for k, mode in enumerate(modes):
+        if mode == OPEN and seen.gap[k] < -work.near(y) and seen.reach[k] > 0 and path.start < path.end:
+            before = work.look(path.start, path.states[0])
+            if before.reach[k] > 0:
+                raise SimulationError(
+                    f"Contact '{work.names[k]}' of '{work.model.name}' closed between {path.start:.6g} and "
+                    f"{path.end:.6g} s within less than a step, and was passed over: it is {-seen.gap[k]:.3g} m deep. "
+                    f"Give a max_step shorter than that contact lasts."
+                )

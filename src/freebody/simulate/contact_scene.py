@@ -1,0 +1,335 @@
+"""Compiled code of a machine with contacts: all that mode changes need, and the equations of each phase.
+
+scene    gap, speeds and accelerations of all contacts, A = W M⁻¹ Wᵀ and what one unit of force does to u'
+phase    equations of one set of modes, contact forces, and the functions that end the phase
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, cast
+
+import numpy as np
+
+from ..dynamics import State, coordinate_rates, kinetic_energy, potential_energy
+from ..dynamics.constrained import independent_rows
+from ..dynamics.constraints import linearized, rows
+from ..dynamics.contact import contact_layout, contact_rows, touches
+from ..dynamics.contact_motion import contact_forces, contact_problem, friction_power, in_modes
+from ..dynamics.linear import Factorization
+from ..dynamics.motion import Motion, motion, total_power
+from ..dynamics.state import float_state
+from ..model import Model
+from ..scalar.derivative import forward
+from ..scalar.trace import Tape
+from .kernels import Kernels, Program
+from .path import Array, observe
+
+STOPPED = 1e-8
+"""Slip speed in space at which the rest of the slip is one straight step to its end [m/s]."""
+_STOPPED_SQUARE = Fraction(1, 10**16)
+
+Modes = tuple[str, ...]
+"""Mode of every contact: open, stick, slip+, slip- or slip."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """The contacts at one moment; E elements, m rows in the order of :func:`contact_layout`."""
+
+    gap: Array
+    reach: Array
+    rate: Array
+    A: Array
+    c: Array
+    responses: Array
+    free: Array
+    friction: Array
+    static: Array
+    restitution: Array
+
+
+def scene_of_layout(model: Model) -> tuple[list[int], list[int], int]:
+    """First row and number of tangents of every element, and the number of rows."""
+    layout = contact_layout(model.contacts)
+    kinds = [(row.contact, row.kind) for row in layout]
+    count = range(len(model.contacts))
+    return [kinds.index((k, "N")) for k in count], [kinds.count((k, "T")) for k in count], len(layout)
+
+
+class Scene:
+    """The contacts of a model as numbers, by one compiled kernel."""
+
+    def __init__(self, kernels: Kernels) -> None:
+        self.kernels = kernels
+        self.model: Model = kernels.model
+        self.first, self.tangents, self.rows = scene_of_layout(self.model)
+        self.names = tuple(row.name for row in contact_layout(self.model.contacts))
+        self._phases: dict[Any, Phase] = {}
+        self._moded: dict[Modes, Model] = {}
+        self._reaching: list[int] = []
+
+    def _functions(self, state: State) -> Mapping[str, Sequence[Any]]:
+        model = self.model
+        given = contact_rows(model, state)
+        problem = contact_problem(model, state, self.kernels.active)
+        seen = touches(model, state)
+        self._reaching = [len(one.reach) for one in seen]
+        coefficients = [
+            state(x) for c in model.contacts for x in (c.friction, c.static_friction, c.restitution)
+        ]
+        return {
+            "scene": [
+                *given.gap,
+                *given.rate,
+                *problem.c,
+                *problem.free,
+                *(x for row in problem.A for x in row),
+                *(x for row in problem.responses for x in row),
+                *coefficients,
+                *(x for one in seen for x in one.reach),
+            ]
+        }
+
+    @cached_property
+    def program(self) -> Program:
+        return self.kernels._program("scene", self._functions)
+
+    def at(self, t: float, y: Array, constants: Array) -> Snapshot:
+        program = self.program
+        n_u, E, m = self.model.n_u, len(self.first), self.rows
+        values = observe(
+            program.address("scene"), program.outputs("scene"), np.array([t]), y[None], constants
+        )[0]
+        parts, at = [], 0
+        for size in (E, m, m, n_u, m * m, m * n_u, 3 * E):
+            parts.append(values[at : at + size])
+            at += size
+        if not self._reaching:
+            self._reaching = [len(one.reach) for one in touches(self.model, self._float(t, y, constants))]
+        reach = np.full(E, np.inf)
+        for k, size in enumerate(self._reaching):
+            if size:
+                reach[k] = values[at : at + size].min()
+            at += size
+        coefficients = parts[6].reshape(E, 3)
+        return Snapshot(
+            parts[0], reach, parts[1], parts[4].reshape(m, m), parts[2], parts[5].reshape(m, n_u), parts[3],
+            coefficients[:, 0], coefficients[:, 1], coefficients[:, 2],
+        )  # fmt: skip
+
+    def _float(self, t: float, y: Array, constants: Array) -> State:
+        del constants
+        n = self.model.n_q
+        return float_state(self.model, y[:n].tolist(), y[n : n + self.model.n_u].tolist(), t)
+
+    def phase(self, modes: Modes, t: float, y: Array, values: Mapping[str, float]) -> Phase:
+        """The equations of a set of modes; dependent conditions are found at the state."""
+        if modes not in self._moded:
+            named = {
+                c.name: mode for c, mode in zip(self.model.contacts, modes, strict=True) if mode != "open"
+            }
+            self._moded[modes] = in_modes(self.model, named) if named else self.model
+        model = self._moded[modes]
+        active = self.kernels.active
+        if any(mode != "open" for mode in modes):
+            n = model.n_q
+            state = float_state(model, y[:n].tolist(), y[n : n + model.n_u].tolist(), t, values)
+            active = independent_rows(model, state)
+        key = (modes, active)
+        if key not in self._phases:
+            self._phases[key] = Phase(self, model, modes, active)
+        return self._phases[key]
+
+
+@dataclass(frozen=True)
+class Ending:
+    """A function that ends a phase when it falls through zero: of which contact, and what it means."""
+
+    contact: int
+    law: str  # gap, normal, cone, slip, reach
+    sign: int = 0
+
+
+class Phase(Kernels):
+    """Compiled equations of one set of modes; the state is (q, u, W, heat)."""
+
+    def __init__(self, scene: Scene, model: Model, modes: Modes, active: tuple[int, ...]) -> None:
+        super().__init__(model, active)
+        self.scene = scene
+        self.modes = modes
+        self._work = True
+        self._endings: dict[Any, tuple[Ending, ...]] = {}
+        self.loose: Any = None
+        self.shown: Modes = modes
+
+    # -- equations -------------------------------------------------------------------------------
+
+    def motion(self) -> Program:
+        """Functions ``rates`` (of q, u, work and heat of friction), ``energy`` and, of closed contacts,
+        ``projection``."""
+
+        def functions(state: State) -> dict[str, Sequence[Any]]:
+            moving, forces = self._moving(state)
+            heat = -friction_power(self.model, state, forces) if forces else 0
+            found: dict[str, Sequence[Any]] = {
+                "rates": [
+                    *coordinate_rates(self.model, state),
+                    *moving.udot,
+                    total_power(self.model, state, moving),
+                    heat,
+                ],
+                "energy": [kinetic_energy(self.model, state), potential_energy(self.model, state)],
+            }
+            if self.active:
+                found["projection"] = self._projected(state)
+            return found
+
+        return self._program("motion", functions)
+
+    def _moving(self, state: State) -> tuple[Motion, Any]:
+        """Motion, and contact forces; of those that the motion leaves open, N is least in norm and T in Σ |T|²/N.
+
+        Friction shared in proportion to N reaches its limit at all contacts of a sliding body at once.
+        """
+        moving = motion(self.model, state, self.active)
+        if all(mode == "open" for mode in self.modes):
+            return moving, {}
+        multipliers: Sequence[Any] = moving.multipliers
+        if self._spare:
+            least = self._shared(state, multipliers, [1] * len(multipliers))
+            kinds = rows(self.model)
+            normal = {row.owner: x for row, x in zip(kinds, least, strict=True) if not row.on_speeds}
+            mine = {c.name for c in self.model.contacts}
+            weights = [normal[row.owner] if row.on_speeds and row.owner in mine else 1 for row in kinds]
+            multipliers = self._shared(state, multipliers, weights)
+        return moving, contact_forces(self.model, state, multipliers)
+
+    def _shared(self, state: State, multipliers: Sequence[Any], weights: Sequence[Any]) -> list[Any]:
+        """Multipliers with the same effect, G_aᵀ λ' + G_sᵀ λ_s = G_aᵀ λ, of which Σ λ²/w is least.
+
+        With G_s = C G_a for the spare rows:  λ' = W_a ν,  λ_s = W_s C ν,  (W_a + Cᵀ W_s C) ν = λ.
+        """
+        G = linearized(self.model, state).matrix
+        held = [G[i] for i in self.active]
+        gram = Factorization([[_dot(a, b) for b in held] for a in held])
+        C = [gram.solve([_dot(G[i], a) for a in held]) for i in self._spare]
+        w = [weights[i] for i in self._spare]
+        n = len(held)
+        square = [
+            [
+                (weights[self.active[i]] if i == j else 0)
+                + _dot([c[i] * x for c, x in zip(C, w, strict=True)], [c[j] for c in C])
+                for j in range(n)
+            ]
+            for i in range(n)
+        ]
+        nu = Factorization(square).solve([multipliers[i] for i in self.active])
+        result = list(multipliers)
+        for i, value in zip(self.active, nu, strict=True):
+            result[i] = weights[i] * value
+        for i, c in zip(self._spare, C, strict=True):
+            result[i] = weights[i] * _dot(c, nu)
+        return result
+
+    @cached_property
+    def _spare(self) -> list[int]:
+        """Conditions of contacts that follow from the others."""
+        names = {c.name for c in self.model.contacts}
+        return [i for i, row in enumerate(rows(self.model)) if row.owner in names and i not in self.active]
+
+    # -- contacts --------------------------------------------------------------------------------
+
+    def _quantities(self, state: State) -> dict[str, list[Any]]:
+        moving, forces = self._moving(state)
+        given = contact_rows(self.model, state)
+        a = [_dot(row, moving.udot) + b for row, b in zip(given.matrix, given.bias, strict=True)]
+        lam: list[Any] = []
+        for k, contact in enumerate(self.model.contacts):
+            n = 1 + self.scene.tangents[k]
+            lam += list(forces.get(contact.name, (0,) * n))
+        return {"gap": list(given.gap), "rate": list(given.rate), "acceleration": a, "force": lam}
+
+    def contact(self) -> Program:
+        """Functions ``gap`` (E), ``rate``, ``acceleration`` and ``force`` (m) of all contacts."""
+        return self._program("contact", self._quantities)
+
+    def contact_rates(self) -> Program:
+        """Function ``slopes``: derivatives of acceleration (m) and force (m) along the motion of this phase."""
+
+        def functions(state: State) -> dict[str, Sequence[Any]]:
+            found = self._quantities(state)
+            moving, _ = self._moving(state)
+            outputs = [*found["acceleration"], *found["force"]]
+            seeds = [1, *coordinate_rates(self.model, state), *moving.udot]
+            return {"slopes": forward(cast(Tape, state.field), outputs, [state.t, *state.q, *state.u], seeds)}
+
+        return self._program("slopes", functions)
+
+    def watching(
+        self, expressions: Sequence[Any], dead: frozenset[int] = frozenset()
+    ) -> tuple[Program, tuple[Ending, ...]]:
+        """Function ``values``: the user's expressions, then the functions that end the phase.
+
+        ``dead`` are contacts that the others hold: open ones whose gaps, and slipping ones whose slip, stay zero.
+        """
+        endings: list[Ending] = []
+
+        def functions(state: State) -> dict[str, Sequence[Any]]:
+            found = self._quantities(state)
+            seen = touches(self.model, state)
+            values: list[Any] = [state(e) for e in expressions]
+            endings.clear()
+
+            def end(value: Any, contact: int, law: str, sign: int = 0) -> None:
+                values.append(value)
+                endings.append(Ending(contact, law, sign))
+
+            for k, (contact, mode) in enumerate(zip(self.model.contacts, self.modes, strict=True)):
+                at, n = self.scene.first[k], self.scene.tangents[k]
+                if mode == "open":
+                    if k not in dead:
+                        end(found["gap"][k], k, "gap")
+                    continue
+                N, T = found["force"][at], found["force"][at + 1 : at + 1 + n]
+                v = found["rate"][at + 1 : at + 1 + n]
+                end(N, k, "normal")
+                for x in seen[k].reach:
+                    end(x, k, "reach")
+                if mode == "stick":
+                    mu = state(contact.static_friction)
+                    if n == 1:
+                        end(mu * N - T[0], k, "cone", 1)
+                        end(mu * N + T[0], k, "cone", -1)
+                    else:
+                        end(mu * mu * N * N - T[0] * T[0] - T[1] * T[1], k, "cone")
+                elif mode in ("slip+", "slip-") and k not in dead:
+                    end(v[0] if mode == "slip+" else -v[0], k, "slip")
+                elif mode == "slip" and n == 2 and not contact.frictionless:
+                    end(v[0] * v[0] + v[1] * v[1] - _STOPPED_SQUARE, k, "slip")
+            return {"values": values}
+
+        key = ("watch", tuple(expressions), dead)
+        program = self._program(key, functions)
+        if key not in self._endings:
+            self._endings[key] = tuple(endings)
+        return program, self._endings[key]
+
+
+def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    total: Any = 0
+    for x, y in zip(a, b, strict=True):
+        total = total + x * y
+    return total
+
+
+def scene_of(kernels: Kernels) -> Scene:
+    """The compiled contacts of a machine, kept for its next run."""
+    scene = getattr(kernels, "_scene", None)
+    if scene is None:
+        scene = Scene(kernels)
+        kernels._scene = scene  # type: ignore[attr-defined]
+    return scene

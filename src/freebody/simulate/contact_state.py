@@ -1,0 +1,305 @@
+"""What one run with contacts holds: numbers of its contacts, compiled equations of each set of modes, what happened."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..errors import SimulationError
+from .complementarity import OPEN, SMALL, STICK, Touching
+from .contact_scene import Modes, Phase, Snapshot, scene_of
+from .event import EventSpec
+from .impacts import impact
+from .kernels import Kernels
+from .path import Array, Rates, Watch, observe
+from .phases import Happening, Segment
+
+CLOSED = 1e-10
+"""Gap, relative to 1 m or the greatest coordinate, at which a contact is closed."""
+STILL = 1e-10
+"""Speed, relative to 1 m/s or the greatest speed, below which a contact does not approach, slip or leave."""
+LOW = 1e-15
+"""Height of a flight, relative to 1 m or the greatest coordinate, that round-off hides."""
+NUDGE = 1e-9
+"""Speed of slip given to one that begins in space without acceleration [m/s]."""
+ENDLESS = 200
+"""Changes of mode at one moment before they are refused as endless."""
+
+
+@dataclass
+class Bounce:
+    time: float
+    contacts: frozenset[int]
+    speed: float  # greatest approach speed
+    stuck: bool  # whether none of them slips after it
+
+
+class ContactRun:
+    """One run of a machine with contacts. See :func:`run`."""
+
+    def __init__(
+        self,
+        kernels: Kernels,
+        values: Mapping[str, float],
+        expressions: Sequence[Any],
+        specs: Sequence[EventSpec],
+        relative: Array,
+        absolute: Array,
+        order: str,
+        options: Mapping[str, Any],
+    ) -> None:
+        self.kernels, self.values = kernels, values
+        self.model = kernels.model
+        self.scene = scene_of(kernels)
+        self.parameters = kernels.parameters(values)
+        self.expressions, self.specs = tuple(expressions), tuple(specs)
+        self.relative, self.absolute = relative, absolute
+        self.order, self.options = order, options
+        self.names = [c.name for c in self.model.contacts]
+        self.n = self.model.n_q
+        self.segments: list[Segment] = []
+        self.happenings: list[Happening] = []
+        self.changes: list[list[Any]] = []  # [contact, mode, start, end, why]
+        self.impulses = 0.0
+        self.bounces: list[Bounce] = []
+        self.indeterminate: dict[str, float] = {}
+        self._setups: dict[Any, Any] = {}
+        self._constants = self.scene.program.constants(self.parameters)
+        self.rates: Rates | None = None
+
+    # -- numbers ---------------------------------------------------------------------------------
+
+    def look(self, t: float, y: Array) -> Snapshot:
+        return self.scene.at(t, y, self._constants)
+
+    def u(self, y: Array) -> Array:
+        return y[self.n : self.n + self.model.n_u]
+
+    def still(self, y: Array) -> float:
+        return STILL * (1 + float(np.abs(self.u(y)).max(initial=0)))
+
+    def near(self, y: Array) -> float:
+        return CLOSED * (1 + float(np.abs(y[: self.n]).max(initial=0)))
+
+    def slip(self, seen: Snapshot, k: int) -> Array:
+        at = self.scene.first[k]
+        return seen.rate[at + 1 : at + 1 + self.scene.tangents[k]]
+
+    def closed(self, seen: Snapshot, y: Array) -> list[int]:
+        near = self.near(y)
+        return [k for k in range(len(self.names)) if seen.gap[k] <= near and seen.reach[k] >= -near]
+
+    def touching(self, seen: Snapshot, k: int, still: float) -> Touching:
+        v = self.slip(seen, k)
+        speed = float(np.linalg.norm(v))
+        return Touching(
+            self.names[k], self.scene.first[k], self.scene.tangents[k], seen.friction[k], seen.static[k],
+            v / speed if speed > still else None,
+        )  # fmt: skip
+
+    def alike(self, contacts: Sequence[Touching], seen: Snapshot, chosen: Sequence[int], y: Array) -> float:
+        """Relative difference of two motions that round-off of the directions of slip makes."""
+        slips = [
+            float(np.linalg.norm(self.slip(seen, k)))
+            for k, c in zip(chosen, contacts, strict=True)
+            if c.sliding is not None and c.tangents == 2
+        ]
+        noise = 1e-14 * (1 + float(np.abs(self.u(y)).max(initial=0)))
+        return max(1e-8, *(noise / v for v in slips)) if slips else 1e-8
+
+    def part(self, seen: Snapshot, chosen: Sequence[int], y: Array) -> tuple[Any, ...]:
+        """The problem of the chosen contacts alone: A, their rows, responses, contacts with rows renumbered."""
+        rows: list[int] = []
+        contacts = []
+        for k in chosen:
+            one = self.touching(seen, k, self.still(y))
+            contacts.append(replace(one, row=len(rows)))
+            rows += range(self.scene.first[k], self.scene.first[k] + 1 + self.scene.tangents[k])
+        return seen.A[np.ix_(rows, rows)], rows, seen.responses[rows], contacts
+
+    # -- impacts ---------------------------------------------------------------------------------
+
+    def collide(self, t: float, y: Array, seen: Snapshot) -> tuple[Array, bool]:
+        """State after the impact of the contacts that approach, if any does."""
+        still = self.still(y)
+        closed = self.closed(seen, y)
+        speeds = {k: float(seen.rate[self.scene.first[k]]) for k in closed}
+        if not any(v < -still for v in speeds.values()):
+            return y, False
+        chosen = [k for k in closed if speeds[k] <= still]
+        A, rows, responses, contacts = self.part(seen, chosen, y)
+        before = seen.rate[rows]
+        laws = [self.model.contacts[k].impact for k in chosen]
+        e = [float(seen.restitution[k]) for k in chosen]
+        try:
+            hit = impact(A, before, contacts, e, laws, responses, self.order, still)
+        except SimulationError as error:
+            raise SimulationError(f"Impact at t = {t:.9g} s of '{self.model.name}': {error}") from None
+        after = y.copy()
+        after[self.n : self.n + self.model.n_u] += hit.impulses @ responses
+        self.impulses += hit.energy
+        new = self.look(t, after)
+        parts = []
+        for k in chosen:
+            at = self.scene.first[k]
+            if speeds[k] < -still:
+                parts.append(
+                    f"{self.names[k]}: impact, normal speed {seen.rate[at]:.6g} → {_zero(new.rate[at], still):.6g} m/s"
+                )
+        self.tell(t, "impact", y, after, "; ".join(parts))
+        moving = frozenset(k for k in chosen if speeds[k] < -still)
+        stuck = all(float(np.linalg.norm(self.slip(new, k))) <= still for k in moving)
+        self.bounces.append(Bounce(t, moving, max(-speeds[k] for k in moving), stuck))
+        return after, True
+
+    def tell(self, t: float, name: str, before: Array, after: Array, text: str) -> None:
+        names = (*self.model.coordinate_names, *self.model.speed_names)
+        self.happenings.append(
+            Happening(
+                t,
+                name,
+                0,
+                dict(zip(names, before.tolist(), strict=False)),
+                text,
+                dict(zip(names, after.tolist(), strict=False)),
+            )
+        )
+
+    # -- modes -----------------------------------------------------------------------------------
+
+    # -- phases ----------------------------------------------------------------------------------
+
+    def setup(
+        self, modes: Modes, t: float, y: Array, seen: Snapshot
+    ) -> tuple[Phase, Rates, Watch | None, Any]:
+        """Compiled equations of the modes, and the functions to watch."""
+        phase = self.scene.phase(modes, t, y, self.values)
+        dead = self.dead(modes, seen, y)
+        key = (id(phase), dead)
+        if key not in self._setups:
+            program = phase.motion()
+            rates = Rates(
+                program.address("rates"),
+                self.n + self.model.n_u + 2,
+                program.constants(self.parameters),
+                tuple(self.model.quaternions),
+                program,
+            )
+            if phase.active:
+                rates = replace(
+                    rates, projection=program.address("projection"), projected=self.n + self.model.n_u
+                )
+            watcher, endings = phase.watching(self.expressions, dead)
+            directions = (*(spec.direction for spec in self.specs), *(-1 for _ in endings))
+            terminal = (*(spec.terminal for spec in self.specs), *(True for _ in endings))
+            watch = (
+                Watch(
+                    watcher.address("values"),
+                    directions,
+                    terminal,
+                    watcher.constants(self.parameters),
+                    watcher,
+                )
+                if directions
+                else None
+            )
+            self._setups[key] = (phase, rates, watch, endings)
+        phase.loose = self.loose_forces(modes, dead, seen)
+        phase.shown = tuple(
+            STICK if k in dead and mode in ("slip+", "slip-") else mode for k, mode in enumerate(modes)
+        )
+        return self._setups[key]
+
+    def loose_forces(self, modes: Modes, dead: frozenset[int], seen: Snapshot) -> Any:
+        """Which contact forces the motion does not determine: those in combinations that move nothing."""
+        rows, columns = [], []
+        for k, mode in enumerate(modes):
+            if mode == OPEN and k not in dead:
+                continue
+            at, n = self.scene.first[k], self.scene.tangents[k]
+            rows.append([at])
+            columns.append(seen.responses[at])
+            if mode == STICK or (k in dead and n == 1):
+                for i in range(at + 1, at + 1 + n):
+                    rows.append([i])
+                    columns.append(seen.responses[i])
+            elif mode in ("slip+", "slip-"):
+                rows[-1] = [at, at + 1]
+                columns[-1] = (
+                    columns[-1] - seen.friction[k] * (1 if mode == "slip+" else -1) * seen.responses[at + 1]
+                )
+            elif n == 2 and not self.model.contacts[k].frictionless:
+                v = self.slip(seen, k)
+                speed = float(np.linalg.norm(v))
+                if speed > 0:
+                    rows[-1] = [at, at + 1, at + 2]
+                    columns[-1] = (
+                        columns[-1] - seen.friction[k] * (v / speed) @ seen.responses[at + 1 : at + 3]
+                    )
+        mask = np.zeros(self.scene.rows, dtype=bool)
+        if rows:
+            F = np.array(columns)
+            F = F / np.linalg.norm(F, axis=1, keepdims=True)
+            left, sizes, _ = np.linalg.svd(F)
+            rank = int((sizes > 1e-9 * sizes.max(initial=0)).sum())
+            for i, group in enumerate(rows):
+                if np.abs(left[i, rank:]).max(initial=0) > 1e-7:
+                    mask[group] = True
+        return mask
+
+    def dead(self, modes: Modes, seen: Snapshot, y: Array) -> frozenset[int]:
+        """Contacts that the others hold where they are: open ones at gap zero, and those at the limit of friction.
+
+        Their rows depend on those of the others, so that what ends their modes never moves off zero.
+        """
+        near, still = self.near(y), self.still(y)
+        candidates = [
+            (k, self.scene.first[k])
+            for k, mode in enumerate(modes)
+            if mode == OPEN and abs(seen.gap[k]) <= near
+        ]
+        candidates += [
+            (k, self.scene.first[k] + 1)
+            for k, mode in enumerate(modes)
+            if mode in ("slip+", "slip-") and abs(seen.rate[self.scene.first[k] + 1]) <= still
+        ]
+        if not candidates or all(mode == OPEN for mode in modes):
+            return frozenset()
+        held = []
+        for k, mode in enumerate(modes):
+            at, n = self.scene.first[k], self.scene.tangents[k]
+            if mode != OPEN:
+                held += list(range(at, at + 1 + (n if mode == STICK else 0)))
+        R = seen.responses
+        basis = R[held].T
+        dead = []
+        for k, i in candidates:
+            row = R[i]
+            rest = row - basis @ np.linalg.lstsq(basis, row, rcond=SMALL)[0]
+            if np.linalg.norm(rest) <= SMALL * np.linalg.norm(row):
+                dead.append(k)
+        return frozenset(dead)
+
+    def projected(self, t: float, y: Array, rates: Rates) -> Array:
+        result = y.copy()
+        if rates.projection:
+            for _ in range(3):
+                moved = observe(
+                    rates.projection, rates.projected, np.array([t]), result[None], rates.constants
+                )[0]
+                result[: rates.projected] = moved
+                for i in rates.quaternions:
+                    result[i : i + 4] /= np.linalg.norm(result[i : i + 4])
+        return result
+
+    # -- bounces ---------------------------------------------------------------------------------
+
+    def size(self, y: Array) -> float:
+        return float(np.abs(y[: self.n]).max(initial=0))
+
+
+def _zero(x: float, small: float) -> float:
+    return 0.0 if abs(x) <= small else float(x)

@@ -1,0 +1,195 @@
+"""Motion in phases: a run whose equations, or whose speeds, change at moments.
+
+Each segment has its own machine code and its own start; between two segments the speeds may jump (a blow, an impact)
+and the set of active conditions may change (a contact that sticks, slips or opens). Together they are read as one
+path: at the moment of a jump itself, the state just after.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .event import Event
+from .path import Array, Crossing, Path, Rates
+from .trajectory import Energy, Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """One phase of a run.
+
+    ``path``      its states, in which only the events that the user asked for are counted as crossings
+    ``kernels``   programs of its equations (``motion``, ``reactions``)
+    ``impulses``  work of all blows and impacts up to its start [J]
+    ``modes``     of every contact
+    ``loose``     which contact forces the motion does not determine
+    """
+
+    path: Path
+    kernels: Any
+    impulses: float = 0.0
+    modes: tuple[Any, ...] = ()
+    loose: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class Phases:
+    """Segments one after another, as a :class:`Path` is read."""
+
+    segments: tuple[Segment, ...]
+    status: str
+
+    @property
+    def rates(self) -> Rates:
+        return self.segments[-1].path.rates
+
+    @property
+    def blame(self) -> int:
+        return self.segments[-1].path.blame
+
+    @property
+    def start(self) -> float:
+        return self.segments[0].path.start
+
+    @property
+    def end(self) -> float:
+        return self.segments[-1].path.end
+
+    @cached_property
+    def times(self) -> Array:
+        return np.concatenate([s.path.times for s in self.segments])
+
+    @cached_property
+    def states(self) -> Array:
+        return np.concatenate([s.path.states for s in self.segments])
+
+    @cached_property
+    def lengths(self) -> Array:
+        return np.concatenate([s.path.lengths for s in self.segments])
+
+    @property
+    def steps(self) -> int:
+        return sum(s.path.steps for s in self.segments)
+
+    @property
+    def rejected(self) -> int:
+        return sum(s.path.rejected for s in self.segments)
+
+    @property
+    def evaluations(self) -> int:
+        return sum(s.path.evaluations for s in self.segments)
+
+    @cached_property
+    def crossings(self) -> tuple[Crossing, ...]:
+        """Events that the user asked for; one that ends a segment is not counted again where the next begins."""
+        result: list[Crossing] = []
+        for segment in self.segments:
+            begin = segment.path.start
+            for crossing in segment.path.crossings:
+                if crossing.time - begin <= 4 * np.finfo(float).eps * max(1.0, abs(begin)) and any(
+                    one.number == crossing.number and abs(one.time - crossing.time) <= 1e-12
+                    for one in result[-8:]
+                ):
+                    continue
+                result.append(crossing)
+        return tuple(result)
+
+    @cached_property
+    def starts(self) -> Array:
+        return np.array([s.path.start for s in self.segments])
+
+    def places(self, times: ArrayLike) -> Any:
+        """Number of the segment that each time lies in; the last of those that begin there."""
+        return np.clip(np.searchsorted(self.starts, times, side="right") - 1, 0, len(self.segments) - 1)
+
+    def sample(self, times: ArrayLike, dense: bool = False) -> Array:
+        """States at ``times``; see :meth:`Path.sample`."""
+        wanted = np.atleast_1d(np.ascontiguousarray(times, dtype=float))
+        outside = ~((wanted >= self.start) & (wanted <= self.end))
+        if outside.any():
+            raise ValueError(
+                f"Expected times within the run, {self.start:g} to {self.end:g}; got {wanted[outside][0]!r}. "
+                "Ask for a time inside, or simulate further."
+            )
+        result = np.empty((wanted.size, self.rates.size))
+        for k, chosen in self.split(wanted):
+            result[chosen] = self.segments[k].path.sample(wanted[chosen], dense)
+        return result
+
+    def split(self, times: Array) -> Iterable[tuple[int, Any]]:
+        """(segment, which of the times lie in it), for segments that hold any."""
+        places = self.places(times)
+        return ((int(k), np.flatnonzero(places == k)) for k in np.unique(places))
+
+
+@dataclass(frozen=True)
+class Happening(Event):
+    """An event that the run itself brought: a blow, an impact, a change of a contact's mode.
+
+    ``text`` says what happened. The state is that just before.
+    """
+
+    text: str = ""
+    after: dict[str, float] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        return f"t = {self.time:.6g} s: {self.text}"
+
+
+class EventList(list[Event]):
+    """Events in their order; printed, a sentence each."""
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self))
+
+
+class PhasedTrajectory(Trajectory):
+    """A trajectory of several segments.
+
+    Attributes
+    ----------
+    happenings : tuple of Happening
+        Blows, impacts and changes of mode, in their order.
+    """
+
+    path: Any
+
+    def __init__(self, *arguments: Any, happenings: Sequence[Happening] = (), **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self.happenings = tuple(happenings)
+
+    @cached_property
+    def events(self) -> list[Event]:
+        """The events that happened, in their order; ``print`` shows a sentence each."""
+        asked = super().events
+        both = [(event.time, 0, i, event) for i, event in enumerate(asked)]
+        both += [(event.time, 1, i, event) for i, event in enumerate(self.happenings)]
+        return EventList(event for *_, event in sorted(both, key=lambda entry: entry[:3]))
+
+    @cached_property
+    def energy(self) -> Energy:
+        """The energy ledger; ``work`` holds that of blows, impacts and friction, of which ``impulses`` is the part of
+        blows and impacts."""
+        first = self.path.segments[0]
+        times = np.concatenate([[self.path.start], self.t])
+        states = np.concatenate([first.path.states[:1], self.states])
+        both = self._observed(self.kernels.motion(), "energy", times, states)
+        n = self.kernels.model.n_q + self.kernels.model.n_u
+        work = states[:, n] if states.shape[1] > n else np.zeros(len(times))
+        impulses = np.array([s.impulses for s in self.path.segments])[self.path.places(times)]
+        impulses[0] = 0.0
+        work = work + impulses
+        residual = both.sum(axis=1) - both[0].sum() - work
+        return Energy(both[1:, 0], both[1:, 1], work[1:], residual[1:], impulses[1:])
+
+    def __repr__(self) -> str:
+        n = len(self.events)
+        text = super().__repr__()
+        kept = f"{len(self.path.crossings)} event{'s' * (len(self.path.crossings) != 1)}"
+        return text.replace(f", {kept}, ", f", {n} event{'s' * (n != 1)}, ")

@@ -1,0 +1,234 @@
+"""What contacts refuse: every message says what was expected, what came, and the cure."""
+
+from __future__ import annotations
+
+import pytest
+import sympy
+
+import freebody as fb
+from freebody.errors import ExpressionError, ModelError
+
+
+def machine():
+    s = fb.System("machine")
+    s.parameters("open_mu", R=0.3, mu=0.2)
+    disk, bar = s.body("disk", fb.disk(1, 0.3)), s.body("bar", fb.slender_bar(1, 2))
+    s.planar("p", s.ground, disk, coordinate="x y f")
+    s.planar("q", s.ground, bar, coordinate="x1 y1 f1")
+    return s, disk, bar
+
+
+def refused(call, message, error=ModelError):
+    with pytest.raises(error) as caught:
+        call()
+    assert message in str(caught.value), str(caught.value)
+
+
+CONTACTS = {
+    "same body": (
+        lambda s, disk, bar: (disk.circle(1), disk.plane()),
+        {},
+        "The feature and the surface of contact 'c' are both on body 'disk'. A contact is between two bodies",
+    ),
+    "both on the ground": (
+        lambda s, disk, bar: (s.ground.circle(1), s.ground.plane()),
+        {},
+        "The feature and the surface of contact 'c' are both on the ground.",
+    ),
+    "a body": (
+        lambda s, disk, bar: (disk, s.ground.plane()),
+        {},
+        "Expected a shape for the feature of contact 'c', got the whole of body 'disk'. Say what of it touches: body.point",
+    ),
+    "a number": (
+        lambda s, disk, bar: (disk.circle(1), 3),
+        {},
+        "Expected a shape for the surface of contact 'c', body.point, body.sphere",
+    ),
+    "two points": (
+        lambda s, disk, bar: (disk.origin, bar.origin),
+        {},
+        "The point and the point of contact 'c' are not a supported pair. A point may touch a sphere, circle, cylinder, segment",
+    ),
+    "two planes": (
+        lambda s, disk, bar: (disk.plane(), bar.plane()),
+        {},
+        "The plane and the plane of contact 'c' are not a supported pair. A plane may touch a point, sphere, circle, segment",
+    ),
+    "disk on a hill": (
+        lambda s, disk, bar: (disk.circle(1), s.ground.heightline("x^2")),
+        {},
+        "The circle and the heightline of contact 'c' are not a supported pair.",
+    ),
+    "hollow feature": (
+        lambda s, disk, bar: (disk.circle(3, inside=True), bar.origin),
+        {},
+        "The feature of contact 'c' is the inside of a circle. Exchange feature and surface: the hollow is the surface.",
+    ),
+    "too large to fit": (
+        lambda s, disk, bar: (disk.circle(2), s.ground.circle(1, inside=True)),
+        {},
+        "The circle of contact 'c' has the radius 2 and does not fit inside a circle of radius 1.",
+    ),
+    "negative friction": (
+        lambda s, disk, bar: (disk.circle(1), s.ground.plane()),
+        {"friction": -0.1},
+        "Expected a coefficient of 0 or more for the friction of contact 'c', got -0.1.",
+    ),
+    "negative default": (
+        lambda s, disk, bar: (disk.circle(1), s.ground.plane()),
+        {"friction": "-mu"},
+        "Expected a coefficient of 0 or more for the friction of contact 'c', got -0.2.",
+    ),
+    "friction that moves": (
+        lambda s, disk, bar: (disk.circle(1), s.ground.plane()),
+        {"friction": "x"},
+        "The friction of contact 'c' can not depend on x. Use numbers and parameters.",
+    ),
+    "static below kinetic": (
+        lambda s, disk, bar: (disk.circle(1), s.ground.plane()),
+        {"friction": 0.3, "static_friction": "mu"},
+        "The static friction of contact 'c' is 0.2, below its kinetic friction 0.3.",
+    ),
+    "restitution": (
+        lambda s, disk, bar: (disk.circle(1), s.ground.plane()),
+        {"restitution": 1.5},
+        "Expected a restitution between 0 (no bounce) and 1 (all of it) for contact 'c', got 1.5.",
+    ),
+    "impact law": (
+        lambda s, disk, bar: (disk.circle(1), s.ground.plane()),
+        {"impact": "Newton"},
+        "Expected impact='newton' or impact='poisson' for contact 'c', got 'Newton'.",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CONTACTS)
+def test_refused_contact(case):
+    s, disk, bar = machine()
+    shapes, laws, message = CONTACTS[case]
+    refused(lambda: s.contact("c", *shapes(s, disk, bar), **laws), message)
+    assert s.contacts == {}
+
+
+def test_an_open_coefficient_is_taken():
+    s, disk, _ = machine()
+    s.contact("c", disk.circle(1), s.ground.plane(), friction="open_mu", restitution="open_mu")
+    assert fb.assemble(s).contacts[0].friction == s.names.atoms["open_mu"]
+
+
+def test_other_systems_and_names():
+    s, disk, _ = machine()
+    other = fb.System("other")
+    ball = other.body("ball", fb.sphere(1, 1))
+    refused(lambda: s.contact("c", ball.sphere(1), s.ground.plane()), "belongs to the system 'other'")
+    s.contact("c", disk.circle(1), s.ground.plane())
+    refused(
+        lambda: s.contact("c", disk.circle(1), s.ground.plane()),
+        "There is already a contact 'c' in this system.",
+    )
+    refused(
+        lambda: s.contact("p", disk.circle(1), s.ground.plane()),
+        "There is already a joint 'p' in this system.",
+    )
+    refused(lambda: s.constrain("x", name="c"), "There is already a contact 'c' in this system.")
+    refused(
+        lambda: s.hinge("c", s.ground, disk, coordinate="a"), "There is already a contact 'c' in this system."
+    )
+    refused(
+        lambda: s.contact("1c", disk.circle(1), s.ground.plane()), "'1c' can not be the name of a contact"
+    )
+
+
+SHAPES = {
+    "size": (lambda b: b.circle(0), "Expected a size of more than 0 for the circle of body 'disk', got 0."),
+    "size that moves": (lambda b: b.sphere("x"), "The size of the sphere of body 'disk' can not depend on x."),
+    "inside": (lambda b: b.sphere(1, inside="yes"), "Expected inside=True or inside=False for the sphere of body 'disk', got 'yes'."),
+    "normal": (lambda b: b.plane(normal="up"), "Expected 'x', 'y', 'z' or three components for the normal of the plane of body 'disk', got 'up'."),
+    "zero normal": (lambda b: b.plane(normal=(0, 0, 0)), "has length zero"),
+    "side without length": (lambda b: b.segment((1, 0, 0), (1, 0, 0), normal="y"), "Start and end of the segment of body 'disk' are one point, (1, 0, 0)."),
+    "oblique normal": (lambda b: b.segment((0, 0, 0), (1, 1, 0), normal="y"), "The normal of the segment of body 'disk' must be at right angles to the side from (0, 0, 0) to (1, 1, 0), got 'y'."),
+    "no corners": (lambda b: b.corners(), "Expected either points or size=(a, b) for the corners of body 'disk', got none."),
+    "corners twice": (lambda b: b.corners((0, 0, 0), size=(1, 1)), "got both"),
+    "one edge": (lambda b: b.corners(size=(1,)), "Expected two or three edges, size=(a, b, c), for the corners of body 'disk', got (1,)."),
+    "moved corners": (lambda b: b.corners((0, 0, 0), at=(1, 0, 0)), "at= moves a box of given size; the corners of body 'disk' are given as points."),
+    "place": (lambda b: b.sphere(1, at=(0, 1)), "Expected three components (x, y, z) for the sphere of body 'disk', got 2"),
+    "other body's place": (lambda b: b.sphere(1, at=b.system.ground.origin), "Expected a point of body 'disk' for the sphere of body 'disk', got a point (0, 0, 0) of ground."),
+    "level line": (lambda b: b.heightline("2*R"), "The heightline of body 'disk' does not depend on x. A level line is body.plane()."),
+    "line that moves": (lambda b: b.heightline("sin(f)*x"), "The heightline of body 'disk' is fixed in its body and can not depend on f."),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", SHAPES)
+def test_refused_shape(case):
+    make, message = SHAPES[case]
+    refused(lambda: make(machine()[1]), message)
+
+
+def test_a_line_of_unknown_names():
+    refused(lambda: machine()[1].heightline("sin(w*x)"), "In the heightline of body 'disk'", ExpressionError)
+
+
+def test_walls_that_touch_along_a_line_need_a_planar_machine():
+    s = fb.System("log")
+    log = s.body("log", fb.cylinder(1, 0.2, 1))
+    s.free("air", s.ground, log)
+    s.contact("c", log.cylinder(0.2), s.ground.cylinder(1))
+    refused(
+        lambda: fb.assemble(s),
+        "The cylinder and the cylinder of contact 'c' touch in one point only where all motion is in a plane at right "
+        "angles to their axes, which is not so here.",
+    )
+
+
+def closing(planar=True, **laws):
+    s = fb.System("disk")
+    disk = s.body("disk", fb.disk(1, 0.3))
+    if planar:
+        s.planar("p", s.ground, disk, coordinate="x y f")
+    else:
+        s.free("p", s.ground, disk)
+    s.contact("floor", disk.circle(0.3), s.ground.plane(), **{"friction": 0.2, **laws})
+    return s
+
+
+MODES = {
+    "unknown contact": (True, {}, {"flor": "stick"}, "Unknown contact 'flor' in modes; did you mean 'floor'?"),
+    "unknown mode": (True, {}, {"floor": "roll"}, "Unknown mode 'roll' of contact 'floor'; expected one of open, stick, slip+, slip-, slip."),
+    "no sign": (True, {}, {"floor": "slip"}, "Contact 'floor' slips along one line: expected 'slip+' or 'slip-', by the sign of its slip velocity, got 'slip'."),
+    "a sign in space": (False, {}, {"floor": "slip+"}, "Contact 'floor' can slip in two directions: expected 'slip', or ('slip', (d1, d2)), got 'slip+'."),
+    "smooth": (True, {"friction": 0}, {"floor": "stick"}, "Contact 'floor' has no friction and can not stick. Its mode is 'slip'."),
+    "components": (False, {}, {"floor": ("slip", (1,))}, "Contact 'floor' has 2 tangent directions, got 1 components of slip."),
+    "no mapping": (True, {}, "stick", 'Expected modes by contact, such as {"floor": "stick"}, got \'stick\'.'),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", MODES)
+def test_refused_mode(case):
+    planar, laws, modes, message = MODES[case]
+    refused(lambda: fb.equations(closing(planar, **laws), modes=modes), message)
+
+
+def test_modes_of_a_machine_without_contacts():
+    s = fb.System("ball")
+    s.free("air", s.ground, s.body("ball", fb.sphere(1, 1)))
+    refused(
+        lambda: fb.equations(s, modes={"floor": "stick"}),
+        "Unknown contact 'floor' in modes: this machine has no contacts. Declare one by s.contact.",
+    )
+
+
+def test_what_rests_on_symmetric_forces_is_refused_while_a_contact_slips():
+    e = fb.equations(closing(), modes={"floor": "slip+"})
+    refused(lambda: fb.linearize(e.model, values={}), "while contact 'floor' slips with friction")
+    refused(lambda: fb.steady_motions(e.model), "while contact 'floor' slips with friction")
+
+
+def test_forces_of_contacts_keep_clear_of_other_names():
+    s = closing()
+    s.parameters("N_floor")
+    (contact,) = fb.assemble(s).contacts
+    assert (contact.normal_name, contact.tangent_names) == ("N_floor_", ("T_floor",))
+    e = fb.equations(s, modes={"floor": "stick"})
+    assert e.solve("N_floor_", where={})["N_floor_"] == 0
+    assert sympy.Symbol("N_floor_", real=True) in e.free_body("disk").unknowns

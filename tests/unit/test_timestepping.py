@@ -1,0 +1,145 @@
+"""Time stepping: stacks at rest, the incline by a hair, cones in space, convergence of first order, refusals."""
+
+import math
+
+import numpy as np
+import pytest
+
+import freebody as fb
+from freebody.errors import SimulationError
+
+G = 9.81
+
+
+def stack(count):
+    s = fb.System("stack")
+    (g,) = (s.parameters(g=G),)
+    s.gravity = (0, -g, 0)
+    below = s.ground.plane(normal="y")
+    for i in range(count):
+        box = s.body(f"box{i}", fb.box(1, (1, 0.5, 1)))
+        s.planar(f"rail{i}", s.ground, box, coordinate=f"x{i} y{i} turn{i}")
+        s.contact(f"c{i}", box.corners((-0.5, -0.25, 0), (0.5, -0.25, 0)), below, friction=0.5)
+        below = box.plane(at=(0, 0.25, 0), normal="y")
+    return s
+
+
+def block(angle, mu):
+    s = fb.System("incline")
+    (mu_,) = (s.parameters(mu=mu),)
+    s.gravity = (G * math.sin(angle), -G * math.cos(angle), 0)
+    body = s.body("block", fb.box(3, (1, 0.2, 1)))
+    s.planar("rail", s.ground, body, coordinate="x y turn")
+    s.contact("foot", body.corners(size=(1, 0.2)), s.ground.plane(normal="y"), friction=mu_)
+    return s
+
+
+def test_stack_of_ten_boxes_stays_for_a_hundred_seconds():
+    start = {f"y{i}": 0.25 + 0.5 * i for i in range(10)}
+    motion = fb.simulate(stack(10), 100, initial=start, method="timestepping", step=0.01)
+    assert np.abs(motion.path.states - motion.path.states[0]).max() < 1e-9
+    assert motion.depth < 1e-9
+    assert motion.residual <= 1e-12
+    # the lowest feet carry all
+    lowest = motion.contacts["c0_1"].normal + motion.contacts["c0_2"].normal
+    np.testing.assert_allclose(lowest, 10 * G, rtol=1e-9)
+
+
+@pytest.mark.parametrize("mu", [0.2, 0.5])
+def test_block_sticks_or_slips_a_tenth_of_a_percent_beside_its_angle(mu):
+    for part in (0.999, 1.001):
+        angle = math.atan(mu) * part
+        motion = fb.simulate(block(angle, mu), 10, initial={"y": 0.1}, method="timestepping", step=0.01)
+        a = max(0.0, G * (math.sin(angle) - mu * math.cos(angle)))
+        assert motion["x"][-1] == pytest.approx(50 * a, rel=1e-8, abs=1e-12)
+
+
+def test_cone_in_space_is_a_disk_and_not_a_pyramid():
+    # pulled just below and above mu N in many directions, a point on a plane holds or slips along the pull
+    s = fb.System("puck")
+    mu, fx, fy = s.parameters(mu=0.3, fx=0, fy=0)
+    s.gravity = (0, 0, -G)
+    a, b, c = (s.body(n, fb.particle(1)) for n in "abc")
+    s.slider("x", s.ground, a, axis="x", coordinate="x")
+    s.slider("y", a, b, axis="y", coordinate="y")
+    s.slider("z", b, c, axis="z", coordinate="z")
+    s.contact("floor", c.point(0, 0, 0), s.ground.plane(normal="z"), friction=mu)
+    s.force("F", c.origin, (fx, fy, 0))
+    for angle in np.linspace(0, 2 * np.pi, 7):
+        for part in (1 - 1e-6, 1 + 1e-6):
+            F = part * 0.3 * G
+            values = {"fx": F * math.cos(angle), "fy": F * math.sin(angle)}
+            motion = fb.simulate(s, 1, values=values, method="timestepping", step=0.02)
+            speed = motion["x'"][-1] * math.cos(angle) * 3 + motion["y'"][-1] * math.sin(angle) * 2
+            assert speed == pytest.approx(max(0.0, F - 0.3 * G), abs=1e-9)
+            assert motion.residual <= 1e-12
+
+
+def test_first_order_towards_the_exact_motion():
+    s = fb.System("disk")
+    R, m, g, mu = s.parameters(R=0.3, m=10, g=G, mu=0.2)
+    s.gravity = (0, -g, 0)
+    body = s.body("disk", fb.disk(m, R))
+    s.planar("rail", s.ground, body, coordinate="x y turn")
+    s.contact("floor", body.circle(R), s.ground.plane(normal="y"), friction=mu)
+    start = {"y": 0.3, "x'": 3.0}
+    exact = fb.simulate(s, 1, initial=start).at(1)
+    errors = []
+    for h in (1e-2, 1e-3):
+        motion = fb.simulate(s, 1, initial=start, method="timestepping", step=h)
+        errors.append(abs(motion.at(1)["x"] - exact["x"]))
+        assert motion.at(1)["x'"] == pytest.approx(2, abs=5 * h)
+        assert motion.energy.relative_residual < 5 * h
+    assert errors[1] < 0.3 * errors[0] + 1e-12
+
+
+def test_bounce_and_events_and_data():
+    s = fb.System("ball")
+    (e,) = (s.parameters(e=0.5),)
+    s.gravity = (0, -G, 0)
+    ball = s.body("ball", fb.disk(1, 0.1))
+    s.planar("rail", s.ground, ball, coordinate="x y turn")
+    s.contact("floor", ball.circle(0.1), s.ground.plane(normal="y"), friction=0, restitution=e)
+    motion = fb.simulate(s, 2, initial={"y": 1.1}, method="timestepping", step=1e-3, events=["y - 0.6"])
+    assert [event.direction for event in motion.events] == [-1]  # rises to 0.35 only after
+    assert motion.events[0].time == pytest.approx(math.sqrt(1 / G), abs=1e-3)
+    assert motion.depth < 1e-9
+    assert motion.energy.impulses[-1] == pytest.approx(-G, rel=0.02)
+    data = motion.data
+    assert data.attrs["method"].startswith("Moreau-Jean")
+    assert {"floor.gap", "floor.normal", "floor.mode"} <= set(data)
+    with pytest.raises(SimulationError, match="Reactions of joints are not kept"):
+        _ = motion.reactions
+
+
+def test_closed_loops_stay_closed():
+    s = fb.System("pendulum on a rod of given length, that hits the floor")
+    s.gravity = (0, -G, 0)
+    ball = s.body("ball", fb.disk(1, 0.1))
+    s.planar("rail", s.ground, ball, coordinate="x y turn")
+    s.constrain("x^2 + (y - 1)^2 - 1", name="rod")
+    s.contact("floor", ball.circle(0.1), s.ground.plane(normal="y"), friction=0.3)
+    motion = fb.simulate(
+        s, 1, initial={"x": 1, "y": 1}, near={"x": 1, "y": 1}, method="timestepping", step=1e-3
+    )
+    assert np.abs(motion["x^2 + (y - 1)^2 - 1"]).max() < 1e-8
+    assert motion.depth < 1e-9
+
+
+def test_refusals():
+    s = block(0.1, 0.5)
+    for options, text in (
+        ({}, "Expected the length of a step"),
+        ({"step": 0}, "Expected a step greater than 0 s"),
+        ({"step": 1e-2, "events": [fb.event("x", terminal=True)]}, "does not stop at terminal events"),
+    ):
+        with pytest.raises(SimulationError, match=text):
+            fb.simulate(s, 1, initial={"y": 0.1}, method="timestepping", **options)
+    with pytest.raises(SimulationError, match=r"contact 'foot_1' 0\.1 m deep"):
+        fb.simulate(s, 1, method="timestepping", step=0.01)
+    with pytest.raises(SimulationError, match="no way back"):
+        fb.simulate(s, -1, initial={"y": 0.1}, method="timestepping", step=0.01)
+    free = fb.System("free")
+    free.slider("rail", free.ground, free.body("b", fb.particle(1)), axis="x", coordinate="x")
+    with pytest.raises(SimulationError, match="for machines with contacts"):
+        fb.simulate(free, 1, method="timestepping", step=0.01)
