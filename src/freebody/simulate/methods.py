@@ -61,8 +61,9 @@ def check_method_of_contacts(method: str, step: Any) -> None:
     if method not in allowed or step is not None:
         got = f"method={method!r}" if step is None else f"step={step!r}"
         raise SimulationError(
-            f"Expected one of {', '.join(map(repr, allowed))} with step control for a machine with contacts, got {got}. "
-            'Steps of one length are those of method="timestepping".'
+            f"Expected one of {', '.join(map(repr, allowed))}, with step control, for a machine with contacts, "
+            f"got {got}."
+            ' Steps of one length are those of method="timestepping".'
         )
 
 

@@ -169,7 +169,8 @@ def simulate(
         with Progress(begin, end, progress) as between:
             return touching_motion(
                 kernels, numbers, state, begin, end, specs, expressions, tolerances, wanted, samples,
-                order=impacts, method=method, max_step=max_step, max_steps=max_steps, impulses=impulses, between=between,
+                order=impacts, method=method, max_step=max_step, max_steps=max_steps, impulses=impulses,
+                between=between,
             )  # fmt: skip
     parameters = kernels.parameters(numbers)
     program = kernels.motion()
