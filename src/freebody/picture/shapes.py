@@ -20,6 +20,8 @@ from ..describe.load import Damper, Force, Spring
 from ..dynamics.state import State, float_state
 from ..model.closure import Closure
 from ..model.model import Model, Place
+from ..scalar.algebra import floats
+from ..scalar.expression import evaluate
 from ..space.shape import Shape
 
 Array = NDArray[np.float64]
@@ -44,7 +46,8 @@ class Primitive:
         ``ring`` (``radius``), ``cylinder`` (``radius``, ``length``), ``tube`` (``inner``, ``outer``, ``length``),
         ``cone`` (``radius``, ``height``), ``box`` (``x``, ``y``, ``z``: whole edges), ``plate`` (``a``, ``b``),
         ``sphere``, ``spherical_shell`` (``radius``), ``ellipsoid`` (``a``, ``b``, ``c``: half axes), ``torus``
-        (``major``, ``minor``), ``mesh`` (arrays ``vertices``, ``faces``) or ``revolved`` (its profile).
+        (``major``, ``minor``), ``mesh`` (arrays ``vertices``, ``faces``) or ``revolved`` (array
+        ``profile`` of rows: height, radius, inner radius).
     dimensions : dict
         Numbers [m].
     center : array (3,)
@@ -212,7 +215,10 @@ def _body(model: Model, state: State, name: str, place: Place, size: float) -> l
 def _pieces(state: State, shape: Shape, size: float) -> list[Primitive]:
     if shape.kind == "compound":
         return [piece for part in shape.parts for piece in _pieces(state, part, size)]
-    dimensions = {name: _number(state, value) for name, value in shape.dimensions}
+    if shape.kind == "revolved":
+        dimensions = _revolved(state, shape)
+    else:
+        dimensions = {name: _number(state, value) for name, value in shape.dimensions}
     if shape.kind == "particle":
         dimensions["radius"] = PARTICLE * size
     R = np.array([[float(x) for x in row] for row in state.matrix(shape.axes)])
@@ -224,6 +230,18 @@ def _pieces(state: State, shape: Shape, size: float) -> list[Primitive]:
         own = turned_to(np.array([float(x) for x in state.vector(shape.axis)]))
     center = np.array([float(x) for x in state.vector(shape.center)])
     return [Primitive(shape.kind, dimensions, center, R @ own, shape.hole)]
+
+
+def _revolved(state: State, shape: Shape) -> dict[str, Any]:
+    """Sections of a solid of revolution: rows (height, radius, inner radius)."""
+    low, high = (float(state(shape[name])) for name in ("lower", "upper"))
+    rows = []
+    for z in np.linspace(low, high, 33):
+        lookup = {**state.values, shape["variable"]: float(z)}
+        rows.append(
+            (float(z), *(float(evaluate(shape[name], lookup, floats)) for name in ("profile", "inner")))
+        )
+    return {"profile": np.array(rows)}
 
 
 def _number(state: State, value: Any) -> Any:
