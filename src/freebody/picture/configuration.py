@@ -122,11 +122,13 @@ def configuration(
                 q[i] = float(wanted[i])
             elif i in guess_named:
                 q[i] = float(guessed[i])
-        if guess_named and time is None:
-            t = 0.0  # a closed position is known for the beginning
         try:
             if model.constraints:
                 held = _held(model, {i for i in named if i < model.n_q})
+                # what is near is so at the beginning; a drive takes it on from there
+                steps = 16 if guess_named and time is None and t > 0 else 0
+                for k in range(steps):
+                    q = closed_coordinates(model, q, t * k / steps, numbers, held)
                 q = closed_coordinates(model, q, t, numbers, held)
             state = float_state(model, q, None, t, numbers)
             poses(model, state)

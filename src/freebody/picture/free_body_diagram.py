@@ -197,6 +197,8 @@ class _Maker:
         root.add(_centered(caption, (box_of(left)[0] + box_of(left)[2]) / 2, low, 10.0, GREY))
         if self.kinetic:
             right = self._panel(name, scale, moving, True)
+            if any(mark.label != mark.law and mark.label[-2:-1] in "123" and mark.law for mark in moving):
+                self._body_axes(right, name)
             bx = box_of(right)
             shift = np.array([x1 + 52.0 - bx[0], 0.0])
             root.add(_centered("$=$", x1 + 26.0, _middle(self, name, scale), 20.0, INK))
@@ -300,6 +302,23 @@ class _Maker:
         group = moved(group, np.array([0.0, min(0.0, y0 - 8.0 - box_of(group)[3])]))
         root.add(group)
 
+    def _body_axes(self, root: Group, name: str) -> None:
+        """The body's axes 1, 2, 3, to which components with these numbers belong, above to the right."""
+        R, _ = self.now.posture(name)
+        x0, _, x1, y1 = box_of(root)
+        group = Group([], {"class": "body-axes"}, f"axes of {name}")
+        for k in range(3):
+            d = 24.0 * (self.view.matrix @ R[:, k])
+            if float(np.linalg.norm(d)) < 6.0:
+                continue
+            group.add(Arrow(np.array([np.zeros(2), d]), Style(GREY, 0.9)))
+            w, h = size_of(f"${k + 1}$", 10.0)
+            at = d + d / np.linalg.norm(d) * 7.0 - np.array([w / 2, h / 2])
+            group.add(Label(f"${k + 1}$", at, 10.0, GREY))
+        bx = box_of(group)
+        root.add(moved(group, np.array([x1 + 8.0 - bx[0], y1 - bx[3]])))
+
+
     def _heading(self, root: Group, what: str) -> None:
         x0, _, _, y1 = box_of(root)
         words = what.replace("_", " ")
@@ -315,14 +334,20 @@ class _Maker:
         """What long labels stand for, and of a moment the values."""
         x0, y0, x1, _ = box_of(root)
         lines: list[str] = []
-        if self.mode != "blank":
-            for mark in marks:
-                if mark.law:
-                    tex = f"${mark.label} = {mark.law}$"
-                    if len(mark.law) > 500 or size_of(tex, 10.0)[0] > 470.0:
-                        tex = f"${mark.label}$: see the equations of {mark.name.replace('_', ' ')}"
-                    if tex not in lines:
-                        lines.append(tex)
+        left: list[str] = []
+        for mark in marks:
+            if not mark.law:
+                continue
+            tex = f"${mark.label} = {mark.law}$"
+            if len(mark.law) > 420 or size_of(tex, 10.0)[0] > 470.0:
+                left.append(f"${mark.label}$")
+            elif tex not in lines:
+                lines.append(tex)
+        if left:
+            lines.append(f"in the equations of the free body, too long for here: {', '.join(left)}")
+        where = list(dict.fromkeys(mark.where for mark in marks if mark.where))
+        if where:
+            lines.append(f"drawn for ${', '.join(where).replace('*', ' ')}$")
         top = y0 - 14.0
         for tex in lines:
             _, h = size_of(tex, 10.0)

@@ -67,6 +67,8 @@ class Mark:
         Components of the point, likewise.
     value : float or None
         Of the magnitude, where the machine moves.
+    where : str
+        A condition that the drawn configuration meets and on which the magnitude stands, such as "x > 0".
     """
 
     name: str
@@ -81,6 +83,7 @@ class Mark:
     exact: tuple[str, str, str]
     at: tuple[str, str, str]
     value: float | None = None
+    where: str = ""
 
 
 class Marks:
@@ -154,13 +157,12 @@ class Marks:
             return []
         R = body._axes
         axis: Vector = tuple(R[i][k] for i in range(3))  # type: ignore[assignment]
-        letter = "xyz"[k]
-        frame = "" if body.frame == "ground" else "'"
+        letter = "xyz"[k] if body.frame == "ground" else "123"[k]
         if couple:
-            inner = r"I_{C} \alpha" if self.plane else rf"\dot{{H}}_{{C{letter}{frame}}}"
+            inner = r"I_{C} \alpha" if self.plane else rf"\dot{{H}}_{{C{letter}}}"
         else:
             mass = latex(self.e.state(self.e.model.bodies[body.body].mass), self.e.ring)
-            inner = rf"{mass} a_{{C{letter}{frame}}}"
+            inner = rf"{mass} a_{{C{letter}}}"
         name = f"{'dH' if couple else 'ma'}_C{letter}"
         vector: Vector = tuple(x * c for c in axis)  # type: ignore[assignment]
         return [self._mark(name, "kinetic", couple, x, self.vector(axis), vector, body._centre, inner)]
@@ -234,6 +236,7 @@ class Marks:
         short: str | None = None,
     ) -> Mark:
         ring = self.e.ring
+        magnitude, direction, where = self._settled(magnitude, direction)
         label = latex(magnitude, ring)
         if label.startswith("-"):
             magnitude, direction = -magnitude, -direction
@@ -245,7 +248,7 @@ class Marks:
                 magnitude, direction, value = -magnitude, -direction, -value
                 label = latex(magnitude, ring)
         law = ""
-        if len(label) > 400 or self._wide(label):
+        if self._wide(label):
             law, label = label, latex_name(name) if short is None else short
         return Mark(
             name,
@@ -260,7 +263,30 @@ class Marks:
             tuple(text(x, ring) for x in v),  # type: ignore[arg-type]
             tuple(text(x, ring) for x in at),  # type: ignore[arg-type]
             value,
+            where,
         )
 
+    def _settled(self, magnitude: Any, direction: Array) -> tuple[Any, Array, str]:
+        """Without factors a/|a|, whose sign the configuration shows."""
+        ring = self.e.ring
+        where = ""
+        if not isinstance(magnitude, Polynomial):
+            return magnitude, direction, where
+        for g in ring.used(magnitude):
+            size = g.arguments[0] if g.kind == "inverse" else None
+            inner = ring.used(size) if isinstance(size, Polynomial) else []
+            if len(inner) != 1 or inner[0].name != "abs":
+                continue
+            a = inner[0].arguments[0]
+            other = magnitude * size / a
+            if isinstance(other, Polynomial) and any(h.kind == "inverse" for h in ring.used(other)):
+                continue
+            sign = 1.0 if self.number(a) > 0 else -1.0
+            magnitude, direction = other, sign * direction
+            where = f"{text(a, ring)} {'>' if sign > 0 else '<'} 0"
+        return magnitude, direction, where
+
     def _wide(self, label: str) -> bool:
+        if len(label) > 140:
+            return True
         return size_of(f"${label}$", 11)[0] > WIDEST

@@ -158,13 +158,16 @@ def dimensions_of(
     along = along / np.linalg.norm(along)
     side = np.array([-along[1], along[0]])
     pages = [scale * view(p + R @ points[name]) for name in stops]
-    deepest = {}
-    for sign in (1.0, -1.0):
-        edge = max(float((a @ (sign * side)).max()) for a in placer.areas) if placer.areas else 0.0
-        deepest[sign] = edge
-    sign = 1.0 if side[1] < 0 or (side[1] == 0 and side[0] < 0) else -1.0
-    level = deepest[sign] + 24.0
-    normal = sign * side
+    choices = []
+    for rank, sign in enumerate((1.0, -1.0)):
+        normal = sign * side
+        edge = max(float((area @ normal).max()) for area in placer.areas) if placer.areas else 0.0
+        for gap in (24.0, 36.0, 48.0):
+            line = np.array([q + (edge + gap - float(q @ normal)) * normal for q in (pages[0], pages[-1])])
+            # below rather than above
+            cost = placer.crowding(line) + 0.1 * (normal[1] > 0) + 0.003 * gap + 0.001 * rank
+            choices.append((cost, len(choices), normal, edge + gap))
+    _, _, normal, level = min(choices, key=lambda one: one[:2])
     for first, second, a, b in zip(stops, stops[1:], pages, pages[1:], strict=False):
         distance = exact[second][k] - exact[first][k]
         tex = latex(distance, e.ring)

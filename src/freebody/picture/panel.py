@@ -90,23 +90,23 @@ class Panel:
                 outline.add(item)
                 area = polygon(item)
                 if area is not None:
-                    self.placer.area(area)
+                    # an arrow may lie on a disk or a box, but hides a bar
+                    bar = self.view.planar and piece.kind in ("slender_bar", "rod")
+                    self.placer.area(area, 1.0 if bar else 0.2)
         group.add(outline)
-        group.add(self._points(kinetic or blank))
+        group.add(self._points())
         measured: list[Any] = []
         if angles and self.view.planar:
-            measured += angle_of(self.equations, self.now, self.view, self.scale, self.body)
-        if dimensions and self.view.planar:
-            measured += dimensions_of(self.equations, self.now, self.view, self.scale, self.body, self.placer)
-        for item, _, _ in measured:
-            group.add(item)
-            for part in item.items:
-                self.placer.line(part.points)
+            measured += self._measured(
+                group, angle_of(self.equations, self.now, self.view, self.scale, self.body)
+            )
         placed = [] if blank else [(mark, *self._arrow(mark)) for mark in self._ordered(marks)]
-        for mark, made, anchors in placed:
+        for mark, made, _ in placed:
             made.attributes |= self._attributes(mark)
             group.add(made)
-            del anchors
+        if dimensions and self.view.planar:
+            found = dimensions_of(self.equations, self.now, self.view, self.scale, self.body, self.placer)
+            measured += self._measured(group, found)
         for mark, made, anchors in placed:
             color = self._style(mark).stroke or INK
             made.add(self.placer.label(f"${mark.label}$", anchors, LABEL, color))
@@ -116,11 +116,17 @@ class Panel:
             group.add(self.placer.label(name, [(at, None)], 9.5, GREY))
         return group
 
+    def _measured(self, group: Group, found: Sequence[Any]) -> Sequence[Any]:
+        for item, _, _ in found:
+            group.add(item)
+            for part in item.items:
+                self.placer.line(part.points)
+        return found
+
     # -- points -------------------------------------------------------------------------------------
 
-    def _points(self, bare: bool) -> Group:
+    def _points(self) -> Group:
         """The mass centre, and small circles where joints hold the body."""
-        del bare
         group = Group([], {"class": "points"})
         center = self._center()
         for at in self._held():
@@ -151,7 +157,9 @@ class Panel:
 
     def _named(self, blank: bool) -> list[tuple[str, Array]]:
         result = []
-        if not any(piece.kind == "particle" for piece in self.pieces):
+        # where a joint is called C, the sign of the mass centre has to do
+        taken = "C" in self.now.model.joints
+        if not taken and not any(piece.kind == "particle" for piece in self.pieces):
             result.append(("$C$", self._center()))
         if blank:
             R, p = self.now.posture(self.body)
@@ -216,13 +224,13 @@ class Panel:
             (True, 2.0 * LENGTH, 0.95),
             (False, 2.0 * LENGTH, 1.0),
         ):
-            if mark.kind in ("weight", "kinetic") and (gap > 0 or not outward):
-                cost += 1.1  # they start at the mass centre
+            if mark.kind in ("weight", "kinetic") and not mark.couple and (gap > 0 or not outward):
+                cost += 4.0  # they start at the mass centre
             way = d if outward else -d
             clear = self._edge(at, way) + gap
             start = at + clear * way if outward else at + (clear + length) * way
             points = np.array([start, start + length * d])
-            choices.append((cost + self.placer.crowding(points), len(choices), points, outward))
+            choices.append((cost + self.placer.crowding(points, at), len(choices), points, outward))
         _, _, points, outward = min(choices, key=lambda one: one[:2])
         arrow = Arrow(points, style, head)
         group.add(arrow)
@@ -298,4 +306,6 @@ class Panel:
                 result["data-enlarged"] = "true"
         if mark.law:
             result["data-law"] = latex(mark.magnitude, ring)
+        if mark.where:
+            result["data-where"] = mark.where
         return result

@@ -30,11 +30,13 @@ class Placer:
     def __init__(self) -> None:
         self.boxes: list[Box] = []
         self.areas: list[Array] = []
+        self._weights: list[float] = []
         self._ink: list[Array] = []
 
-    def area(self, polygon: Array) -> None:
-        """An area that arrows should leave, and on whose edge no label lies."""
+    def area(self, polygon: Array, weight: float = 1.0) -> None:
+        """An area that arrows should leave (the more, the greater ``weight``), and on whose edge no label lies."""
         self.areas.append(polygon)
+        self._weights.append(weight)
         self.line(np.vstack([polygon, polygon[:1]]))
 
     def line(self, points: Array) -> None:
@@ -51,16 +53,19 @@ class Placer:
             self._ink = [np.vstack(self._ink)]
         return self._ink[0] if self._ink else np.zeros((0, 2))
 
-    def crowding(self, points: Array) -> float:
-        """How much an arrow along these points would lie on areas, other lines and labels."""
+    def crowding(self, points: Array, at: Array | None = None) -> float:
+        """How much an arrow along these points would lie on areas, other lines and labels, except close to ``at``."""
         along = sampled(points, 3.0)
+        if at is not None:
+            along = along[((along - at) ** 2).sum(axis=1) > 8.0**2]
+            if not len(along):
+                return 0.0
         cost = 0.0
-        for area in self.areas:
-            cost += 1.0 * float(inside(area, along).mean())
+        for area, weight in zip(self.areas, self._weights, strict=True):
+            cost += weight * float(inside(area, along).mean())
         ink = self.ink
         if len(ink):
-            away = along[2:] if len(along) > 4 else along
-            gaps = np.sqrt(((away[:, None, :] - ink[None, :, :]) ** 2).sum(axis=2)).min(axis=1)
+            gaps = np.sqrt(((along[:, None, :] - ink[None, :, :]) ** 2).sum(axis=2)).min(axis=1)
             cost += 1.2 * float((gaps < 4.5).mean())
         for x0, y0, x1, y1 in self.boxes:
             hit = (along[:, 0] > x0 - 2) & (along[:, 0] < x1 + 2) & (along[:, 1] > y0 - 2) & (along[:, 1] < y1 + 2)
@@ -83,7 +88,7 @@ class Placer:
                     d = np.array([math.cos(angle), math.sin(angle)])
                     # the box touches a circle of radius `away` about the anchor
                     center = point + d * away + np.array([_sign(d[0]) * w / 2, _sign(d[1]) * h / 2])
-                    cost = away + 4.0 * rank
+                    cost = 0.8 * away + 4.0 * rank
                     if toward is not None:
                         cost += 7.0 * (1 - float(d @ toward))
                     places.append(center)
@@ -112,7 +117,7 @@ class Placer:
                 & (ink[None, :, 1] > y0[:, None])
                 & (ink[None, :, 1] < y1[:, None])
             )
-            cost += 25.0 * np.minimum(hit.sum(axis=1), 8)
+            cost += 30.0 * np.minimum(hit.sum(axis=1), 12)
         for area in self.areas:
             cost += 12.0 * inside(area, centers)
         return cost
