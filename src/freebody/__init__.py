@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from .model.assemble import assemble as assemble
     from .model.model import Model as Model
     from .picture.compare_linear import compare_linear as compare_linear
+    from .picture.draw import draw as draw
+    from .picture.free_body_diagram import free_body_diagram as free_body_diagram
+    from .picture.report import report as report
     from .simulate.event import event as event
     from .simulate.impulse import centre_of_percussion as centre_of_percussion
     from .simulate.impulse import impulse as impulse
@@ -75,12 +78,14 @@ _EXPORTS = {
     "cone": "space.solids",
     "cylinder": "space.solids",
     "disk": "space.solids",
+    "draw": "picture.draw",
     "ellipsoid": "space.solids",
     "equations": "equations.equations",
     "errors": "errors",
     "event": "simulate.event",
     "exact": "exact",
     "forms": "equations.component_forms",
+    "free_body_diagram": "picture.free_body_diagram",
     "from_density": "space.density",
     "impulse": "simulate.impulse",
     "linearize": "equations.linearize",
@@ -88,6 +93,7 @@ _EXPORTS = {
     "particle": "space.solids",
     "plate": "space.solids",
     "read": "formats",
+    "report": "picture.report",
     "revolve": "space.density",
     "ring": "space.solids",
     "simulate": "simulate.simulate",

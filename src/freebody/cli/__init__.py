@@ -15,8 +15,10 @@ from .. import __version__
 from ..errors import FreebodyError
 from .analyze import analyze
 from .check import check
+from .draw import draw
 from .equations import equations
 from .gallery import gallery
+from .report import report
 from .run import run
 
 __all__ = ["command", "main"]
@@ -31,7 +33,7 @@ def command() -> None:
     """
 
 
-for subcommand in (gallery, run, equations, analyze, check):
+for subcommand in (gallery, run, report, equations, analyze, check, draw):
     command.add_command(subcommand)
 
 

@@ -36,6 +36,9 @@ THIN = 0.012
 SOLIDS = ("#7fa9d1", "#e0a35f", "#74b897", "#c690b5", "#d6c05a", "#8cc4e4")
 """Of bodies: the hues of their pale fills in drawings, dark enough to be shaded on white."""
 
+APART = 15
+"""Quantities whose greatest values are so many times apart have charts of their own."""
+
 CURVES = 6
 """Most curves in one chart of the page."""
 
@@ -249,7 +252,13 @@ def _pin(at: list[float], axis: Array, size: float) -> dict[str, Any]:
 
     r, h = 0.018 * size, 0.035 * size
     turn = quaternions(turned_to(axis)[None])[0].tolist()
-    return {"kind": "lathe", "profile": [[0, -h], [r, -h], [r, h], [0, h]], "at": at, "turn": turn, "color": INK}
+    return {
+        "kind": "lathe",
+        "profile": [[0, -h], [r, -h], [r, h], [0, h]],
+        "at": at,
+        "turn": turn,
+        "color": INK,
+    }
 
 
 def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array) -> dict[str, Any]:
@@ -268,7 +277,9 @@ def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array)
             low, high = min(0.0, float(reach.min())) - 0.2 * size, max(0.0, float(reach.max())) + 0.2 * size
             from .shapes import rod
 
-            parts.append({**part(rod(at + low * axis, at + high * axis, 0.6 * ROD * size), size), "color": STEEL})
+            parts.append(
+                {**part(rod(at + low * axis, at + high * axis, 0.6 * ROD * size), size), "color": STEEL}
+            )
         else:
             parts.append(
                 {"kind": "ellipsoid", "radii": [0.022 * size] * 3, "at": at.tolist(), "color": STEEL}
@@ -277,7 +288,12 @@ def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array)
         for body, point in _fixed_ends(held):
             if body.is_ground:
                 parts.append(
-                    {"kind": "ellipsoid", "radii": [0.022 * size] * 3, "at": _numbers(state, point), "color": STEEL}
+                    {
+                        "kind": "ellipsoid",
+                        "radii": [0.022 * size] * 3,
+                        "at": _numbers(state, point),
+                        "color": STEEL,
+                    }
                 )
     plane = next((held for held in model.constraints.values() if isinstance(held, Rolling)), None)
     result: dict[str, Any] = {"parts": parts, "plane": None}
@@ -366,19 +382,19 @@ def _charts(trajectory: Trajectory, keys: Keyframes) -> list[dict[str, Any]]:
     charts: list[dict[str, Any]] = []
 
     def put(title: str, group: str, curves: list[list[Any]]) -> None:
-        count = -(-len(curves) // CURVES)
+        count = -(-len(curves) // CURVES)  # rounded up
         for k in range(count):
             more = f" ({k + 1} of {count})" if count > 1 else ""
-            charts.append({"title": title + more, "group": group, "curves": curves[k * CURVES : (k + 1) * CURVES]})
+            charts.append(
+                {"title": title + more, "group": group, "curves": curves[k * CURVES : (k + 1) * CURVES]}
+            )
 
     for title, group, names in (
         ("Coordinates", "coordinates", model.coordinate_names),
         ("Speeds", "speeds", model.speed_names),
     ):
-        units = list(dict.fromkeys(unit_of(trajectory, name) for name in names))
-        for unit in units:
-            chosen = [name for name in names if unit_of(trajectory, name) == unit]
-            put(title, group, [[f"state {name}", 0, name] for name in chosen])
+        for together in _alike(trajectory, keys, names):
+            put(title, group, [[f"state {name}", 0, name] for name in together])
     put("Energy", "energy", [[f"energy {name}", 0, name] for name in keys.energy])
     put("Energy: what the ledger leaves unbalanced", "energy", [["energy residual", 0, "residual"]])
     for arrow in keys.arrows:
@@ -387,6 +403,21 @@ def _charts(trajectory: Trajectory, keys: Keyframes) -> list[dict[str, Any]]:
             curves = [[arrow.key, k, f"{arrow.name}_{letter}{'xyz'[k]}"] for k in range(3)]
             put(f"{arrow.kind.capitalize()} of {arrow.name} on {arrow.body}", "reactions", curves)
     return charts
+
+
+def _alike(trajectory: Trajectory, keys: Keyframes, names: Any) -> list[list[str]]:
+    """Names of one unit and of ranges that one chart can show."""
+    groups: list[tuple[str, float, list[str]]] = []
+    for name in names:
+        unit = unit_of(trajectory, name)
+        size = float(np.abs(keys.states[:, trajectory.names.index(name)]).max(initial=0.0))
+        for known, scale, group in groups:
+            if known == unit and (not (size > 0 and scale > 0) or 1 / APART < size / scale < APART):
+                group.append(name)
+                break
+        else:
+            groups.append((unit, size, [name]))
+    return [group for _, _, group in groups]
 
 
 def _numbers(state: State, vector: Any) -> list[float]:

@@ -48,7 +48,7 @@ class Browser:
     Attributes
     ----------
     requests : list of str
-        Addresses that the page asked for, its own included.
+        Addresses that the page asked for, its own included; what it holds itself (``data:``) is no request.
     errors : list of str
         What went wrong in the page: uncaught errors, and what its policy or the browser refused.
 
@@ -76,7 +76,7 @@ class Browser:
         root = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
         command = [program, *FLAGS, *root, f"--user-data-dir={self._folder.name}", "about:blank"]
         # a shell moves the pipes to the numbers that the browser expects
-        moved = f"exec 3<&{theirs_in} 4>&{theirs_out}; exec \"$@\""
+        moved = f'exec 3<&{theirs_in} 4>&{theirs_out}; exec "$@"'
         self._process = subprocess.Popen(
             ["/bin/bash", "-c", moved, "browser", *command],
             pass_fds=(theirs_in, theirs_out),
@@ -92,7 +92,11 @@ class Browser:
         for domain in ("Page", "Runtime", "Network", "Log"):
             self.ask(f"{domain}.enable")
         self.ask(
-            "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
         )
 
     def __enter__(self) -> Browser:
@@ -152,7 +156,8 @@ class Browser:
     def _event(self, message: Mapping[str, Any]) -> None:
         given = message.get("params", {})
         if message.get("method") == "Network.requestWillBeSent":
-            self.requests.append(given["request"]["url"])
+            if not given["request"]["url"].startswith("data:"):  # which the page itself holds
+                self.requests.append(given["request"]["url"])
         elif message.get("method") == "Runtime.exceptionThrown":
             details = given["exceptionDetails"]
             self.errors.append(details.get("exception", {}).get("description", details.get("text", "error")))

@@ -6,7 +6,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..describe.constraint import Rolling
-from ..describe.load import Damper, Force, GeneralizedForce, JointDamper, JointForce, JointSpring, Spring, Torque
+from ..describe.load import (
+    Damper,
+    Force,
+    GeneralizedForce,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Spring,
+    Torque,
+)
 from ..dynamics.kinematics import rotation
 from ..dynamics.loading import along, couples, point_forces, weight
 from ..dynamics.state import State

@@ -203,7 +203,9 @@ class _Source:
         """Of the interpolation in the middles, after each of the moments ``at``, in parts of what is allowed as 1."""
         p = found.position
         size = max(float(np.ptp(p.reshape(-1, 3), axis=0).max(initial=0.0)), 1e-12) if p.size else 1.0
-        off = np.linalg.norm((p[at] + p[at + 1]) / 2 - middle.position, axis=2).max(axis=1, initial=0.0) / size
+        off = (
+            np.linalg.norm((p[at] + p[at + 1]) / 2 - middle.position, axis=2).max(axis=1, initial=0.0) / size
+        )
         # half way at a constant rate, R = R_0 exp(log(R_0ᵀ R_1)/2): the middle is as far from both ends
         turn = np.zeros(len(at))
         for i in range(self.count):
@@ -216,7 +218,9 @@ class _Source:
             turn = np.maximum(turn, 2 * away)
         scale = np.abs(found.rest).max(axis=0, initial=0.0)
         scale = np.maximum(scale, 1e-9 * max(1.0, float(scale.max(initial=0.0))))
-        bent = (np.abs((found.rest[at] + found.rest[at + 1]) / 2 - middle.rest) / scale).max(axis=1, initial=0.0)
+        bent = (np.abs((found.rest[at] + found.rest[at + 1]) / 2 - middle.rest) / scale).max(
+            axis=1, initial=0.0
+        )
         return np.asarray(np.maximum(np.maximum(off, turn), bent))
 
     def finished(self, found: _Sample, tolerance: float) -> Keyframes:

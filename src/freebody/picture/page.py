@@ -15,7 +15,16 @@ from html import escape
 from importlib.resources import files
 from typing import Any
 
-SCRIPTS = ("geometry.js", "solids.js", "renderer.js", "motion.js", "ornaments.js", "player.js", "charts.js", "page.js")
+SCRIPTS = (
+    "geometry.js",
+    "solids.js",
+    "renderer.js",
+    "motion.js",
+    "ornaments.js",
+    "player.js",
+    "charts.js",
+    "page.js",
+)
 """Files of the folder ``page`` that make the page's script, in this order."""
 
 
@@ -23,7 +32,9 @@ SCRIPTS = ("geometry.js", "solids.js", "renderer.js", "motion.js", "ornaments.js
 def script() -> str:
     """The script of the page."""
     folder = files(__package__) / "page"
-    parts = [(folder / name).read_text(encoding="utf-8").replace('"use strict";\n', "", 1) for name in SCRIPTS]
+    parts = [
+        (folder / name).read_text(encoding="utf-8").replace('"use strict";\n', "", 1) for name in SCRIPTS
+    ]
     return "(() => {\n" + '"use strict";\n' + "\n".join(parts) + "})();\n"
 
 

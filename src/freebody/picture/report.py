@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from ..describe.system import System
 from ..dynamics.state import float_state
-from ..equations.equations import Equations, equations
-from ..errors import FreebodyError, ModelError, SimulationError
+from ..equations.equations import Equations
+from ..equations.equations import equations as equations_of
+from ..errors import ModelError, SimulationError
 from ..formats.files import replacing
 from ..model.assemble import assemble
 from .animation import animation
@@ -63,7 +64,7 @@ def report(
     figures : mapping, optional
         Caption -> PNG as bytes, matplotlib axes or figure, or a function that writes a PNG to a path.
     equations : bool, optional
-        Whether the equations are shown; if not given, for machines of up to six coordinates.
+        Whether free-body diagrams and equations are shown; if not given, for machines of up to six coordinates.
     tolerance : float
         Of the animation between its keyframes; see :func:`freebody.picture.keyframes.keyframes`.
 
@@ -92,7 +93,14 @@ def report(
     True
     """
     text = document(
-        s, trajectory, title=title, about=about, answers=answers, figures=figures, equations=equations, tolerance=tolerance
+        s,
+        trajectory,
+        title=title,
+        about=about,
+        answers=answers,
+        figures=figures,
+        equations=equations,
+        tolerance=tolerance,
     )
     target = Path(path)
     with replacing(target) as new:
@@ -115,16 +123,14 @@ def document(
     if not isinstance(s, System):
         raise ModelError(f"Expected a System to report on, got {s!r}.")
     model = trajectory.kernels.model
-    if (model.name, tuple(model.bodies), tuple(model.coordinate_names)) != (
-        s.name,
-        tuple(s.bodies),
-        tuple(assemble(s).coordinate_names),
-    ):
+    same = model.name == s.name and tuple(model.bodies) == tuple(s.bodies)
+    if not same or model.coordinate_names != assemble(s).coordinate_names:
         raise ModelError(
             f"Expected a trajectory of '{s.name}', got one of '{model.name}' with other bodies or coordinates. "
             "Simulate the system as it is described now."
         )
     scene = animation(trajectory, tolerance)
+    e = equations_of(model)
     shown = model.n_q <= LARGEST if equations is None else equations
     parts = [
         f"<h1>{escape(title or s.name)}</h1>",
@@ -132,8 +138,7 @@ def document(
         '<div id="player"></div>',
         _answers(answers or {}),
         _charts(scene),
-        _drawings(s, trajectory),
-        _equations(s, shown),
+        _equations(e, trajectory) if shown else _withheld(),
         _model(s, trajectory),
         _figures(figures or {}),
         _footer(trajectory, scene),
@@ -156,7 +161,9 @@ def _table(head: tuple[str, ...], rows: list[tuple[Any, ...]], number: int = -1)
         kinds = (' class="number"' if i == number else "" for i in range(len(row)))
         cells = (f"<td{kind}>{escape(str(x))}</td>" for kind, x in zip(kinds, row, strict=True))
         lines.append(f"<tr>{''.join(cells)}</tr>")
-    return f'<div class="wide"><table><thead><tr>{top}</tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
+    return (
+        f'<div class="wide"><table><thead><tr>{top}</tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
+    )
 
 
 def _answers(answers: Mapping[str, Any]) -> str:
@@ -164,7 +171,11 @@ def _answers(answers: Mapping[str, Any]) -> str:
         return ""
     rows = []
     for name, given in answers.items():
-        value, unit = given if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str) else (given, "")
+        value, unit = (
+            given
+            if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str)
+            else (given, "")
+        )
         rows.append((name, _significant(value), unit))
     return "<h2>Answers</h2>\n" + _table(("Answer", "Value", "Unit"), rows, 1)
 
@@ -183,7 +194,10 @@ def _significant(value: Any) -> str:
 
 
 def _charts(scene: Mapping[str, Any]) -> str:
-    opened = {next((i for i, one in enumerate(scene["charts"]) if one["group"] == g), -1) for g in ("coordinates", "energy")}
+    opened = {
+        next((i for i, one in enumerate(scene["charts"]) if one["group"] == g), -1)
+        for g in ("coordinates", "energy")
+    }
     parts = ["<h2>Plots</h2>"]
     for i, one in enumerate(scene["charts"]):
         state = " open" if i in opened or len(scene["charts"]) <= OPEN else ""
@@ -193,18 +207,19 @@ def _charts(scene: Mapping[str, Any]) -> str:
     return "\n".join(parts)
 
 
-def _equations(s: System, shown: bool) -> str:
-    if not shown:
-        return (
-            "<h2>Equations</h2>\n<p>Not shown for a machine of this size: <code>fb.report(…, equations=True)</code> or "
-            "<code>fb.equations(s).text()</code> gives them.</p>"
-        )
-    e = equations(s)
-    parts = ["<h2>Equations of motion</h2>", _formulas(e.mathml())]
-    parts.append("<h2>Free-body equations</h2>")
-    for name in s.bodies:
+def _withheld() -> str:
+    return (
+        "<h2>Equations</h2>\n<p>Free-body diagrams and equations are not shown for a machine of this size: "
+        "<code>fb.report(…, equations=True)</code> or <code>fb.equations(s).text()</code> gives them.</p>"
+    )
+
+
+def _equations(e: Equations, trajectory: Trajectory) -> str:
+    parts = [_drawings(e, trajectory), "<h2>Free-body equations</h2>"]
+    for name in e.model.bodies:
         parts.append(f"<h3>{escape(name)}</h3>")
         parts.append(_formulas(e.free_body(name).mathml()))
+    parts += ["<h2>Equations of motion</h2>", _formulas(e.mathml())]
     return "\n".join(parts)
 
 
@@ -232,9 +247,14 @@ def _model(s: System, trajectory: Trajectory) -> str:
     ]
     parts = [
         "<h2>Model</h2>",
-        _table(("Body", "Mass [kg]", "Mass centre from its origin [m]", "Moments of inertia about it [kg m²]"), bodies),
+        _table(
+            ("Body", "Mass [kg]", "Mass centre from its origin [m]", "Moments of inertia about it [kg m²]"),
+            bodies,
+        ),
     ]
-    joints = [(name, joint.type, f"{joint.parent.name} – {joint.child.name}") for name, joint in s.joints.items()]
+    joints = [
+        (name, joint.type, f"{joint.parent.name} – {joint.child.name}") for name, joint in s.joints.items()
+    ]
     if joints:
         parts.append(_table(("Joint", "Type", "Between"), joints))
     others = [(name, type(one).__name__) for name, one in (*s.loads.items(), *s.constraints.items())]
@@ -249,8 +269,15 @@ def _model(s: System, trajectory: Trajectory) -> str:
     return "\n".join(parts)
 
 
-def _drawings(s: System, trajectory: Trajectory) -> str:
-    return ""
+def _drawings(e: Equations, trajectory: Trajectory) -> str:
+    """Free-body diagrams of all bodies, in the configuration that shows most."""
+    from .free_body_diagram import free_body_diagram
+
+    parts = ["<h2>Free-body diagrams</h2>", '<div class="figures">']
+    for name in e.model.bodies:
+        drawing = free_body_diagram(e, name, values=trajectory.values)
+        parts.append(f"<figure>{drawing.svg}<figcaption>{escape(name)}</figcaption></figure>")
+    return "\n".join([*parts, "</div>"])
 
 
 def _figures(figures: Mapping[str, Any]) -> str:
@@ -280,7 +307,9 @@ def png(given: Any) -> bytes:
             return Path(folder, "figure.png").read_bytes()
     figure = getattr(given, "figure", given)
     if not hasattr(figure, "savefig"):
-        raise SimulationError(f"Expected a figure as PNG bytes, matplotlib axes or a function of a path, got {given!r}.")
+        raise SimulationError(
+            f"Expected a figure as PNG bytes, matplotlib axes or a function of a path, got {given!r}."
+        )
     import io
 
     buffer = io.BytesIO()

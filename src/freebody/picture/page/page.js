@@ -24,6 +24,7 @@
     fold.addEventListener("toggle", () => (open(), update && update()));
     open();
   }
+  for (const [name, value] of Object.entries(scene.shown || {})) shown.show(name, value);
   for (const [name, value] of asked)
     if (name === "t") shown.seek(Number(value));
     else if (name === "speed") shown.pace(Number(value));
