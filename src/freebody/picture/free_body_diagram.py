@@ -25,6 +25,7 @@ from .labels import size_of
 from .marks import Mark, Marks
 from .palette import BODY_FILLS, BLUE, GREY, INK, PAIRS
 from .panel import LONGEST, Panel
+from .placing import Placer
 from .shapes import Primitive, attachments, shapes
 from .sheet import Arrow, Group, Label, Sheet, Style, box_of, moved, overlap
 from .view import View, view_of
@@ -32,6 +33,9 @@ from .view import View, view_of
 Array = NDArray[np.float64]
 
 MODES = ("symbolic", "scale", "blank")
+
+ROUND_OFF = 1e-10
+"""Forces (couples) below this part of the greatest one are zero to scale."""
 
 WIDE = 150.0
 """Length of the largest body on paper [pt]."""
@@ -170,14 +174,12 @@ class _Maker:
         self.colors = {
             owner: PAIRS[i % len(PAIRS)] if exploded else BLUE for i, owner in enumerate(owners)
         }
-        forces = [
-            mark.value
-            for acting, moving in found.values()
-            for mark in (*acting, *moving)
-            if not mark.couple and mark.value is not None
-        ]
-        greatest = max(forces, default=0.0)
-        self.unit = LONGEST / greatest if mode == "scale" and greatest > 0 else None
+        self.greatest = {False: 0.0, True: 0.0}
+        for acting, moving in found.values():
+            for mark in (*acting, *moving):
+                self.greatest[mark.couple] = max(self.greatest[mark.couple], mark.value or 0.0)
+        longest = self.greatest[False]
+        self.unit = LONGEST / longest if mode == "scale" and longest > 0 else None
 
     # -- sheets -------------------------------------------------------------------------------------
 
@@ -185,7 +187,7 @@ class _Maker:
         """A body, and beside it its kinetic diagram."""
         acting, moving = self.found[name]
         if self.mode == "scale":
-            acting, moving = ([m for m in marks if m.value] for marks in (acting, moving))
+            acting, moving = self._felt(acting), self._felt(moving)
         scale = self._scale([name])
         left = self._panel(name, scale, acting, False)
         root = Group()
@@ -197,7 +199,7 @@ class _Maker:
         root.add(_centered(caption, (box_of(left)[0] + box_of(left)[2]) / 2, low, 10.0, GREY))
         if self.kinetic:
             right = self._panel(name, scale, moving, True)
-            if any(mark.label != mark.law and mark.label[-2:-1] in "123" and mark.law for mark in moving):
+            if any(mark.law and mark.label[-2:-1] in "123" for mark in moving):
                 self._body_axes(right, name)
             bx = box_of(right)
             shift = np.array([x1 + 52.0 - bx[0], 0.0])
@@ -212,6 +214,14 @@ class _Maker:
         self._heading(root, name)
         return self._sheet(root, scale, f"Free-body diagram of {name} ({self.now.model.name})")
 
+    def _felt(self, marks: Sequence[Mark]) -> list[Mark]:
+        """Without what is zero but for round-off, at this moment."""
+        return [
+            mark
+            for mark in marks
+            if mark.value is None or mark.value > ROUND_OFF * self.greatest.get(mark.couple, 0.0)
+        ]
+
     def exploded(self) -> Sheet:
         """All bodies, pushed apart until nothing overlaps."""
         names = list(self.found)
@@ -220,7 +230,7 @@ class _Maker:
         for name in names:
             acting = self.found[name][0]
             if self.mode == "scale":
-                acting = [m for m in acting if m.value]
+                acting = self._felt(acting)
             panels.append(self._panel(name, scale, acting, False))
             panels[-1].add(self._name_of(panels[-1], name))
         shifts = _apart([box_of(panel) for panel in panels], 16.0)
@@ -305,19 +315,22 @@ class _Maker:
     def _body_axes(self, root: Group, name: str) -> None:
         """The body's axes 1, 2, 3, to which components with these numbers belong, above to the right."""
         R, _ = self.now.posture(name)
-        x0, _, x1, y1 = box_of(root)
+        _, _, x1, y1 = box_of(root)
         group = Group([], {"class": "body-axes"}, f"axes of {name}")
+        placer = Placer()
+        ends = []
         for k in range(3):
             d = 24.0 * (self.view.matrix @ R[:, k])
-            if float(np.linalg.norm(d)) < 6.0:
-                continue
-            group.add(Arrow(np.array([np.zeros(2), d]), Style(GREY, 0.9)))
-            w, h = size_of(f"${k + 1}$", 10.0)
-            at = d + d / np.linalg.norm(d) * 7.0 - np.array([w / 2, h / 2])
-            group.add(Label(f"${k + 1}$", at, 10.0, GREY))
+            length = float(np.linalg.norm(d))
+            if length > 6.0:
+                arrow = Arrow(np.array([np.zeros(2), d]), Style(GREY, 0.9))
+                placer.arrow(arrow)
+                group.add(arrow)
+                ends.append((k, d, d / length))
+        for k, d, way in ends:
+            group.add(placer.label(f"${k + 1}$", [(d, way)], 10.0, GREY))
         bx = box_of(group)
         root.add(moved(group, np.array([x1 + 8.0 - bx[0], y1 - bx[3]])))
-
 
     def _heading(self, root: Group, what: str) -> None:
         x0, _, _, y1 = box_of(root)
@@ -338,7 +351,7 @@ class _Maker:
         for mark in marks:
             if not mark.law:
                 continue
-            tex = f"${mark.label} = {mark.law}$"
+            tex = f"${mark.law}$"
             if len(mark.law) > 420 or size_of(tex, 10.0)[0] > 470.0:
                 left.append(f"${mark.label}$")
             elif tex not in lines:
@@ -358,7 +371,10 @@ class _Maker:
         rows = []
         for mark in marks:
             unit = r"\mathrm{N\,m}" if mark.couple else r"\mathrm{N}"
-            tex = f"${mark.label} = {_number(mark.value)}\\ {unit}$"
+            label, value = mark.label, mark.value
+            if label.startswith("-") and (mark.kind == "reaction" or mark.law):
+                label, value = label[1:], -(value or 0.0)
+            tex = f"${label} = {_number(value)}\\ {unit}$"
             if tex not in rows:
                 rows.append(tex)
         columns = 1 if len(rows) < 4 else 2 if len(rows) < 9 else 3

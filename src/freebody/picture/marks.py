@@ -37,6 +37,9 @@ Array = NDArray[np.float64]
 WIDEST = 92.0
 """Width [pt] up to which an expression stands at its arrow; a longer one is named there and written below."""
 
+MOST_TERMS = 300
+"""Terms that an exact vector or place may have, to be carried along by the drawing."""
+
 
 @dataclass(frozen=True, eq=False)
 class Mark:
@@ -60,9 +63,9 @@ class Mark:
     label : str
         What stands at the arrow.
     law : str
-        What the label stands for, where the expression is too long for it.
+        An equation for the label, where the expression is too long for it.
     exact : tuple of str
-        Components of the vector in ground axes, as text of the equations' names.
+        Components of the vector in the axes of ``frame``, as text of the equations' names; empty if that is very long.
     at : tuple of str
         Components of the point, likewise.
     value : float or None
@@ -80,10 +83,11 @@ class Mark:
     point: Array
     label: str
     law: str
-    exact: tuple[str, str, str]
-    at: tuple[str, str, str]
+    exact: tuple[str, ...]
+    at: tuple[str, ...]
     value: float | None = None
     where: str = ""
+    frame: str = "ground"
 
 
 class Marks:
@@ -164,8 +168,9 @@ class Marks:
             mass = latex(self.e.state(self.e.model.bodies[body.body].mass), self.e.ring)
             inner = rf"{mass} a_{{C{letter}}}"
         name = f"{'dH' if couple else 'ma'}_C{letter}"
-        vector: Vector = tuple(x * c for c in axis)  # type: ignore[assignment]
-        return [self._mark(name, "kinetic", couple, x, self.vector(axis), vector, body._centre, inner)]
+        vector: Vector = tuple(x if i == k else 0 for i in range(3))  # type: ignore[assignment]
+        mark = self._mark(name, "kinetic", couple, x, self.vector(axis), vector, body._centre, inner)
+        return [replace(mark, frame=body.frame)]
 
     def _at_contact(self, action: Action) -> Action:
         """The force of a wheel's contact where it acts, instead of at the centre with its moment."""
@@ -237,8 +242,12 @@ class Marks:
     ) -> Mark:
         ring = self.e.ring
         magnitude, direction, where = self._settled(magnitude, direction)
-        label = latex(magnitude, ring)
-        if label.startswith("-"):
+        label, law = latex(magnitude, ring), ""
+        if self._wide(label):
+            # named where it stands, written below: the name belongs to the positive sense
+            label = latex_name(name) if short is None else short
+            law = f"{label} = {latex(magnitude, ring)}"
+        elif label.startswith("-"):
             magnitude, direction = -magnitude, -direction
             label = latex(magnitude, ring)
         value = None
@@ -246,10 +255,7 @@ class Marks:
             value = self.number(magnitude)
             if value < 0:
                 magnitude, direction, value = -magnitude, -direction, -value
-                label = latex(magnitude, ring)
-        law = ""
-        if self._wide(label):
-            law, label = label, latex_name(name) if short is None else short
+                label = f"-{label}" if law else latex(magnitude, ring)
         return Mark(
             name,
             kind,
@@ -260,11 +266,19 @@ class Marks:
             self.vector(at),
             label,
             law,
-            tuple(text(x, ring) for x in v),  # type: ignore[arg-type]
-            tuple(text(x, ring) for x in at),  # type: ignore[arg-type]
+            self._written(v),
+            self._written(at),
             value,
             where,
         )
+
+    def _written(self, v: Vector) -> tuple[str, ...]:
+        """Components as text; none where they are too long to be carried along."""
+        parts = [x for x in v if isinstance(x, Polynomial)]
+        inner = [a for x in parts for g in self.e.ring.used(x) for a in g.arguments if isinstance(a, Polynomial)]
+        if sum(map(len, parts)) > MOST_TERMS or any(len(a) > MOST_TERMS // 10 for a in inner):
+            return ()
+        return tuple(text(x, self.e.ring) for x in v)
 
     def _settled(self, magnitude: Any, direction: Array) -> tuple[Any, Array, str]:
         """Without factors a/|a|, whose sign the configuration shows."""

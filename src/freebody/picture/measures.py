@@ -90,9 +90,15 @@ def angle_of(
 
 
 def dimensions_of(
-    e: Equations, now: Configuration, view: View, scale: float, body: str, placer: Placer
+    e: Equations,
+    now: Configuration,
+    view: View,
+    scale: float,
+    body: str,
+    placer: Placer,
+    center: bool = True,
 ) -> list[Measured]:
-    """Distances between the points of a body along its length, and the radius of a wheel."""
+    """Distances between the points of a body along its length (its mass centre among them), and a wheel's radius."""
     model = e.model
     place = model.bodies[body]
     properties = place.properties
@@ -132,12 +138,12 @@ def dimensions_of(
     k = int(np.argmax(span))
     if shape is not None and shape.kind in ("disk", "ring", "cylinder", "sphere", "spherical_shell", "tube"):
         radius = shape["outer" if shape.kind == "tube" else "radius"]
-        center = scale * view(p + R @ points["C"])
+        middle = scale * view(p + R @ points["C"])
         r = scale * float(now.state(radius))
         choices = []
         for j in range(12):
             t = math.radians(30 * j + 20)
-            line = np.array([center, center + r * np.array([math.cos(t), math.sin(t)])])
+            line = np.array([middle, middle + r * np.array([math.cos(t), math.sin(t)])])
             choices.append((placer.crowding(line), j, line))
         line = min(choices, key=lambda one: one[:2])[2]
         tex = latex(e.state(radius), e.ring)
@@ -146,6 +152,8 @@ def dimensions_of(
         result.append((group, f"${tex}$", (line.mean(axis=0), side)))
     if span[k] * scale < 12.0:
         return result
+    if not center:
+        del points["C"]
     # along the body axis in which the points lie furthest apart, one dimension line for all
     order = sorted(points, key=lambda name: points[name][k])
     stops: list[str] = []

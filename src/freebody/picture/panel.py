@@ -158,13 +158,14 @@ class Panel:
     def _named(self, blank: bool) -> list[tuple[str, Array]]:
         result = []
         # where a joint is called C, the sign of the mass centre has to do
-        taken = "C" in self.now.model.joints
+        held = {*self.now.model.joints, *self.now.model.constraints}
+        taken = "C" in held
         if not taken and not any(piece.kind == "particle" for piece in self.pieces):
             result.append(("$C$", self._center()))
         if blank:
             R, p = self.now.posture(self.body)
             for name, at in attachments(self.now.model, self.now.state, self.body).items():
-                if name in self.now.model.joints:
+                if name in held:
                     result.append((f"${latex_name(name)}$", self.page(p + R @ at)))
         return result
 
@@ -182,7 +183,7 @@ class Panel:
         return Style(color, width, dash)
 
     def _length(self, mark: Mark) -> float:
-        if self.unit is None or mark.value is None:
+        if self.unit is None or mark.value is None or mark.couple:
             return LENGTH
         return max(SHORTEST, self.unit * mark.value)
 
@@ -295,9 +296,13 @@ class Panel:
             "data-symbol": text(mark.magnitude, ring),
             "data-direction": " ".join(f"{x:.12g}" for x in mark.direction),
             "data-point": " ".join(f"{x:.12g}" for x in mark.point),
-            "data-vector": "; ".join(mark.exact),
-            "data-at": "; ".join(mark.at),
         }
+        if mark.exact:
+            result["data-vector"] = "; ".join(mark.exact)
+        if mark.at:
+            result["data-at"] = "; ".join(mark.at)
+        if mark.frame != "ground":
+            result["data-frame"] = mark.frame
         if mark.owner:
             result["data-owner"] = mark.owner
         if mark.value is not None:

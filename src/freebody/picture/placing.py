@@ -39,6 +39,13 @@ class Placer:
         self._weights.append(weight)
         self.line(np.vstack([polygon, polygon[:1]]))
 
+    def about(self, areas: Sequence[Array]) -> Placer:
+        """The same sheet, of which only some areas are to be avoided."""
+        other = Placer()
+        other.boxes, other._ink = self.boxes, [self.ink]
+        other.areas, other._weights = list(areas), [1.0] * len(areas)
+        return other
+
     def line(self, points: Array) -> None:
         """A line that labels should not lie on."""
         self._ink.append(sampled(points, 2.0))
@@ -117,9 +124,9 @@ class Placer:
                 & (ink[None, :, 1] > y0[:, None])
                 & (ink[None, :, 1] < y1[:, None])
             )
-            cost += 30.0 * np.minimum(hit.sum(axis=1), 12)
-        for area in self.areas:
-            cost += 12.0 * inside(area, centers)
+            cost += 45.0 * np.minimum(hit.sum(axis=1), 12)
+        for area, weight in zip(self.areas, self._weights, strict=True):
+            cost += 12.0 * weight * inside(area, centers)
         return cost
 
     def arrow(self, arrow: Arrow) -> None:

@@ -65,7 +65,7 @@ class Arrow:
 
     def heads(self) -> list[Array]:
         """The triangles of the heads."""
-        scale = max(0.62, self.style.width / 1.5)
+        scale = self._size()
         result = [_head(self.points[-1], self._direction(), scale)]
         if self.head == "double":
             result.append(_head(self.points[-1] - 0.75 * HEAD[0] * scale * self._direction(), self._direction(), scale))
@@ -76,11 +76,17 @@ class Arrow:
 
     def shaft(self) -> Array:
         """The line without what the heads cover."""
-        scale = max(0.62, self.style.width / 1.5)
+        scale = self._size()
         points = _shortened(self.points, 0.8 * HEAD[0] * scale)
         if self.head == "both":
             points = _shortened(points[::-1], 0.8 * HEAD[0] * scale)[::-1]
         return points
+
+    def _size(self) -> float:
+        """Of the heads, for the width of the line; less on a short arrow."""
+        length = float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
+        room = length / HEAD[0] / (2.4 if self.head in ("double", "both") else 1.4)
+        return min(max(0.62, self.style.width / 1.5), room)
 
     def _direction(self) -> Array:
         # of a curve the chord under the head
