@@ -12,7 +12,9 @@ from .model import Number, Setting, find, settings_of
 
 @click.command()
 @click.argument("model")
-@click.option("--body", metavar="NAME", help="The free-body diagram of this body, or `all`; the machine if not given.")
+@click.option(
+    "--body", metavar="NAME", help="The free-body diagram of this body, or `all`; the machine if not given."
+)
 @click.option(
     "--at",
     "place",
@@ -21,7 +23,9 @@ from .model import Number, Setting, find, settings_of
     help="A time of the motion [s], or a coordinate such as theta=30deg (repeatable).",
 )
 @click.option(
-    "--mode", type=click.Choice(["symbolic", "scale", "blank"]), help="Of the arrows; to scale at a time of the motion."
+    "--mode",
+    type=click.Choice(["symbolic", "scale", "blank"]),
+    help="Of the arrows; to scale at a time of the motion.",
 )
 @click.option("--dimensions/--no-dimensions", default=None, help="Whether lengths are written.")
 @click.option("--set", "settings", type=Setting(), multiple=True, help="Value of a parameter (repeatable).")
@@ -63,7 +67,9 @@ def draw(
     stem = Path(found.name).stem + ("" if body is None else f"-{body}")
     path = Path(f"{stem}.svg") if output is None else output
     if path.suffix.lower() not in FORMATS:
-        raise click.UsageError(f"-o: expected a file name that ends in {', '.join(FORMATS)}, got '{path.name}'.")
+        raise click.UsageError(
+            f"-o: expected a file name that ends in {', '.join(FORMATS)}, got '{path.name}'."
+        )
     values = settings_of(system, settings)
     options: dict[str, Any] = {"values": values}
     at, time = _place(place)
@@ -73,7 +79,9 @@ def draw(
     else:
         options["at"] = at or None
         known = {name for name, kind in system.names.kinds.items() if kind == "coordinate"}
-        options["near"] = {name: value for name, value in found.near.items() if name in known and name not in at}
+        options["near"] = {
+            name: value for name, value in found.near.items() if name in known and name not in at
+        }
     if dimensions is not None:
         options["dimensions"] = dimensions
     if body is None:

@@ -185,7 +185,12 @@ class _Machine:
         }
         for name, one in self.model.constraints.items():
             if isinstance(one, Closure):
-                found[name] = (one.type, one.parent.name, one.child.name, self.now.place(one.child.name, one.to))
+                found[name] = (
+                    one.type,
+                    one.parent.name,
+                    one.child.name,
+                    self.now.place(one.child.name, one.to),
+                )
         return found
 
     def _slides(self, body: str) -> bool:
@@ -284,7 +289,11 @@ class _Machine:
             if d[0] < -0.01:
                 d = -d
             at = self.page(point)
-            base = self.page(self.now.place("ground", self.model.joints[name].at)) if name in self.model.joints else at
+            base = (
+                self.page(self.now.place("ground", self.model.joints[name].at))
+                if name in self.model.joints
+                else at
+            )
             s = sorted((0.0, float((base - at) @ d)))
             gap = 11.0 if any(piece.kind == "particle" for piece in self.pieces[child]) else 12.0
             if abs(d[1]) > 0.5:
@@ -317,7 +326,8 @@ class _Machine:
             self._add(symbols.hatched(start, end, side), class_="plane")
             return
         corners = [
-            self.page(middle + size * (a * first + b * second * 0.7)) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+            self.page(middle + size * (a * first + b * second * 0.7))
+            for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))
         ]
         self._add([Line(np.array(corners), Style(GREY, 0.8, (), "#f4f4f4"), True)], class_="plane")
         for foot in feet:
@@ -436,10 +446,13 @@ class _Machine:
         self._spring_label(value, (start + end) / 2, end - start)
 
     def _beside(self, load: JointSpring | JointDamper) -> bool:
-        return sum(
-            isinstance(other, JointSpring | JointDamper) and other.joint is load.joint
-            for other in self.model.loads.values()
-        ) > 1
+        return (
+            sum(
+                isinstance(other, JointSpring | JointDamper) and other.joint is load.joint
+                for other in self.model.loads.values()
+            )
+            > 1
+        )
 
     def _wall(self, at: Array, toward: Array) -> None:
         """A piece of hatched wall, its free side toward a direction."""

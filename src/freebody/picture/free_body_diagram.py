@@ -23,7 +23,7 @@ from .configuration import Configuration, configuration
 from .drawing import Drawing
 from .labels import size_of
 from .marks import Mark, Marks
-from .palette import BODY_FILLS, BLUE, GREY, INK, PAIRS
+from .palette import BLUE, BODY_FILLS, GREY, INK, PAIRS
 from .panel import LONGEST, Panel
 from .placing import Placer
 from .shapes import Primitive, attachments, shapes
@@ -171,9 +171,7 @@ class _Maker:
         for acting, _ in found.values():
             owners += [mark.owner for mark in acting if mark.owner and mark.owner not in owners]
         exploded = len(found) > 1
-        self.colors = {
-            owner: PAIRS[i % len(PAIRS)] if exploded else BLUE for i, owner in enumerate(owners)
-        }
+        self.colors = {owner: PAIRS[i % len(PAIRS)] if exploded else BLUE for i, owner in enumerate(owners)}
         self.greatest = {False: 0.0, True: 0.0}
         for acting, moving in found.values():
             for mark in (*acting, *moving):
@@ -386,7 +384,9 @@ class _Maker:
             for i, tex in enumerate(part):
                 root.add(Label(tex, np.array([at, top - 17.0 * (i + 1)]), 10.0, INK))
             at += max((size_of(tex, 10.0)[0] for tex in part), default=0.0) + 26.0
-        if any(m.value is not None and self.unit and not m.couple and self.unit * m.value < 11.0 for m in marks):
+        if any(
+            m.value is not None and self.unit and not m.couple and self.unit * m.value < 11.0 for m in marks
+        ):
             words = "short arrows are drawn longer than to scale"
             root.add(Label(words, np.array([x0, top - 17.0 * (deep + 1)]), 9.0, GREY))
 

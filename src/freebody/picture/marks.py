@@ -60,6 +60,8 @@ class Mark:
         Unit vector in ground axes.
     point : array (3,)
         Where it acts, in ground axes [m].
+    symbol : str
+        The magnitude as text of the equations' names.
     label : str
         What stands at the arrow.
     law : str
@@ -81,6 +83,7 @@ class Mark:
     magnitude: Any
     direction: Array
     point: Array
+    symbol: str
     label: str
     law: str
     exact: tuple[str, ...]
@@ -100,6 +103,7 @@ class Marks:
         self.plane: Plane | None = found if isinstance(found, Plane) else None
         self.owners: dict[str, str] = {}
         self._numbers: dict[Any, float] = dict(now.lookup)
+        self._texts: dict[Any, str] = {}
         for joint in equations.model.joints:
             for c in unknowns(equations.model, equations.state, joint):
                 self.owners[c.name] = joint
@@ -110,6 +114,12 @@ class Marks:
                     self._numbers[c.symbol] = float(np.dot(direction, [float(x) for x in of]))
         for row in rows(equations.model):
             self.owners[row.name] = row.owner
+
+    def text(self, x: Any) -> str:
+        """An expression as text, printed once."""
+        if x not in self._texts:
+            self._texts[x] = text(x, self.e.ring)
+        return self._texts[x]
 
     # -- numbers ------------------------------------------------------------------------------------
 
@@ -153,8 +163,8 @@ class Marks:
             result += self._component(turn, k, turn.momentum_rate[k], True)
         return result
 
-    def _length(self, v: Vector) -> float:
-        return float(sum(len(text(x, self.e.ring)) for x in v if not (isinstance(x, int) and x == 0)))
+    def _length(self, v: Vector) -> int:
+        return sum(len(x) if isinstance(x, Polynomial) else int(x != 0) for x in v)
 
     def _component(self, body: FreeBody, k: int, x: Any, couple: bool) -> list[Mark]:
         if isinstance(x, int) and x == 0:
@@ -222,7 +232,9 @@ class Marks:
         for num in nums[1:]:
             found = found.gcd(num)
         c = element(ring, found, 1, parts[0].mask)
-        quotients = iter(element(ring, num // found, x.den, x.mask) for num, x in zip(nums, parts, strict=True))
+        quotients = iter(
+            element(ring, num // found, x.den, x.mask) for num, x in zip(nums, parts, strict=True)
+        )
         u: Vector = tuple(0 if isinstance(x, int) and x == 0 else next(quotients) for x in v)  # type: ignore
         return c, u
 
@@ -264,6 +276,7 @@ class Marks:
             magnitude,
             direction,
             self.vector(at),
+            self.text(magnitude),
             label,
             law,
             self._written(v),
@@ -275,10 +288,12 @@ class Marks:
     def _written(self, v: Vector) -> tuple[str, ...]:
         """Components as text; none where they are too long to be carried along."""
         parts = [x for x in v if isinstance(x, Polynomial)]
-        inner = [a for x in parts for g in self.e.ring.used(x) for a in g.arguments if isinstance(a, Polynomial)]
+        inner = [
+            a for x in parts for g in self.e.ring.used(x) for a in g.arguments if isinstance(a, Polynomial)
+        ]
         if sum(map(len, parts)) > MOST_TERMS or any(len(a) > MOST_TERMS // 10 for a in inner):
             return ()
-        return tuple(text(x, self.e.ring) for x in v)
+        return tuple(map(self.text, v))
 
     def _settled(self, magnitude: Any, direction: Array) -> tuple[Any, Array, str]:
         """Without factors a/|a|, whose sign the configuration shows."""

@@ -66,7 +66,11 @@ def outlines(
         equator = page([(d["a"] * math.cos(t), d["b"] * math.sin(t), 0.0) for t in _turns()])
         lines = [Line(silhouette, style, True)]
         near = equator[np.array([_depth(A, view, d, t) >= 0 for t in _turns()])]
-        return lines if len(near) < 2 or view.planar else [*lines, Line(_unbroken(equator, A, view, d), Style(INK, 0.7))]
+        return (
+            lines
+            if len(near) < 2 or view.planar
+            else [*lines, Line(_unbroken(equator, A, view, d), Style(INK, 0.7))]
+        )
     if kind in ("cylinder", "tube"):
         r, half = d.get("radius", d.get("outer")), d["length"] / 2
         ends = [page(_circle(r, z)) for z in (-half, half)]
@@ -181,7 +185,10 @@ def _round(page: Any, r: float, view: View, A: Array, style: Style, hollow: bool
 
 def _face(corners: Array, style: Style) -> list[Any]:
     area = 0.5 * abs(
-        float(np.dot(corners[:, 0], np.roll(corners[:, 1], 1)) - np.dot(corners[:, 1], np.roll(corners[:, 0], 1)))
+        float(
+            np.dot(corners[:, 0], np.roll(corners[:, 1], 1))
+            - np.dot(corners[:, 1], np.roll(corners[:, 0], 1))
+        )
     )
     if area < 1.0:
         spread = corners - corners.mean(axis=0)

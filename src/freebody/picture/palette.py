@@ -7,7 +7,14 @@ from __future__ import annotations
 
 INK, GREY, PALE = "#1a1a1a", "#6b6b6b", "#c9c9c9"
 
-BLUE, VERMILLION, GREEN, ORANGE, SKY, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7"
+BLUE, VERMILLION, GREEN, ORANGE, SKY, PURPLE = (
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#E69F00",
+    "#56B4E9",
+    "#CC79A7",
+)
 
 PAIRS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)
 """Of reactions, one per joint."""

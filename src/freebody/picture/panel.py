@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..equations.display import latex, text
 from ..equations.equations import Equations
 from ..equations.latex import latex_name
 from .configuration import Configuration
@@ -284,16 +283,15 @@ class Panel:
 
     def _title(self, mark: Mark) -> str:
         what = "couple" if mark.couple else "force"
-        return f"{mark.name}: {what} {text(mark.magnitude, self.equations.ring)}"
+        return f"{mark.name}: {what} {mark.symbol}"
 
     def _attributes(self, mark: Mark) -> dict[str, str]:
-        ring = self.equations.ring
         result = {
             "class": "couple" if mark.couple else "force",
             "data-name": mark.name,
             "data-kind": mark.kind,
             "data-body": self.body,
-            "data-symbol": text(mark.magnitude, ring),
+            "data-symbol": mark.symbol,
             "data-direction": " ".join(f"{x:.12g}" for x in mark.direction),
             "data-point": " ".join(f"{x:.12g}" for x in mark.point),
         }
@@ -310,7 +308,7 @@ class Panel:
             if self.unit is not None and not mark.couple and self.unit * mark.value < SHORTEST:
                 result["data-enlarged"] = "true"
         if mark.law:
-            result["data-law"] = latex(mark.magnitude, ring)
+            result["data-law"] = mark.law
         if mark.where:
             result["data-where"] = mark.where
         return result

@@ -75,7 +75,12 @@ class Placer:
             gaps = np.sqrt(((along[:, None, :] - ink[None, :, :]) ** 2).sum(axis=2)).min(axis=1)
             cost += 1.2 * float((gaps < 4.5).mean())
         for x0, y0, x1, y1 in self.boxes:
-            hit = (along[:, 0] > x0 - 2) & (along[:, 0] < x1 + 2) & (along[:, 1] > y0 - 2) & (along[:, 1] < y1 + 2)
+            hit = (
+                (along[:, 0] > x0 - 2)
+                & (along[:, 0] < x1 + 2)
+                & (along[:, 1] > y0 - 2)
+                & (along[:, 1] < y1 + 2)
+            )
             cost += 6.0 * float(hit.mean())
         return cost
 

@@ -298,7 +298,11 @@ def rod(start: Array, end: Array, radius: float) -> Primitive:
     along = np.asarray(end, dtype=float) - start
     length = float(np.linalg.norm(along))
     return Primitive(
-        "rod", {"length": length, "radius": radius}, (np.asarray(start) + end) / 2, turned_to(along), solid=False
+        "rod",
+        {"length": length, "radius": radius},
+        (np.asarray(start) + end) / 2,
+        turned_to(along),
+        solid=False,
     )
 
 

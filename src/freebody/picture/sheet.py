@@ -68,7 +68,9 @@ class Arrow:
         scale = self._size()
         result = [_head(self.points[-1], self._direction(), scale)]
         if self.head == "double":
-            result.append(_head(self.points[-1] - 0.75 * HEAD[0] * scale * self._direction(), self._direction(), scale))
+            result.append(
+                _head(self.points[-1] - 0.75 * HEAD[0] * scale * self._direction(), self._direction(), scale)
+            )
         if self.head == "both":
             back = self.points[0] - self.points[1]
             result.append(_head(self.points[0], back / np.linalg.norm(back), scale))

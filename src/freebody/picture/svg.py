@@ -77,9 +77,7 @@ class _Writer:
             code = int(shape.codes[i])
             if code in _LETTERS:
                 count = {1: 1, 2: 1, 3: 2, 4: 3}[code]
-                run = " ".join(
-                    f"{x - self.left:.2f} {self.top - y:.2f}" for x, y in points[i : i + count]
-                )
+                run = " ".join(f"{x - self.left:.2f} {self.top - y:.2f}" for x, y in points[i : i + count])
                 parts.append(_LETTERS[code] + run)
                 i += count
             else:

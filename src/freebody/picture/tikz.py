@@ -18,9 +18,7 @@ def tikz(sheet: Sheet) -> str:
     """The sheet as a LaTeX document of the class ``standalone``; one unit is a point."""
     colors: dict[str, str] = {}
     for item in flat(sheet.root):
-        for color in (
-            (item.color,) if isinstance(item, Label) else (item.style.stroke, item.style.fill)
-        ):
+        for color in (item.color,) if isinstance(item, Label) else (item.style.stroke, item.style.fill):
             if color is not None:
                 colors.setdefault(color, f"fb{chr(97 + len(colors) // 26)}{chr(97 + len(colors) % 26)}")
     lines = [
