@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from .formats import write as write
     from .model.assemble import assemble as assemble
     from .model.model import Model as Model
+    from .picture import plot as plot
     from .picture.compare_linear import compare_linear as compare_linear
     from .picture.draw import draw as draw
     from .picture.free_body_diagram import free_body_diagram as free_body_diagram
@@ -92,6 +93,7 @@ _EXPORTS = {
     "mesh": "space.mesh",
     "particle": "space.solids",
     "plate": "space.solids",
+    "plot": "picture.plot",
     "read": "formats",
     "report": "picture.report",
     "revolve": "space.density",
@@ -117,7 +119,11 @@ def _resolve(name: str) -> Any:
     """The object of a public name, imported now and kept in this module's dictionary."""
     module_name, _, attribute = _EXPORTS[name].partition(":")
     module = import_module(f"{__name__}.{module_name}")
-    value = module if name in ("errors", "exact", "forms", "testing") else getattr(module, attribute or name)
+    value = (
+        module
+        if name in ("errors", "exact", "forms", "plot", "testing")
+        else getattr(module, attribute or name)
+    )
     globals()[name] = value
     return value
 

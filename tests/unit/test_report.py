@@ -1,4 +1,4 @@
-"""The page: what it holds, that nothing of it can run but its own script, and that its numbers are those of the motion."""
+"""The page: what it holds, that no script but its own can run, that its numbers are those of the motion."""
 
 from __future__ import annotations
 
@@ -74,6 +74,7 @@ def test_the_page_has_every_section(text):
     for heading in (
         "Answers",
         "Plots",
+        "Drawing",
         "Free-body diagrams",
         "Free-body equations",
         "Equations of motion",

@@ -38,8 +38,8 @@ def animate(
     height : int
         Of the player in a notebook [pixels].
     **shown : bool
-        What is shown from the start: ``trails``, ``frames``, ``names``, ``forces``, ``reactions``, ``cones``, ``follow``,
-        ``repeat``.
+        What is shown from the start: ``trails``, ``frames``, ``names``, ``forces``, ``reactions``, ``cones``,
+        ``follow``, ``repeat``.
 
     Returns
     -------
@@ -183,7 +183,8 @@ def _check_tools(kind: str) -> None:
         missing.append("ffmpeg, which joins them")
     if missing:
         raise FreebodyError(
-            f"Writing {kind} needs {' and '.join(missing)}; not found here. Install it, or write .html, which needs nothing."
+            f"Writing {kind} needs {' and '.join(missing)}; not found here. Install it, or write .html, which "
+            "needs nothing."
         )
 
 

@@ -30,7 +30,7 @@ PATIENCE = 60.0
 
 
 def chromium() -> str | None:
-    """The path of a Chromium or Chrome on this machine, or the one that FREEBODY_BROWSER names; None if there is none."""
+    """The path of a Chromium or Chrome, or of the one that FREEBODY_BROWSER names; None if there is none."""
     named = os.environ.get("FREEBODY_BROWSER")
     if named:
         return shutil.which(named)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ..simulate.trajectory import Trajectory
 
 Array = NDArray[np.float64]
+Places = NDArray[Any]
 
 TOLERANCE = 2e-3
 """Of the interpolation: of positions in parts of the size of the motion, of angles in rad, of all else in parts of its
@@ -123,8 +124,12 @@ def _start(trajectory: Trajectory) -> Array:
     """The steps of the run, which resolve its motion, no fewer than FEWEST, and the events."""
     path = trajectory.path
     first, last = min(path.start, path.end), max(path.start, path.end)
-    known = [path.times, np.linspace(first, last, FEWEST), [event.time for event in trajectory.events]]
-    t = np.unique(np.clip(np.concatenate(known), first, last))
+    known = [
+        path.times,
+        np.linspace(first, last, FEWEST),
+        np.array([event.time for event in trajectory.events]),
+    ]
+    t: Array = np.unique(np.clip(np.concatenate(known), first, last))
     if len(t) < 2:
         return np.array([first, first + 1e-9 * max(1.0, abs(first))]) if last == first else t
     near = np.concatenate([[True], np.diff(t) > 1e-9 * (last - first)])
@@ -143,7 +148,7 @@ class _Sample:
     spin: Array
     rest: Array
 
-    def joined(self, other: _Sample, places: Array, chosen: Array) -> _Sample:
+    def joined(self, other: _Sample, places: Places, chosen: Places) -> _Sample:
         """With those chosen of the other inserted."""
         return _Sample(
             *(
@@ -172,7 +177,7 @@ class _Source:
                 for name in model.bodies
                 for x in (*found[name].position, *(x for row in found[name].rotation for x in row))
             ]
-            spins = [x for name in model.bodies for x in angular_velocity(model, state, _Named(name))]
+            spins = [x for name in model.bodies for x in angular_velocity(model, state, Named(name))]
             loads = [x for _, vector in applied(model, state) for x in vector]
             return {"pose": pose, "spin": spins, "loads": loads}
 
@@ -182,7 +187,8 @@ class _Source:
 
     def __call__(self, t: Array) -> _Sample:
         trajectory, kernels = self.trajectory, self.trajectory.kernels
-        t = np.clip(t, *sorted((trajectory.path.start, trajectory.path.end)))
+        low, high = sorted((trajectory.path.start, trajectory.path.end))
+        t = np.clip(t, low, high)
         states = trajectory.path.sample(t)
         pose = self._observed(self.scene, "pose", t, states).reshape(len(t), self.count, 12)
         spin = self._observed(self.scene, "spin", t, states).reshape(len(t), self.count, 3)
@@ -199,7 +205,7 @@ class _Source:
         constants = program.constants(self.parameters)
         return observe(program.address(function), program.outputs(function), t, states, constants)
 
-    def error(self, found: _Sample, at: Array, middle: _Sample) -> Array:
+    def error(self, found: _Sample, at: Places, middle: _Sample) -> Array:
         """Of the interpolation in the middles, after each of the moments ``at``, in parts of what is allowed as 1."""
         p = found.position
         size = max(float(np.ptp(p.reshape(-1, 3), axis=0).max(initial=0.0)), 1e-12) if p.size else 1.0
@@ -252,7 +258,7 @@ class _Source:
 
 
 @dataclass(frozen=True)
-class _Named:
+class Named:
     """A body by its name alone, as the algorithms ask for it."""
 
     name: str

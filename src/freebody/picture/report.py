@@ -270,10 +270,16 @@ def _model(s: System, trajectory: Trajectory) -> str:
 
 
 def _drawings(e: Equations, trajectory: Trajectory) -> str:
-    """Free-body diagrams of all bodies, in the configuration that shows most."""
+    """The machine and its free-body diagrams, in the configuration that shows most."""
+    from .draw import draw
     from .free_body_diagram import free_body_diagram
 
-    parts = ["<h2>Free-body diagrams</h2>", '<div class="figures">']
+    whole = draw(e.model, values=trajectory.values)
+    parts = [
+        f"<h2>Drawing</h2>\n<figure>{whole.svg}</figure>",
+        "<h2>Free-body diagrams</h2>",
+        '<div class="figures">',
+    ]
     for name in e.model.bodies:
         drawing = free_body_diagram(e, name, values=trajectory.values)
         parts.append(f"<figure>{drawing.svg}<figcaption>{escape(name)}</figcaption></figure>")
@@ -323,7 +329,8 @@ def _footer(trajectory: Trajectory, scene: Mapping[str, Any]) -> str:
     keys = len(base64.b64decode(scene["t"])) // 4
     return (
         f"<footer>Made by freebody {escape(__version__)}. {trajectory.steps} integration steps, relative tolerance "
-        f"{float(min(trajectory.tolerances)):.1g}, energy ledger balanced to {trajectory.energy.relative_residual:.1e}. "
+        f"{float(min(trajectory.tolerances)):.1g}, energy ledger balanced to "
+        f"{trajectory.energy.relative_residual:.1e}. "
         f"{keys} keyframes; between them the page interpolates to {scene['tolerance']:.1g} of the extent or the "
         "greatest value, and shows numbers as 32-bit floats.</footer>"
     )
