@@ -382,3 +382,36 @@ def test_a_spring_between_points_pulls_along_its_line_with_its_law() -> None:
     d = np.array(arrow.get("data-direction", "").split(), dtype=float)
     assert abs(d @ [0.4, -0.8, 0]) == pytest.approx(math.hypot(0.4, 0.8))
     assert "k" in arrow.get("data-symbol", "") and "L" in arrow.get("data-symbol", "")
+
+
+def test_the_sign_of_a_length_is_read_off_the_configuration() -> None:
+    """A spring along a line has the length |x|: its force is written for the side on which it is drawn."""
+    s = fb.System("two carts")
+    m, k, L = s.parameters(m=1.0, k=20.0, L=0.3)
+    carts = [s.body(name, fb.particle(m)) for name in ("left", "right")]
+    for cart, q in zip(carts, ("x", "y"), strict=True):
+        s.slider(f"rail_{q}", s.ground, cart, axis="x", coordinate=q)
+    s.spring("spring", *(cart.origin for cart in carts), stiffness=k, rest=L)
+    for at, symbol in (({"x": 0, "y": 1}, "k*(y - x - L)"), ({"x": 1, "y": 0}, "k*(x - y - L)")):
+        svg = free_body_diagram(s, at=at).svg
+        root = ElementTree.fromstring(svg)
+        arrows = [g for g in root.iter(f"{SVG}g") if g.get("data-name") == "spring"]
+        assert len(arrows) == 2
+        directions = [np.array(g.get("data-direction", "").split(), dtype=float) for g in arrows]
+        assert directions[0] == pytest.approx(-directions[1])
+        words = Vocabulary(fb.equations(s))
+        for g in arrows:
+            assert "abs" not in g.get("data-symbol", "") and g.get("data-where")
+            expected, found = (words.element(x, "a test") for x in (symbol, g.get("data-symbol", "")))
+            assert found in (expected, -expected)
+
+
+def test_a_rope_over_a_block_pulls_with_all_its_parts() -> None:
+    e, near = machine("block-and-tackle")
+    (arrow,) = [
+        g
+        for g in groups(free_body_diagram(e, "weight", near=near).svg, "free-body")
+        if g.get("data-name") == "rope"
+    ]
+    assert arrow.get("data-symbol") == "4*rope" and arrow.get("data-where") == "x > 0"
+    assert np.array(arrow.get("data-direction", "").split(), dtype=float) == pytest.approx([0, 1, 0])

@@ -295,13 +295,15 @@ class _Machine:
                 else at
             )
             s = sorted((0.0, float((base - at) @ d)))
-            gap = 11.0 if any(piece.kind == "particle" for piece in self.pieces[child]) else 12.0
-            if abs(d[1]) > 0.5:
-                gap = 17.5
+            gap = self._reach(child, at, np.array([d[1], -d[0]]))
             # not all the way to a far origin
             reach = (max(s[0] - 34.0, -110.0), min(s[1] + 34.0, 110.0))
             items = symbols.guide(at, d, reach, gap, 1.0)
             self._add(items, class_="joint slider", data_joint=name)
+
+    def _reach(self, body: str, at: Array, d: Array) -> float:
+        """How far a body reaches from a point in a direction [pt]."""
+        return max((float(((area - at) @ d).max()) for area in self._areas_of(body)), default=0.0)
 
     def _planes(self) -> None:
         """The ground on which wheels roll."""
@@ -436,7 +438,7 @@ class _Machine:
         )
         normal = np.array([-d[1], d[0]])
         shift = (6.0 if beside == 0 else -6.0) * normal if self._beside(load) else np.zeros(2)
-        half = 17.0
+        half = self._reach(joint[2], at, -d)
         wall = base - 78.0 * d
         start, end = wall + shift, at - half * d + shift
         make = symbols.zigzag if isinstance(load, JointSpring) else symbols.dashpot

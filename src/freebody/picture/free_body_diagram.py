@@ -167,9 +167,7 @@ class _Maker:
         self.e, self.now, self.view, self.found, self.mode = e, now, view, found, mode
         self.angles, self.dimensions, self.kinetic = angles, dimensions, kinetic
         self.pieces = shapes(now.model, now.values)
-        owners: list[str] = []
-        for acting, _ in found.values():
-            owners += [mark.owner for mark in acting if mark.owner and mark.owner not in owners]
+        owners = dict.fromkeys(mark.owner for acting, _ in found.values() for mark in acting if mark.owner)
         exploded = len(found) > 1
         self.colors = {owner: PAIRS[i % len(PAIRS)] if exploded else BLUE for i, owner in enumerate(owners)}
         self.greatest = {False: 0.0, True: 0.0}

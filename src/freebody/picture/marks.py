@@ -257,7 +257,9 @@ class Marks:
         label, law = latex(magnitude, ring), ""
         if self._wide(label):
             # named where it stands, written below: the name belongs to the positive sense
-            label = latex_name(name) if short is None else short
+            if short is None and label.startswith("-"):
+                magnitude, direction = -magnitude, -direction
+            label = self._name(name) if short is None else short
             law = f"{label} = {latex(magnitude, ring)}"
         elif label.startswith("-"):
             magnitude, direction = -magnitude, -direction
@@ -285,6 +287,10 @@ class Marks:
             where,
         )
 
+    def _name(self, name: str) -> str:
+        """An action's name; of a spring k of stiffness k that of its force."""
+        return rf"F_{{{latex_name(name)}}}" if name in self.e.model.names.kinds else latex_name(name)
+
     def _written(self, v: Vector) -> tuple[str, ...]:
         """Components as text; none where they are too long to be carried along."""
         parts = [x for x in v if isinstance(x, Polynomial)]
@@ -296,24 +302,38 @@ class Marks:
         return tuple(map(self.text, v))
 
     def _settled(self, magnitude: Any, direction: Array) -> tuple[Any, Array, str]:
-        """Without factors a/|a|, whose sign the configuration shows."""
+        """Without factors a/|a| and without |a|: the configuration shows the sign of a."""
         ring = self.e.ring
-        where = ""
+        where: list[str] = []
         if not isinstance(magnitude, Polynomial):
-            return magnitude, direction, where
+            return magnitude, direction, ""
         for g in ring.used(magnitude):
             size = g.arguments[0] if g.kind == "inverse" else None
             inner = ring.used(size) if isinstance(size, Polynomial) else []
-            if len(inner) != 1 or inner[0].name != "abs":
+            if len(inner) != 1 or inner[0].name != "abs" or not isinstance(magnitude, Polynomial):
                 continue
             a = inner[0].arguments[0]
             other = magnitude * size / a
             if isinstance(other, Polynomial) and any(h.kind == "inverse" for h in ring.used(other)):
                 continue
-            sign = 1.0 if self.number(a) > 0 else -1.0
+            sign = 1 if self.number(a) > 0 else -1
             magnitude, direction = other, sign * direction
-            where = f"{text(a, ring)} {'>' if sign > 0 else '<'} 0"
-        return magnitude, direction, where
+            where.append(f"{text(a, ring)} {'>' if sign > 0 else '<'} 0")
+        for g in ring.used(magnitude) if isinstance(magnitude, Polynomial) else []:
+            if g.name != "abs" or not isinstance(magnitude, Polynomial):
+                continue
+            a = g.arguments[0]
+            sign = 1 if self.number(a) > 0 else -1
+            total: Any = 0
+            for monomial, c in ring.terms(ring.promoted(magnitude.num)):
+                term: Any = c
+                for index, n in monomial:
+                    term = term * (sign * a if index == g.index else ring.variable(index)) ** n
+                total = total + term
+            total = total / magnitude.den
+            magnitude = total
+            where.append(f"{text(a, ring)} {'>' if sign > 0 else '<'} 0")
+        return magnitude, direction, ", ".join(dict.fromkeys(where))
 
     def _wide(self, label: str) -> bool:
         if len(label) > 140:
