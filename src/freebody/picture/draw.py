@@ -61,8 +61,8 @@ def draw(
     ----------
     system : System, Model or Equations
     at : mapping or number, optional
-        Coordinates, ``{"theta": "30deg"}``, or the time of ``trajectory`` [s]. Coordinates that are not named get values
-        at which nothing lies in one line.
+        Coordinates, ``{"theta": "30deg"}``, or the time of ``trajectory`` [s]. Coordinates that are not named get
+        values at which nothing lies in one line.
     trajectory : Trajectory, optional
         A motion of the system.
     values : mapping, optional

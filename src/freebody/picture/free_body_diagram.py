@@ -71,8 +71,8 @@ def free_body_diagram(
     trajectory : Trajectory, optional
         A motion of the system.
     mode : "symbolic", "scale" or "blank"
-        Arrows of one length; arrows to scale with a table of values, at a time of a trajectory (the default where one is
-        given); or outlines and points alone, for exercises.
+        Arrows of one length; arrows to scale with a table of values, at a time of a trajectory (the default where one
+        is given); or outlines and points alone, for exercises.
     values : mapping, optional
         Of parameters, in place of their defaults.
     near : mapping, optional
@@ -94,8 +94,8 @@ def free_body_diagram(
 
     Notes
     -----
-    An arrow shows the sense in which its symbol is positive. To scale it shows the sense of the force, with a minus at a
-    symbol whose value is negative. Source: chapter 6, eqs (6.1), (6.25); layout as is usual in Meriam & Kraige,
+    An arrow shows the sense in which its symbol is positive. To scale it shows the sense of the force, with a minus at
+    a symbol whose value is negative. Source: chapter 6, eqs (6.1), (6.25); layout as is usual in Meriam & Kraige,
     Engineering Mechanics: Dynamics.
 
     Examples

@@ -21,6 +21,7 @@ CLEAR = 2.0
 """Gap around a label [pt]."""
 
 _ANGLES = [math.radians(15 * k) for k in range(24)]
+_AT_ONCE = 120
 _AWAY = (3.0, 6.0, 10.0, 15.0, 22.0, 30.0, 42.0, 56.0, 74.0, 95.0)
 
 
@@ -71,6 +72,9 @@ class Placer:
         for area, weight in zip(self.areas, self._weights, strict=True):
             cost += weight * float(inside(area, along).mean())
         ink = self.ink
+        (x0, y0), (x1, y1) = along.min(axis=0) - 5.0, along.max(axis=0) + 5.0
+        near = (ink[:, 0] > x0) & (ink[:, 0] < x1) & (ink[:, 1] > y0) & (ink[:, 1] < y1)
+        ink = ink[near]
         if len(ink):
             gaps = np.sqrt(((along[:, None, :] - ink[None, :, :]) ** 2).sum(axis=2)).min(axis=1)
             cost += 1.2 * float((gaps < 4.5).mean())
@@ -105,9 +109,17 @@ class Placer:
                         cost += 7.0 * (1 - float(d @ toward))
                     places.append(center)
                     costs.append(cost)
-        centers = np.array(places)
-        total = np.array(costs) + self._lying(centers, w, h)
-        best = centers[int(np.argmin(total))]
+        centers, base = np.array(places), np.array(costs)
+        order = np.argsort(base, kind="stable")
+        best, least = centers[order[0]], np.inf
+        for k in range(0, len(order), _AT_ONCE):
+            part = order[k : k + _AT_ONCE]
+            if base[part[0]] >= least:  # the rest costs more by itself
+                break
+            total = base[part] + self._lying(centers[part], w, h)
+            lowest = int(np.argmin(total))
+            if total[lowest] < least:
+                best, least = centers[part[lowest]], float(total[lowest])
         label = Label(tex, best - np.array([w, h]) / 2, size, color)
         self.box(label.box)
         return label
@@ -122,6 +134,10 @@ class Placer:
             height = np.minimum(y1, b1) - np.maximum(y0, b0)
             cost += np.where((width > 0) & (height > 0), 1000.0 + width * height, 0.0)
         ink = self.ink
+        near = (
+            (ink[:, 0] > x0.min()) & (ink[:, 0] < x1.max()) & (ink[:, 1] > y0.min()) & (ink[:, 1] < y1.max())
+        )
+        ink = ink[near]
         if len(ink):
             hit = (
                 (ink[None, :, 0] > x0[:, None])

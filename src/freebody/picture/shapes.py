@@ -1,8 +1,8 @@
 """What the bodies of a model look like: primitives in body axes, from solids, wheels and the points that joints need.
 
-The solid a body was made from is drawn as it is. Where a joint takes hold beside the solid, as a gyroscope's pivot does,
-a rod leads there. A body that was given by numbers alone is drawn by what is known of it: the wheel that rolls, rods
-between the points of its joints, or else the ellipsoid of its inertia.
+The solid a body was made from is drawn as it is. Where a joint takes hold beside the solid, as a gyroscope's pivot
+does, a rod leads there. A body that was given by numbers alone is drawn by what is known of it: the wheel that rolls,
+rods between the points of its joints, or else the ellipsoid of its inertia.
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ class Primitive:
     center : array (3,)
         From the body's origin, in body axes [m]; the mass centre of the piece, but for ``revolved`` and ``mesh``.
     axes : array (3, 3)
-        Columns are the piece's own axes in body axes; the third one is the symmetry axis of an axial piece, from base to
-        apex of a cone. A plate has its edges a and b along the first and second.
+        Columns are the piece's own axes in body axes; the third one is the symmetry axis of an axial piece, from base
+        to apex of a cone. A plate has its edges a and b along the first and second.
     hole : bool
         Whether the piece is taken away.
     solid : bool
