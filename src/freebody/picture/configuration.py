@@ -145,16 +145,17 @@ def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
         at = at["t"]
     if at is None:
         at = float(trajectory.t[0])
-    if isinstance(at, Mapping | str) or not np.isscalar(at):
+    if isinstance(at, Mapping | str) or not isinstance(at, int | float | np.number):
         raise SimulationError(f"Expected the time of the trajectory to draw, such as at=0.5, got {at!r}.")
     if trajectory.kernels.model.names is not model.names:
         raise ModelError(
             f"The trajectory given is one of '{trajectory.name}', not of this system '{model.name}'. "
             f"Simulate the system that is drawn."
         )
-    now = trajectory.at(float(at))
+    time = float(at)
+    now = trajectory.at(time)
     values = dict(trajectory.values)
-    state = float_state(model, now.q.tolist(), now.u.tolist(), float(at), values)
+    state = float_state(model, now.q.tolist(), now.u.tolist(), time, values)
     active = independent_rows(model, state) if model.constraints else None
     moving = motion(model, state, active)
     lookup = _lookup(model, state)

@@ -26,9 +26,9 @@ from .drawing import Drawing
 from .marks import Marks
 from .measures import angle_of, dimensions_of
 from .outlines import outlines, polygon
-from .palette import BODY_FILLS, GREEN, GREY, INK, PALE, VERMILLION
+from .palette import GREEN, GREY, INK, PALE, VERMILLION
 from .placing import Placer
-from .shapes import attachments, shapes
+from .shapes import attachments, fill_of, shapes
 from .sheet import Arrow, Circle, Group, Line, Sheet, Style, arc, box_of
 from .view import View, view_of
 
@@ -214,7 +214,7 @@ class _Machine:
         self.root.add(group)
 
     def _fill(self, name: str) -> str:
-        return BODY_FILLS[list(self.model.bodies).index(name) % len(BODY_FILLS)]
+        return fill_of(self.model, name)
 
     def _add(self, items: list[Any], **attributes: str) -> None:
         """A symbol, with the attributes by which it is found."""

@@ -23,10 +23,10 @@ from .configuration import Configuration, configuration
 from .drawing import Drawing
 from .labels import size_of
 from .marks import Mark, Marks
-from .palette import BLUE, BODY_FILLS, GREY, INK, PAIRS
+from .palette import BLUE, GREY, INK, PAIRS
 from .panel import LONGEST, Panel
 from .placing import Placer
-from .shapes import Primitive, attachments, shapes
+from .shapes import Primitive, attachments, fill_of, shapes
 from .sheet import Arrow, Group, Label, Sheet, Style, box_of, moved, overlap
 from .view import View, view_of
 
@@ -272,9 +272,8 @@ class _Maker:
         return WIDE / longest if longest > 0 else 1.0
 
     def _panel(self, name: str, scale: float, marks: Sequence[Mark], kinetic: bool) -> Group:
-        place = list(self.now.model.bodies).index(name)
         panel = Panel(
-            self.e, self.now, self.view, scale, name, self._visible(name), BODY_FILLS[place % len(BODY_FILLS)],
+            self.e, self.now, self.view, scale, name, self._visible(name), fill_of(self.now.model, name),
             self.colors, self.unit, _slides(self.now.model, name),
         )  # fmt: skip
         return panel.draw(
@@ -354,9 +353,9 @@ class _Maker:
                 lines.append(tex)
         if left:
             lines.append(f"in the equations of the free body, too long for here: {', '.join(left)}")
-        where = list(dict.fromkeys(mark.where for mark in marks if mark.where))
+        where = dict.fromkeys(mark.where_tex for mark in marks if mark.where_tex)
         if where:
-            lines.append(f"drawn for ${', '.join(where).replace('*', ' ')}$")
+            lines.append(f"drawn for ${', '.join(where)}$")
         top = y0 - 14.0
         for tex in lines:
             _, h = size_of(tex, 10.0)

@@ -72,8 +72,8 @@ class Mark:
         Components of the point, likewise.
     value : float or None
         Of the magnitude, where the machine moves.
-    where : str
-        A condition that the drawn configuration meets and on which the magnitude stands, such as "x > 0".
+    where, where_tex : str
+        A condition that the drawn configuration meets and on which the magnitude stands, such as "x > 0"; and as LaTeX.
     """
 
     name: str
@@ -90,6 +90,7 @@ class Mark:
     at: tuple[str, ...]
     value: float | None = None
     where: str = ""
+    where_tex: str = ""
     frame: str = "ground"
 
 
@@ -170,7 +171,7 @@ class Marks:
         if isinstance(x, int) and x == 0:
             return []
         R = body._axes
-        axis: Vector = tuple(R[i][k] for i in range(3))  # type: ignore[assignment]
+        axis: Vector = tuple(R[i][k] for i in range(3))
         letter = "xyz"[k] if body.frame == "ground" else "123"[k]
         if couple:
             inner = r"I_{C} \alpha" if self.plane else rf"\dot{{H}}_{{C{letter}}}"
@@ -253,7 +254,7 @@ class Marks:
         short: str | None = None,
     ) -> Mark:
         ring = self.e.ring
-        magnitude, direction, where = self._settled(magnitude, direction)
+        magnitude, direction, where, where_tex = self._settled(magnitude, direction)
         label, law = latex(magnitude, ring), ""
         if self._wide(label):
             # named where it stands, written below: the name belongs to the positive sense
@@ -285,6 +286,7 @@ class Marks:
             self._written(at),
             value,
             where,
+            where_tex,
         )
 
     def _name(self, name: str) -> str:
@@ -301,12 +303,12 @@ class Marks:
             return ()
         return tuple(map(self.text, v))
 
-    def _settled(self, magnitude: Any, direction: Array) -> tuple[Any, Array, str]:
+    def _settled(self, magnitude: Any, direction: Array) -> tuple[Any, Array, str, str]:
         """Without factors a/|a| and without |a|: the configuration shows the sign of a."""
         ring = self.e.ring
-        where: list[str] = []
+        where: dict[str, str] = {}
         if not isinstance(magnitude, Polynomial):
-            return magnitude, direction, ""
+            return magnitude, direction, "", ""
         for g in ring.used(magnitude):
             size = g.arguments[0] if g.kind == "inverse" else None
             inner = ring.used(size) if isinstance(size, Polynomial) else []
@@ -318,7 +320,8 @@ class Marks:
                 continue
             sign = 1 if self.number(a) > 0 else -1
             magnitude, direction = other, sign * direction
-            where.append(f"{text(a, ring)} {'>' if sign > 0 else '<'} 0")
+            sense = ">" if sign > 0 else "<"
+            where[f"{text(a, ring)} {sense} 0"] = f"{latex(a, ring)} {sense} 0"
         for g in ring.used(magnitude) if isinstance(magnitude, Polynomial) else []:
             if g.name != "abs" or not isinstance(magnitude, Polynomial):
                 continue
@@ -332,8 +335,9 @@ class Marks:
                 total = total + term
             total = total / magnitude.den
             magnitude = total
-            where.append(f"{text(a, ring)} {'>' if sign > 0 else '<'} 0")
-        return magnitude, direction, ", ".join(dict.fromkeys(where))
+            sense = ">" if sign > 0 else "<"
+            where[f"{text(a, ring)} {sense} 0"] = f"{latex(a, ring)} {sense} 0"
+        return magnitude, direction, ", ".join(where), ", ".join(where.values())
 
     def _wide(self, label: str) -> bool:
         if len(label) > 140:

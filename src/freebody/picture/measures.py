@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 THIN = Style(GREY, 0.7)
 DASHED = Style(GREY, 0.7, (4.0, 2.5))
 
+ROUND = ("disk", "ring", "cylinder", "sphere", "spherical_shell", "tube")
+"""Solids that have a radius."""
+
 Measured = tuple[Group, str, tuple[Array, Array | None]]
 """What is drawn, its label, and (where the label belongs, on which side)."""
 
@@ -99,13 +102,22 @@ def dimensions_of(
     center: bool = True,
 ) -> list[Measured]:
     """Distances between the points of a body along its length (its mass centre among them), and a wheel's radius."""
+    result = _radius(e, now, view, scale, body, placer)
+    points = _points_of(e, body)
+    if not center:
+        del points["C"]
+    return result + _lengths(e, now, view, scale, body, placer, points)
+
+
+def _shape(e: Equations, body: str) -> Any:
+    properties = e.model.bodies[body].properties
+    return None if properties is None else properties.shape
+
+
+def _points_of(e: Equations, body: str) -> dict[str, Any]:
+    """What holds or pulls a body, and the ends of a bar: points in body axes, as expressions, by name."""
     model = e.model
-    place = model.bodies[body]
-    properties = place.properties
-    shape = properties.shape if properties is not None else None
-    R, p = now.posture(body)
-    result: list[Measured] = []
-    named: dict[str, Any] = {"C": place.center}
+    named: dict[str, Any] = {"C": model.bodies[body].center}
     for name, joint in model.joints.items():
         if joint.child == body and joint.type != "free":
             named[name] = joint.to
@@ -123,62 +135,79 @@ def dimensions_of(
                 named[name] = getattr(one, place_on)
         if isinstance(one, Rolling) and one.center.body.name == body:
             named[name] = one.center.components
+    shape = _shape(e, body)
     if shape is not None and shape.kind == "slender_bar" and shape.parts == ():
         half = shape["length"] / 2
         unit = sympy.Matrix(shape.axis)
         unit = unit / unit.norm()
         for sign in (1, -1):
-            # an end of the bar at which nothing holds is one of its points, too
-            turned = sympy.Matrix(shape.axes) * unit * half * sign + sympy.Matrix(shape.center)
-            named[f"end {sign}"] = tuple(turned)
+            named[f"end {sign}"] = tuple(
+                sympy.Matrix(shape.axes) * unit * half * sign + sympy.Matrix(shape.center)
+            )
+    return named
+
+
+def _radius(
+    e: Equations, now: Configuration, view: View, scale: float, body: str, placer: Placer
+) -> list[Measured]:
+    """The radius of what is round."""
+    shape = _shape(e, body)
+    if shape is None or shape.kind not in ROUND:
+        return []
+    radius = shape["outer" if shape.kind == "tube" else "radius"]
+    middle = scale * view(now.place(body, shape.center))
+    r = scale * float(now.state(radius))
+    choices = []
+    for j in range(12):
+        t = math.radians(30 * j + 20)
+        line = np.array([middle, middle + r * np.array([math.cos(t), math.sin(t)])])
+        choices.append((placer.crowding(line), j, line))
+    line = min(choices, key=lambda one: one[:2])[2]
+    tex = latex(e.state(radius), e.ring)
+    group = Group([Arrow(line, Style(GREY, 0.8))], {"class": "dimension", "data-symbol": tex}, "radius")
+    d = (line[1] - line[0]) / max(r, 1e-9)
+    return [(group, f"${tex}$", (line.mean(axis=0), np.array([-d[1], d[0]])))]
+
+
+def _lengths(
+    e: Equations,
+    now: Configuration,
+    view: View,
+    scale: float,
+    body: str,
+    placer: Placer,
+    named: dict[str, Any],
+) -> list[Measured]:
+    """One chain of dimensions, along the body axis in which the points lie furthest apart."""
     exact = {name: tuple(e.state(x) for x in v) for name, v in named.items()}
     points = {name: np.array([float(now.state(x)) for x in v]) for name, v in named.items()}
-    spread = np.array(list(points.values()))
-    span = np.ptp(spread, axis=0)
+    if not points:
+        return []
+    span = np.ptp(np.array(list(points.values())), axis=0)
     k = int(np.argmax(span))
-    if shape is not None and shape.kind in ("disk", "ring", "cylinder", "sphere", "spherical_shell", "tube"):
-        radius = shape["outer" if shape.kind == "tube" else "radius"]
-        middle = scale * view(p + R @ points["C"])
-        r = scale * float(now.state(radius))
-        choices = []
-        for j in range(12):
-            t = math.radians(30 * j + 20)
-            line = np.array([middle, middle + r * np.array([math.cos(t), math.sin(t)])])
-            choices.append((placer.crowding(line), j, line))
-        line = min(choices, key=lambda one: one[:2])[2]
-        tex = latex(e.state(radius), e.ring)
-        group = Group([Arrow(line, Style(GREY, 0.8))], {"class": "dimension", "data-symbol": tex}, "radius")
-        side = np.array([-(line[1] - line[0])[1], (line[1] - line[0])[0]]) / max(r, 1e-9)
-        result.append((group, f"${tex}$", (line.mean(axis=0), side)))
-    if span[k] * scale < 12.0:
-        return result
-    if not center:
-        del points["C"]
-    # along the body axis in which the points lie furthest apart, one dimension line for all
-    order = sorted(points, key=lambda name: points[name][k])
     stops: list[str] = []
-    for name in order:
+    for name in sorted(points, key=lambda name: float(points[name][k])):
         if not stops or (points[name][k] - points[stops[-1]][k]) * scale > 6.0:
             stops.append(name)
+    R, p = now.posture(body)
     along = view(R[:, k])
-    if float(np.linalg.norm(along)) < 0.3 or len(stops) < 2:
-        return result
-    along = along / np.linalg.norm(along)
-    side = np.array([-along[1], along[0]])
+    length = float(np.linalg.norm(along))
+    if span[k] * scale < 12.0 or length < 0.3 or len(stops) < 2:
+        return []
+    across = np.array([-along[1], along[0]]) / length
     pages = [scale * view(p + R @ points[name]) for name in stops]
-    choices = []
-    for rank, sign in enumerate((1.0, -1.0)):
-        normal = sign * side
-        edge = max(float((area @ normal).max()) for area in placer.areas) if placer.areas else 0.0
+    choices: list[tuple[float, int, Array, float]] = []
+    for rank, normal in enumerate((across, -across)):
+        edge = max((float((area @ normal).max()) for area in placer.areas), default=0.0)
         for gap in (24.0, 36.0, 48.0):
             line = np.array([q + (edge + gap - float(q @ normal)) * normal for q in (pages[0], pages[-1])])
             # below rather than above
-            cost = placer.crowding(line) + 0.1 * (normal[1] > 0) + 0.003 * gap + 0.001 * rank
+            cost = placer.crowding(line) + 0.1 * float(normal[1] > 0) + 0.003 * gap + 0.001 * rank
             choices.append((cost, len(choices), normal, edge + gap))
     _, _, normal, level = min(choices, key=lambda one: one[:2])
+    result: list[Measured] = []
     for first, second, a, b in zip(stops, stops[1:], pages, pages[1:], strict=False):
-        distance = exact[second][k] - exact[first][k]
-        tex = latex(distance, e.ring)
+        tex = latex(exact[second][k] - exact[first][k], e.ring)
         low, high = (q + (level - float(q @ normal)) * normal for q in (a, b))
         group = Group(
             [

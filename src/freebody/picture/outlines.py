@@ -72,7 +72,7 @@ def outlines(
             else [*lines, Line(_unbroken(equator, A, view, d), Style(INK, 0.7))]
         )
     if kind in ("cylinder", "tube"):
-        r, half = d.get("radius", d.get("outer")), d["length"] / 2
+        r, half = d["outer" if kind == "tube" else "radius"], d["length"] / 2
         ends = [page(_circle(r, z)) for z in (-half, half)]
         near = ends[1] if A[:, 2] @ view.toward >= 0 else ends[0]
         result = [Line(hull(np.vstack(ends)), style, True), Line(near, style, True)]

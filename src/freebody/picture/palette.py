@@ -22,6 +22,17 @@ PAIRS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)
 BODY_FILLS = ("#dfe8f0", "#f3e6d8", "#dcefe6", "#f2e3ec", "#f7efd2", "#e2f1fa")
 """Pale fills of bodies, in their order."""
 
+
+def pale(color: str) -> str:
+    """A colour mixed with white, so that black lines on it stand out.
+
+    >>> pale("#0072B2")
+    '#b8d8ea'
+    """
+    parts = (int(color[i : i + 2], 16) for i in (1, 3, 5))
+    return "#" + "".join(f"{round(255 - 0.28 * (255 - part)):02x}" for part in parts)
+
+
 KINDS = {
     "weight": (INK, 1.5, ()),
     "load": (VERMILLION, 1.9, ()),

@@ -213,7 +213,7 @@ class Panel:
             return group, [(at, None)]
         d = seen / share
         length = self._length(mark) * (1.0 if self.view.planar else max(0.55, share))
-        choices = []
+        choices: list[tuple[float, int, Array, bool]] = []
         for outward, gap, cost in (
             (True, 0.0, 0.0),
             (False, 0.0, 0.12),
@@ -259,7 +259,7 @@ class Panel:
         turn = 1.0 if self.view.turn(mark.direction) > 0 else -1.0
         style = self._style(mark)
         group = Group([], {}, self._title(mark))
-        choices = []
+        choices: list[tuple[float, int, Array]] = []
         small = 26.0 if all(piece.kind == "particle" for piece in self.pieces) else 19.0
         for rank, radius in enumerate((small, small + 6, small + 12, small + 19)):
             for k in range(12):

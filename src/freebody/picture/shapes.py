@@ -23,6 +23,7 @@ from ..model.model import Model, Place
 from ..scalar.algebra import floats
 from ..scalar.expression import evaluate
 from ..space.shape import Shape
+from .palette import BODY_FILLS, pale
 
 Array = NDArray[np.float64]
 
@@ -141,6 +142,23 @@ def shapes(
     return {name: tuple(_body(model, state, name, place, length)) for name, place in model.bodies.items()}
 
 
+def colors(model: Model) -> dict[str, str]:
+    """The colours that were chosen for bodies, by name."""
+    found = {}
+    for name, place in model.bodies.items():
+        shape = place.properties.shape if place.properties is not None else None
+        if shape is not None and shape.color:
+            found[name] = shape.color
+    return found
+
+
+def fill_of(model: Model, body: str) -> str:
+    """What a body is filled with in a line drawing: a pale one of the colour chosen, or of its place in the model."""
+    chosen = colors(model)
+    place = list(model.bodies).index(body)
+    return pale(chosen[body]) if body in chosen else BODY_FILLS[place % len(BODY_FILLS)]
+
+
 def machine_size(model: Model, values: Mapping[Any, Any] | None = None) -> float:
     """A length that is typical of the machine: the greatest distance of its joints or extent of its solids [m]."""
     state = float_state(model, values=values)
@@ -186,7 +204,7 @@ def attachments(model: Model, state: State, body: str) -> dict[str, Array]:
         elif isinstance(one, Rolling) and one.center.body.name == body:
             put(name, one.center.components)
     for name, load in model.loads.items():
-        ends = (load.point,) if isinstance(load, Force) else ()
+        ends: tuple[Any, ...] = (load.point,) if isinstance(load, Force) else ()
         if isinstance(load, Spring | Damper):
             ends = (load.start, load.end)
         for point in ends:

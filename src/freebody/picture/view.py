@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -59,7 +58,7 @@ class View:
         """Letters and numbers of the ground axes that are seen."""
         return tuple(("xyz"[k], k) for k in range(3) if k != self.normal)
 
-    def turn(self, moment: Sequence[float]) -> float:
+    def turn(self, moment: Any) -> float:
         """Counter-clockwise part of a moment as the reader sees it."""
         return float(np.dot(self.toward, np.asarray(moment, dtype=float)))
 
