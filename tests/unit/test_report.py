@@ -16,7 +16,7 @@ import freebody as fb
 from freebody.gallery import entries
 from freebody.picture.animation import animation
 from freebody.picture.keyframes import keyframes
-from freebody.picture.page import SCRIPTS, embedded, page, policy, script
+from freebody.picture.page import LIVE, SCRIPTS, embedded, page, policy, script
 
 HOSTILE = '</script><script>alert(1)</script><img src=x onerror="alert(2)">'
 
@@ -159,8 +159,8 @@ until = 0.5
 
 def test_scripts_are_part_of_the_package():
     folder = Path(fb.__file__).parent / "picture" / "page"
-    assert {path.name for path in folder.glob("*.js")} == set(SCRIPTS)
-    for name in SCRIPTS:  # each opens alike, so that joined they are one strict script
+    assert {path.name for path in folder.glob("*.js")} == {*SCRIPTS, *LIVE}
+    for name in {*SCRIPTS, *LIVE}:  # each opens alike, so that joined they are one strict script
         assert (folder / name).read_text(encoding="utf-8").startswith('"use strict";\n// ')
     assert "http" not in script().replace("http://www.w3.org/2000/svg", "")
 

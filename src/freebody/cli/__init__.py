@@ -20,6 +20,7 @@ from .equations import equations
 from .gallery import gallery
 from .report import report
 from .run import run
+from .view import view
 
 __all__ = ["command", "main"]
 
@@ -33,7 +34,7 @@ def command() -> None:
     """
 
 
-for subcommand in (gallery, run, report, equations, analyze, check, draw):
+for subcommand in (gallery, run, report, view, equations, analyze, check, draw):
     command.add_command(subcommand)
 
 

@@ -150,7 +150,8 @@ def _bodies(
     pins = _pins(model, state, size)
     result = []
     for i, (name, place) in enumerate(model.bodies.items()):
-        color = _rgb(SOLIDS[i % len(SOLIDS)])
+        shape = place.properties.shape if place.properties is not None else None
+        color = _rgb((shape.color if shape is not None else None) or SOLIDS[i % len(SOLIDS)])
         pieces = [piece for piece in found[name] if not piece.hole]
         result.append(
             {
@@ -201,8 +202,9 @@ def part(piece: Primitive, size: float) -> dict[str, Any]:
         profile = [(a, -h), (b, -h), (b, h), (a, h), (a, -h)]
     elif k == "revolved":
         line = np.asarray(d["profile"], dtype=float)
-        outer = [(float(r), float(z)) for z, r in line[:, :2]]
-        profile = [(0.0, outer[0][1]), *outer, (0.0, outer[-1][1])]
+        outer = [(float(row[1]), float(row[0])) for row in line]
+        inner = [(float(row[2]) if len(row) > 2 else 0.0, float(row[0])) for row in line]
+        profile = [inner[0], *outer, *inner[::-1]]
     else:
         r, h = {
             "disk": lambda: (d["radius"], thin),
@@ -393,8 +395,12 @@ def _charts(trajectory: Trajectory, keys: Keyframes) -> list[dict[str, Any]]:
         ("Coordinates", "coordinates", model.coordinate_names),
         ("Speeds", "speeds", model.speed_names),
     ):
-        for together in _alike(trajectory, keys, names):
-            put(title, group, [[f"state {name}", 0, name] for name in together])
+        groups = _alike(trajectory, keys, names)
+        for together in groups:
+            which = (
+                f": {', '.join(together[:3])}{' …' if len(together) > 3 else ''}" if len(groups) > 1 else ""
+            )
+            put(title + which, group, [[f"state {name}", 0, name] for name in together])
     put("Energy", "energy", [[f"energy {name}", 0, name] for name in keys.energy])
     put("Energy: what the ledger leaves unbalanced", "energy", [["energy residual", 0, "residual"]])
     for arrow in keys.arrows:

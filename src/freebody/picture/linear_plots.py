@@ -66,10 +66,10 @@ def mode_shapes(of: LinearModel | Modes, ax: Any = None, *, title: str | None = 
                 panel.barh(
                     y, np.copysign(abs(x), x.real), height=0.55, fill=False, edgecolor=color, linestyle="--"
                 )
-                side, name = (4, "left") if x.real >= 0 else (-4, "right")
+                gap, side_of = (4, "left") if x.real >= 0 else (-4, "right")
                 panel.annotate(
-                    f"{np.rad2deg(np.angle(x)):.0f}°", (np.copysign(abs(x), x.real), y), xytext=(side, 0),
-                    textcoords="offset points", va="center", ha=name, fontsize=9, color=INK,
+                    f"{np.rad2deg(np.angle(x)):.0f}°", (np.copysign(abs(x), x.real), y), xytext=(gap, 0),
+                    textcoords="offset points", va="center", ha=side_of, fontsize=9, color=INK,
                 )  # fmt: skip
         panel.axvline(0, color=INK, linewidth=0.9)
         panel.set_yticks(place, names)

@@ -27,14 +27,15 @@ SCRIPTS = (
 )
 """Files of the folder ``page`` that make the page's script, in this order."""
 
+LIVE = (*SCRIPTS[:-1], "live.js")
+"""Those of the live page."""
+
 
 @cache
-def script() -> str:
-    """The script of the page."""
+def script(names: tuple[str, ...] = SCRIPTS) -> str:
+    """The script of a page."""
     folder = files(__package__) / "page"
-    parts = [
-        (folder / name).read_text(encoding="utf-8").replace('"use strict";\n', "", 1) for name in SCRIPTS
-    ]
+    parts = [(folder / name).read_text(encoding="utf-8").replace('"use strict";\n', "", 1) for name in names]
     return "(() => {\n" + '"use strict";\n' + "\n".join(parts) + "})();\n"
 
 
@@ -44,15 +45,16 @@ def style() -> str:
     return (files(__package__) / "page" / "page.css").read_text(encoding="utf-8")
 
 
-def policy(text: str) -> str:
-    """The content policy of a page with one script: no request, no other script.
+def policy(text: str, connect: str = "") -> str:
+    """The content policy of a page with one script: no request (but to ``connect``), no other script.
 
     >>> policy("alert()")[:60]
     "default-src 'none'; script-src 'sha256-YQrcvYeuLlwP7WxuKPGGv"
     """
     digest = base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii")
+    requests = f"connect-src {connect}; " if connect else ""
     return (
-        f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'; img-src data:; "
+        f"default-src 'none'; script-src 'sha256-{digest}'; {requests}style-src 'unsafe-inline'; img-src data:; "
         "base-uri 'none'; form-action 'none'"
     )
 
@@ -67,7 +69,7 @@ def embedded(data: Mapping[str, Any]) -> str:
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def page(title: str, scene: Mapping[str, Any], body: str, *, bare: bool = False) -> str:
+def page(title: str, scene: Mapping[str, Any], body: str, *, bare: bool = False, live: bool = False) -> str:
     """A whole HTML document.
 
     Parameters
@@ -81,13 +83,16 @@ def page(title: str, scene: Mapping[str, Any], body: str, *, bare: bool = False)
         inside of ``details``.
     bare : bool
         Whether the player fills the window.
+    live : bool
+        Whether it is the page of ``freebody view``, which asks the server that it came from, and no other.
     """
-    code = script()
+    code = script(LIVE if live else SCRIPTS)
+    allowed = policy(code, "'self'" if live else "")
     attribute = ' class="bare"' if bare else ""
     return (
         "<!DOCTYPE html>\n"
         '<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f'<meta http-equiv="Content-Security-Policy" content="{escape(policy(code))}">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{escape(allowed)}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<link rel="icon" href="data:,">\n'
         f"<title>{escape(title)}</title>\n<style>\n{style()}</style>\n</head>\n"

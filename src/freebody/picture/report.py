@@ -137,7 +137,7 @@ def document(
         f'<p class="sub">{escape(about or _sentence(trajectory))}</p>',
         '<div id="player"></div>',
         _answers(answers or {}),
-        _charts(scene),
+        "<h2>Plots</h2>\n" + charts(scene),
         _equations(e, trajectory) if shown else _withheld(),
         _model(s, trajectory),
         _figures(figures or {}),
@@ -193,12 +193,13 @@ def _significant(value: Any) -> str:
         return str(value).replace("**", "^")
 
 
-def _charts(scene: Mapping[str, Any]) -> str:
+def charts(scene: Mapping[str, Any]) -> str:
+    """The charts of a page as HTML, each to be opened; those of the first coordinates and of the energy are open."""
     opened = {
         next((i for i, one in enumerate(scene["charts"]) if one["group"] == g), -1)
         for g in ("coordinates", "energy")
     }
-    parts = ["<h2>Plots</h2>"]
+    parts = []
     for i, one in enumerate(scene["charts"]):
         state = " open" if i in opened or len(scene["charts"]) <= OPEN else ""
         parts.append(
@@ -218,12 +219,13 @@ def _equations(e: Equations, trajectory: Trajectory) -> str:
     parts = [_drawings(e, trajectory), "<h2>Free-body equations</h2>"]
     for name in e.model.bodies:
         parts.append(f"<h3>{escape(name)}</h3>")
-        parts.append(_formulas(e.free_body(name).mathml()))
-    parts += ["<h2>Equations of motion</h2>", _formulas(e.mathml())]
+        parts.append(formulas(e.free_body(name).mathml()))
+    parts += ["<h2>Equations of motion</h2>", formulas(e.mathml())]
     return "\n".join(parts)
 
 
-def _formulas(text: str) -> str:
+def formulas(text: str) -> str:
+    """Lines of MathML, each in a block of its own."""
     if len(text) > LONGEST:
         return f"<p>Too long to show ({len(text):,} characters of MathML).</p>"
     return "\n".join(f'<div class="equation">{line}</div>' for line in text.splitlines())

@@ -80,6 +80,28 @@ function chart(root, motion, spec, units, events, seek) {
   };
 }
 
+// The charts of a page, each drawn when it is opened; their cursors go with the player.
+function plots(root, scene, shown) {
+  const units = Object.fromEntries(Object.entries(scene.channels).map(([key, { unit }]) => [key, unit]));
+  const seek = (time) => {
+    shown.pause();
+    shown.seek(time);
+  };
+  for (const place of root.querySelectorAll("[data-chart]")) {
+    const spec = scene.charts[Number(place.dataset.chart)];
+    const fold = place.closest("details");
+    let update = null;
+    const open = () => {
+      if (update || !fold.open) return;
+      update = chart(place, shown.motion, spec, units, scene.events, seek);
+      shown.listen(() => fold.open && update());
+      update();
+    };
+    fold.addEventListener("toggle", () => (open(), update && update()));
+    open();
+  }
+}
+
 function drawing(tag, attributes, parent, text = "") {
   const result = document.createElementNS("http://www.w3.org/2000/svg", tag);
   for (const [name, value] of Object.entries(attributes)) if (value !== "") result.setAttribute(name, value);

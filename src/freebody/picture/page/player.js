@@ -17,10 +17,10 @@ function player(root, scene, options = {}) {
 
   // -- what stands on the page
   root.classList.add("player");
-  const stage = element("div", { class: "stage" }, root);
-  const canvas = element("canvas", { class: "view", tabindex: 0, "aria-label": `Animation of ${scene.title}` }, stage);
-  const overlay = element("canvas", { class: "labels" }, stage);
-  const renderer = (!options.flat && webgl(canvas)) || flat(canvas);
+  const kept = options.kept || staged(options.flat); // what another player drew with: to make it takes long
+  const { stage, canvas, overlay, renderer } = kept, hands = new AbortController(), { signal } = hands;
+  root.append(stage);
+  canvas.setAttribute("aria-label", `Animation of ${scene.title}`);
   const bar = element("div", { class: "bar" }, root);
   const button = element("button", { type: "button", class: "play", title: "Play or pause (space)" }, bar);
   const slider = element("input", { type: "range", class: "scrub", min: 0, max: 1, step: "any", value: 0, "aria-label": "Time" }, bar);
@@ -321,14 +321,14 @@ function player(root, scene, options = {}) {
     else if (step) seek(motion.now + step);
     else return;
     event.preventDefault();
-  });
+  }, { signal });
   const fingers = new Map();
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, [event.clientX, event.clientY]);
-  });
+  }, { signal });
   for (const name of ["pointerup", "pointercancel"])
-    canvas.addEventListener(name, (event) => fingers.delete(event.pointerId));
+    canvas.addEventListener(name, (event) => fingers.delete(event.pointerId), { signal });
   canvas.addEventListener("pointermove", (event) => {
     const before = fingers.get(event.pointerId);
     if (!before) return;
@@ -340,15 +340,16 @@ function player(root, scene, options = {}) {
     } else if (event.shiftKey || event.buttons & 6) pan(dx * 2 * Math.tan(ANGLE / 2), dy * 2 * Math.tan(ANGLE / 2));
     else orbit(3 * dx, 3 * dy);
     fingers.set(event.pointerId, [event.clientX, event.clientY]);
-  });
-  canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+  }, { signal });
+  canvas.addEventListener("contextmenu", (event) => event.preventDefault(), { signal });
   canvas.addEventListener("wheel", (event) => {
     event.preventDefault();
     zoom(Math.exp(0.0012 * event.deltaY));
-  }, { passive: false });
-  canvas.addEventListener("dblclick", () => look("fit"));
-  canvas.addEventListener("webglcontextrestored", () => location.reload());
-  new ResizeObserver(() => draw()).observe(stage);
+  }, { passive: false, signal });
+  canvas.addEventListener("dblclick", () => look("fit"), { signal });
+  canvas.addEventListener("webglcontextrestored", () => location.reload(), { signal });
+  const watch = new ResizeObserver(() => draw());
+  watch.observe(stage);
 
   for (const [name, box] of Object.entries(boxes)) box.checked = on[name];
   const wanted = span / 10;
@@ -358,11 +359,37 @@ function player(root, scene, options = {}) {
   followed = middle();
   fit();
   seek(motion.first);
+  // As another player was left: what it showed, from where, at which time.
+  function restore(old) {
+    for (const [name, value] of Object.entries(old.on)) {
+      on[name] = value;
+      if (boxes[name]) boxes[name].checked = value;
+    }
+    [eye.target, eye.toward, eye.up, eye.distance] = [old.target, old.toward, old.up, old.distance];
+    followed = middle();
+    pace(old.speed);
+    seek(old.time);
+    if (old.playing) play();
+  }
+  function dispose() {
+    playing = false;
+    watch.disconnect();
+    hands.abort();
+    renderer.release();
+    return kept;
+  }
   return {
-    motion, play, pause, seek, show, look, orbit, pan, zoom, pace, draw,
+    motion, restore, dispose, play, pause, seek, show, look, orbit, pan, zoom, pace, draw,
     listen: (listener) => listeners.push(listener),
     get state() {
-      return { time: motion.now, playing, speed, drawn, kind: renderer.kind, on: { ...on }, toward: [...eye.toward], distance: eye.distance };
+      return { time: motion.now, playing, speed, drawn, kind: renderer.kind, on: { ...on }, toward: [...eye.toward], target: [...eye.target], up: [...eye.up], distance: eye.distance };
     },
   };
+}
+
+// The canvas that is drawn on, and the one above it for words.
+function staged(plainly) {
+  const stage = element("div", { class: "stage" }), canvas = element("canvas", { class: "view", tabindex: 0 }, stage);
+  const overlay = element("canvas", { class: "labels" }, stage);
+  return { stage, canvas, overlay, renderer: (!plainly && webgl(canvas)) || flat(canvas) };
 }

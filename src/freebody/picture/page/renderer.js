@@ -7,6 +7,7 @@
 //   solid(surface, matrix, color, opacity)
 //   line(path, color, width, first, last)
 //   end()
+//   release()                          surfaces and paths will not be drawn any more
 
 const PAPER = [1, 1, 1];
 
@@ -65,6 +66,8 @@ function webgl(canvas) {
   const solids = program(SOLID_VERTEX, SOLID_FRAGMENT), lines = program(LINE_VERTEX, LINE_FRAGMENT);
   gl.enable(gl.DEPTH_TEST);
   gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+  const buffers = [];
+  const made = () => buffers[buffers.push(gl.createBuffer()) - 1];
   let camera, later;
 
   const use = (names, buffer, layout, stride) => {
@@ -90,7 +93,7 @@ function webgl(canvas) {
   return {
     kind: "webgl",
     surface(corners) {
-      const buffer = gl.createBuffer();
+      const buffer = made();
       gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
       gl.bufferData(gl.ARRAY_BUFFER, corners, gl.STATIC_DRAW);
       return { buffer, count: corners.length / STRIDE };
@@ -104,7 +107,7 @@ function webgl(canvas) {
           data[k++] = corner[0];
           data[k++] = corner[1];
         }
-      const buffer = old ? old.buffer : gl.createBuffer();
+      const buffer = old ? old.buffer : made();
       gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
       gl.bufferData(gl.ARRAY_BUFFER, data, old ? gl.DYNAMIC_DRAW : gl.STATIC_DRAW);
       return { buffer, segments };
@@ -137,6 +140,9 @@ function webgl(canvas) {
       for (const one of later) drawSolid(...one);
       gl.depthMask(true);
       gl.disable(gl.BLEND);
+    },
+    release() {
+      for (const buffer of buffers.splice(0)) gl.deleteBuffer(buffer);
     },
   };
 }
@@ -197,5 +203,6 @@ function flat(canvas) {
         pen.stroke();
       }
     },
+    release() {},
   };
 }
