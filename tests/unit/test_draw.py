@@ -19,7 +19,8 @@ from freebody.picture.draw import draw
 from freebody.picture.labels import outline, size_of
 from freebody.picture.outlines import hull
 from freebody.picture.placing import inside
-from freebody.picture.shapes import shapes
+from freebody.picture.palette import pale
+from freebody.picture.shapes import colors, shapes
 from freebody.picture.sheet import Label, flat, overlap
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -170,3 +171,28 @@ def test_the_command_refuses(arguments: list[str], message: str, tmp_path: Path,
     assert result.exit_code != 0
     assert message in result.output + str(result.exception)
     assert not list(tmp_path.iterdir())
+
+
+def test_shape_and_colour_are_what_was_chosen() -> None:
+    s = fb.System("cart")
+    cart = s.body("cart", fb.particle(2), shape=fb.box(1, (0.4, 0.2, 0.2)), color="#0072B2")
+    plain = s.body("plain", fb.MassProperties(1, (0, 0, 0), ((1, 0, 0), (0, 1, 0), (0, 0, 1))), color="#D55E00")
+    s.slider("rail", s.ground, cart, coordinate="x")
+    s.slider("other", s.ground, plain, coordinate="y")
+    model = fb.assemble(s)
+    (piece,) = shapes(model)["cart"]
+    assert piece.kind == "box" and piece.dimensions == {"x": 0.4, "y": 0.2, "z": 0.2}
+    assert cart.mass_properties is not None and cart.mass_properties.mass == 2
+    assert colors(model) == {"cart": "#0072B2", "plain": "#D55E00"}
+    assert [piece.kind for piece in shapes(model)["plain"]] == ["ellipsoid"]
+    svg = draw(s).svg
+    assert pale("#0072B2") in svg and pale("#D55E00") in svg
+
+
+def test_no_shape_and_no_colour() -> None:
+    s = fb.System("cart")
+    with pytest.raises(ModelError, match="Expected a solid for shape= of body 'cart'"):
+        s.body("cart", fb.particle(2), shape="box")
+    with pytest.raises(ModelError, match="Expected a colour such as '#0072B2'"):
+        s.body("cart", fb.particle(2), color="blue")
+    assert not s.bodies
