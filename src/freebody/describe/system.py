@@ -300,6 +300,18 @@ class System:
         """The parameters, in order of declaration."""
         return tuple(self._parameters.values())
 
+    def _repr_html_(self) -> str | None:
+        """The drawing, in a notebook; a system that can not be assembled yet shows its text."""
+        from importlib import import_module
+
+        from ..errors import FreebodyError
+
+        draw = import_module("freebody.picture.draw").draw  # a room above this one
+        try:
+            return str(draw(self)._repr_html_())
+        except FreebodyError:
+            return None
+
     def __repr__(self) -> str:
         def count(n: int, noun: str) -> str:
             return f"{n} {noun if n == 1 else noun[:-1] + 'ies' if noun == 'body' else noun + 's'}"
