@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -176,7 +177,9 @@ def test_the_command_refuses(arguments: list[str], message: str, tmp_path: Path,
 def test_shape_and_colour_are_what_was_chosen() -> None:
     s = fb.System("cart")
     cart = s.body("cart", fb.particle(2), shape=fb.box(1, (0.4, 0.2, 0.2)), color="#0072B2")
-    plain = s.body("plain", fb.MassProperties(1, (0, 0, 0), ((1, 0, 0), (0, 1, 0), (0, 0, 1))), color="#D55E00")
+    plain = s.body(
+        "plain", fb.MassProperties(1, (0, 0, 0), ((1, 0, 0), (0, 1, 0), (0, 0, 1))), color="#D55E00"
+    )
     s.slider("rail", s.ground, cart, coordinate="x")
     s.slider("other", s.ground, plain, coordinate="y")
     model = fb.assemble(s)
@@ -196,3 +199,18 @@ def test_no_shape_and_no_colour() -> None:
     with pytest.raises(ModelError, match="Expected a colour such as '#0072B2'"):
         s.body("cart", fb.particle(2), color="blue")
     assert not s.bodies
+
+
+def test_the_page_on_drawings_does_what_it_says(tmp_path: Path, monkeypatch: Any) -> None:
+    """Its code runs and writes the files, the two that it shows among them."""
+    docs = Path(__file__).parents[2] / "docs"
+    page = (docs / "drawings.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    scope: dict[str, Any] = {}
+    for code in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+        exec(compile(code, "drawings.md", "exec"), scope)
+    for name in re.findall(r'\.save\("(.*?)"\)', page):
+        assert (tmp_path / name).stat().st_size > 1000
+    for name in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page):
+        shown, made = ((folder / name).read_text(encoding="utf-8") for folder in (docs, tmp_path))
+        assert re.findall(r'data-tex="[^"]*"', shown) == re.findall(r'data-tex="[^"]*"', made)

@@ -21,6 +21,7 @@ from ..dynamics.kinematics import Posture, point_position, poses
 from ..dynamics.motion import motion
 from ..dynamics.newton_euler import reactions
 from ..dynamics.state import State, float_state
+from ..equations.equations import Equations, equations
 from ..errors import ModelError, SimulationError
 from ..model.model import Model
 from ..simulate.closing import _held
@@ -72,6 +73,20 @@ class Configuration:
         """A point of a body by its components, in ground axes."""
         R, p = self.posture(body)
         return p + R @ np.array([float(self.state(x)) for x in components])
+
+
+def equations_at(system: Any, trajectory: Any = None, at: Any = None) -> Equations:
+    """The equations that a drawing is made from: those given, or of the system; with contacts, in the modes that they
+    have at the moment of the motion that is drawn."""
+    if isinstance(system, Equations):
+        return system
+    changes = getattr(trajectory, "modes", None)
+    if not changes:
+        return equations(system)
+    t = _moment(trajectory, at)
+    begun = [change for change in changes if change.start <= t]
+    options: dict[str, Any] = {"modes": {change.contact: change.mode for change in begun}}
+    return equations(system, **options)
 
 
 def configuration(
@@ -140,19 +155,24 @@ def configuration(
     )
 
 
-def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
+def _moment(trajectory: Any, at: Any) -> float:
+    """The time of a trajectory that is drawn: its beginning, if none is given."""
     if isinstance(at, Mapping) and set(at) == {"t"}:
         at = at["t"]
     if at is None:
-        at = float(trajectory.t[0])
-    if isinstance(at, Mapping | str) or not isinstance(at, int | float | np.number):
+        return float(trajectory.t[0])
+    if not isinstance(at, int | float | np.number):
         raise SimulationError(f"Expected the time of the trajectory to draw, such as at=0.5, got {at!r}.")
+    return float(at)
+
+
+def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
+    time = _moment(trajectory, at)
     if trajectory.kernels.model.names is not model.names:
         raise ModelError(
             f"The trajectory given is one of '{trajectory.name}', not of this system '{model.name}'. "
             f"Simulate the system that is drawn."
         )
-    time = float(at)
     now = trajectory.at(time)
     values = dict(trajectory.values)
     state = float_state(model, now.q.tolist(), now.u.tolist(), time, values)

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from ..describe.body import Body
 from ..describe.system import System
-from ..equations.equations import Equations, equations
+from ..equations.equations import Equations
 from ..errors import ModelError, nearest
 from ..model.model import Model
 from ..simulate.trajectory import Trajectory
-from .configuration import Configuration, configuration
+from .configuration import Configuration, configuration, equations_at
 from .drawing import Drawing
 from .labels import size_of
 from .marks import Mark, Marks
@@ -109,7 +109,7 @@ def free_body_diagram(
     >>> fb.free_body_diagram(s, "bar").svg.count('class="force"')
     5
     """
-    e = system if isinstance(system, Equations) else equations(system)
+    e = equations_at(system, trajectory, at)
     model = e.model
     mode = _mode(mode, trajectory)
     name = body.name if isinstance(body, Body) else body

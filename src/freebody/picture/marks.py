@@ -92,6 +92,7 @@ class Mark:
     where: str = ""
     where_tex: str = ""
     frame: str = "ground"
+    by: str = ""
 
 
 class Marks:
@@ -144,10 +145,12 @@ class Marks:
             if action.name in zero:
                 continue
             action = self._at_contact(action)
+            found: list[Mark] = []
             if action.force != ZERO:
-                result += self._resolved(action.name, action.kind, False, action.force, action.at, body)
+                found += self._resolved(action.name, action.kind, False, action.force, action.at, body)
             if action.moment != ZERO:
-                result += self._resolved(action.name, action.kind, True, action.moment, action.at, body)
+                found += self._resolved(action.name, action.kind, True, action.moment, action.at, body)
+            result += [replace(mark, by=action.by) for mark in found]
         return result
 
     def kinetic(self, body: FreeBody) -> list[Mark]:

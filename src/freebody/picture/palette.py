@@ -41,6 +41,7 @@ KINDS = {
     "damper": (GREEN, 1.5, (2.0, 2.0)),
     "reaction": (BLUE, 1.5, ()),
     "contact": (PURPLE, 1.5, ()),
+    "friction": (PURPLE, 1.5, (4.0, 1.5)),
     "kinetic": (INK, 1.5, ()),
 }
 """Colour, width [pt] and dashes of the arrow of each kind of action."""

@@ -24,7 +24,7 @@ from .view import View
 
 Array = NDArray[np.float64]
 
-LENGTH, LONGEST, SHORTEST = 46.0, 84.0, 11.0
+LENGTH, LONGEST, SHORTEST = 46.0, 66.0, 11.0
 """Length of an arrow in the symbolic mode, of the longest and the shortest to scale [pt]."""
 
 LABEL = 11.0
@@ -177,7 +177,7 @@ class Panel:
 
     def _style(self, mark: Mark) -> Style:
         color, width, dash = KINDS.get(mark.kind, KINDS["contact"])
-        if mark.kind in ("reaction", "contact"):
+        if mark.kind in ("reaction", "contact", "friction"):
             color = self.colors.get(mark.owner, color)
         return Style(color, width, dash)
 
@@ -283,7 +283,8 @@ class Panel:
 
     def _title(self, mark: Mark) -> str:
         what = "couple" if mark.couple else "force"
-        return f"{mark.name}: {what} {mark.symbol}"
+        by = f", {mark.by}" if mark.by else ""
+        return f"{mark.name}: {what} {mark.symbol}{by}"
 
     def _attributes(self, mark: Mark) -> dict[str, str]:
         result = {
