@@ -73,7 +73,7 @@ function player(root, scene, options = {}) {
   const shaft = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [1, 1], [0, 1]], around: 12 }).map(plain));
   const head = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [0, 1]], around: 16 }).map(plain));
   const bounds = extent(motion, bodies.map((groups) => groups.map((group) => group.corners)));
-  const trails = scene.bodies.map((body, i) => trail(motion, i, body.center, 0.004 * bounds.reach, renderer));
+  const trails = scene.bodies.map((body, i) => trail(motion, i, body.center, 0.0015 * bounds.reach, renderer));
   on.trails = bodies.length <= 12; // of more, they hide the machine
   const cones = scene.cones.map((cone) => conePair(motion, cone, 0.6 * size, renderer));
   const plane = scene.ground.plane && grid(scene.ground.plane, bounds, size);
@@ -216,8 +216,8 @@ function player(root, scene, options = {}) {
   function drawArrow(tail, n, long, double, color) {
     const thick = 0.011 * size, tip = Math.min(0.1 * size, 0.5 * long), wide = Math.min(0.028 * size, 0.3 * long);
     const end = add(tail, scale(long, n)), heads = double ? [1, 1.7] : [1];
-    renderer.solid(shaft, along(n, tail, Math.min(thick, 0.4 * wide), long - tip), color);
-    for (const k of heads) renderer.solid(head, along(n, add(end, scale(-k * tip, n)), wide, tip), color);
+    renderer.solid(shaft, along(n, tail, Math.min(thick, 0.4 * wide), long - tip), color, 1, true);
+    for (const k of heads) renderer.solid(head, along(n, add(end, scale(-k * tip, n)), wide, tip), color, 1, true);
     return end;
   }
   function drawCones(poses) {

@@ -4,7 +4,7 @@
 //   surface(corners)                   a surface to draw, from triangles as solids.js makes them
 //   path(points)                       a polyline to draw, from numbers x, y, z, ...
 //   begin(camera, light)               a new picture
-//   solid(surface, matrix, color, opacity)
+//   solid(surface, matrix, color, opacity, through)     through: pale where it is hidden (WebGL only)
 //   line(path, color, width, first, last)
 //   end()
 //   release()                          surfaces and paths will not be drawn any more
@@ -68,7 +68,7 @@ function webgl(canvas) {
   gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
   const buffers = [];
   const made = () => buffers[buffers.push(gl.createBuffer()) - 1];
-  let camera, later;
+  let camera, later, behind;
 
   const use = (names, buffer, layout, stride) => {
     gl.useProgram(names.program);
@@ -115,13 +115,15 @@ function webgl(canvas) {
     begin(seen) {
       camera = seen;
       later = [];
+      behind = [];
       gl.viewport(0, 0, canvas.width, canvas.height);
       gl.clearColor(...PAPER, 1);
       gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     },
-    solid(surface, matrix, color, opacity = 1) {
+    solid(surface, matrix, color, opacity = 1, through = false) {
       if (opacity < 1) later.push([surface, matrix, color, opacity]);
       else drawSolid(surface, matrix, color, opacity);
+      if (through) behind.push([surface, matrix, color, 0.3]);
     },
     line(path, color, width, first = 0, last = path.segments, opacity = 1) {
       if (last <= first) return;
@@ -138,6 +140,9 @@ function webgl(canvas) {
       gl.enable(gl.BLEND);
       gl.depthMask(false);
       for (const one of later) drawSolid(...one);
+      gl.depthFunc(gl.GREATER); // what is hidden by what was drawn
+      for (const one of behind) drawSolid(...one);
+      gl.depthFunc(gl.LESS);
       gl.depthMask(true);
       gl.disable(gl.BLEND);
     },
