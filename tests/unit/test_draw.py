@@ -19,8 +19,8 @@ from freebody.gallery import entries
 from freebody.picture.draw import draw
 from freebody.picture.labels import outline, size_of
 from freebody.picture.outlines import hull
-from freebody.picture.placing import inside
 from freebody.picture.palette import pale
+from freebody.picture.placing import inside
 from freebody.picture.shapes import colors, shapes
 from freebody.picture.sheet import Label, flat, overlap
 
@@ -43,7 +43,7 @@ def named(svg: str, attribute: str) -> set[str]:
 def test_everything_of_the_model_is_drawn(drawn: Any) -> None:
     model, drawing = drawn
     assert named(drawing.svg, "data-body") >= set(model.bodies)
-    joints = {name for name, joint in model.joints.items() if joint.type != "free"}
+    joints = {name for name, joint in model.joints.items() if joint.type not in ("free", "planar")}
     assert named(drawing.svg, "data-joint") >= joints
     assert named(drawing.svg, "data-load") >= set(model.loads)
     ropes = {name for name, one in model.constraints.items() if type(one).__name__ in ("Rope", "Gear")}

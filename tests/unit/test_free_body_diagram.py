@@ -229,7 +229,10 @@ def test_labels_lie_on_no_other(drawn: Any) -> None:
 @pytest.mark.parametrize("name", ["ex-6-5", "double-pendulum", "four-bar", "slider-crank", "two-gears"])
 def test_both_sides_of_a_joint_are_opposite_and_of_one_colour(name: str) -> None:
     e, near = machine(name)
-    root = ElementTree.fromstring(free_body_diagram(e, near=near).svg)
+    diagram = free_body_diagram(e, near=near)
+    labels = [item.box for item in flat(diagram.sheet.root) if isinstance(item, Label)]
+    assert not any(overlap(a, b) for i, a in enumerate(labels) for b in labels[i + 1 :])
+    root = ElementTree.fromstring(diagram.svg)
     sides: dict[str, list[tuple[Any, str]]] = {}
     for g in root.iter(f"{SVG}g"):
         if g.get("data-kind") == "reaction" and g.get("class") == "force":

@@ -125,6 +125,7 @@ class _Machine:
     def sheet(self, coordinates: bool, dimensions: bool, names: bool) -> Sheet:
         """Everything, from the back to the front."""
         self._planes()
+        self._surfaces()
         self._ropes()
         self._guides()
         for name in self._from_behind():
@@ -230,11 +231,11 @@ class _Machine:
         for name, (kind, parent, child, point) in self.joints.items():
             at = self.page(point)
             attributes = {"class_": f"joint {kind}", "data_joint": name}
-            if kind in ("slider", "planar", "cylindrical"):
-                if kind == "slider" and (parent != "ground" or not self.view.planar):
+            if kind == "planar":  # nothing holds the body in the plane
+                continue
+            if kind in ("slider", "cylindrical"):
+                if parent != "ground" or kind == "cylindrical" or not self.view.planar:
                     self._rail(name, at)
-                elif kind != "slider":
-                    self._add(symbols.pin(at), **attributes)
                 continue
             if "ground" in (parent, child):
                 make = symbols.pin_on_ground if kind == "hinge" else symbols.ball_on_ground
@@ -324,8 +325,7 @@ class _Machine:
             along = first if abs(float(first @ normal_axis)) < 0.5 else second
             start, end = self.page(middle - size * along), self.page(middle + size * along)
             up = self.view(n)
-            side = 1.0 if float(np.array([(end - start)[1], -(end - start)[0]]) @ up) < 0 else -1.0
-            self._add(symbols.hatched(start, end, side), class_="plane")
+            self._edge(start, end, up)
             return
         corners = [
             self.page(middle + size * (a * first + b * second * 0.7))
@@ -334,6 +334,70 @@ class _Machine:
         self._add([Line(np.array(corners), Style(GREY, 0.8, (), "#f4f4f4"), True)], class_="plane")
         for foot in feet:
             self._add([Circle(self.page(foot), 2.0, Style(INK, 0.8, (), INK))], class_="contact")
+
+    def _surfaces(self) -> None:
+        """What is fixed in the ground and may be touched: planes, sides, and round walls."""
+        drawn: list[Any] = []
+        for contact in getattr(self.model, "contacts", ()):
+            for shape in (contact.feature, contact.surface):
+                if not shape.body.is_ground or any(shape == other for other in drawn):
+                    continue
+                drawn.append(shape)
+                kind = getattr(shape, "kind", "")
+                if kind == "plane":
+                    self._ground(self._fixed(shape.at), self._fixed(shape.normal))
+                elif kind == "segment" and self.view.planar:
+                    start, end = (self.page(self._fixed(point)) for point in (shape.start, shape.end))
+                    self._edge(start, end, self.view(self._fixed(shape.normal)))
+                elif kind in ("circle", "cylinder", "sphere") and self.view.planar:
+                    self._wall_round(shape)
+
+    def _fixed(self, components: Any) -> Array:
+        """Three expressions of parameters, in numbers."""
+        return np.array([float(self.now.state(x)) for x in components])
+
+    def _edge(self, start: Array, end: Array, up: Array) -> None:
+        """The edge of the ground, hatched on the side that ``up`` points away from."""
+        way = end - start
+        side = 1.0 if float(np.array([way[1], -way[0]]) @ up) < 0 else -1.0
+        self._add(symbols.hatched(start, end, side), class_="plane")
+
+    def _ground(self, point: Array, normal: Array) -> None:
+        """A plane, under the whole machine."""
+        seen = [self.page(p) for p in self._extent()]
+        if self.view.planar:
+            up = self.view(normal)
+            along = np.array([-up[1], up[0]]) / np.linalg.norm(up)
+            foot = self.page(point)
+            reach = [float((q - foot) @ along) for q in seen]
+            start, end = (foot + s * along for s in (min(reach) - 20.0, max(reach) + 20.0))
+            self._edge(start, end, up)
+            return
+        middle = np.mean(np.array(self._extent()), axis=0)
+        middle = middle - float((middle - point) @ normal) * normal
+        first = np.eye(3)[int(np.argmin(np.abs(normal)))]
+        first = first - float(first @ normal) * normal
+        first /= np.linalg.norm(first)
+        second = np.cross(normal, first)
+        size = 0.6 * WIDE / self.scale
+        square = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+        corners = np.array([self.page(middle + size * (a * first + b * second)) for a, b in square])
+        self._add([Line(corners, Style(GREY, 0.8, (), "#f4f4f4"), True)], class_="plane")
+
+    def _wall_round(self, shape: Any) -> None:
+        """A round wall, hatched where the ground is."""
+        center = self.page(self._fixed(shape.at))
+        r = self.scale * float(self.now.state(shape.radius))
+        items: list[Any] = [Line(arc(center, r, 0.0, 2 * math.pi), Style(INK, 1.3))]
+        sign = 1.0 if shape.inside else -1.0
+        for k in range(max(12, round(r * 2 * math.pi / 9.0))):
+            t = 2 * math.pi * k / max(12, round(r * 2 * math.pi / 9.0))
+            d = np.array([math.cos(t), math.sin(t)])
+            foot = center + r * d
+            items.append(
+                Line(np.array([foot, foot + 5.0 * (sign * d + np.array([-d[1], d[0]]))]), symbols.FINE)
+            )
+        self._add(items, class_="plane")
 
     def _ropes(self) -> None:
         for name, one in self.model.constraints.items():
@@ -544,7 +608,6 @@ class _Machine:
         shown = latex(self.e.state(link.displacement), self.e.ring)
         if not self.e.ring.atoms_of(self.e.ring.coerce(self.e.state(link.displacement))):
             return
-        joint = self.model.joints[name]
         value = float(self.now.state(link.displacement))
         axis = self._axis_in_space(link, number)
         end = np.array(link_postures(self.model, self.now.state)[number].position, dtype=float)
@@ -566,7 +629,7 @@ class _Machine:
             Line(np.array([end + 13 * out, end + shift + 4 * out]), Style(GREY, 0.7)),
             Arrow(np.array([start, end]) + shift, Style(GREY, 0.9)),
         ]
-        self._add(items, class_="coordinate", data_joint=joint.child)
+        self._add(items, class_="coordinate", data_joint=name)
         self.labels.append((f"${shown}$", [((start + end) / 2 + shift, out)], 10.5, GREY))
 
     def _turned(self, name: str, number: int, link: Link) -> None:
@@ -681,7 +744,9 @@ class _Machine:
                 R, p = self.now.posture(name)
                 center = self.page(p + R @ pieces[0].center)
             self.labels.append((name.replace("_", " "), [(center, None)], 10.5, INK))
-        for name, (_, _, _, point) in self.joints.items():
+        for name, (kind, _, _, point) in self.joints.items():
+            if kind == "planar":
+                continue
             self.labels.append((f"${latex_name(name)}$", [(self.page(point), None)], 9.5, GREY))
 
 
