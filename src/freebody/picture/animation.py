@@ -36,6 +36,9 @@ THIN = 0.012
 SOLIDS = ("#7fa9d1", "#e0a35f", "#74b897", "#c690b5", "#d6c05a", "#8cc4e4")
 """Of bodies: the hues of their pale fills in drawings, dark enough to be shaded on white."""
 
+ROUND = 1e-10
+"""Forces, and moments at an arm of the machine's size, below this part of the largest are round-off of others."""
+
 APART = 15
 """Quantities whose greatest values are so many times apart have charts of their own."""
 
@@ -72,6 +75,7 @@ def animation(trajectory: Trajectory, tolerance: float = TOLERANCE) -> dict[str,
     size = machine_size(model, trajectory.values)
     names = list(model.bodies)
     up, toward = _view(model, state, keys)
+    acting = _acting(keys, size)
     return {
         "title": trajectory.name,
         "up": up.tolist(),
@@ -82,9 +86,9 @@ def animation(trajectory: Trajectory, tolerance: float = TOLERANCE) -> dict[str,
         "bodies": _bodies(model, state, trajectory, keys, size),
         "ground": _ground(model, state, keys, size, up),
         "lines": _lines(model, state, names, size),
-        "arrows": [_arrow(arrow, state, keys, names) for arrow in keys.arrows],
-        "channels": _channels(trajectory, keys),
-        "charts": _charts(trajectory, keys),
+        "arrows": [_arrow(arrow, state, keys, names) for arrow in keys.arrows if arrow.key in acting],
+        "channels": _channels(trajectory, keys, acting),
+        "charts": _charts(trajectory, keys, acting),
         "events": [[event.time, event.name] for event in trajectory.events],
         "cones": [
             {"body": i, "apex": _apex(model, state, name)}
@@ -360,10 +364,20 @@ def _arrow(arrow: Arrow, state: State, keys: Keyframes, names: list[str]) -> dic
     return result
 
 
-def _channels(trajectory: Trajectory, keys: Keyframes) -> dict[str, dict[str, Any]]:
+def _acting(keys: Keyframes, size: float) -> set[str]:
+    """Keys of the forces and moments that are more than the round-off of the others."""
+    greatest = {arrow.key: float(np.abs(keys.vectors[arrow.key]).max(initial=0.0)) for arrow in keys.arrows}
+    arms = {arrow.key: 1.0 if arrow.kind == "force" else size for arrow in keys.arrows}
+    largest = max((greatest[key] / arm for key, arm in arms.items()), default=0.0)
+    return {key for key, arm in arms.items() if greatest[key] > ROUND * largest * arm}
+
+
+def _channels(trajectory: Trajectory, keys: Keyframes, acting: set[str]) -> dict[str, dict[str, Any]]:
     """Quantities over time by a key: their values, n times ``width`` numbers, and their unit."""
     result: dict[str, dict[str, Any]] = {}
     for arrow in keys.arrows:
+        if arrow.key not in acting:
+            continue
         unit = "N" if arrow.kind == "force" else "N m"
         result[arrow.key] = {"unit": unit, "width": 3, "values": _floats(keys.vectors[arrow.key])}
     for i, name in enumerate(trajectory.names):
@@ -378,7 +392,7 @@ def _channels(trajectory: Trajectory, keys: Keyframes) -> dict[str, dict[str, An
     return result
 
 
-def _charts(trajectory: Trajectory, keys: Keyframes) -> list[dict[str, Any]]:
+def _charts(trajectory: Trajectory, keys: Keyframes, acting: set[str]) -> list[dict[str, Any]]:
     """What is plotted together: a title, and curves as (key, component, label)."""
     model = trajectory.kernels.model
     charts: list[dict[str, Any]] = []
@@ -404,7 +418,7 @@ def _charts(trajectory: Trajectory, keys: Keyframes) -> list[dict[str, Any]]:
     put("Energy", "energy", [[f"energy {name}", 0, name] for name in keys.energy])
     put("Energy: what the ledger leaves unbalanced", "energy", [["energy residual", 0, "residual"]])
     for arrow in keys.arrows:
-        if arrow.group == "reaction" and np.any(keys.vectors[arrow.key]):
+        if arrow.group == "reaction" and arrow.key in acting:
             letter = "" if arrow.kind == "force" else "M"
             curves = [[arrow.key, k, f"{arrow.name}_{letter}{'xyz'[k]}"] for k in range(3)]
             put(f"{arrow.kind.capitalize()} of {arrow.name} on {arrow.body}", "reactions", curves)

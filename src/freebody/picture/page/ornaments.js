@@ -31,8 +31,8 @@ function trail(motion, body, own, distance, renderer) {
 }
 
 // The points of all bodies that lie farthest out, at many times; the box that holds them; the reach of the machine at
-// one time.
-function extent(motion, corners) {
+// one time. What stands on the ground is seen, but is no part of the machine.
+function extent(motion, corners, fixed) {
   const far = corners.map(outermost), points = [], step = Math.max(1, Math.floor(motion.t.length / 120));
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   let reach = 0;
@@ -55,6 +55,7 @@ function extent(motion, corners) {
     }
     reach = Math.max(reach, length(subtract(most, least)));
   }
+  for (const p of outermost(fixed)) points.push(p);
   return { low, high, reach, points };
 }
 

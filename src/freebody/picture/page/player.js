@@ -72,7 +72,7 @@ function player(root, scene, options = {}) {
   const ground = surfaces(scene.ground.parts, DARK);
   const shaft = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [1, 1], [0, 1]], around: 12 }).map(plain));
   const head = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [0, 1]], around: 16 }).map(plain));
-  const bounds = extent(motion, bodies.map((groups) => groups.map((group) => group.corners)));
+  const bounds = extent(motion, bodies.map((groups) => groups.map((group) => group.corners)), ground.map((group) => group.corners));
   const trails = scene.bodies.map((body, i) => trail(motion, i, body.center, 0.0015 * bounds.reach, renderer));
   on.trails = bodies.length <= 12; // of more, they hide the machine
   const cones = scene.cones.map((cone) => conePair(motion, cone, 0.6 * size, renderer));
@@ -92,7 +92,7 @@ function player(root, scene, options = {}) {
   const aspect = () => Math.max(canvas.clientWidth, 1) / Math.max(canvas.clientHeight, 1);
   // All that is seen at any time (of what is followed: at one time) in the middle, as large as it goes.
   function fit() {
-    const { right, top } = view(eye.toward, [0, 0, 0], eye.up, ANGLE, 1, 1, 2), room = 1.2 / Math.tan(ANGLE / 2);
+    const { right, top } = view(eye.toward, [0, 0, 0], eye.up, ANGLE, 1, 1, 2), room = 1.3 / Math.tan(ANGLE / 2);
     if (on.follow) {
       eye.target = middle();
       eye.distance = 0.5 * bounds.reach * room * Math.max(1, 1 / aspect()) + 0.5 * bounds.reach;
