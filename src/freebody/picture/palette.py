@@ -27,7 +27,7 @@ def pale(color: str) -> str:
     """A colour mixed with white, so that black lines on it stand out.
 
     >>> pale("#0072B2")
-    '#b8d8ea'
+    '#b8d8e9'
     """
     parts = (int(color[i : i + 2], 16) for i in (1, 3, 5))
     return "#" + "".join(f"{round(255 - 0.28 * (255 - part)):02x}" for part in parts)

@@ -174,7 +174,7 @@ def machine_size(model: Model, values: Mapping[Any, Any] | None = None) -> float
             longest = max(longest, float(np.linalg.norm(span)))
     for joint in model.joints.values():
         if joint.parent == "ground":
-            longest = max(longest, float(np.linalg.norm(state.vector(joint.at))))
+            longest = max(longest, float(np.linalg.norm([float(x) for x in state.vector(joint.at)])))
     return longest if longest > 0 else 1.0
 
 
