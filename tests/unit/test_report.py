@@ -270,6 +270,40 @@ def test_every_gallery_machine_has_something_to_see():
     assert {"lathe", "ellipsoid"} <= seen
 
 
+def test_every_solid_is_drawn():
+    """Each by the surface that it has, placed where it is; exact numbers of a joint are numbers, too."""
+    import sympy
+
+    z = sympy.Symbol("z", real=True)
+    vertices, faces = (
+        [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
+        [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)],
+    )
+    solids = {
+        "cone": (fb.cone(1, 0.15, 0.4), "lathe"), "box": (fb.box(1, (0.3, 0.2, 0.1)), "box"),
+        "plate": (fb.plate(1, (0.3, 0.2)), "box"), "ring": (fb.ring(1, 0.15), "lathe"),
+        "torus": (fb.torus(1, 0.15, 0.04), "lathe"), "tube": (fb.tube(1, 0.08, 0.1, 0.3), "lathe"),
+        "vase": (fb.revolve(0.1 + z**2, (-0.2, 0.2), z, mass=1), "lathe"), "ball": (fb.sphere(1, 0.1), "ellipsoid"),
+        "egg": (fb.ellipsoid(1, (0.1, 0.2, 0.3)), "ellipsoid"), "disk": (fb.disk(1, 0.1), "lathe"),
+        "bar": (fb.slender_bar(1, 0.4), "lathe"), "point": (fb.particle(1), "ellipsoid"),
+        "rock": (fb.mesh(vertices, faces, mass=1), "mesh"), "shell": (fb.spherical_shell(1, 0.1), "ellipsoid"),
+    }  # fmt: skip
+    s = fb.System("shelf")
+    for name, (solid, _) in solids.items():
+        color = "#CC79A7" if name == "vase" else None
+        s.free(f"free_{name}", s.ground, s.body(name, solid, color=color))
+    s.hinge("nail", s.ground, s.body("tag", fb.sphere(1, 0.1)), at=("1/3", 0, 2), to=(0, "1/3", 0))
+    scene = animation(fb.simulate(s, until=0.1))
+    by_name = {body["name"]: body for body in scene["bodies"]}
+    for name, (_, kind) in solids.items():
+        assert by_name[name]["parts"][0]["kind"] == kind, name
+    assert by_name["vase"]["color"] == pytest.approx([0xCC / 255, 0x79 / 255, 0xA7 / 255])
+    profile = np.array(by_name["vase"]["parts"][0]["profile"])
+    assert profile[:, 0].max() == pytest.approx(0.14) and np.ptp(profile[:, 1]) == pytest.approx(0.4)
+    assert by_name["egg"]["parts"][0]["radii"] == [0.1, 0.2, 0.3]
+    assert len(floats(by_name["rock"]["parts"][0]["vertices"], 3)) == 4
+
+
 def test_a_planar_machine_is_seen_at_right_angles(pendulum):
     _, motion = pendulum
     scene = animation(motion)
