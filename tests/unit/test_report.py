@@ -291,7 +291,7 @@ def test_every_solid_is_drawn():
     s = fb.System("shelf")
     for name, (solid, _) in solids.items():
         color = "#CC79A7" if name == "vase" else None
-        s.free(f"free_{name}", s.ground, s.body(name, solid, color=color))
+        s.slider(f"on_{name}", s.ground, s.body(name, solid, color=color))
     s.hinge("nail", s.ground, s.body("tag", fb.sphere(1, 0.1)), at=("1/3", 0, 2), to=(0, "1/3", 0))
     scene = animation(fb.simulate(s, until=0.1))
     by_name = {body["name"]: body for body in scene["bodies"]}
