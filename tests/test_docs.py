@@ -49,6 +49,8 @@ def test_the_two_commands() -> None:
         "docs/constraints.md",
         "docs/integrators.md",
         "docs/contact.md",
+        "docs/plots.md",
+        "docs/report.md",
     ],
 )
 def test_links_lead_somewhere(page: str) -> None:
@@ -69,6 +71,18 @@ def test_the_analysis_page_prints_what_it_says(capsys: pytest.CaptureFixture[str
     for code, printed in blocks:
         exec(compile(code, "docs/analysis.md", "exec"), names)
         assert capsys.readouterr().out == printed, code
+
+
+@pytest.mark.parametrize("page", ["plots.md", "report.md"])
+def test_the_blocks_of_a_page_run(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every block of code runs, in order."""
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert blocks
+    for code in blocks:
+        exec(compile(code, page, "exec"), names)
 
 
 def test_one_version() -> None:

@@ -15,7 +15,7 @@ import pytest
 import freebody as fb
 
 NAMES = sorted(set(fb.__all__) - {"__version__"})
-MODULES = ("errors", "exact", "forms", "testing")
+MODULES = ("errors", "exact", "forms", "plot", "testing")
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -33,7 +33,11 @@ if TYPE_CHECKING:
     from .formats import write as write
     from .model.assemble import assemble as assemble
     from .model.model import Model as Model
+    from .picture import plot as plot
     from .picture.compare_linear import compare_linear as compare_linear
+    from .picture.draw import draw as draw
+    from .picture.free_body_diagram import free_body_diagram as free_body_diagram
+    from .picture.report import report as report
     from .simulate.blow import blow as blow
     from .simulate.event import event as event
     from .simulate.impulse import centre_of_percussion as centre_of_percussion
@@ -81,19 +85,23 @@ _EXPORTS = {
     "cone": "space.solids",
     "cylinder": "space.solids",
     "disk": "space.solids",
+    "draw": "picture.draw",
     "ellipsoid": "space.solids",
     "equations": "equations.equations",
     "errors": "errors",
     "event": "simulate.event",
     "exact": "exact",
     "forms": "equations.component_forms",
+    "free_body_diagram": "picture.free_body_diagram",
     "from_density": "space.density",
     "impulse": "simulate.impulse",
     "linearize": "equations.linearize",
     "mesh": "space.mesh",
     "particle": "space.solids",
     "plate": "space.solids",
+    "plot": "picture.plot",
     "read": "formats",
+    "report": "picture.report",
     "revolve": "space.density",
     "ring": "space.solids",
     "simulate": "simulate.simulate",
@@ -117,7 +125,11 @@ def _resolve(name: str) -> Any:
     """The object of a public name, imported now and kept in this module's dictionary."""
     module_name, _, attribute = _EXPORTS[name].partition(":")
     module = import_module(f"{__name__}.{module_name}")
-    value = module if name in ("errors", "exact", "forms", "testing") else getattr(module, attribute or name)
+    value = (
+        module
+        if name in ("errors", "exact", "forms", "plot", "testing")
+        else getattr(module, attribute or name)
+    )
     globals()[name] = value
     return value
 

@@ -298,11 +298,11 @@ def test_repr(swing):
 
 
 def test_plot_writes_a_picture(swing, tmp_path):
-    figure = swing.plot(["theta", "L*theta'"], path=tmp_path / "swing.png")
-    assert [axis.get_ylabel() for axis in figure.axes] == ["theta [rad]", "L*theta'"]
+    panels = swing.plot(["theta", "L*theta'"], path=tmp_path / "swing.png")
+    assert [axis.get_ylabel() for axis in panels] == ["theta [rad]", "L*theta'"]
     assert (tmp_path / "swing.png").read_bytes()[:4] == b"\x89PNG"
-    assert len(swing.plot().axes) == 1
-    assert len(swing.plot("theta'").axes) == 1
+    assert swing.plot().get_ylabel() == "theta [rad]"
+    assert swing.plot("theta'").get_ylabel() == "theta' [rad/s]"
 
 
 # --- dataset ---------------------------------------------------------------------------------------

@@ -16,9 +16,12 @@ from ..errors import FreebodyError
 from .analyze import analyze
 from .chapter import chapter
 from .check import check
+from .draw import draw
 from .equations import equations
 from .gallery import gallery
+from .report import report
 from .run import run
+from .view import view
 
 __all__ = ["command", "main"]
 
@@ -32,7 +35,7 @@ def command() -> None:
     """
 
 
-for subcommand in (gallery, run, equations, analyze, check, chapter):
+for subcommand in (gallery, run, report, view, equations, analyze, check, draw, chapter):
     command.add_command(subcommand)
 
 

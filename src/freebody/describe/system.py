@@ -19,6 +19,7 @@ from .constraint import Constraint
 from .contact import ContactPair
 from .joint import Joint
 from .load import Load
+from .looks import drawn_as
 from .names import TIME, Names, check_name, finite
 
 
@@ -222,7 +223,9 @@ class System:
 
     # -- bodies ---------------------------------------------------------------------------------
 
-    def body(self, name: str, mass_properties: MassProperties) -> Body:
+    def body(
+        self, name: str, mass_properties: MassProperties, *, shape: Any = None, color: str | None = None
+    ) -> Body:
         """Add a body; its origin is the point from which ``mass_properties`` measures the mass centre.
 
         Parameters
@@ -230,6 +233,10 @@ class System:
         name : str
         mass_properties : MassProperties
             As from :func:`freebody.slender_bar` and its likes.
+        shape : MassProperties, optional
+            A solid that the body is drawn as, such as ``fb.box(1, (0.4, 0.2, 0.2))``; its mass does not matter.
+        color : str, optional
+            That the body is drawn in, such as ``"#0072B2"``.
         """
         check_name(name, "body")
         if name == "ground" or name in self.bodies:
@@ -239,7 +246,7 @@ class System:
                 f"Expected mass properties for body '{name}', such as fb.sphere(m, R) or fb.particle(m), "
                 f"got {mass_properties!r}."
             )
-        mass = mass_properties
+        mass = drawn_as(mass_properties, shape, color, name)
         entries = [mass.mass, *mass.center, *(entry for row in mass.inertia for entry in row)]
         for entry in entries:
             value = self.names.expression(entry, f"the mass properties of body '{name}'")
@@ -300,6 +307,18 @@ class System:
     def parameter_list(self) -> Sequence[Parameter]:
         """The parameters, in order of declaration."""
         return tuple(self._parameters.values())
+
+    def _repr_html_(self) -> str | None:
+        """The drawing, in a notebook; a system that can not be assembled yet shows its text."""
+        from importlib import import_module
+
+        from ..errors import FreebodyError
+
+        draw = import_module("freebody.picture.draw").draw  # a room above this one
+        try:
+            return str(draw(self)._repr_html_())
+        except FreebodyError:
+            return None
 
     def __repr__(self) -> str:
         def count(n: int, noun: str) -> str:

@@ -162,6 +162,99 @@ def energy_residual(trajectory: Trajectory, ax: Axes | None = None) -> Any:
     return ax
 
 
+def energy(trajectory: Trajectory, ax: Axes | None = None) -> Any:
+    """The energy ledger over time: kinetic and potential energy, their sum, and the work that has been done.
+
+    Without loads that do work the sum is a straight line; :func:`energy_residual` shows how straight.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    ax : Axes, optional
+
+    Returns
+    -------
+    Axes
+    """
+    ledger = trajectory.energy
+    curves = {"kinetic T": ledger.kinetic, "potential V": ledger.potential, "T + V": ledger.total}
+    if trajectory.kernels.works:
+        curves["work W"] = ledger.work
+    ax = figure(8, 4).subplots() if ax is None else ax
+    for (label, values), color, dashes in zip(curves.items(), COLORS, ("-", "-", "--", ":"), strict=False):
+        ax.plot(trajectory.t, values, color=color, linewidth=1.6, linestyle=dashes, label=label)
+    _finish(ax, "energy", {"J"})
+    _legend(ax, ax.get_legend_handles_labels()[0])
+    ax.set_xlabel("time [s]")
+    _title(ax, "Energy ledger")
+    return ax
+
+
+def phase(
+    trajectory: Trajectory,
+    name: Any = None,
+    against: Any = None,
+    ax: Axes | None = None,
+    *,
+    title: str | None = None,
+) -> Any:
+    """A quantity against another, its own rate if not said otherwise: the path of the motion in the phase plane.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    name : name or expression, optional
+        Across; the first coordinate if not given.
+    against : name or expression, optional
+        Upward; the rate of ``name`` if not given.
+    ax : Axes, optional
+    title : str, optional
+
+    Returns
+    -------
+    Axes
+        With the start as a circle, the end as a dot, and the events marked.
+
+    Raises
+    ------
+    SimulationError
+        A quantity whose rate has no name, such as an expression.
+    """
+    chosen = _listed(trajectory, name)[0]
+    text = _text(trajectory, chosen)
+    if against is None:
+        against = f"{text}'"
+        if against not in trajectory.names:
+            raise SimulationError(
+                f"Expected a coordinate whose rate is a speed of the machine, got '{text}'. Say what goes upward, such "
+                f"as phase(trajectory, {text!r}, 't')."
+            )
+    x, y = trajectory[chosen], trajectory[against]
+    ax = figure(5.6, 5).subplots() if ax is None else ax
+    ax.plot(x, y, color=COLORS[0], linewidth=1.4)
+    for i, face in ((0, "white"), (-1, COLORS[0])):
+        ax.plot(
+            x[i], y[i], marker="o", markersize=6.5, markerfacecolor=face, markeredgecolor=COLORS[0], zorder=3
+        )
+    other = _text(trajectory, against)
+    kinds = _event_kinds(trajectory) if len(trajectory.events) <= MOST_MARKS else {}
+    if text in trajectory.names and other in trajectory.names:
+        for kind, marker in kinds.items():
+            found = [event.state for event in trajectory.events if event.name == kind]
+            ax.plot(
+                [state[text] for state in found], [state[other] for state in found], linestyle="none", marker=marker,
+                markersize=5, markerfacecolor="white", markeredgecolor=INK, zorder=3,
+            )  # fmt: skip
+        _legend(ax, _event_handles(kinds))
+    for label, put in ((text, ax.set_xlabel), (other, ax.set_ylabel)):
+        unit = _unit(trajectory, label)
+        put(f"{label} [{unit}]" if unit and unit != "1" else label, fontsize=11)
+    ax.grid(color="0.9", linewidth=0.8)
+    ax.set_axisbelow(True)
+    _title(ax, title or f"Phase plane of {text}")
+    return ax
+
+
 # -- parts of the plots ---------------------------------------------------------------------------------------
 
 
@@ -254,3 +347,21 @@ def body_rotation(trajectory: Trajectory, body: str) -> Array:
     if body not in trajectory.poses:
         raise SimulationError(f"Unknown body '{body}'; {nearest(str(body), trajectory.poses)}")
     return trajectory.poses[body].rotation
+
+
+def angular_velocity(trajectory: Trajectory, body: str) -> Array:
+    """Angular velocity of a body in the ground at the output times, in ground axes, shape (n, 3) [rad/s]."""
+    from ..dynamics.kinematics import angular_velocity as of_body
+    from ..simulate.path import observe
+    from .keyframes import Named
+
+    if body not in trajectory.poses:
+        raise SimulationError(f"Unknown body '{body}'; {nearest(str(body), trajectory.poses)}")
+    kernels = trajectory.kernels
+    program = kernels.program(
+        ("spin", body), lambda state: {"spin": list(of_body(kernels.model, state, Named(body)))}
+    )
+    constants = program.constants(kernels.parameters(trajectory.values))
+    return observe(
+        program.address("spin"), program.outputs("spin"), trajectory.t, trajectory.states, constants
+    )

@@ -90,8 +90,8 @@ def axis_path(
 
 def polhode(
     trajectory: Trajectory,
-    speeds: Sequence[str],
-    moments: Any,
+    body: str | Sequence[str],
+    moments: Any = None,
     ax: Any = None,
     *,
     title: str = "Polhode: path of the angular velocity in the body",
@@ -105,10 +105,10 @@ def polhode(
     Parameters
     ----------
     trajectory : Trajectory
-    speeds : three names
-        Angular velocity along the principal axes x, y, z of the body.
+    body : str, or three names of speeds
+        The body; or its angular velocity along the principal axes x, y, z.
     moments : three numbers
-        Principal moments of inertia [kg m²].
+        With names of speeds: the principal moments of inertia about the mass centre [kg m²].
     ax : Axes3D, optional
     title : str, optional
     view : (elevation, azimuth)
@@ -118,14 +118,19 @@ def polhode(
     -------
     Axes3D
     """
-    inertia = np.asarray(moments, dtype=float)
-    w = np.stack([trajectory[name] for name in speeds], axis=-1)
+    letters = "xyz"
+    if isinstance(body, str):
+        inertia, w = _principal(trajectory, body)
+        letters = "123"
+    else:
+        inertia = np.asarray(moments, dtype=float)
+        w = np.stack([trajectory[name] for name in body], axis=-1)
     twice_T = float(inertia @ w[0] ** 2)
     radii = np.sqrt(twice_T / inertia)
     ax = _axes(ax, view, size=0.88 * float(radii.max()), height=5.4)
     _surface(ax, radii)
     _family(ax, inertia, radii)
-    for i, letter in enumerate("xyz"):
+    for i, letter in enumerate(letters):
         end = np.zeros(3)
         end[i] = 1.25 * radii[i]
         start = np.zeros(3)
@@ -139,6 +144,25 @@ def polhode(
         ax, title, "circle: start; thin: other motions of this energy; dark: those through the middle axis"
     )
     return ax
+
+
+def _principal(trajectory: Trajectory, body: str) -> tuple[Array, Array]:
+    """Principal moments of a body about its mass centre, ascending, and its angular velocity along their axes."""
+    from ..dynamics.state import float_state
+    from .plots import angular_velocity
+
+    w = angular_velocity(trajectory, body)
+    model = trajectory.kernels.model
+    state = float_state(model, values=trajectory.values)
+    inertia = np.array([[float(x) for x in row] for row in state.matrix(model.bodies[body].inertia)])
+    moments, axes = np.linalg.eigh((inertia + inertia.T) / 2)
+    if not moments[0] > 0:
+        raise SimulationError(
+            f"Expected a body with three moments of inertia above zero, got {tuple(moments.tolist())} kg m² of "
+            f"'{body}': its energy does not bound its angular velocity."
+        )
+    own = np.einsum("nji,nj->ni", trajectory.poses[body].rotation, w)
+    return moments, own @ axes
 
 
 # -- parts ----------------------------------------------------------------------------------------------------

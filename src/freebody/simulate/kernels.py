@@ -119,6 +119,10 @@ class Kernels:
             self._programs["large"] = Program(looped)
         return self._programs["large"]
 
+    def program(self, key: Any, functions: Callable[[State], Mapping[str, Sequence[Any]]]) -> Program:
+        """Any functions of the state, compiled once under a key: named lists of outputs."""
+        return self._program(key, functions)
+
     def motion(self) -> Program:
         """Functions ``rates``, ``energy`` (kinetic, potential) and, of a constrained model, ``projection`` and
         ``dropped`` (residual and rate of the conditions that were redundant at the start)."""

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from pathlib import Path as FilePath
 
     import xarray
-    from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
 _FEWEST, _MOST = 401, 4001  # output times when none are asked for
@@ -331,23 +330,48 @@ class Trajectory:
 
         return load(path)
 
-    def plot(self, names: Sequence[Any] | None = None, path: str | FilePath | None = None) -> Figure:
-        """Coordinates (or any other quantities) over time, one panel each, with the events marked.
+    def plot(self, names: Any = None, *, ax: Any = None, path: str | FilePath | None = None) -> Any:
+        """Coordinates (or any other quantities) over time, a panel for each unit, with the events marked.
 
         Parameters
         ----------
-        names : sequence, optional
-            Names or expressions, as for ``trajectory[...]``; all coordinates if not given.
+        names : name, expression or sequence of them, optional
+            As for ``trajectory[...]``; all coordinates if not given.
+        ax : matplotlib Axes, optional
+            Draw all of them here.
         path : path, optional
             Also write the picture to this file.
 
         Returns
         -------
-        matplotlib Figure
+        matplotlib Axes, or array of Axes when there are several panels
         """
-        from .plot import plot
+        axes = _picture("plots").history(self, names, ax)
+        if path is not None:
+            np.ravel(np.asarray(axes, dtype=object))[0].figure.savefig(path, dpi=150)
+        return axes
 
-        return plot(self, names, path)
+    def animate(self, path: str | FilePath | None = None, **options: Any) -> Any:
+        """The motion as an animation: a player in a notebook, or a file.
+
+        Parameters
+        ----------
+        path : path, optional
+            Also write it: ``.html`` is a page that opens offline, ``.gif`` and ``.mp4`` are made with a browser.
+        **options
+            Of :func:`freebody.picture.animate.animate`.
+
+        Returns
+        -------
+        Animation
+        """
+        made = _picture("animate").animate(self, **options)
+        if path is not None:
+            made.save(path)
+        return made
+
+    def _repr_html_(self) -> str:
+        return str(_picture("animate").animate(self)._repr_html_())
 
     def __len__(self) -> int:
         return len(self.t)
@@ -381,6 +405,13 @@ class _ByName(dict[str, Any]):
 
     def __missing__(self, name: Any) -> Any:
         raise SimulationError(f"Unknown {self.what} '{name}'; {nearest(str(name), self)}")
+
+
+def _picture(module: str) -> Any:
+    """A room above this one, opened when a picture is asked for: a trajectory shows itself, and knows not how."""
+    from importlib import import_module
+
+    return import_module(f"freebody.picture.{module}")
 
 
 def _output_times(path: Path, times: Array | None, samples: int | None) -> Array:

@@ -31,6 +31,8 @@ class Shape:
         What a compound is made of, each placed in body axes.
     hole : bool
         Whether this part is taken away.
+    color : str
+        Of the whole body, "#rrggbb"; empty if it was not chosen.
     """
 
     kind: str
@@ -40,6 +42,7 @@ class Shape:
     axes: Matrix = IDENTITY
     parts: tuple[Shape, ...] = ()
     hole: bool = False
+    color: str = ""
 
     def __getitem__(self, name: str) -> Any:
         """One dimension by its name."""

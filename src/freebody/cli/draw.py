@@ -1,0 +1,111 @@
+"""``freebody draw``: the machine, or the free-body diagrams of its bodies, as a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from .model import Number, Setting, find, settings_of
+
+
+@click.command()
+@click.argument("model")
+@click.option(
+    "--body", metavar="NAME", help="The free-body diagram of this body, or `all`; the machine if not given."
+)
+@click.option(
+    "--at",
+    "place",
+    metavar="TIME|NAME=VALUE",
+    multiple=True,
+    help="A time of the motion [s], or a coordinate such as theta=30deg (repeatable).",
+)
+@click.option(
+    "--mode",
+    type=click.Choice(["symbolic", "scale", "blank"]),
+    help="Of the arrows; to scale at a time of the motion.",
+)
+@click.option("--dimensions/--no-dimensions", default=None, help="Whether lengths are written.")
+@click.option("--set", "settings", type=Setting(), multiple=True, help="Value of a parameter (repeatable).")
+@click.option(
+    "-o",
+    "--output",
+    metavar="FILE",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="File to write: .svg, .pdf, .png or .tex (TikZ); MODEL.svg in this folder if not given.",
+)
+def draw(
+    model: str,
+    body: str | None,
+    place: tuple[str, ...],
+    mode: str | None,
+    dimensions: bool | None,
+    settings: tuple[tuple[str, float], ...],
+    output: Path | None,
+) -> None:
+    """Draw MODEL, or the free-body diagram of one of its bodies.
+
+    \b
+    freebody draw four-bar -o four_bar.pdf
+    freebody draw ex-6-5 --body bar --at theta=30deg
+    freebody draw ex-6-5 --body all --at 0.5        to scale, 0.5 s after the start
+    """
+    from ..errors import ModelError, nearest
+    from ..picture.draw import draw as drawn
+    from ..picture.drawing import FORMATS
+    from ..picture.free_body_diagram import free_body_diagram
+
+    found = find(model)
+    system = found.build()
+    if body is not None and body != "all" and body not in system.bodies:
+        raise ModelError(
+            f"--body: expected a body of '{system.name}' or 'all', got '{body}'; "
+            f"{nearest(body, [*system.bodies, 'all'])}"
+        )
+    stem = Path(found.name).stem + ("" if body is None else f"-{body}")
+    path = Path(f"{stem}.svg") if output is None else output
+    if path.suffix.lower() not in FORMATS:
+        raise click.UsageError(
+            f"-o: expected a file name that ends in {', '.join(FORMATS)}, got '{path.name}'."
+        )
+    values = settings_of(system, settings)
+    options: dict[str, Any] = {"values": values}
+    at, time = _place(place)
+    if time is not None:
+        outcome = found.run(values, max(time, 1e-9), None)
+        system, options = outcome.system, {"trajectory": outcome.trajectory, "at": time}
+    else:
+        options["at"] = at or None
+        known = {name for name, kind in system.names.kinds.items() if kind == "coordinate"}
+        options["near"] = {
+            name: value for name, value in found.near.items() if name in known and name not in at
+        }
+    if dimensions is not None:
+        options["dimensions"] = dimensions
+    if body is None:
+        if mode is not None:
+            raise click.UsageError("--mode is of free-body diagrams: add --body.")
+        picture = drawn(system, **options)
+    else:
+        picture = free_body_diagram(system, body, mode=mode, **options)
+    picture.save(path)
+    click.echo(f"Wrote {path}")
+
+
+def _place(given: tuple[str, ...]) -> tuple[dict[str, str], float | None]:
+    """Coordinates by name, or one time."""
+    at: dict[str, str] = {}
+    times: list[float] = []
+    for one in given:
+        name, sign, value = one.partition("=")
+        if sign:
+            at[name.strip()] = value.strip()
+        else:
+            times.append(Number().convert(one, None, None))
+    if len(times) > 1 or (times and at):
+        raise click.UsageError("--at: expected one time, or coordinates by name, not both.")
+    if times and times[0] < 0:
+        raise click.UsageError(f"--at: expected a time of 0 s or later, got {times[0]:g} s.")
+    return at, times[0] if times else None

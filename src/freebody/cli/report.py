@@ -1,0 +1,64 @@
+"""``freebody report``: one HTML page about a model and its motion, which opens offline."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from time import perf_counter
+
+import click
+
+from .model import Number, Setting, find, settings_of
+
+
+@click.command()
+@click.argument("model")
+@click.option("-o", "--output", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
+              help="The page; NAME.html in this folder if not given.")  # fmt: skip
+@click.option(
+    "--until", type=Number(), metavar="T", help="Length of the run [s]; the model's own if not given."
+)
+@click.option("--tolerance", type=Number(), metavar="TOL", help="Of the integration, such as 1e-10.")
+@click.option("--set", "settings", type=Setting(), multiple=True, metavar="NAME=VALUE",
+              help="Value of a parameter; may be repeated. Angles also as 75deg.")  # fmt: skip
+@click.option(
+    "--figures", is_flag=True, help="With the model's own figures, such as the path of a spin axis."
+)
+@click.option("--equations/--no-equations", "equations", default=None,
+              help="Free-body diagrams and equations; shown for machines of up to six coordinates.")  # fmt: skip
+def report(
+    model: str,
+    output: Path | None,
+    until: float | None,
+    tolerance: float | None,
+    settings: tuple[tuple[str, float], ...],
+    figures: bool,
+    equations: bool | None,
+) -> None:
+    """Simulate MODEL and write one HTML page with its animation, plots, diagrams, equations and answers.
+
+    The page opens offline: it makes no request.
+    """
+    from ..picture.report import report as write
+
+    if until is not None and not until > 0:
+        raise click.BadParameter(f"Expected a time greater than 0, got {until:g}.", param_hint="--until")
+    if tolerance is not None and not 0 < tolerance < 1:
+        raise click.BadParameter(
+            f"Expected a number between 0 and 1, got {tolerance:g}.", param_hint="--tolerance"
+        )
+    start = perf_counter()
+    entry = find(model)
+    outcome = entry.run(settings_of(entry.build(), settings), until, tolerance)
+    captions = {Path(name).stem.replace("_", " "): plot for name, plot in outcome.plots.items()}
+    target = write(
+        outcome.system,
+        outcome.trajectory,
+        Path(f"{outcome.system.name}.html") if output is None else output,
+        title=entry.title or outcome.system.name,
+        about="; ".join(entry.asks),
+        answers=outcome.answers,
+        figures=captions if figures else None,
+        equations=equations,
+    )
+    size = target.stat().st_size
+    click.echo(f"wrote {target}, {size / 1e6:.2f} MB, in {perf_counter() - start:.1f} s")

@@ -1,0 +1,37 @@
+"""What a body is drawn as, where that is not the solid it was made from."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import Any
+
+from ..errors import ModelError
+from ..space.mass import MassProperties
+from ..space.shape import Shape
+
+
+def drawn_as(mass: MassProperties, shape: Any, color: Any, name: str) -> MassProperties:
+    """The mass properties, with the shape and the colour that were chosen for drawing.
+
+    Raises
+    ------
+    ModelError
+        What is no solid, or no colour.
+    """
+    if shape is not None:
+        if isinstance(shape, MassProperties):
+            shape = shape.shape
+        if not isinstance(shape, Shape):
+            raise ModelError(
+                f"Expected a solid for shape= of body '{name}', such as fb.box(1, (0.4, 0.2, 0.2)), got {shape!r}."
+            )
+        mass = replace(mass, shape=shape)
+    if color is not None:
+        if not isinstance(color, str) or not re.fullmatch(r"#[0-9A-Fa-f]{6}", color):
+            raise ModelError(
+                f"Expected a colour such as '#0072B2' for color= of body '{name}', got {color!r}."
+            )
+        # a body without a solid has a shape that is nothing but its colour
+        mass = replace(mass, shape=replace(mass.shape or Shape("compound"), color=color))
+    return mass

@@ -1,0 +1,247 @@
+"""Where the machine stands when it is drawn: positions named by the user, those of a motion, or telling ones.
+
+A drawing of a pendulum that hangs straight down shows neither its angle nor which way its reactions point. Coordinates
+that are not named get values at which nothing lies in one line; machines with loops are closed near them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from ..dynamics.constrained import closed_coordinates, independent_rows
+from ..dynamics.constraints import rows
+from ..dynamics.kinematics import Posture, point_position, poses
+from ..dynamics.motion import motion
+from ..dynamics.newton_euler import reactions
+from ..dynamics.state import State, float_state
+from ..equations.equations import Equations, equations
+from ..errors import ModelError, SimulationError
+from ..model.model import Model
+from ..simulate.closing import _held
+from ..simulate.initial import named_state, number
+from .shapes import machine_size
+
+Array = NDArray[np.float64]
+
+ANGLES = (35.0, 62.0, 48.0, 20.0, 75.0, 55.0)
+"""Angles of the coordinates that are not named, one after another [deg]."""
+
+SLIDE = 0.45
+"""Displacements of the coordinates that are not named, in parts of the size of the machine."""
+
+
+@dataclass(frozen=True, eq=False)
+class Configuration:
+    """A model at an instant, in numbers.
+
+    ``lookup`` holds the value of every symbol of the equations: parameters, coordinates, speeds; of a moment of a
+    trajectory also accelerations and multipliers, and then ``moving`` is true and ``transmitted`` holds the force and
+    moment of every joint on its child.
+    """
+
+    model: Model
+    state: State
+    values: dict[str, float]
+    moving: bool = False
+    lookup: dict[Any, float] = field(default_factory=dict)
+    transmitted: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def t(self) -> float:
+        """The time [s]."""
+        return float(self.state.t)
+
+    def posture(self, body: str) -> tuple[Array, Array]:
+        """Rotation R_NB and position of a body's origin in ground axes."""
+        if body == "ground":
+            return np.eye(3), np.zeros(3)
+        found: Posture = poses(self.model, self.state)[body]
+        return np.array(found.rotation, dtype=float), np.array(found.position, dtype=float)
+
+    def point(self, point: Any) -> Array:
+        """A point of a body, in ground axes."""
+        return np.array([float(x) for x in point_position(self.model, self.state, point)])
+
+    def place(self, body: str, components: Any) -> Array:
+        """A point of a body by its components, in ground axes."""
+        R, p = self.posture(body)
+        return p + R @ np.array([float(self.state(x)) for x in components])
+
+
+def equations_at(system: Any, trajectory: Any = None, at: Any = None) -> Equations:
+    """The equations that a drawing is made from: those given, or of the system; with contacts, in the modes that they
+    have at the moment of the motion that is drawn."""
+    if isinstance(system, Equations):
+        return system
+    changes = getattr(trajectory, "modes", None)
+    if not changes:
+        return equations(system)
+    t = _moment(trajectory, at)
+    begun = [change for change in changes if change.start <= t]
+    options: dict[str, Any] = {"modes": {change.contact: change.mode for change in begun}}
+    return equations(system, **options)
+
+
+def configuration(
+    model: Model,
+    at: Any = None,
+    *,
+    trajectory: Any = None,
+    values: Mapping[Any, Any] | None = None,
+    near: Mapping[Any, Any] | None = None,
+) -> Configuration:
+    """The model at the coordinates, or at the time of a motion, that a drawing was asked for.
+
+    Parameters
+    ----------
+    at : mapping or number, optional
+        Coordinates by name (and ``"t"``, the time), or the time of ``trajectory`` [s].
+    trajectory : Trajectory, optional
+        A motion of the model.
+    values : mapping, optional
+        Of parameters, in place of their defaults. Those that have none are drawn as 1.
+    near : mapping, optional
+        Of a machine with loops: coordinates near which it is closed.
+
+    Raises
+    ------
+    ModelError, SimulationError
+        Unknown names, a time without a trajectory, a machine that does not close there.
+    """
+    if trajectory is not None:
+        return _of_motion(model, trajectory, at)
+    if at is not None and not isinstance(at, Mapping):
+        raise ModelError(
+            f"Expected coordinates by name, such as at={{'theta': '30deg'}}, got {at!r}. A time needs "
+            f"trajectory= too, of which it is a moment."
+        )
+    numbers = _drawn_values(model, values or {})
+    given = dict(at or {})
+    time = given.pop("t", None)
+    wanted, named = named_state(model, numbers, given, "at")
+    t = _telling_time(model, numbers) if time is None else number(model, numbers, time, "the time 't' in at")
+    guessed, guess_named = named_state(model, numbers, near or {}, "near")
+    size = machine_size(model, numbers)
+    problem: Exception | None = None
+    for attempt in range(4):
+        q = _telling(model, size, attempt)
+        for i in range(model.n_q):
+            if i in named:
+                q[i] = float(wanted[i])
+            elif i in guess_named:
+                q[i] = float(guessed[i])
+        try:
+            if model.constraints:
+                held = _held(model, {i for i in named if i < model.n_q})
+                # what is near is so at the beginning; a drive takes it on from there
+                steps = 16 if guess_named and time is None and t > 0 else 0
+                for k in range(steps):
+                    q = closed_coordinates(model, q, t * k / steps, numbers, held)
+                q = closed_coordinates(model, q, t, numbers, held)
+            state = float_state(model, q, None, t, numbers)
+            poses(model, state)
+            return Configuration(model, state, numbers, False, _lookup(model, state))
+        except ModelError as error:
+            problem = error
+    raise ModelError(
+        f"'{model.name}' can not be drawn at these coordinates: {problem} Name coordinates near= a closed position."
+    )
+
+
+def _moment(trajectory: Any, at: Any) -> float:
+    """The time of a trajectory that is drawn: its beginning, if none is given."""
+    if isinstance(at, Mapping) and set(at) == {"t"}:
+        at = at["t"]
+    if at is None:
+        return float(trajectory.t[0])
+    if not isinstance(at, int | float | np.number):
+        raise SimulationError(f"Expected the time of the trajectory to draw, such as at=0.5, got {at!r}.")
+    return float(at)
+
+
+def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
+    time = _moment(trajectory, at)
+    if trajectory.kernels.model.names is not model.names:
+        raise ModelError(
+            f"The trajectory given is one of '{trajectory.name}', not of this system '{model.name}'. "
+            f"Simulate the system that is drawn."
+        )
+    now = trajectory.at(time)
+    values = dict(trajectory.values)
+    state = float_state(model, now.q.tolist(), now.u.tolist(), time, values)
+    active = independent_rows(model, state) if model.constraints else None
+    moving = motion(model, state, active)
+    lookup = _lookup(model, state)
+    for speed, value in zip(model.speeds, moving.udot, strict=True):
+        lookup[speed.acceleration] = float(value)
+    for row, value in zip(rows(model), moving.multipliers, strict=True):
+        lookup[sympy.Symbol(row.name, real=True)] = float(value)
+    transmitted = reactions(model, state, moving.udot, loads=moving.loads)
+    return Configuration(model, state, values, True, lookup, transmitted)
+
+
+def _lookup(model: Model, state: State) -> dict[Any, float]:
+    result = {symbol: float(value) for symbol, value in state.values.items()}
+    result[model.names.atoms["t"]] = float(state.t)
+    result.update(zip((c.symbol for c in model.coordinates), map(float, state.q), strict=True))
+    result.update(zip((s.symbol for s in model.speeds), map(float, state.u), strict=True))
+    return result
+
+
+def _drawn_values(model: Model, given: Mapping[Any, Any]) -> dict[str, float]:
+    names = {key if isinstance(key, str) else str(key) for key in given}
+    missing = {p.name: 1.0 for p in model.parameters if p.default is None and p.name not in names}
+    return model.values({**missing, **given})
+
+
+def _telling_time(model: Model, values: Mapping[str, float]) -> float:
+    """A time at which a driven joint has turned by about an eighth of a turn (or has moved visibly)."""
+    state = float_state(model, values=values)
+    fastest = max((abs(float(state(link.drift))) for link in model.links if link.driven), default=0.0)
+    return math.radians(52) / fastest if fastest > 0 else 0.0
+
+
+def _telling(model: Model, size: float, attempt: int) -> list[float]:
+    """Coordinates that are far from special; other ones at every attempt."""
+    q = [0.0] * model.n_q
+    turned = slid = 0
+    for i, coordinate in enumerate(model.coordinates):
+        if coordinate.kind != "scalar":
+            continue
+        kinds = {
+            link.kind
+            for link in model.links
+            if link.one_dof
+            and isinstance(link.displacement, sympy.Basic)
+            and link.displacement.has(coordinate.symbol)
+        }
+        if kinds == {"slider"}:
+            q[i] = SLIDE * size * (1 + 0.25 * slid + 0.3 * attempt)
+            slid += 1
+        else:
+            q[i] = math.radians(ANGLES[turned % len(ANGLES)] + 37 * attempt)
+            turned += 1
+    rolls = bool(model.constraints) and any(link.kind == "free" for link in model.links)
+    for link in model.links:
+        if link.kind not in ("ball", "free"):
+            continue
+        start = link.q + (3 if link.kind == "free" else 0)
+        # upright first, where something rolls; else a little turned about an axis that is no edge
+        if rolls and attempt % 2 == 0:
+            q[start : start + 4] = [1.0, 0.0, 0.0, 0.0]
+        elif rolls:
+            q[start : start + 4] = [math.cos(math.radians(-35)), math.sin(math.radians(-35)), 0.0, 0.0]
+        else:
+            axis = np.array([0.5, 0.3, 0.8]) / np.linalg.norm([0.5, 0.3, 0.8])
+            half = math.radians(18)
+            q[start : start + 4] = [math.cos(half), *(math.sin(half) * axis)]
+        if rolls:
+            q[link.q + 2] = 0.3 * size
+    return q

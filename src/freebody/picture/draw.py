@@ -1,0 +1,315 @@
+"""The drawing of a machine: bodies, joints, springs and loads with the symbols of the field, and its coordinates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..describe.system import System
+from ..dynamics.kinematics import link_postures
+from ..equations.equations import Equations, equations
+from ..equations.latex import latex_name
+from ..model.closure import Closure
+from ..model.model import Link, Model
+from ..simulate.trajectory import Trajectory
+from . import symbols
+from .configuration import Configuration, configuration
+from .draw_coordinates import ground_axes, mark_coordinates, mark_dimensions
+from .draw_forces import gravity, loads, springs
+from .draw_ground import gears, guides, rolling_planes, ropes, surfaces
+from .drawing import Drawing
+from .outlines import outlines, polygon
+from .palette import GREY, INK
+from .placing import Placer
+from .shapes import attachments, fill_of, shapes
+from .sheet import Circle, Group, Line, Sheet, Style, arc
+from .view import View, view_of
+
+Array = NDArray[np.float64]
+
+WIDE = 250.0
+"""Length of the machine on paper [pt]."""
+
+
+def draw(
+    system: System | Model | Equations,
+    *,
+    at: Any = None,
+    trajectory: Trajectory | None = None,
+    values: Mapping[Any, Any] | None = None,
+    near: Mapping[Any, Any] | None = None,
+    coordinates: bool = True,
+    dimensions: bool = True,
+    names: bool = True,
+    axonometric: bool = False,
+) -> Drawing:
+    """Draw a machine: bodies, joints, springs, loads, coordinates, axes.
+
+    Planar machines are drawn in their plane, others in an axonometric view.
+
+    Parameters
+    ----------
+    system : System, Model or Equations
+    at : mapping or number, optional
+        Coordinates, ``{"theta": "30deg"}``, or the time of ``trajectory`` [s]. Coordinates that are not named get
+        values at which nothing lies in one line.
+    trajectory : Trajectory, optional
+        A motion of the system.
+    values : mapping, optional
+        Of parameters, in place of their defaults.
+    near : mapping, optional
+        Of a machine with loops: coordinates near which it is closed.
+    coordinates, dimensions, names : bool
+        Whether the coordinates, the lengths, and the names of bodies and joints are written.
+    axonometric : bool
+        Draw a planar machine in space, too.
+
+    Returns
+    -------
+    Drawing
+        ``.svg``, ``.tikz``, ``.save("x.pdf")``; shows itself in notebooks.
+
+    Raises
+    ------
+    ModelError
+        Coordinates that the machine can not have.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("pendulum")
+    >>> m, L = s.parameters(m=1.0, L=2.0)
+    >>> bar = s.body("bar", fb.slender_bar(m, L, axis="y"))
+    >>> pin = s.hinge("pin", s.ground, bar, to=(0, L/2, 0), axis="z", coordinate="theta")
+    >>> fb.draw(s, at={"theta": "30deg"}).svg.count('data-joint="pin"')
+    1
+    """
+    e = system if isinstance(system, Equations) else equations(system)
+    now = configuration(e.model, at, trajectory=trajectory, values=values, near=near)
+    view = view_of(e.model, e, now.values, axonometric)
+    maker = Machine(e, now, view)
+    return Drawing(maker.sheet(coordinates, dimensions, names))
+
+
+class Machine:
+    """Draws one machine in one configuration.
+
+    Attributes
+    ----------
+    e, now, view
+        Equations, configuration, view.
+    scale : float
+        Points per unit of length.
+    labels : list
+        Labels that are placed when all lines are drawn: text, anchors, size, colour.
+    """
+
+    wide = WIDE
+
+    def __init__(self, e: Equations, now: Configuration, view: View) -> None:
+        self.e, self.now, self.view = e, now, view
+        self.model = e.model
+        self.pieces = shapes(self.model, now.values)
+        self.placer = Placer()
+        self.root = Group()
+        self.labels: list[tuple[str, list[tuple[Array, Array | None]], float, str]] = []
+        points = self.extent()
+        seen = view(np.array(points))
+        longest = float(np.ptp(seen, axis=0).max())
+        self.scale = WIDE / longest if longest > 0 else 1.0
+        self.down = np.array([0.0, -1.0])
+        self.joints: dict[str, tuple[str, str, str, Array]] = self._joints()
+
+    def page(self, point: Any) -> Array:
+        """A point in ground axes on paper."""
+        return self.scale * self.view(point)
+
+    def sheet(self, coordinates: bool, dimensions: bool, names: bool) -> Sheet:
+        """Everything, from the back to the front."""
+        rolling_planes(self)
+        surfaces(self)
+        ropes(self)
+        guides(self)
+        for name in self._from_behind():
+            self._body(name)
+        gears(self)
+        self._joint_symbols()
+        springs(self)
+        loads(self)
+        if coordinates:
+            mark_coordinates(self)
+        if dimensions and self.view.planar:
+            mark_dimensions(self)
+        ground_axes(self)
+        gravity(self)
+        if names:
+            self._names()
+        for tex, anchors, size, color in self.labels:
+            self.root.add(self.placer.label(tex, anchors, size, color))
+        title = f"{self.model.name}" + (f", t = {self.now.t:.4g} s" if self.now.moving else "")
+        attributes = {
+            "class": "freebody-drawing",
+            "data-scale": f"{self.scale:.12g}",
+            "data-view": " ".join(f"{x:.12g}" for x in self.view.matrix.ravel()),
+        }
+        return Sheet(self.root, title, attributes)
+
+    # -- extent and order -----------------------------------------------------------------------------
+
+    def extent(self) -> list[Array]:
+        points = []
+        for name in self.model.bodies:
+            R, p = self.now.posture(name)
+            points += [p + R @ q for q in attachments(self.model, self.now.state, name).values()]
+            points.append(self.now.place(name, self.model.bodies[name].center))
+            for piece in self.pieces[name]:
+                points += [p + R @ q for q in piece.points()]
+        for joint in self.model.joints.values():
+            if joint.parent == "ground" and joint.type != "free":
+                points.append(self.now.place("ground", joint.at))
+        return points
+
+    def _from_behind(self) -> list[str]:
+        """Bodies in the order in which they hide each other: in space by depth, in a plane small ones in front."""
+
+        def depth(name: str) -> float:
+            place = self.model.bodies[name]
+            return float(self.view.toward @ self.now.place(name, place.center))
+
+        names = list(self.model.bodies)
+        return names if self.view.planar else sorted(names, key=depth)
+
+    def _joints(self) -> dict[str, tuple[str, str, str, Array]]:
+        """Type, parent, child and place of every joint, those that close loops included."""
+        found = {
+            name: (one.type, one.parent, one.child, self.now.place(one.child, one.to))
+            for name, one in self.model.joints.items()
+            if one.type != "free"
+        }
+        for name, one in self.model.constraints.items():
+            if isinstance(one, Closure):
+                found[name] = (
+                    one.type,
+                    one.parent.name,
+                    one.child.name,
+                    self.now.place(one.child.name, one.to),
+                )
+        return found
+
+    def _slides(self, body: str) -> bool:
+        return any(kind == "slider" and child == body for kind, _, child, _ in self.joints.values())
+
+    # -- parts ----------------------------------------------------------------------------------------
+
+    def _body(self, name: str) -> None:
+        R, p = self.now.posture(name)
+        fill = self.fill(name)
+        group = Group([], {"class": "body", "data-body": name}, name)
+        order = sorted(
+            self.pieces[name], key=lambda one: (one.hole, float(self.view.toward @ (p + R @ one.center)))
+        )
+        for piece in order:
+            for item in outlines(piece, R, p, self.view, self.scale, fill, self._slides(name)):
+                group.add(item)
+                area = polygon(item)
+                if area is not None:
+                    self.placer.area(area, 1.0 if piece.kind in ("slender_bar", "rod") else 0.3)
+        self.root.add(group)
+
+    def fill(self, name: str) -> str:
+        return fill_of(self.model, name)
+
+    def add(self, items: list[Any], **attributes: str) -> None:
+        """A symbol, with the attributes by which it is found."""
+        named = {key.replace("_", "-").removesuffix("-"): value for key, value in attributes.items()}
+        self.root.add(Group(items, named))
+        for item in items:
+            if isinstance(item, Circle):
+                self.placer.line(arc(item.center, item.radius, 0.0, 2 * math.pi))
+            else:
+                self.placer.line(item.points)
+
+    def _joint_symbols(self) -> None:
+        for name, (kind, parent, child, point) in self.joints.items():
+            at = self.page(point)
+            attributes = {"class_": f"joint {kind}", "data_joint": name}
+            if kind == "planar":  # nothing holds the body in the plane
+                continue
+            if kind in ("slider", "cylindrical"):
+                if parent != "ground" or kind == "cylindrical" or not self.view.planar:
+                    self._rail(name, at)
+                continue
+            if "ground" in (parent, child):
+                make = symbols.pin_on_ground if kind == "hinge" else symbols.ball_on_ground
+                items = make(at, self._outward(child if parent == "ground" else parent, at))
+                self.add(items + (symbols.pin(at) if kind == "hinge" else []), **attributes)
+            elif kind == "weld":
+                square = at + np.array([(-3, -3), (3, -3), (3, 3), (-3, 3)])
+                self.add([Line(square, Style(INK, 1.0, (), INK), True)], **attributes)
+            else:
+                self.add(symbols.pin(at), **attributes)
+
+    def _outward(self, body: str, at: Array) -> Array:
+        """Down, or where the body hangs down from its joint, up: a bracket does not stand in its body."""
+        center = self.page(self.now.place(body, self.model.bodies[body].center))
+        way = center - at
+        length = float(np.linalg.norm(way))
+        down = self.down
+        return -down if length > 3.0 and float(way @ down) > 0.2 * length else down
+
+    def _rail(self, name: str, at: Array) -> None:
+        """The line along which something slides on another body, or in space."""
+        d = self.axis(name)
+        if d is None:
+            return
+        line = np.array([at - 26.0 * d, at + 26.0 * d])
+        self.add([Line(line, Style(INK, 0.8, (8.0, 2.0, 1.5, 2.0)))], class_="joint slider", data_joint=name)
+
+    def axis(self, name: str) -> Array | None:
+        """Direction of a joint's first axis on paper."""
+        joint = self.model.joints.get(name)
+        if joint is None:
+            return None
+        d = self.view(self.axis_in_space(self.model.links[joint.links[0]], joint.links[0]))
+        length = float(np.linalg.norm(d))
+        return d / length if length > 0.05 else None
+
+    def axis_in_space(self, link: Link, number: int) -> Array:
+        """The axis of a primitive motion, in ground axes."""
+        R = np.array(link_postures(self.model, self.now.state)[number].rotation, dtype=float)
+        return R @ np.array([float(self.now.state(x)) for x in link.axis])
+
+    def reach(self, body: str, at: Array, d: Array) -> float:
+        """How far a body reaches from a point in a direction [pt]."""
+        return max((float(((area - at) @ d).max()) for area in self.areas_of(body)), default=0.0)
+
+    # -- coordinates ----------------------------------------------------------------------------------
+
+    def areas_of(self, name: str) -> list[Array]:
+        R, p = self.now.posture(name)
+        found = []
+        for piece in self.pieces[name]:
+            for item in outlines(piece, R, p, self.view, self.scale, "#ffffff", self._slides(name)):
+                area = polygon(item)
+                if area is not None:
+                    found.append(area)
+        return found
+
+    # -- what stands around ---------------------------------------------------------------------------
+
+    def _names(self) -> None:
+        for name in self.model.bodies:
+            center = self.page(self.now.place(name, self.model.bodies[name].center))
+            pieces = self.pieces[name]
+            if all(piece.kind == "rod" for piece in pieces):
+                R, p = self.now.posture(name)
+                center = self.page(p + R @ pieces[0].center)
+            self.labels.append((name.replace("_", " "), [(center, None)], 10.5, INK))
+        for name, (kind, _, _, point) in self.joints.items():
+            if kind == "planar":
+                continue
+            self.labels.append((f"${latex_name(name)}$", [(self.page(point), None)], 9.5, GREY))

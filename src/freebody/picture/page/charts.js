@@ -1,0 +1,125 @@
+"use strict";
+// Quantities over time as SVG, with a cursor that goes with the animation; a click or a drag moves the time.
+
+const COLORS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#8a6d00", "#3b8ea5"];
+const DASHES = ["", "7 3", "2 3", "9 3 2 3", "12 4", "4 2"];
+const WIDTH = 720, HEIGHT = 230, LEFT = 62, RIGHT = 14, TOP = 26, BOTTOM = 34;
+
+function chart(root, motion, spec, units, events, seek) {
+  const svg = drawing("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "chart", role: "img" }, root);
+  drawing("title", {}, svg, spec.title);
+  const curves = spec.curves.map(([key, component, label]) => ({ ...motion.channels[key], component, label, unit: units[key] }));
+  let low = Infinity, high = -Infinity;
+  for (const { values, width, component } of curves)
+    for (let i = component; i < values.length; i += width) {
+      low = Math.min(low, values[i]);
+      high = Math.max(high, values[i]);
+    }
+  if (!(high - low > 1e-6 * Math.max(Math.abs(low), Math.abs(high)))) {
+    const room = 0.5 * Math.max(Math.abs(low), Math.abs(high)) || 1;
+    [low, high] = [low - room, high + room];
+  }
+  const margin = 0.05 * (high - low);
+  [low, high] = [low - margin, high + margin];
+  const first = motion.first, span = motion.last - motion.first || 1;
+  const x = (t) => LEFT + ((WIDTH - LEFT - RIGHT) * (t - first)) / span;
+  const y = (v) => HEIGHT - BOTTOM - ((HEIGHT - TOP - BOTTOM) * (v - low)) / (high - low);
+  for (const v of ticks(low, high, 5)) {
+    drawing("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: y(v), y2: y(v), class: "grid" }, svg);
+    drawing("text", { x: LEFT - 7, y: y(v) + 4, "text-anchor": "end" }, svg, number(v));
+  }
+  for (const t of ticks(first, motion.last, 8)) {
+    drawing("line", { x1: x(t), x2: x(t), y1: HEIGHT - BOTTOM, y2: HEIGHT - BOTTOM + 4, class: "axis" }, svg);
+    drawing("text", { x: x(t), y: HEIGHT - BOTTOM + 16, "text-anchor": "middle" }, svg, number(t));
+  }
+  drawing("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: HEIGHT - BOTTOM, y2: HEIGHT - BOTTOM, class: "axis" }, svg);
+  drawing("text", { x: (LEFT + WIDTH - RIGHT) / 2, y: HEIGHT - 4, "text-anchor": "middle" }, svg, "time [s]");
+  for (const [t, name] of events) {
+    const mark = drawing("line", { x1: x(t), x2: x(t), y1: TOP, y2: HEIGHT - BOTTOM, class: "event" }, svg);
+    drawing("title", {}, mark, `${name}, t = ${digits(t)} s`);
+  }
+  const unit = curves.every((curve) => curve.unit === curves[0].unit) && curves[0].unit;
+  if (unit && unit !== "1") drawing("text", { x: 4, y: 15 }, svg, `[${unit}]`);
+  const labels = curves.map((curve, i) => {
+    const d = [];
+    for (let k = 0; k < motion.t.length; k++)
+      d.push(`${x(motion.t[k]).toFixed(1)},${y(curve.values[k * curve.width + curve.component]).toFixed(1)}`);
+    drawing("polyline", { points: d.join(" "), stroke: COLORS[i], "stroke-dasharray": DASHES[i], class: "curve" }, svg);
+    return curve.label;
+  });
+  const cursor = drawing("line", { y1: TOP, y2: HEIGHT - BOTTOM, class: "cursor" }, svg);
+  const dots = curves.map((_, i) => drawing("circle", { r: 3.2, fill: COLORS[i] }, svg));
+  const legend = element("div", { class: "legend" }, root);
+  const readings = labels.map((label, i) => {
+    const entry = element("span", {}, legend);
+    const swatch = drawing("svg", { viewBox: "0 0 28 8", class: "swatch" }, entry);
+    drawing("line", { x1: 0, x2: 28, y1: 4, y2: 4, stroke: COLORS[i], "stroke-dasharray": DASHES[i], class: "curve" }, swatch);
+    entry.append(` ${label} = `);
+    return element("output", {}, entry);
+  });
+  const pick = (event) => {
+    const box = svg.getBoundingClientRect();
+    const at = ((event.clientX - box.left) / box.width) * WIDTH;
+    seek(first + (span * (at - LEFT)) / (WIDTH - LEFT - RIGHT));
+  };
+  svg.addEventListener("pointerdown", (event) => {
+    svg.setPointerCapture(event.pointerId);
+    pick(event);
+  });
+  svg.addEventListener("pointermove", (event) => event.buttons & 1 && pick(event));
+  return () => {
+    const at = x(motion.now);
+    cursor.setAttribute("x1", at);
+    cursor.setAttribute("x2", at);
+    curves.forEach((curve, i) => {
+      const value = motion.vector(curve.values, curve.width)[curve.component];
+      dots[i].setAttribute("cx", at);
+      dots[i].setAttribute("cy", y(value));
+      readings[i].textContent = `${value.toPrecision(5)} ${curve.unit === "1" ? "" : curve.unit}`;
+    });
+  };
+}
+
+// The charts of a page, each drawn when it is opened; their cursors go with the player.
+function plots(root, scene, shown) {
+  const units = Object.fromEntries(Object.entries(scene.channels).map(([key, { unit }]) => [key, unit]));
+  const seek = (time) => {
+    shown.pause();
+    shown.seek(time);
+  };
+  for (const place of root.querySelectorAll("[data-chart]")) {
+    const spec = scene.charts[Number(place.dataset.chart)];
+    const fold = place.closest("details");
+    let update = null;
+    const open = () => {
+      if (update || !fold.open) return;
+      update = chart(place, shown.motion, spec, units, scene.events, seek);
+      shown.listen(() => fold.open && update());
+      update();
+    };
+    fold.addEventListener("toggle", () => (open(), update && update()));
+    open();
+  }
+}
+
+function drawing(tag, attributes, parent, text = "") {
+  const result = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) if (value !== "") result.setAttribute(name, value);
+  if (text) result.textContent = text;
+  parent.append(result);
+  return result;
+}
+
+// Round numbers between two, about ``count`` of them.
+function ticks(low, high, count) {
+  const rough = (high - low) / count, power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * [1, 2, 5, 10].find((k) => k * power >= rough), result = [];
+  for (let i = Math.ceil(low / step); i * step <= high + 1e-9 * step; i++) result.push(i * step);
+  return result;
+}
+
+// A tick without the noise of its last digits.
+function number(x) {
+  const size = Math.abs(x);
+  return size !== 0 && (size < 1e-3 || size >= 1e5) ? x.toExponential(1) : String(Number(x.toPrecision(6)));
+}

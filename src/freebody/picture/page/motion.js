@@ -1,0 +1,52 @@
+"use strict";
+// The numbers of a motion at any time of it, from the keyframes of the page.
+
+class Motion {
+  constructor(scene) {
+    this.scene = scene;
+    this.t = floats(scene.t);
+    this.first = this.t[0];
+    this.last = this.t[this.t.length - 1];
+    this.bodies = scene.bodies.map((body) => ({
+      position: floats(body.position), quaternion: floats(body.quaternion), spin: floats(body.spin),
+    }));
+    this.channels = {};
+    for (const [key, { values, width }] of Object.entries(scene.channels))
+      this.channels[key] = { values: floats(values), width };
+    this.seek(this.first);
+  }
+
+  // The interval of the keyframes that a time lies in, and the part of it that has gone by.
+  seek(time) {
+    const t = this.t;
+    let low = 0, high = t.length - 1;
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (t[middle] <= time) low = middle;
+      else high = middle;
+    }
+    this.now = time;
+    this.index = low;
+    this.part = high > low ? Math.min(1, Math.max(0, (time - t[low]) / (t[high] - t[low]))) : 0;
+  }
+
+  vector(values, width = 3) {
+    const i = width * this.index, j = i + width < values.length ? i + width : i, result = [];
+    for (let k = 0; k < width; k++) result.push(mix(values[i + k], values[j + k], this.part));
+    return result;
+  }
+
+  quaternion(i) {
+    const q = this.bodies[i].quaternion, k = 4 * this.index, n = k + 4 < q.length ? k + 4 : k;
+    return between(q.subarray(k, k + 4), q.subarray(n, n + 4), this.part);
+  }
+
+  pose(i) {
+    return i < 0 ? placed([1, 0, 0, 0], [0, 0, 0]) : placed(this.quaternion(i), this.vector(this.bodies[i].position));
+  }
+
+  poseAt(i, k) {
+    const { position, quaternion } = this.bodies[i];
+    return placed(quaternion.subarray(4 * k, 4 * k + 4), position.subarray(3 * k, 3 * k + 3));
+  }
+}

@@ -1,0 +1,135 @@
+"use strict";
+// What stands beside the bodies: the grid of a plane, springs, cones; and small tools of the page.
+
+const plain = (x, i) => (i % STRIDE === STRIDE - 1 ? 1 : x);
+
+function element(tag, attributes, parent, text = "") {
+  const result = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) result.setAttribute(name, value);
+  if (text) result.textContent = text;
+  if (parent) parent.append(result);
+  return result;
+}
+
+// A number with three digits.
+function digits(x) {
+  const size = Math.abs(x);
+  return size !== 0 && (size < 1e-3 || size >= 1e5) ? x.toExponential(2) : String(Number(x.toPrecision(3)));
+}
+
+// The path of a point of a body: points a distance apart, and for every keyframe the number of the last of them.
+function trail(motion, body, own, distance, renderer) {
+  const points = [], number = [];
+  let last = null;
+  for (let k = 0; k < motion.t.length; k++) {
+    const p = point(motion.poseAt(body, k), own);
+    if (!last || length(subtract(p, last)) > distance) points.push(...(last = p));
+    number.push(points.length / 3 - 1);
+  }
+  const all = new Float32Array(points);
+  return { points: all, path: renderer.path(all), number };
+}
+
+// The points of all bodies that lie farthest out, at many times; the box that holds them; the reach of the machine at
+// one time. What stands on the ground is seen, but is no part of the machine.
+function extent(motion, corners, fixed) {
+  const far = corners.map(outermost), points = [], step = Math.max(1, Math.floor(motion.t.length / 120));
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  let reach = 0;
+  for (let n = 0; n < motion.t.length; n += step) {
+    const least = [Infinity, Infinity, Infinity], most = [-Infinity, -Infinity, -Infinity];
+    far.forEach((list, i) => {
+      const m = motion.poseAt(i, n);
+      for (const own of list) {
+        const p = point(m, own);
+        points.push(p);
+        for (let k = 0; k < 3; k++) {
+          least[k] = Math.min(least[k], p[k]);
+          most[k] = Math.max(most[k], p[k]);
+        }
+      }
+    });
+    for (let k = 0; k < 3; k++) {
+      low[k] = Math.min(low[k], least[k]);
+      high[k] = Math.max(high[k], most[k]);
+    }
+    reach = Math.max(reach, length(subtract(most, least)));
+  }
+  for (const p of outermost(fixed)) points.push(p);
+  return { low, high, reach, points };
+}
+
+// The corners of a body that lie farthest out in 14 directions.
+function outermost(groups) {
+  const directions = [];
+  for (let i = 0; i < 3; i++) for (const s of [-1, 1]) directions.push([0, 1, 2].map((k) => (k === i ? s : 0)));
+  for (let c = 0; c < 8; c++) directions.push([0, 1, 2].map((k) => ((c >> k) & 1 ? 1 : -1)));
+  return directions.map((n) => {
+    let best = null, most = -Infinity;
+    for (const list of groups)
+      for (let i = 0; i < list.length; i += STRIDE) {
+        const h = n[0] * list[i] + n[1] * list[i + 1] + n[2] * list[i + 2];
+        if (h > most) [most, best] = [h, [list[i], list[i + 1], list[i + 2]]];
+      }
+    return best;
+  }).filter((p) => p);
+}
+
+// Lines of a plane, as one path that runs to and fro, around all that moves.
+function grid({ at, normal }, bounds, size) {
+  const a = across(normal), b = cross(normal, a), step = 10 ** Math.round(Math.log10(0.5 * size));
+  const middle = scale(0.5, add(bounds.low, bounds.high));
+  const o = add(middle, scale(-dot(subtract(middle, at), normal), normal));
+  const half = 0.5 * length(subtract(bounds.high, bounds.low)) + size;
+  const by = step * Math.max(1, Math.ceil(half / (20 * step))), n = Math.ceil(half / by), points = [];
+  const put = (x, y) => points.push(...add(o, add(scale(x * by, a), scale(y * by, b))));
+  for (let i = -n; i <= n; i++) {
+    const side = (i + n) % 2 ? -n : n;
+    put(i, -side);
+    put(i, side);
+  }
+  for (let i = n; i >= -n; i--) { // it goes on from the corner where the first set ends
+    const side = (i + n) % 2 ? -n : n;
+    put(side, i);
+    put(-side, i);
+  }
+  return { points: new Float32Array(points) };
+}
+
+// A spring between two points as a helix, a damper as a straight line.
+function coil(a, b, kind, size) {
+  const d = subtract(b, a), l = length(d);
+  if (kind !== "spring" || l < 1e-9 * size) return [a, b];
+  const n = scale(1 / l, d), x = across(n), y = cross(n, x), r = 0.035 * size, turns = 9, result = [a];
+  for (let i = 0; i <= 16 * turns; i++) {
+    const s = i / (16 * turns), h = 2 * Math.PI * turns * s, wide = r * Math.min(1, 12 * s, 12 * (1 - s));
+    result.push(add(a, add(scale(l * (0.08 + 0.84 * s), n), add(scale(wide * Math.cos(h), x), scale(wide * Math.sin(h), y)))));
+  }
+  result.push(b);
+  return result;
+}
+
+// The cones that the angular velocity of a body draws in space and in the body.
+function conePair(motion, { body, apex }, long, renderer) {
+  const { spin, quaternion } = motion.bodies[body], directions = [[], []];
+  let most = 0;
+  for (let k = 0; k < spin.length; k += 3) most = Math.max(most, Math.hypot(spin[k], spin[k + 1], spin[k + 2]));
+  for (let k = 0; k < motion.t.length; k++) {
+    const w = Array.from(spin.subarray(3 * k, 3 * k + 3));
+    const ok = length(w) > 1e-3 * most, m = placed(quaternion.subarray(4 * k, 4 * k + 4), [0, 0, 0]);
+    const n = ok ? scale(long, unit(w)) : null;
+    directions[0].push(n);
+    directions[1].push(n && [0, 1, 2].map((i) => m[4 * i] * n[0] + m[4 * i + 1] * n[1] + m[4 * i + 2] * n[2]));
+  }
+  const [space, own] = directions.map((list) => {
+    const out = [];
+    for (let i = 0; i + 1 < list.length; i++) {
+      const a = list[i], b = list[i + 1];
+      if (!a || !b || dot(a, b) < 0.5 * long * long) continue;
+      const n = unit(cross(a, b));
+      for (const p of [[0, 0, 0], a, b]) out.push(...p, ...n, 1);
+    }
+    return out.length ? renderer.surface(new Float32Array(out)) : null;
+  });
+  return { body, apex, space, own };
+}

@@ -1,0 +1,395 @@
+"use strict";
+// The animation: a machine at a time, drawn from the keyframes of the page, and the controls that move time and eye.
+
+const ANGLE = 0.5; // of the camera [rad]
+const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10];
+const AXES = [[0.84, 0.22, 0.15], [0.1, 0.58, 0.25], [0.12, 0.36, 0.75]];
+const DARK = [0.25, 0.25, 0.28], PALE = [0.85, 0.86, 0.88];
+const SWITCHES = {
+  trails: "Trails", frames: "Frames", names: "Names", forces: "Forces", reactions: "Reactions",
+  cones: "Cones", follow: "Follow", repeat: "Repeat",
+};
+
+function player(root, scene, options = {}) {
+  const motion = new Motion(scene), listeners = [];
+  const on = { trails: true, frames: false, names: false, forces: false, reactions: false, cones: false, follow: false, repeat: true };
+  let playing = false, speed = 1, arrowSize = 1, last = null, drawn = 0;
+
+  // -- what stands on the page
+  root.classList.add("player");
+  const kept = options.kept || staged(options.flat); // what another player drew with: to make it takes long
+  const { stage, canvas, overlay, renderer } = kept, hands = new AbortController(), { signal } = hands;
+  root.append(stage);
+  canvas.setAttribute("aria-label", `Animation of ${scene.title}`);
+  const bar = element("div", { class: "bar" }, root);
+  const button = element("button", { type: "button", class: "play", title: "Play or pause (space)" }, bar);
+  const slider = element("input", { type: "range", class: "scrub", min: 0, max: 1, step: "any", value: 0, "aria-label": "Time" }, bar);
+  const clock = element("output", { class: "clock" }, bar);
+  const rate = element("select", { class: "speed", "aria-label": "Speed" }, bar);
+  for (const x of SPEEDS) element("option", { value: x }, rate, `× ${x}`);
+  const panel = element("div", { class: "bar switches" }, root);
+  const boxes = {};
+  const present = {
+    forces: scene.arrows.some((arrow) => arrow.group === "force"),
+    reactions: scene.arrows.some((arrow) => arrow.group === "reaction"),
+    cones: scene.cones.length > 0,
+  };
+  for (const [name, text] of Object.entries(SWITCHES)) {
+    if (present[name] === false) continue;
+    const label = element("label", {}, panel);
+    boxes[name] = element("input", { type: "checkbox", name }, label);
+    label.append(` ${text}`);
+    boxes[name].addEventListener("change", () => show(name, boxes[name].checked));
+  }
+  if (present.forces || present.reactions) {
+    const label = element("label", {}, panel, "Arrows ");
+    const size = element("input", { type: "range", min: -1, max: 1, step: "any", value: 0, class: "arrows", "aria-label": "Length of arrows" }, label);
+    size.addEventListener("input", () => {
+      arrowSize = 10 ** Number(size.value);
+      draw();
+    });
+  }
+  const views = element("span", { class: "views" }, panel, "View ");
+  for (const name of ["fit", "x", "y", "z"])
+    element("button", { type: "button", title: name === "fit" ? "All in the picture" : `Along the ${name} axis` }, views, name)
+      .addEventListener("click", () => look(name));
+
+  // -- what is drawn
+  const size = scene.size, up = scene.up;
+  const surfaces = (parts, color) => {
+    const groups = new Map();
+    for (const part of parts) {
+      const key = JSON.stringify(part.color || color);
+      groups.set(key, [...(groups.get(key) || []), triangles(part, size)]);
+    }
+    return [...groups].map(([key, lists]) => {
+      const all = new Float32Array(lists.reduce((n, list) => n + list.length, 0));
+      lists.reduce((n, list) => (all.set(list, n), n + list.length), 0);
+      return { color: JSON.parse(key), corners: all, surface: renderer.surface(all) };
+    });
+  };
+  const bodies = scene.bodies.map((body) => surfaces(body.parts, body.color));
+  const ground = surfaces(scene.ground.parts, DARK);
+  const shaft = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [1, 1], [0, 1]], around: 12 }).map(plain));
+  const head = renderer.surface(lathe({ profile: [[0, 0], [1, 0], [0, 1]], around: 16 }).map(plain));
+  const bounds = extent(motion, bodies.map((groups) => groups.map((group) => group.corners)), ground.map((group) => group.corners));
+  const trails = scene.bodies.map((body, i) => trail(motion, i, body.center, 0.0015 * bounds.reach, renderer));
+  on.trails = bodies.length <= 12; // of more, they hide the machine
+  const cones = scene.cones.map((cone) => conePair(motion, cone, 0.6 * size, renderer));
+  const plane = scene.ground.plane && grid(scene.ground.plane, bounds, size);
+  if (plane) plane.path = renderer.path(plane.points);
+  const loose = {}; // polylines that change with time, by name
+  const dynamic = (name, points) => (loose[name] = renderer.path(new Float32Array(points.flat()), loose[name]));
+  const paths = scene.arrows.map((arrow) => arrow.path && floats(arrow.path));
+  const greatest = { force: 0, moment: 0 };
+  for (const { channel, kind } of scene.arrows) {
+    const v = motion.channels[channel].values;
+    for (let i = 0; i < v.length; i += 3) greatest[kind] = Math.max(greatest[kind], Math.hypot(v[i], v[i + 1], v[i + 2]));
+  }
+
+  // -- the eye
+  const eye = { target: [0, 0, 0], toward: unit(scene.toward), up, distance: 1 };
+  const aspect = () => Math.max(canvas.clientWidth, 1) / Math.max(canvas.clientHeight, 1);
+  // All that is seen at any time (of what is followed: at one time) in the middle, as large as it goes.
+  function fit() {
+    const { right, top } = view(eye.toward, [0, 0, 0], eye.up, ANGLE, 1, 1, 2), room = 1.3 / Math.tan(ANGLE / 2);
+    if (on.follow) {
+      eye.target = middle();
+      eye.distance = 0.5 * bounds.reach * room * Math.max(1, 1 / aspect()) + 0.5 * bounds.reach;
+      return;
+    }
+    const span = (n) => {
+      let low = Infinity, high = -Infinity;
+      for (const p of bounds.points) {
+        const h = dot(n, p);
+        low = Math.min(low, h);
+        high = Math.max(high, h);
+      }
+      return [(high + low) / 2, (high - low) / 2];
+    };
+    const [[x, wide], [y, tall], [z, deep]] = [right, top, eye.toward].map(span);
+    eye.target = add(add(scale(x, right), scale(y, top)), scale(z, eye.toward));
+    eye.distance = Math.max(tall * room, (wide * room) / aspect(), 0.1 * size * room) + deep;
+  }
+  const middle = () =>
+    scale(1 / bodies.length, scene.bodies.reduce((sum, body, i) => add(sum, point(motion.pose(i), body.center)), [0, 0, 0]));
+  let followed = middle();
+  function look(name) {
+    if (name !== "fit") {
+      const n = [0, 1, 2].map((k) => ("xyz"[k] === name ? 1 : 0));
+      eye.toward = n;
+      eye.up = Math.abs(dot(n, up)) > 0.9 ? across(n) : up;
+    } else {
+      eye.toward = unit(scene.toward);
+      eye.up = up;
+    }
+    fit();
+    draw();
+  }
+  function orbit(dx, dy) {
+    const { right, top } = view(add(eye.target, eye.toward), eye.target, eye.up, ANGLE, 1, 1, 2);
+    const moved = unit(add(eye.toward, add(scale(-dx, right), scale(dy, top))));
+    if (Math.abs(dot(moved, eye.up)) < 0.995) eye.toward = moved; // not over the pole
+    draw();
+  }
+  function pan(dx, dy) {
+    const { right, top } = view(add(eye.target, eye.toward), eye.target, eye.up, ANGLE, 1, 1, 2);
+    eye.target = add(eye.target, add(scale(-dx * eye.distance, right), scale(dy * eye.distance, top)));
+    draw();
+  }
+  function zoom(factor) {
+    eye.distance = Math.min(1e4 * size, Math.max(0.05 * size, eye.distance * factor));
+    draw();
+  }
+
+  // -- one picture
+  function draw() {
+    const ratio = Math.min(window.devicePixelRatio || 1, 2);
+    const wide = Math.round(canvas.clientWidth * ratio), high = Math.round(canvas.clientHeight * ratio);
+    if (!wide || !high) return;
+    for (const one of [canvas, overlay]) if (one.width !== wide || one.height !== high) [one.width, one.height] = [wide, high];
+    if (on.follow) {
+      const now = middle();
+      eye.target = add(eye.target, subtract(now, followed));
+      followed = now;
+    }
+    const place = add(eye.target, scale(eye.distance, eye.toward));
+    const far = eye.distance + 2 * length(subtract(bounds.high, bounds.low)) + 10 * size;
+    const camera = view(place, eye.target, eye.up, ANGLE, wide / high, Math.max(eye.distance / 100, far / 5000), far);
+    camera.ratio = ratio;
+    camera.light = unit(add(camera.back, add(scale(0.7, camera.top), scale(-0.45, camera.right))));
+    const texts = [];
+    renderer.begin(camera);
+    if (plane) renderer.line(plane.path, PALE, 1);
+    for (const { color, surface } of ground) renderer.solid(surface, placed([1, 0, 0, 0], [0, 0, 0]), color);
+    const poses = bodies.map((_, i) => motion.pose(i));
+    bodies.forEach((groups, i) => groups.forEach(({ color, surface }) => renderer.solid(surface, poses[i], color)));
+    const at = ([body, p]) => (body < 0 ? p : point(poses[body], p));
+    for (const { name, kind, ends } of scene.lines) {
+      const points = ends.map(at);
+      renderer.line(dynamic(`line ${name}`, kind === "rope" ? points : coil(points[0], points[1], kind, size)), DARK, 2);
+    }
+    if (on.trails) drawTrails(poses);
+    if (on.frames) drawFrames(poses, texts);
+    if (on.names) scene.bodies.forEach((body, i) => texts.push([point(poses[i], body.center), body.name, DARK]));
+    if (on.forces || on.reactions) drawArrows(poses, texts);
+    if (on.cones) drawCones(poses);
+    renderer.end();
+    write(texts, camera, ratio);
+    drawn++;
+  }
+  function drawTrails(poses) {
+    trails.forEach(({ points, path, number }, i) => {
+      if (points.length < 6) return;
+      const color = scene.bodies[i].color.map((c) => 0.7 * c), now = number[motion.index];
+      const old = number[Math.floor((2 * motion.index) / 3)];
+      renderer.line(path, color.map((c) => mix(c, 1, 0.55)), 1.4, 0, old);
+      renderer.line(path, color, 1.8, old, now);
+      const tip = [Array.from(points.subarray(3 * now, 3 * now + 3)), point(poses[i], scene.bodies[i].center)];
+      renderer.line(dynamic(`tip ${i}`, tip), color, 1.8);
+    });
+  }
+  function drawFrames(poses, texts) {
+    const one = (m, long, names, key) =>
+      AXES.forEach((color, k) => {
+        const o = [m[12], m[13], m[14]], end = add(o, scale(long, [m[4 * k], m[4 * k + 1], m[4 * k + 2]]));
+        renderer.line(dynamic(`axis ${key} ${k}`, [o, end]), color, 2.2);
+        texts.push([add(o, scale(1.12, subtract(end, o))), names[k], color]);
+      });
+    one(placed([1, 0, 0, 0], [0, 0, 0]), 0.45 * size, "XYZ", "ground");
+    poses.forEach((m, i) => one(m, 0.3 * size, bodies.length > 8 ? ["", "", ""] : "xyz", i));
+  }
+  function drawArrows(poses, texts) {
+    const shown = scene.arrows.filter(({ group }) => on[group === "force" ? "forces" : "reactions"]);
+    scene.arrows.forEach((arrow, i) => {
+      if (!on[arrow.group === "force" ? "forces" : "reactions"]) return;
+      const v = motion.vector(motion.channels[arrow.channel].values), l = length(v);
+      const long = (0.55 * size * arrowSize * l) / (greatest[arrow.kind] || 1);
+      if (!(long > 2e-3 * size)) return;
+      const tail = paths[i] ? motion.vector(paths[i]) : at(poses, arrow), n = scale(1 / l, v);
+      const tip = drawArrow(tail, n, long, arrow.kind === "moment", arrow.color);
+      if (shown.length <= 14) texts.push([add(tip, scale(0.05 * size, n)), `${arrow.label} ${digits(l)} ${arrow.kind === "force" ? "N" : "N m"}`, arrow.color]);
+    });
+  }
+  const at = (poses, { body, at: p }) => (body < 0 ? p : point(poses[body], p));
+  // Of a moment the head is double.
+  function drawArrow(tail, n, long, double, color) {
+    const thick = 0.011 * size, tip = Math.min(0.1 * size, 0.5 * long), wide = Math.min(0.028 * size, 0.3 * long);
+    const end = add(tail, scale(long, n)), heads = double ? [1, 1.7] : [1];
+    renderer.solid(shaft, along(n, tail, Math.min(thick, 0.4 * wide), long - tip), color, 1, true);
+    for (const k of heads) renderer.solid(head, along(n, add(end, scale(-k * tip, n)), wide, tip), color, 1, true);
+    return end;
+  }
+  function drawCones(poses) {
+    for (const { body, apex, space, own } of cones) {
+      const m = poses[body], o = point(m, apex);
+      if (space) renderer.solid(space, placed([1, 0, 0, 0], o), [0.85, 0.55, 0.1], 0.35);
+      if (own) renderer.solid(own, columns([m[0], m[1], m[2]], [m[4], m[5], m[6]], [m[8], m[9], m[10]], o), [0.2, 0.45, 0.8], 0.35);
+      const w = motion.vector(motion.bodies[body].spin);
+      if (length(w) > 0) renderer.line(dynamic(`spin ${body}`, [o, add(o, scale(0.7 * size, unit(w)))]), AXES[0], 2.5);
+    }
+  }
+  // Words over the picture, each beside its point.
+  function write(texts, camera, ratio) {
+    const pen = overlay.getContext("2d");
+    pen.clearRect(0, 0, overlay.width, overlay.height);
+    pen.font = `${12 * ratio}px system-ui, sans-serif`;
+    pen.textBaseline = "middle";
+    pen.lineJoin = "round";
+    const m = camera.matrix, taken = [];
+    for (const [p, text, color] of texts) {
+      const w = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
+      if (w <= 0 || !text) continue;
+      const [x, y] = point(m, p), wide = pen.measureText(text).width, line = 15 * ratio;
+      const px = ((1 + x / w) * overlay.width) / 2 + 3 * ratio;
+      let py = ((1 - y / w) * overlay.height) / 2;
+      const hit = () => taken.some((b) => px < b[0] + b[2] && b[0] < px + wide && Math.abs(py - b[1]) < line);
+      const first = py;
+      for (let k = 1; k < 24 && hit(); k++) py = first + (k % 2 ? 1 : -1) * Math.ceil(k / 2) * line;
+      taken.push([px, py, wide]);
+      pen.strokeStyle = "rgba(255,255,255,0.85)";
+      pen.lineWidth = 3 * ratio;
+      pen.strokeText(text, px, py);
+      pen.fillStyle = `rgb(${color.map((c) => Math.round(200 * c)).join()})`;
+      pen.fillText(text, px, py);
+    }
+  }
+
+  // -- time
+  function seek(time) {
+    motion.seek(Math.min(motion.last, Math.max(motion.first, time)));
+    slider.value = (motion.now - motion.first) / (motion.last - motion.first || 1);
+    clock.textContent = `${motion.now.toFixed(places)} s`;
+    draw();
+    for (const listener of listeners) listener(motion.now);
+  }
+  const span = motion.last - motion.first;
+  const places = Math.max(0, Math.min(6, 3 - Math.floor(Math.log10(span || 1))));
+  function tick(stamp) {
+    if (!playing) return;
+    if (last !== null) {
+      let time = motion.now + (speed * (stamp - last)) / 1000;
+      if (time >= motion.last) {
+        if (on.repeat) time = motion.first + ((time - motion.first) % (span || 1));
+        else pause();
+      }
+      seek(time);
+    }
+    last = stamp;
+    if (playing) requestAnimationFrame(tick);
+  }
+  function play() {
+    if (playing) return;
+    if (motion.now >= motion.last) seek(motion.first);
+    playing = true;
+    last = null;
+    button.textContent = "❚❚";
+    button.setAttribute("aria-label", "Pause");
+    requestAnimationFrame(tick);
+  }
+  function pause() {
+    playing = false;
+    button.textContent = "▶";
+    button.setAttribute("aria-label", "Play");
+  }
+  function show(name, value) {
+    if (!(name in on)) return;
+    on[name] = value;
+    if (boxes[name]) boxes[name].checked = value;
+    if (name === "follow") {
+      followed = middle();
+      fit();
+    }
+    draw();
+  }
+  function pace(x) {
+    speed = x;
+    if (![...rate.options].some((option) => Number(option.value) === x)) element("option", { value: x }, rate, `× ${x}`);
+    rate.value = x;
+  }
+
+  // -- hands
+  button.addEventListener("click", () => (playing ? pause() : play()));
+  slider.addEventListener("input", () => {
+    pause();
+    seek(motion.first + span * Number(slider.value));
+  });
+  rate.addEventListener("change", () => pace(Number(rate.value)));
+  canvas.addEventListener("keydown", (event) => {
+    const step = { ArrowLeft: -span / 100, ArrowRight: span / 100 }[event.key];
+    if (event.key === " ") playing ? pause() : play();
+    else if (step) seek(motion.now + step);
+    else return;
+    event.preventDefault();
+  }, { signal });
+  const fingers = new Map();
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    fingers.set(event.pointerId, [event.clientX, event.clientY]);
+  }, { signal });
+  for (const name of ["pointerup", "pointercancel"])
+    canvas.addEventListener(name, (event) => fingers.delete(event.pointerId), { signal });
+  canvas.addEventListener("pointermove", (event) => {
+    const before = fingers.get(event.pointerId);
+    if (!before) return;
+    const dx = (event.clientX - before[0]) / canvas.clientHeight, dy = (event.clientY - before[1]) / canvas.clientHeight;
+    if (fingers.size === 2) {
+      const other = [...fingers].find(([id]) => id !== event.pointerId)[1];
+      const gap = (x, y) => Math.hypot(x - other[0], y - other[1]) || 1;
+      zoom(gap(...before) / gap(event.clientX, event.clientY));
+    } else if (event.shiftKey || event.buttons & 6) pan(dx * 2 * Math.tan(ANGLE / 2), dy * 2 * Math.tan(ANGLE / 2));
+    else orbit(3 * dx, 3 * dy);
+    fingers.set(event.pointerId, [event.clientX, event.clientY]);
+  }, { signal });
+  canvas.addEventListener("contextmenu", (event) => event.preventDefault(), { signal });
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    zoom(Math.exp(0.0012 * event.deltaY));
+  }, { passive: false, signal });
+  canvas.addEventListener("dblclick", () => look("fit"), { signal });
+  canvas.addEventListener("webglcontextrestored", () => location.reload(), { signal });
+  const watch = new ResizeObserver(() => draw());
+  watch.observe(stage);
+
+  for (const [name, box] of Object.entries(boxes)) box.checked = on[name];
+  const wanted = span / 10;
+  pace(span >= 4 && span <= 60 ? 1 : SPEEDS.reduce((a, b) => (Math.abs(Math.log(b / wanted)) < Math.abs(Math.log(a / wanted)) ? b : a)));
+  pause();
+  if (length(subtract(bounds.high, bounds.low)) > 8 * bounds.reach) on.follow = boxes.follow.checked = true;
+  followed = middle();
+  fit();
+  seek(motion.first);
+  // As another player was left: what it showed, from where, at which time.
+  function restore(old) {
+    for (const [name, value] of Object.entries(old.on)) {
+      on[name] = value;
+      if (boxes[name]) boxes[name].checked = value;
+    }
+    [eye.target, eye.toward, eye.up, eye.distance] = [old.target, old.toward, old.up, old.distance];
+    followed = middle();
+    pace(old.speed);
+    seek(old.time);
+    if (old.playing) play();
+  }
+  function dispose() {
+    playing = false;
+    watch.disconnect();
+    hands.abort();
+    renderer.release();
+    return kept;
+  }
+  return {
+    motion, restore, dispose, play, pause, seek, show, look, orbit, pan, zoom, pace, draw,
+    listen: (listener) => listeners.push(listener),
+    get state() {
+      return { time: motion.now, playing, speed, drawn, kind: renderer.kind, on: { ...on }, toward: [...eye.toward], target: [...eye.target], up: [...eye.up], distance: eye.distance };
+    },
+  };
+}
+
+// The canvas that is drawn on, and the one above it for words.
+function staged(plainly) {
+  const stage = element("div", { class: "stage" }), canvas = element("canvas", { class: "view", tabindex: 0 }, stage);
+  const overlay = element("canvas", { class: "labels" }, stage);
+  return { stage, canvas, overlay, renderer: (!plainly && webgl(canvas)) || flat(canvas) };
+}

@@ -1,0 +1,213 @@
+"use strict";
+// Two ways to draw the same things: WebGL, and a 2-D canvas (farthest first) where a browser has no WebGL.
+//
+//   surface(corners)                   a surface to draw, from triangles as solids.js makes them
+//   path(points)                       a polyline to draw, from numbers x, y, z, ...
+//   begin(camera, light)               a new picture
+//   solid(surface, matrix, color, opacity, through)     through: pale where it is hidden (WebGL only)
+//   line(path, color, width, first, last)
+//   end()
+//   release()                          surfaces and paths will not be drawn any more
+
+const PAPER = [1, 1, 1];
+
+const SOLID_VERTEX = `
+attribute vec3 position, normal; attribute float tone;
+uniform mat4 model, eye; varying vec3 n, p; varying float k;
+void main() { vec4 q = model * vec4(position, 1.0); p = q.xyz; n = mat3(model) * normal; k = tone; gl_Position = eye * q; }`;
+const SOLID_FRAGMENT = `
+precision mediump float;
+uniform vec3 color, light, camera; uniform float opacity; varying vec3 n, p; varying float k;
+void main() {
+  vec3 e = normalize(camera - p), m = normalize(n);
+  if (dot(m, e) < 0.0) m = -m;
+  float d = max(dot(m, light), 0.0), s = pow(max(dot(m, normalize(light + e)), 0.0), 40.0);
+  gl_FragColor = vec4(color * k * (0.48 + 0.56 * d) + 0.16 * s, opacity);
+}`;
+// A segment is two triangles that stand across it on the screen.
+const LINE_VERTEX = `
+attribute vec3 a, b; attribute vec2 corner; uniform mat4 eye; uniform vec2 pixels; uniform float width;
+void main() {
+  vec4 p = eye * vec4(a, 1.0), q = eye * vec4(b, 1.0);
+  vec2 d = (q.xy / max(q.w, 1e-6) - p.xy / max(p.w, 1e-6)) * pixels;
+  float l = length(d); d = l > 1e-6 ? d / l : vec2(1.0, 0.0);
+  vec4 r = corner.x < 0.5 ? p : q;
+  r.xy += (vec2(-d.y, d.x) * corner.y + d * (corner.x - 0.5)) * width * r.w / pixels;
+  gl_Position = r;
+}`;
+const LINE_FRAGMENT = `
+precision mediump float; uniform vec3 color; uniform float opacity;
+void main() { gl_FragColor = vec4(color, opacity); }`;
+
+function webgl(canvas) {
+  const gl = canvas.getContext("webgl", { antialias: true, alpha: false });
+  if (!gl) return null;
+  const program = (vertex, fragment) => {
+    const result = gl.createProgram();
+    for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+      const shader = gl.createShader(kind);
+      gl.shaderSource(shader, text);
+      gl.compileShader(shader);
+      gl.attachShader(result, shader);
+    }
+    gl.linkProgram(result);
+    if (!gl.getProgramParameter(result, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(result));
+    const names = { attributes: {}, uniforms: {}, program: result };
+    for (let i = gl.getProgramParameter(result, gl.ACTIVE_ATTRIBUTES); i--; ) {
+      const { name } = gl.getActiveAttrib(result, i);
+      names.attributes[name] = gl.getAttribLocation(result, name);
+    }
+    for (let i = gl.getProgramParameter(result, gl.ACTIVE_UNIFORMS); i--; ) {
+      const { name } = gl.getActiveUniform(result, i);
+      names.uniforms[name] = gl.getUniformLocation(result, name);
+    }
+    return names;
+  };
+  const solids = program(SOLID_VERTEX, SOLID_FRAGMENT), lines = program(LINE_VERTEX, LINE_FRAGMENT);
+  gl.enable(gl.DEPTH_TEST);
+  gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+  const buffers = [];
+  const made = () => buffers[buffers.push(gl.createBuffer()) - 1];
+  let camera, later, behind;
+
+  const use = (names, buffer, layout, stride) => {
+    gl.useProgram(names.program);
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+    for (const location of [0, 1, 2]) gl.disableVertexAttribArray(location);
+    for (const [name, size, offset] of layout) {
+      const location = names.attributes[name];
+      gl.enableVertexAttribArray(location);
+      gl.vertexAttribPointer(location, size, gl.FLOAT, false, 4 * stride, 4 * offset);
+    }
+    gl.uniformMatrix4fv(names.uniforms.eye, false, camera.matrix);
+  };
+  const drawSolid = (surface, matrix, color, opacity) => {
+    use(solids, surface.buffer, [["position", 3, 0], ["normal", 3, 3], ["tone", 1, 6]], STRIDE);
+    gl.uniformMatrix4fv(solids.uniforms.model, false, matrix);
+    gl.uniform3fv(solids.uniforms.color, color);
+    gl.uniform3fv(solids.uniforms.light, camera.light);
+    gl.uniform3fv(solids.uniforms.camera, camera.eye);
+    gl.uniform1f(solids.uniforms.opacity, opacity);
+    gl.drawArrays(gl.TRIANGLES, 0, surface.count);
+  };
+  return {
+    kind: "webgl",
+    surface(corners) {
+      const buffer = made();
+      gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+      gl.bufferData(gl.ARRAY_BUFFER, corners, gl.STATIC_DRAW);
+      return { buffer, count: corners.length / STRIDE };
+    },
+    path(points, old) {
+      const segments = Math.max(points.length / 3 - 1, 0), data = new Float32Array(48 * segments);
+      const corners = [[0, -1], [1, -1], [1, 1], [0, -1], [1, 1], [0, 1]];
+      for (let i = 0, k = 0; i < segments; i++)
+        for (const corner of corners) {
+          for (let j = 0; j < 6; j++) data[k++] = points[3 * i + j];
+          data[k++] = corner[0];
+          data[k++] = corner[1];
+        }
+      const buffer = old ? old.buffer : made();
+      gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+      gl.bufferData(gl.ARRAY_BUFFER, data, old ? gl.DYNAMIC_DRAW : gl.STATIC_DRAW);
+      return { buffer, segments };
+    },
+    begin(seen) {
+      camera = seen;
+      later = [];
+      behind = [];
+      gl.viewport(0, 0, canvas.width, canvas.height);
+      gl.clearColor(...PAPER, 1);
+      gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    },
+    solid(surface, matrix, color, opacity = 1, through = false) {
+      if (opacity < 1) later.push([surface, matrix, color, opacity]);
+      else drawSolid(surface, matrix, color, opacity);
+      if (through) behind.push([surface, matrix, color, 0.3]);
+    },
+    line(path, color, width, first = 0, last = path.segments, opacity = 1) {
+      if (last <= first) return;
+      use(lines, path.buffer, [["a", 3, 0], ["b", 3, 3], ["corner", 2, 6]], 8);
+      gl.uniform2f(lines.uniforms.pixels, canvas.width / 2, canvas.height / 2);
+      gl.uniform1f(lines.uniforms.width, (width * camera.ratio) / 2);
+      gl.uniform3fv(lines.uniforms.color, color);
+      gl.uniform1f(lines.uniforms.opacity, opacity);
+      if (opacity < 1) gl.enable(gl.BLEND);
+      gl.drawArrays(gl.TRIANGLES, 6 * first, 6 * (last - first));
+      gl.disable(gl.BLEND);
+    },
+    end() {
+      gl.enable(gl.BLEND);
+      gl.depthMask(false);
+      for (const one of later) drawSolid(...one);
+      gl.depthFunc(gl.GREATER); // what is hidden by what was drawn
+      for (const one of behind) drawSolid(...one);
+      gl.depthFunc(gl.LESS);
+      gl.depthMask(true);
+      gl.disable(gl.BLEND);
+    },
+    release() {
+      for (const buffer of buffers.splice(0)) gl.deleteBuffer(buffer);
+    },
+  };
+}
+
+function flat(canvas) {
+  const pen = canvas.getContext("2d");
+  let camera, list;
+  // on the screen: x, y, and the depth, nearer is smaller; null behind the eye
+  const seen = (m, p) => {
+    const w = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
+    if (w < 1e-6) return null;
+    const [x, y] = point(m, p);
+    return [((1 + x / w) * canvas.width) / 2, ((1 - y / w) * canvas.height) / 2, w];
+  };
+  const css = (color, k, opacity) =>
+    `rgba(${color.map((c) => Math.round(255 * Math.min(1, c * k))).join()},${opacity})`;
+  return {
+    kind: "canvas",
+    surface: (corners) => ({ corners, count: corners.length / STRIDE }),
+    path: (points) => ({ points, segments: Math.max(points.length / 3 - 1, 0) }),
+    begin(now) {
+      camera = now;
+      list = [];
+      pen.fillStyle = css(PAPER, 1, 1);
+      pen.fillRect(0, 0, canvas.width, canvas.height);
+    },
+    solid({ corners }, matrix, color, opacity = 1) {
+      const all = product(camera.matrix, matrix);
+      for (let i = 0; i < corners.length; i += 3 * STRIDE) {
+        const corner = (k) => corners.subarray(i + k * STRIDE, i + (k + 1) * STRIDE);
+        const points = [0, 1, 2].map((k) => seen(all, corner(k)));
+        if (points.includes(null)) continue;
+        let n = unit(turned(matrix, corner(0).subarray(3)));
+        if (dot(n, subtract(camera.eye, point(matrix, corner(0)))) < 0) n = scale(-1, n);
+        const light = corners[i + 6] * (0.48 + 0.56 * Math.max(dot(n, camera.light), 0));
+        list.push([(points[0][2] + points[1][2] + points[2][2]) / 3, points, css(color, light, opacity), 0]);
+      }
+    },
+    line({ points }, color, width, first = 0, last = points.length / 3 - 1, opacity = 1) {
+      for (let i = first; i < last; i++) {
+        const a = seen(camera.matrix, points.slice(3 * i, 3 * i + 3));
+        const b = seen(camera.matrix, points.slice(3 * i + 3, 3 * i + 6));
+        if (a && b) list.push([(a[2] + b[2]) / 2, [a, b], css(color, 1, opacity), width * camera.ratio]);
+      }
+    },
+    end() {
+      list.sort((a, b) => b[0] - a[0]);
+      pen.lineCap = "round";
+      for (const [, points, color, width] of list) {
+        pen.beginPath();
+        points.forEach(([x, y], k) => (k ? pen.lineTo(x, y) : pen.moveTo(x, y)));
+        pen.strokeStyle = pen.fillStyle = color;
+        pen.lineWidth = width || 0.7; // closes the seams between triangles
+        if (!width) {
+          pen.closePath();
+          pen.fill();
+        }
+        pen.stroke();
+      }
+    },
+    release() {},
+  };
+}

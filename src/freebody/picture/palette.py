@@ -1,0 +1,47 @@
+"""Colours that tell apart for every eye, and line styles that tell apart without colour.
+
+Source of the colours: Okabe & Ito, Color Universal Design (2008).
+"""
+
+from __future__ import annotations
+
+INK, GREY, PALE = "#1a1a1a", "#6b6b6b", "#c9c9c9"
+
+BLUE, VERMILLION, GREEN, ORANGE, SKY, PURPLE = (
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#E69F00",
+    "#56B4E9",
+    "#CC79A7",
+)
+
+PAIRS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)
+"""Of reactions, one per joint."""
+
+BODY_FILLS = ("#dfe8f0", "#f3e6d8", "#dcefe6", "#f2e3ec", "#f7efd2", "#e2f1fa")
+"""Pale fills of bodies, in their order."""
+
+
+def pale(color: str) -> str:
+    """A colour mixed with white, so that black lines on it stand out.
+
+    >>> pale("#0072B2")
+    '#b8d8e9'
+    """
+    parts = (int(color[i : i + 2], 16) for i in (1, 3, 5))
+    return "#" + "".join(f"{round(255 - 0.28 * (255 - part)):02x}" for part in parts)
+
+
+KINDS = {
+    "weight": (INK, 1.5, ()),
+    "load": (VERMILLION, 1.9, ()),
+    "motor": (VERMILLION, 1.9, ()),
+    "spring": (GREEN, 1.5, (5.0, 2.0)),
+    "damper": (GREEN, 1.5, (2.0, 2.0)),
+    "reaction": (BLUE, 1.5, ()),
+    "contact": (PURPLE, 1.5, ()),
+    "friction": (PURPLE, 1.5, (4.0, 1.5)),
+    "kinetic": (INK, 1.5, ()),
+}
+"""Colour, width [pt] and dashes of the arrow of each kind of action."""

@@ -1,0 +1,182 @@
+"""Where arrows and labels go, so that they do not lie on one another: the cheapest of a fixed list of places.
+
+Everything is tried in the same order every time: the same model gives the same drawing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .labels import size_of
+from .sheet import Arrow, Box, Label
+
+Array = NDArray[np.float64]
+
+CLEAR = 2.0
+"""Gap around a label [pt]."""
+
+_ANGLES = [math.radians(15 * k) for k in range(24)]
+_AT_ONCE = 120
+_AWAY = (3.0, 6.0, 10.0, 15.0, 22.0, 30.0, 42.0, 56.0, 74.0, 95.0)
+
+
+class Placer:
+    """The sheet as it fills up."""
+
+    def __init__(self) -> None:
+        self.boxes: list[Box] = []
+        self.areas: list[Array] = []
+        self._weights: list[float] = []
+        self._ink: list[Array] = []
+
+    def area(self, polygon: Array, weight: float = 1.0) -> None:
+        """An area that arrows should leave (the more, the greater ``weight``), and on whose edge no label lies."""
+        self.areas.append(polygon)
+        self._weights.append(weight)
+        self.line(np.vstack([polygon, polygon[:1]]))
+
+    def about(self, areas: Sequence[Array]) -> Placer:
+        """The same sheet, of which only some areas are to be avoided."""
+        other = Placer()
+        other.boxes, other._ink = self.boxes, [self.ink]
+        other.areas, other._weights = list(areas), [1.0] * len(areas)
+        return other
+
+    def line(self, points: Array) -> None:
+        """A line that labels should not lie on."""
+        self._ink.append(sampled(points, 2.0))
+
+    def box(self, box: Box) -> None:
+        """A box that nothing should lie on."""
+        self.boxes.append(box)
+
+    @property
+    def ink(self) -> Array:
+        if len(self._ink) > 1:
+            self._ink = [np.vstack(self._ink)]
+        return self._ink[0] if self._ink else np.zeros((0, 2))
+
+    def crowding(self, points: Array, at: Array | None = None) -> float:
+        """How much an arrow along these points would lie on areas, other lines and labels, except close to ``at``."""
+        along = sampled(points, 3.0)
+        if at is not None:
+            along = along[((along - at) ** 2).sum(axis=1) > 8.0**2]
+            if not len(along):
+                return 0.0
+        cost = 0.0
+        for area, weight in zip(self.areas, self._weights, strict=True):
+            cost += weight * float(inside(area, along).mean())
+        ink = self.ink
+        (x0, y0), (x1, y1) = along.min(axis=0) - 5.0, along.max(axis=0) + 5.0
+        near = (ink[:, 0] > x0) & (ink[:, 0] < x1) & (ink[:, 1] > y0) & (ink[:, 1] < y1)
+        ink = ink[near]
+        if len(ink):
+            gaps = np.sqrt(((along[:, None, :] - ink[None, :, :]) ** 2).sum(axis=2)).min(axis=1)
+            cost += 1.2 * float((gaps < 4.5).mean())
+        for x0, y0, x1, y1 in self.boxes:
+            hit = (
+                (along[:, 0] > x0 - 2)
+                & (along[:, 0] < x1 + 2)
+                & (along[:, 1] > y0 - 2)
+                & (along[:, 1] < y1 + 2)
+            )
+            cost += 6.0 * float(hit.mean())
+        return cost
+
+    def label(
+        self,
+        tex: str,
+        anchors: Sequence[tuple[Array, Array | None]],
+        size: float = 11.0,
+        color: str = "#1a1a1a",
+    ) -> Label:
+        """A label near the first of the anchors that has room: (point, preferred direction from it)."""
+        w, h = size_of(tex, size)
+        places, costs = [], []
+        for rank, (point, toward) in enumerate(anchors):
+            for away in _AWAY:
+                for angle in _ANGLES:
+                    d = np.array([math.cos(angle), math.sin(angle)])
+                    # the box touches a circle of radius `away` about the anchor
+                    center = point + d * away + np.array([_sign(d[0]) * w / 2, _sign(d[1]) * h / 2])
+                    cost = 0.8 * away + 4.0 * rank
+                    if toward is not None:
+                        cost += 7.0 * (1 - float(d @ toward))
+                    places.append(center)
+                    costs.append(cost)
+        centers, base = np.array(places), np.array(costs)
+        order = np.argsort(base, kind="stable")
+        best, least = centers[order[0]], np.inf
+        for k in range(0, len(order), _AT_ONCE):
+            part = order[k : k + _AT_ONCE]
+            if base[part[0]] >= least:  # the rest costs more by itself
+                break
+            total = base[part] + self._lying(centers[part], w, h)
+            lowest = int(np.argmin(total))
+            if total[lowest] < least:
+                best, least = centers[part[lowest]], float(total[lowest])
+        label = Label(tex, best - np.array([w, h]) / 2, size, color)
+        self.box(label.box)
+        return label
+
+    def _lying(self, centers: Array, w: float, h: float) -> Array:
+        """Cost of what boxes of one size about the centres lie on."""
+        x0, x1 = centers[:, 0] - w / 2 - CLEAR, centers[:, 0] + w / 2 + CLEAR
+        y0, y1 = centers[:, 1] - h / 2 - CLEAR, centers[:, 1] + h / 2 + CLEAR
+        cost = np.zeros(len(centers))
+        for a0, b0, a1, b1 in self.boxes:
+            width = np.minimum(x1, a1) - np.maximum(x0, a0)
+            height = np.minimum(y1, b1) - np.maximum(y0, b0)
+            cost += np.where((width > 0) & (height > 0), 1000.0 + width * height, 0.0)
+        ink = self.ink
+        near = (
+            (ink[:, 0] > x0.min()) & (ink[:, 0] < x1.max()) & (ink[:, 1] > y0.min()) & (ink[:, 1] < y1.max())
+        )
+        ink = ink[near]
+        if len(ink):
+            hit = (
+                (ink[None, :, 0] > x0[:, None])
+                & (ink[None, :, 0] < x1[:, None])
+                & (ink[None, :, 1] > y0[:, None])
+                & (ink[None, :, 1] < y1[:, None])
+            )
+            cost += 45.0 * np.minimum(hit.sum(axis=1), 12)
+        for area, weight in zip(self.areas, self._weights, strict=True):
+            cost += 12.0 * weight * inside(area, centers)
+        return cost
+
+    def arrow(self, arrow: Arrow) -> None:
+        """An arrow that has its place."""
+        self.line(arrow.points)
+        for head in arrow.heads():
+            self.line(np.vstack([head, head[:1]]))
+
+
+def sampled(points: Array, step: float) -> Array:
+    """Points along a polyline, at most ``step`` apart."""
+    parts = [points[:1]]
+    for a, b in zip(points, points[1:], strict=False):
+        n = max(1, int(np.ceil(np.linalg.norm(b - a) / step)))
+        parts.append(a + (b - a) * (np.arange(1, n + 1) / n)[:, None])
+    return np.vstack(parts)
+
+
+def inside(polygon: Array, points: Array) -> Any:
+    """Which points lie inside a polygon, by crossings of a ray."""
+    x, y = points[:, 0], points[:, 1]
+    result = np.zeros(len(points), dtype=bool)
+    for (ax, ay), (bx, by) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+        if ay == by:
+            continue
+        between = (ay > y) != (by > y)
+        result ^= between & (x < (bx - ax) * (y - ay) / (by - ay) + ax)
+    return result
+
+
+def _sign(x: float) -> float:
+    return 0.0 if abs(x) < 0.2 else math.copysign(1.0, x)

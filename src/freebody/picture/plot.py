@@ -1,0 +1,36 @@
+"""All plots under one name: ``fb.plot.phase(trajectory, "theta")``.
+
+    history           quantities over time, events marked           (trajectory.plot)
+    phase             a coordinate against its rate
+    reaction          force of a joint over time
+    energy            the energy ledger; energy_residual: what it leaves unbalanced
+    axis_path         path of a body axis on the unit sphere
+    polhode           path of the angular velocity on the ellipsoid of its energy
+    cones             the body cone on the space cone
+    mode_shapes       of linear equations
+    root_locus        eigenvalues along a parameter
+    bifurcation       steady motions along a parameter
+
+Each gives matplotlib axes and draws into those of ``ax=``; nothing opens a window.
+"""
+
+from __future__ import annotations
+
+from .cones import cones
+from .linear_plots import bifurcation, mode_shapes, root_locus
+from .plots import energy, energy_residual, history, phase, reaction
+from .sphere import axis_path, polhode
+
+__all__ = [
+    "axis_path",
+    "bifurcation",
+    "cones",
+    "energy",
+    "energy_residual",
+    "history",
+    "mode_shapes",
+    "phase",
+    "polhode",
+    "reaction",
+    "root_locus",
+]

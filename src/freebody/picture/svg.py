@@ -1,0 +1,100 @@
+"""A sheet as SVG text: no scripts, no fonts, nothing that is fetched."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from .labels import outline
+from .sheet import Arrow, Circle, Group, Label, Line, Sheet, Style
+
+# matplotlib's path codes: stop, move, line, quadratic, cubic, close
+_LETTERS = {1: "M", 2: "L", 3: "Q", 4: "C"}
+
+
+def svg(sheet: Sheet) -> str:
+    """The sheet as one ``svg`` element; lengths in points, y downwards as SVG has it."""
+    x0, y0, x1, y1 = sheet.box
+    width, height = x1 - x0, y1 - y0
+    data = "".join(f' {key}="{escape(value)}"' for key, value in sheet.attributes.items())
+    writer = _Writer(x0, y1)
+    body = "\n".join(writer.item(one) for one in sheet.root.items)
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.2f}pt" height="{height:.2f}pt" '
+        f'viewBox="0 0 {width:.2f} {height:.2f}" role="img" data-origin="{-x0:.4f} {y1:.4f}"{data}>\n'
+        f"<title>{escape(sheet.title)}</title>\n"
+        f'<rect width="{width:.2f}" height="{height:.2f}" fill="#ffffff"/>\n'
+        f"{body}\n</svg>\n"
+    )
+
+
+class _Writer:
+    def __init__(self, left: float, top: float) -> None:
+        self.left, self.top = left, top
+
+    def _at(self, point: Any) -> str:
+        return f"{point[0] - self.left:.3f} {self.top - point[1]:.3f}"
+
+    def item(self, item: Any) -> str:
+        if isinstance(item, Group):
+            attributes = "".join(f' {key}="{escape(value)}"' for key, value in item.attributes.items())
+            title = f"<title>{escape(item.title)}</title>" if item.title else ""
+            return f"<g{attributes}>{title}\n" + "\n".join(map(self.item, item.items)) + "\n</g>"
+        if isinstance(item, Label):
+            return self._label(item)
+        if isinstance(item, Circle):
+            x, y = item.center
+            return (
+                f'<circle cx="{x - self.left:.3f}" cy="{self.top - y:.3f}" r="{item.radius:.3f}"'
+                f"{_style(item.style)}/>"
+            )
+        if isinstance(item, Arrow):
+            return self._arrow(item)
+        assert isinstance(item, Line)
+        return f'<path d="{self._path(item.points)}{" Z" if item.closed else ""}"{_style(item.style)}/>'
+
+    def _path(self, points: Any) -> str:
+        return "M" + " L".join(self._at(p) for p in points)
+
+    def _arrow(self, arrow: Arrow) -> str:
+        style = arrow.style
+        ends = f'data-start="{self._at(arrow.points[0])}" data-end="{self._at(arrow.points[-1])}"'
+        parts = [f'<path class="shaft" {ends} d="{self._path(arrow.shaft())}"{_style(style)}/>']
+        filled = Style(style.stroke, 1.0, (), "#ffffff" if arrow.head == "open" else style.stroke)
+        for head in arrow.heads():
+            parts.append(f'<path class="head" d="{self._path(head)} Z"{_style(filled)}/>')
+        return "\n".join(parts)
+
+    def _label(self, label: Label) -> str:
+        shape = outline(label.tex)
+        low = np.array(shape.box[:2])
+        points = label.at + (shape.vertices - low) * label.size
+        parts = []
+        i = 0
+        while i < len(shape.codes):
+            code = int(shape.codes[i])
+            if code in _LETTERS:
+                count = {1: 1, 2: 1, 3: 2, 4: 3}[code]
+                run = " ".join(f"{x - self.left:.2f} {self.top - y:.2f}" for x, y in points[i : i + count])
+                parts.append(_LETTERS[code] + run)
+                i += count
+            else:
+                parts.append("Z")
+                i += 1
+        return (
+            f'<path class="label" data-tex="{escape(label.tex)}" aria-label="{escape(label.tex)}" '
+            f'd="{"".join(parts)}" fill="{label.color}"/>'
+        )
+
+
+def _style(style: Style) -> str:
+    fill = style.fill or "none"
+    if style.stroke is None:
+        return f' fill="{fill}"'
+    dash = f' stroke-dasharray="{" ".join(f"{x:g}" for x in style.dash)}"' if style.dash else ""
+    return (
+        f' fill="{fill}" stroke="{style.stroke}" stroke-width="{style.width:g}" stroke-linejoin="round"'
+        f' stroke-linecap="{"butt" if style.dash else "round"}"{dash}'
+    )

@@ -1,0 +1,125 @@
+"""Standard symbols of mechanics: pins, guides, ground, springs, dampers, spirals, walls."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .palette import INK
+from .sheet import Circle, Line, Style, arc
+
+Array = NDArray[np.float64]
+
+THIN, FINE = Style(INK, 1.1), Style(INK, 0.7)
+
+
+def hatched(start: Array, end: Array, side: float = 1.0) -> list[Any]:
+    """The edge of the ground from start to end, hatched on the right of it (on the left for side -1)."""
+    d = end - start
+    length = float(np.linalg.norm(d))
+    d = d / length
+    normal = side * np.array([d[1], -d[0]])
+    result: list[Any] = [Line(np.array([start, end]), Style(INK, 1.3))]
+    count = max(3, round(length / 6.0))
+    for k in range(count):
+        foot = start + d * (k + 0.6) * length / count
+        result.append(Line(np.array([foot, foot + 5.0 * (normal - d)]), FINE))
+    return result
+
+
+def pin_on_ground(at: Array, down: Array) -> list[Any]:
+    """A hinge on the ground: a bracket that stands on hatched ground, away to ``down``."""
+    across = np.array([-down[1], down[0]])
+    foot = at + 15.0 * down
+    bracket = np.array([foot + 9.0 * across, at + 3.4 * across, at - 3.4 * across, foot - 9.0 * across])
+    hatch = hatched(foot + 14.0 * across, foot - 14.0 * across, -_turn(across, down))
+    return [Line(bracket, Style(INK, 1.1, (), "#ffffff"), True), *hatch]
+
+
+def pin(at: Array) -> list[Any]:
+    """A hinge."""
+    return [Circle(at, 3.2, Style(INK, 1.1, (), "#ffffff"))]
+
+
+def ball_on_ground(at: Array, down: Array) -> list[Any]:
+    """A ball joint (or a pivot) on the ground."""
+    return [*pin_on_ground(at, down), Circle(at, 4.0, Style(INK, 1.1, (), INK))]
+
+
+def guide(at: Array, along: Array, reach: tuple[float, float], gap: float, side: float) -> list[Any]:
+    """The hatched edge on which a block slides, ``gap`` beside its middle."""
+    normal = side * np.array([along[1], -along[0]])
+    start, end = (at + s * along + gap * normal for s in reach)
+    return hatched(start, end, side)
+
+
+def zigzag(start: Array, end: Array, width: float = 5.5) -> list[Any]:
+    """A spring."""
+    d = end - start
+    length = float(np.linalg.norm(d))
+    if length < 4.0:
+        return [Line(np.array([start, end]), THIN)]
+    d = d / length
+    normal = np.array([-d[1], d[0]])
+    straight = min(8.0, 0.16 * length)
+    turns = max(4, min(9, round((length - 2 * straight) / 9.0)))
+    points = [start, start + straight * d]
+    step = (length - 2 * straight) / (2 * turns)
+    for k in range(2 * turns):
+        offset = width if k % 2 == 0 else -width
+        points.append(start + (straight + (k + 0.5) * step) * d + offset * normal)
+    return [Line(np.array([*points, end - straight * d, end]), THIN)]
+
+
+def dashpot(start: Array, end: Array) -> list[Any]:
+    """A damper: a piston in a pot that is open towards the end."""
+    d = end - start
+    length = float(np.linalg.norm(d))
+    if length < 4.0:
+        return [Line(np.array([start, end]), THIN)]
+    d = d / length
+    n = np.array([-d[1], d[0]])
+    middle = start + 0.5 * length * d
+    a, b = middle - 7.0 * d, middle + 9.0 * d
+    pot = np.array([b + 6.0 * n, a + 6.0 * n, a - 6.0 * n, b - 6.0 * n])
+    head = middle + 1.0 * d
+    return [
+        Line(pot, THIN),
+        Line(np.array([start, a]), THIN),
+        Line(np.array([head + 4.6 * n, head - 4.6 * n]), Style(INK, 2.0)),
+        Line(np.array([head, end]), THIN),
+    ]
+
+
+def spiral(at: Array, radius: float = 13.0) -> list[Any]:
+    """A torsion spring about a hinge."""
+    t = np.linspace(0.0, 2.6 * 2 * math.pi, 90)
+    r = 4.0 + (radius - 4.0) * t / t[-1]
+    return [Line(at + np.column_stack([r * np.cos(t), r * np.sin(t)]), FINE)]
+
+
+def teeth(center: Array, radius: float, count: int, phase: float, fill: str) -> list[Any]:
+    """A gear wheel: its teeth, one of them at the angle ``phase``, and its pitch circle."""
+    depth = min(3.4, 0.24 * 2 * math.pi * radius / count)
+    points = []
+    for k in range(count):
+        for share, r in ((-0.32, -depth), (-0.17, depth), (0.17, depth), (0.32, -depth)):
+            angle = phase + 2 * math.pi * (k + share) / count
+            points.append(center + (radius + r) * np.array([math.cos(angle), math.sin(angle)]))
+    pitch = arc(center, radius, 0.0, 2 * math.pi)
+    return [
+        Line(np.array(points), Style(INK, 1.0, (), fill), True),
+        Line(pitch, Style(INK, 0.5, (6.0, 2.0, 1.0, 2.0))),
+    ]
+
+
+def pulley(at: Array, radius: float) -> list[Any]:
+    """A pulley."""
+    return [Circle(at, radius, Style(INK, 1.1, (), "#ffffff")), Circle(at, 1.6, Style(INK, 0.8, (), INK))]
+
+
+def _turn(a: Array, b: Array) -> float:
+    return 1.0 if a[0] * b[1] - a[1] * b[0] > 0 else -1.0

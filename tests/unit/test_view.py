@@ -1,0 +1,218 @@
+"""The live page: what moves gives a new motion, what is wrong is said at its line, and nobody else is let in."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import threading
+from collections.abc import Iterator
+from urllib.parse import urlsplit
+
+import pytest
+
+from freebody.cli.view import LARGEST_REQUEST, Server, machine
+from freebody.errors import FormatError, ModelError, SimulationError
+from freebody.picture.browser import Browser, chromium
+from freebody.picture.live import Live, problem
+
+TEXT = """name = "swing"
+gravity = [0, "-g", 0]
+[parameters]
+g = 9.81
+L = 1
+[bodies.bar]
+solid = "slender_bar"
+mass = 1
+length = "L"
+axis = "y"
+[joints.pin]
+type = "hinge"
+child = "bar"
+to = [0, "L/2", 0]
+coordinate = "theta"
+[initial]
+theta = 0.5
+[run]
+until = 2
+"""
+
+
+@pytest.fixture
+def live() -> Live:
+    from freebody.formats.toml_read import case_from_text
+
+    return Live(case_from_text(TEXT), TEXT)
+
+
+@pytest.fixture
+def server(live: Live) -> Iterator[Server]:
+    one = Server(live)
+    thread = threading.Thread(target=one.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True)
+    thread.start()
+    yield one
+    one.shutdown()
+    one.server_close()
+    thread.join(5)
+
+
+def ask(
+    server: Server, method: str, path: str, body: str | None = None, **headers: str
+) -> tuple[int, str, dict]:
+    host, port = server.server_address[:2]
+    connection = http.client.HTTPConnection(host, port, timeout=10)
+    given = {name.replace("_", "-"): value for name, value in headers.items()}
+    connection.request(method, path, body, given)
+    answer = connection.getresponse()
+    result = answer.status, answer.read().decode("utf-8"), dict(answer.headers)
+    connection.close()
+    return result
+
+
+def post(server: Server, what: str, data: object, **headers: str) -> tuple[int, str, dict]:
+    given = {"Origin": origin(server), "Content_Type": "application/json", **headers}
+    return ask(server, "POST", f"/{server.token}/{what}", json.dumps(data), **given)
+
+
+def origin(server: Server) -> str:
+    return f"http://127.0.0.1:{server.server_address[1]}"
+
+
+# --- the machine ---------------------------------------------------------------------------------------------------
+
+
+def test_a_change_gives_another_motion(live):
+    before = live.machine()
+    assert [(x["group"], x["name"], x["value"]) for x in before["sliders"]] == [
+        ("values", "g", 9.81), ("values", "L", 1.0), ("initial", "theta", 0.5), ("initial", "theta'", 0.0),
+    ]  # fmt: skip
+    assert "<math" in before["equations"] and 'data-chart="0"' in before["charts"]
+    longer = live.motion({"L": 2}, {"theta": 0.3}, 3)
+    assert longer["scene"]["size"] == 2 and before["scene"]["size"] == 1
+    assert longer["scene"]["t"] != before["scene"]["t"]
+
+
+def test_a_start_that_holds_parameters_follows_them():
+    live = machine("gyroscope", ())
+    first = {x["name"]: x["value"] for x in live.machine()["sliders"]}
+    assert first["phi'"] == 300 and first["theta"] == pytest.approx(1.0471975511965976)
+    slow = live.motion({"Omega_zeta": 100}, {}, 0.01)["scene"]
+    fast = live.motion({"Omega_zeta": 100}, {"phi'": 300}, 0.01)["scene"]
+    assert slow["bodies"][0]["spin"] != fast["bodies"][0]["spin"]
+
+
+def test_nonsense_is_refused(live):
+    for values, initial, until, message in (
+        ({"q": 1}, {}, 1, "q"),
+        ({}, {"phi": 1}, 1, "Unknown coordinate or speed 'phi' of 'swing'"),
+        ({"L": "1"}, {}, 1, "Expected a finite number for 'L', got '1'"),
+        ({"L": float("nan")}, {}, 1, "Expected a finite number for 'L', got nan"),
+        ({}, {"theta": True}, 1, "Expected a finite number for 'theta', got True"),
+        ({}, {}, None, "Expected a finite number for 'until', got None"),
+        ({}, {}, -1, "Expected the length of the run between 0 and 1e6 s, got -1 s"),
+    ):
+        with pytest.raises((ModelError, SimulationError), match=message):
+            live.motion(values, initial, until)
+
+
+def test_a_text_that_is_no_model_leaves_the_machine(live):
+    with pytest.raises(FormatError) as caught:
+        live.change(TEXT.replace('solid = "slender_bar"', 'solid = "slender_ba"'))
+    assert (
+        problem(caught.value)["line"] == 7 and "did you mean 'slender_bar'" in problem(caught.value)["error"]
+    )
+    assert live.text == TEXT and live.motion({}, {}, 1)
+    changed = live.change(TEXT.replace('"swing"', '"other"').replace("L = 1", "L = 3"))
+    assert changed["name"] == "other" and changed["scene"]["size"] == 3
+
+
+# --- the server ----------------------------------------------------------------------------------------------------
+
+
+def test_the_page_answers_under_its_token(server):
+    code, text, headers = ask(server, "GET", f"/{server.token}/")
+    assert code == 200 and "connect-src" in text and "<h1" in text
+    assert headers["X-Content-Type-Options"] == "nosniff" and headers["Cache-Control"] == "no-store"
+    assert "Access-Control-Allow-Origin" not in headers
+    code, text, _ = post(server, "motion", {"values": {"L": 2}, "initial": {}, "until": 1})
+    assert code == 200 and json.loads(text)["scene"]["size"] == 2
+    code, text, _ = post(server, "model", {"text": "name = ?"})
+    assert code == 200 and json.loads(text)["line"] == 1
+
+
+def test_it_listens_on_the_loopback_address_alone(server):
+    assert server.server_address[0] == "127.0.0.1"
+    assert urlsplit(server.address).hostname == "127.0.0.1" and len(server.token) >= 32
+
+
+def test_nobody_else_is_let_in(server):
+    page, port = f"/{server.token}/", server.server_address[1]
+    assert ask(server, "GET", "/")[0] == 403
+    assert ask(server, "GET", "/wrong/")[0] == 403
+    assert ask(server, "GET", "/%C3%A9/")[0] == 403
+    assert (
+        ask(server, "GET", page, Host=f"evil.example:{port}")[0] == 403
+    )  # a name that was bound to this address
+    assert ask(server, "GET", page, Origin="http://evil.example")[0] == 403
+    assert ask(server, "GET", page, Sec_Fetch_Site="cross-site")[0] == 403
+    assert ask(server, "GET", page + "motion")[0] == 404
+    data = {"values": {}, "initial": {}, "until": 1}
+    assert post(server, "motion", data, Origin="http://evil.example")[0] == 403
+    assert post(server, "motion", data, Origin="null")[0] == 403
+    assert post(server, "motion", data, Content_Type="text/plain")[0] == 403
+    assert ask(server, "POST", page + "motion", json.dumps(data), Content_Type="application/json")[0] == 403
+    assert post(server, "other", data)[0] == 400
+    assert post(server, "motion", [1])[0] == 400
+    code, _, _ = ask(
+        server, "POST", page + "motion", "{}", Origin=origin(server), Content_Type="application/json",
+        Content_Length=str(LARGEST_REQUEST + 1),
+    )  # fmt: skip
+    assert code == 400
+    assert post(server, "motion", data)[0] == 200  # and the page itself still is
+
+
+def test_it_closes(live):
+    one = Server(live)
+    thread = threading.Thread(target=one.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True)
+    thread.start()
+    assert post(one, "close", {})[0] == 200
+    thread.join(5)
+    assert not thread.is_alive()
+    one.server_close()
+    with pytest.raises(OSError):
+        ask(one, "GET", f"/{one.token}/")
+
+
+# --- in a browser --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(chromium() is None, reason="no Chromium on this machine")
+def test_sliders_and_text_in_a_browser(server):
+    with Browser(1200, 900) as browser:
+        browser.open(server.address)
+        assert browser.errors == [] and browser.requests == [server.address]
+        browser.value("freebody.seek(1); freebody.show('forces', true)")
+        motions = "Number(document.documentElement.dataset.motions)"
+        browser.value(
+            "(s => { s.value = 2; s.dispatchEvent(new Event('input')); })"
+            "(document.querySelector('input[type=range][name=L]'))"
+        )
+        browser.wait(f"{motions} === 2")
+        state = browser.value("freebody.state")
+        assert state["time"] == 1 and state["on"]["forces"]  # seen as before
+        assert browser.value("freebody.motion.scene.size") == 2
+        # words that are no model: their line is marked
+        browser.value(
+            "(t => { t.value = t.value.replace('slender_bar', 'slender_ba'); })(document.getElementById('text'));"
+            "document.getElementById('apply').click()"
+        )
+        browser.wait("!document.getElementById('problem').hidden")
+        assert "did you mean 'slender_bar'" in browser.value("document.getElementById('problem').textContent")
+        assert browser.value("document.querySelector('.wrong').textContent") == "7\n"
+        browser.value(
+            "(t => { t.value = t.value.replace('slender_ba', 'slender_bar').replace('\"swing\"', '\"<b>other\"'); })"
+            "(document.getElementById('text')); document.getElementById('apply').click()"
+        )
+        browser.wait(f"{motions} === 3")
+        assert browser.value("document.getElementById('problem').hidden")
+        assert browser.value("document.querySelector('h1').textContent") == "<b>other"
+        assert browser.errors == []
