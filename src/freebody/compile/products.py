@@ -244,6 +244,6 @@ def check_conditions(model: Model, active: tuple[int, ...] | None) -> None:
     if model.constraints and active is None:
         raise ModelError(
             f"'{model.name}' has constraints ({', '.join(model.constraints)}), and its motion follows from those "
-            f"conditions that are independent of each other. Give a configuration that fulfils them: "
+            f"conditions that are independent of each other. Give a configuration near one that fulfils them: "
             f"fb.compile(s, at=[...]), in the order of {', '.join(model.coordinate_names)}."
         )

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..describe.system import System
 from ..dynamics import float_state
-from ..dynamics.constrained import independent_rows
+from ..dynamics.constrained import closed_coordinates, independent_rows
 from ..errors import ModelError
 from ..model import Model, assemble
 from .arguments import array, checked, is_plain, parameters_given, place_of
@@ -87,8 +87,8 @@ def compile_system(
     threads : int
         How many threads share a batch. Results do not depend on it.
     at : sequence of float, length n_q, optional
-        Of a machine with constraints, a configuration that fulfils them: there it is decided, at the parameters'
-        default values, which conditions are independent of each other.
+        Of a machine with constraints, a configuration near one that fulfils them, where it is decided, at the
+        parameters' default values, which conditions are independent of each other.
 
     Returns
     -------
@@ -98,7 +98,8 @@ def compile_system(
     Raises
     ------
     ModelError
-        For what is no machine, and for every defect that :func:`assemble` finds.
+        For what is no machine, for every defect that :func:`assemble` finds, and for constraints that can not be met
+        near ``at``.
 
     Examples
     --------
@@ -132,7 +133,7 @@ def compile_system(
                 f"Expected at= of shape ({machine.n_q},), one number for each of "
                 f"{', '.join(machine.coordinate_names)}; got shape {q.shape}."
             )
-        active = independent_rows(machine, float_state(machine, list(q)))
+        active = independent_rows(machine, float_state(machine, closed_coordinates(machine, q.tolist())))
     return Program(machine, threads, active)
 
 
