@@ -196,6 +196,7 @@ WRONG = [
         "Expected a derivative by one of q, u, displacement, t, parameters, m, k, got 'w'",
     ),
     (lambda p: p.derivative("mass_matrix", "u"), "got 'u'"),
+    (lambda p: p.derivative("mass_matrix", 3), "got '3'"),
     (lambda p: p.derivative("jacobian", "q"), "Expected point="),
     (lambda p: p.derivative("bias", "q", point="b1"), "Expected point="),
     (

@@ -67,14 +67,15 @@ class LoopedSet:
 
     ``rates`` (q', u' and, where power goes in or out, that), ``accelerations``, ``energy`` (kinetic, potential), each
     of the two, and ``poses`` (position, rotation by rows of each body) as functions of t and y = (q, u), where
-    ``potential_energy`` and ``postures`` (rotation, position) are given q only.
+    ``potential_energy`` and ``postures`` (rotation, position) are given q only. If ``forced``, generalized forces
+    besides the model's stand after u in y, and there is ``accelerations`` alone.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, forced: bool = False) -> None:
         self.model = model
         self._kinds = [kind_of(link) for link in model.links]
         self._steps = {kind: compiled_step(kind) for kind in dict.fromkeys(self._kinds)}
-        parts = _Parts(model, self._kinds)
+        parts = _Parts(model, self._kinds, forced)
         self.works = parts.works
         self.straight: KernelSet = parts.compiled
         self._offsets: list[int] = []
@@ -165,15 +166,17 @@ class _Inputs(list[Any]):
 class _Parts:
     """The straight parts of a model, and where everything stands in S.
 
-    S = 0, t, q, u | fetched from the records | front | loads | finish | energy | records (the ground's first)
+    S = 0, t, y | fetched from the records | front | loads | finish | energy | records (the ground's first)
     """
 
-    def __init__(self, model: Model, kinds: Sequence[link_step.Kind]) -> None:
+    def __init__(self, model: Model, kinds: Sequence[link_step.Kind], forced: bool) -> None:
         self.model = model
         tape = Tape()
         state = traced_state(model, tape)
         zero, time = tape.input("0"), tape.input("time in S")
-        self._inputs: list[Traced] = [zero, time, *state.q, *state.u]
+        besides = [tape.input(f"force {k}") for k in range(model.n_u)] if forced else []
+        self._inputs: list[Traced] = [zero, time, *state.q, *state.u, *besides]
+        self.given = model.n_q + model.n_u + len(besides)
         self._places = {x.index: k for k, x in enumerate(self._inputs)} | {state.t.index: 1}
         fetched: list[tuple[int, int]] = []  # (link, place in its record), input after input
 
@@ -196,7 +199,10 @@ class _Parts:
         state.cache["postures"], state.cache["velocities"] = _Inputs(posture), _Inputs(velocity)
         # front
         loads = loading(model, state)
-        along = forces_on_displacements(model, state, loads.generalized)
+        generalized = dict(loads.generalized)
+        for k, force in enumerate(besides):
+            generalized[k] = generalized.get(k, 0) + force
+        along = forces_on_displacements(model, state, generalized)
         for i, force in loads.along.items():
             along[i] = along.get(i, 0) + force
         joints: list[list[Any]] = []
@@ -206,7 +212,7 @@ class _Parts:
                 joints.append([state(link.displacement), state.rate(link), third])
             elif link.u >= 0:
                 n_q, n_u = (7, 6) if link.kind == "free" else (4, 3)
-                forces = [loads.generalized.get(link.u + k, 0) for k in range(n_u)]
+                forces = [generalized.get(link.u + k, 0) for k in range(n_u)]
                 joints.append([*state.q[link.q : link.q + n_q], *state.u[link.u : link.u + n_u], *forces])
             else:
                 joints.append([])
@@ -296,7 +302,9 @@ class _Parts:
                 )
             ],
         }  # fmt: skip
-        self.states = {name: model.n_q + (0 if name in OF_Q else model.n_u) for name in self.outputs}
+        if forced:
+            self.outputs = {"accelerations": accelerations}
+        self.states = {name: model.n_q if name in OF_Q else self.given for name in self.outputs}
 
     def record(self, i: int) -> int:
         """Where the record of link i begins; the ground's is the first."""
@@ -356,7 +364,7 @@ class _Driver:
 
     def _function(self, name: str) -> str:
         parts = self.parts
-        state = parts.model.n_q + parts.model.n_u
+        state = parts.given
         size = parts.record(self.count)
         moving = name in ("rates", "accelerations")
         placed = not moving or parts.placed
@@ -607,7 +615,7 @@ define internal void @sum(ptr %S, ptr %sums) nounwind {
 
 
 LOOPED = {
-    "forward_dynamics": "accelerations", "kinetic_energy": "kinetic_energy",
+    "forward_dynamics": "accelerations", "forced_dynamics": "accelerations", "kinetic_energy": "kinetic_energy",
     "potential_energy": "potential_energy", "poses": "postures",
 }  # fmt: skip
 """Products of a program that large models have in looped form, and their kernels."""

@@ -117,10 +117,10 @@ def derivative_of(model: Model, product: Product, by: str) -> Product:
     """The product ∂f/∂x, its last axis running over x (no axis for time and for one parameter)."""
     known = (*product.inputs, *(("displacement",) if "q" in product.inputs else ()), "t", "parameters")
     names = [parameter.name for parameter in model.parameters]
-    if by not in known and by not in names:
+    if by not in (*known, *names):
         raise ModelError(
             f"Expected a derivative by one of {', '.join((*known, *names))}, got '{by}'; "
-            f"{nearest(by, (*known, *names))}"
+            f"{nearest(str(by), (*known, *names))}"
         )
 
     def record(r: Recording) -> list[Any]:

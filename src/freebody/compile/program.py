@@ -133,7 +133,8 @@ def compile_system(
                 f"Expected at= of shape ({machine.n_q},), one number for each of "
                 f"{', '.join(machine.coordinate_names)}; got shape {q.shape}."
             )
-        active = independent_rows(machine, float_state(machine, closed_coordinates(machine, q.tolist())))
+        if machine.constraints:
+            active = independent_rows(machine, float_state(machine, closed_coordinates(machine, q.tolist())))
     return Program(machine, threads, active)
 
 
@@ -160,7 +161,7 @@ class Program:
         self.model = model
         self.threads = threads
         self._active = active
-        self._large: LoopedSet | None = None
+        self._large: dict[bool, LoopedSet] = {}
         self._sets: dict[Any, tuple[KernelSet | LoopedKernel, bool]] = {}
         self._constants: dict[Any, OrderedDict[Any, Array]] = {}
         self._plain: dict[Any, tuple[Kernel, Array, tuple[int, ...], tuple[int, ...]]] = {}
@@ -562,9 +563,10 @@ class Program:
         """The kernel of a large tree, of one state and of batches."""
         if key not in LOOPED or not is_large(self.model):
             return None
-        if self._large is None:
-            self._large = LoopedSet(self.model)
-        return LoopedKernel(self._large, LOOPED[key]), True
+        forced = key == "forced_dynamics"
+        if forced not in self._large:
+            self._large[forced] = LoopedSet(self.model, forced)
+        return LoopedKernel(self._large[forced], LOOPED[key]), True
 
     def _run(
         self,
