@@ -64,7 +64,7 @@ def test_c_with_gcc(program, tmp_path):
     exported = program.to_c(*NAMES, name="machine")
     source, header = exported.write(tmp_path)
     assert (source.name, header.name) == ("machine.c", "machine.h")
-    flags = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC"]
+    flags = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O0", "-shared", "-fPIC"]
     subprocess.run([gcc, *flags, str(source), "-o", str(tmp_path / "m.so"), "-lm"], check=True)
     library = ctypes.CDLL(str(tmp_path / "m.so"))
     given, t, p = states(program, 3)
