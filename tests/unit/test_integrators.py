@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import sys
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -286,6 +287,31 @@ def test_a_rate_that_is_no_number_is_reported(method):
 def test_too_many_steps(method):
     with pytest.raises(SimulationError, match="max_steps = 5 steps reached only"):
         fb.simulate(pendulum(), 100, initial={"theta": 1.0}, method=method, max_steps=5)
+
+
+def test_long_steps_of_a_chain_can_be_divided():
+    """Between steps there is no step before to predict the stages: they are led up to from shorter steps."""
+    s = fb.System("chain")
+    s.gravity = (0, -9.81, 0)
+    last = s.ground
+    for i in range(20):
+        bar = s.body(f"bar{i}", fb.slender_bar(1, 1, axis="y"))
+        s.hinge(f"pin{i}", last, bar, at=(0, -0.5 * (i > 0), 0), to=(0, 0.5, 0), axis="z", coordinate=f"q{i}")
+        last = bar
+    run = fb.simulate(s, 2, initial={"q0": 0.5}, method="gauss")
+    assert run.steps < 40
+    assert np.isfinite(run.states).all()
+    assert run.energy.relative_residual < 1e-13
+
+
+def test_a_state_that_can_not_be_computed_is_refused():
+    """Of steps longer than any iteration from scratch could make."""
+    run = fb.simulate(pendulum(), 10, initial={"theta": 2.0}, method="gauss")
+    stretched = replace(run.path, lengths=run.path.lengths * 1e3, times=run.path.times * 1e3)
+    with pytest.raises(
+        ValueError, match="The iteration of method 'gauss' does not converge for a step that ends at"
+    ):
+        stretched.sample(np.linspace(*stretched.times[[0, -1]], 50))
 
 
 # --- radau -------------------------------------------------------------------------------------------
