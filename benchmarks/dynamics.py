@@ -2,7 +2,7 @@
 
 Beside the batch stands the machine's arithmetic limit: operations / (lanes x 2 pipes x clock).
 
-The same chain (general mass centres and inertia matrices, hinge axes x, y, x, ...) is given to freebody, Pinocchio
+The same machine (general mass centres and inertia matrices, hinge axes x, y, x, ...) is given to freebody, Pinocchio
 and MuJoCo; their accelerations must agree before anything is timed.
 """
 
@@ -16,11 +16,15 @@ from typing import Any
 
 import numpy as np
 
+from . import floating_tree
 from .chains import alternating_chain, chain_state, mujoco_chain, pinocchio_chain
 from .loop import clock, repeater
 from .tables import NOT_INSTALLED, module, per_call, ratio_text, seconds, show, time_text
 
-SIZES = (1, 2, 7, 30, 100, 1000)
+TREE = "tree"
+"""A flying body with six limbs of five hinges: 36 degrees of freedom."""
+SIZES = (1, 2, 7, 12, 30, TREE, 100, 1000)
+QUICK = (1, 2, 7, 30, TREE)
 PEERS_UP_TO = 100  # bodies; longer chains break the peers' own builders off
 AGREEMENT = 1e-9
 BATCH = 4096
@@ -32,17 +36,23 @@ class Pinocchio:
     The model without joints has the same conversions and the same call; only the recursion is empty.
     """
 
-    def __init__(self, n: int) -> None:
+    def __init__(self, n: int | str) -> None:
         import pinocchio
 
         self.aba = pinocchio.aba
-        self.model, self.data = pinocchio_chain(alternating_chain(n))
         self.empty, self.empty_data = pinocchio_chain([])
-        self.q, self.u = chain_state(n)
-        self.tau = np.zeros(n)
+        self.tree = n == TREE
+        if isinstance(n, str):
+            self.model, self.data = floating_tree.pinocchio_tree()
+            self.q, self.u = floating_tree.pinocchio_state(*floating_tree.state())
+        else:
+            self.model, self.data = pinocchio_chain(alternating_chain(n))
+            self.q, self.u = chain_state(n)
+        self.tau = np.zeros(len(self.u))
 
     def accelerations(self) -> np.ndarray:
-        return self.aba(self.model, self.data, self.q, self.u, self.tau).copy()
+        found = self.aba(self.model, self.data, self.q, self.u, self.tau).copy()
+        return floating_tree.from_pinocchio(found) if self.tree else found
 
     def time(self, repeats: int) -> float:
         nothing = np.zeros(0)
@@ -64,17 +74,23 @@ class Pinocchio:
 class MuJoCo:
     """``mj_step`` per step, looped in C (``nstep``): Euler, contacts and constraints off, a step of 1e-12 s."""
 
-    def __init__(self, n: int) -> None:
+    def __init__(self, n: int | str) -> None:
         import mujoco
 
         self.mujoco = mujoco
-        self.model, self.data = mujoco_chain(alternating_chain(n), timestep=1e-12)
-        self.q, self.u = chain_state(n)
+        self.tree = n == TREE
+        if isinstance(n, str):
+            self.model, self.data = floating_tree.mujoco_tree(timestep=1e-12)
+            self.q, self.u = floating_tree.mujoco_state(*floating_tree.state())
+        else:
+            self.model, self.data = mujoco_chain(alternating_chain(n), timestep=1e-12)
+            self.q, self.u = chain_state(n)
 
     def accelerations(self) -> np.ndarray:
         self.data.qpos[:], self.data.qvel[:] = self.q, self.u
         self.mujoco.mj_forward(self.model, self.data)
-        return self.data.qacc.copy()
+        found = self.data.qacc.copy()
+        return floating_tree.from_mujoco(found, *floating_tree.state()) if self.tree else found
 
     def time(self, repeats: int) -> float:
         return per_call(lambda n: self.mujoco.mj_step(self.model, self.data, nstep=n), repeats)
@@ -100,15 +116,19 @@ def agreement(found: np.ndarray, expected: np.ndarray) -> float:
 class Freebody:
     """Forward dynamics by the compiled kernel's address in a loop of machine code; batches by ``fb.compile``."""
 
-    def __init__(self, n: int) -> None:
+    def __init__(self, n: int | str) -> None:
         import freebody as fb
 
+        self.n = n
+        self.system = self.described()
+        self.program = fb.compile(self.system)
+        self.q, self.u = floating_tree.state() if isinstance(n, str) else chain_state(n)
+
+    def described(self) -> Any:
+        """The machine."""
         from .models import numeric_chain
 
-        self.n = n
-        self.system = numeric_chain(alternating_chain(n))
-        self.program = fb.compile(self.system)
-        self.q, self.u = chain_state(n)
+        return floating_tree.system() if isinstance(self.n, str) else numeric_chain(alternating_chain(self.n))
 
     def accelerations(self) -> np.ndarray:
         return self.program.forward_dynamics(self.q, self.u)
@@ -118,18 +138,17 @@ class Freebody:
             self.program.kernel("forward_dynamics"),
             self.program.constants("forward_dynamics"),
         )
-        state, out = np.concatenate([self.q, self.u]), np.zeros(self.n)
+        state, out = np.concatenate([self.q, self.u]), np.zeros(len(self.u))
         loop = repeater(kernel.address, state, constants, out)
         loop(1)
         if not agreement(out, self.accelerations()) < AGREEMENT:
-            raise ArithmeticError(
-                f"{self.n} bodies: the timed kernel differs from fb.compile's forward dynamics"
-            )
+            raise ArithmeticError(f"{self.n}: the timed kernel differs from fb.compile's forward dynamics")
         return per_call(loop, repeats)
 
     def batch_time(self, repeats: int) -> float:
         """Of the whole call from Python."""
-        q, u = np.random.default_rng(1).uniform(-1, 1, (2, BATCH, self.n))
+        random = np.random.default_rng(1)
+        q, u = random.uniform(-1, 1, (BATCH, len(self.q))), random.uniform(-1, 1, (BATCH, len(self.u)))
         self.program.forward_dynamics(q, u)
         return seconds(lambda: self.program.forward_dynamics(q, u), repeats) / BATCH
 
@@ -155,10 +174,8 @@ class Freebody:
         import freebody as fb
         from freebody.compile.link_step import compiled_step
 
-        from .models import numeric_chain
-
         compiled_step.cache_clear()
-        system = numeric_chain(alternating_chain(self.n))
+        system = self.described()
         start = time.perf_counter()
         fb.simulate(system, until=1e-6)
         return time.perf_counter() - start
@@ -191,10 +208,10 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
     from .models import numeric_chain
 
     fb.simulate(numeric_chain(alternating_chain(1)), until=1e-6)  # imports, and the integrator's own code
-    for n in (1, 2, 7, 30) if quick else SIZES:
+    for n in QUICK if quick else SIZES:
         with without_cache():
             ours = Freebody(n)
-            compile_time = ours.compile_time(1 if n > 10 else repeats)
+            compile_time = ours.compile_time(repeats if n in (1, 2, 7) else 1)
             ready = ours.simulation_time()
         found = ours.accelerations()
         call, batch = ours.time(repeats), ours.batch_time(repeats)
@@ -205,19 +222,19 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
             if module(name) is None:
                 row += [NOT_INSTALLED, "-", "-"]
                 continue
-            if n > PEERS_UP_TO:
+            if isinstance(n, int) and n > PEERS_UP_TO:
                 row += ["-", "-", "-"]
                 continue
             peer = make(n)
             difference = agreement(found, peer.accelerations())
             if not difference < AGREEMENT:
-                raise ArithmeticError(f"{n} bodies: accelerations differ from {name}'s by {difference:.1e}")
+                raise ArithmeticError(f"{n}: accelerations differ from {name}'s by {difference:.1e}")
             worst = max(worst or 0.0, difference)
             theirs = peer.time(repeats)
             row += [time_text(theirs), ratio_text(theirs, call), ratio_text(theirs, batch)]
         rows.append([*row, "-" if worst is None else f"{worst:.0e}"])
     show(
-        "Forward dynamics of chains of n bodies, hinge axes x, y, x, ...",
+        "Forward dynamics of chains of n bodies, hinge axes x, y, x, ..., and of a floating tree",
         [
             "n",
             "freebody call",
@@ -238,6 +255,7 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
             f"freebody: kernel called by address in a compiled loop; batch: {BATCH} states by fb.compile, per state;",
             f"limit: operations (sincos as {WEIGHTS['sincos']}) / ({lanes()} lanes x 2 pipes x {speed / 1e9:.2f} GHz); "
             "fused products and sums count twice, so that it can be passed.",
+            "tree: a flying body with six limbs of five hinges, 36 degrees of freedom.",
             "compile: from the description, nothing cached; to simulate: to fb.simulate's first step.",
             "call, batch: how many times longer the peer takes than our call, and than one state of our batch.",
             "Pinocchio: loop of aba calls in Python less the same loop on a model without joints (call, conversions).",

@@ -144,7 +144,11 @@ def test_code_of_another_program_is_not_run(folder):
     assert value(again) == pytest.approx(6 * np.sin(0.4) + 1)
     three.write_bytes(good)
     header, code = cache.load(three.stem)
-    for wrong in (({**header, "target": "another processor"}, code), (header, cache.load(four.stem)[1]), ({}, b"")):
+    for wrong in (
+        ({**header, "target": "another processor"}, code),
+        (header, cache.load(four.stem)[1]),
+        ({}, b""),
+    ):
         assert cache.store(three.stem, *wrong)
         again = build(3)
         assert not again.from_disk

@@ -170,6 +170,12 @@ def test_constraints_need_a_configuration():
     rates = np.array([1.0, -np.cos(a) / (2 * np.cos(a + b)) - 1, 0])
     rates[2] = -np.sin(a) * rates[0] - 2 * np.sin(a + b) * (rates[0] + rates[1])
     udot = program.forward_dynamics(q, rates)
+    rough = fb.compile(model, at=[0.4, -0.6, 2.8])
+    assert rough.forward_dynamics(q, rates) == pytest.approx(udot, abs=1e-12)
+    with pytest.raises(ModelError, match="can not be met near"):
+        held = crank()
+        held.hinge("D", held.ground, held.bodies["piston"], at=(9, 9, 0), axis="z")
+        fb.compile(held, at=q)
     # the loop stays closed: x = cos a + 2 cos(a + b), differentiated twice
     c, d = a + b, rates[0] + rates[1]
     expected = -np.cos(a) * rates[0] ** 2 - np.sin(a) * udot[0]
@@ -190,6 +196,7 @@ WRONG = [
         "Expected a derivative by one of q, u, displacement, t, parameters, m, k, got 'w'",
     ),
     (lambda p: p.derivative("mass_matrix", "u"), "got 'u'"),
+    (lambda p: p.derivative("mass_matrix", 3), "got '3'"),
     (lambda p: p.derivative("jacobian", "q"), "Expected point="),
     (lambda p: p.derivative("bias", "q", point="b1"), "Expected point="),
     (

@@ -52,6 +52,13 @@ def test_random_machines(seed):
     kernels = LoopedSet(model)
     for k in range(2):
         compare(model, kernels, *random_state(model, 10 * seed + k), 0.4)
+    q, u = random_state(model, seed)
+    forces = np.random.default_rng(seed).normal(size=model.n_u)
+    kernels = LoopedSet(model, forced=True)
+    found = kernels["accelerations"](0.4, [*q, *u, *forces], kernels.constants([]))
+    s = dynamics.float_state(model, q, u, 0.4)
+    expected = np.array(dynamics.forward_dynamics(model, s, list(forces)), dtype=float)
+    assert np.abs(found - expected).max(initial=0) <= 1e-10 * np.abs(expected).max(initial=1)
 
 
 def described():
@@ -113,6 +120,8 @@ def test_program_switches_by_itself(monkeypatch):
     }  # fmt: skip
     expected = {name: getattr(straight, name)(*given, m=m) for name, given in calls.items()}
     poses = straight.poses(Q, t, m=m)
+    tau = [0.3, -0.2, 0.5]
+    pushed = straight.forward_dynamics(Q, U, t, forces=tau, m=m)
     monkeypatch.setattr(looped, "BODIES", 1)
     program, threaded = fb.compile(s), fb.compile(s, threads=2)
     for name, given in calls.items():
@@ -120,12 +129,15 @@ def test_program_switches_by_itself(monkeypatch):
         assert found == pytest.approx(expected[name], rel=1e-11, abs=1e-11)
         assert np.array_equal(found, getattr(threaded, name)(*given, m=m))
         assert np.array_equal(found[3], getattr(program, name)(*(x[3] for x in given), m=m[3]))
-    for name, posture in program.poses(Q, t, m=m).items():
+    loops = program.poses(Q, t, m=m)
+    for name, posture in loops.items():
         assert posture.rotation == pytest.approx(poses[name].rotation, abs=1e-13)
         assert posture.position == pytest.approx(poses[name].position, abs=1e-13)
-    assert program.forward_dynamics(Q[0], U[0], forces=[0, 0, 0]) == pytest.approx(
-        program.forward_dynamics(Q[0], U[0]), rel=1e-11
-    )
+    forced = program.forward_dynamics(Q, U, t, forces=tau, m=m)
+    assert forced == pytest.approx(pushed, rel=1e-11, abs=1e-11)
+    assert {key for key, (made, _) in program._sets.items() if isinstance(made, looped.LoopedKernel)} == {
+        "forward_dynamics", "forced_dynamics", "kinetic_energy", "potential_energy", "poses",
+    }  # fmt: skip
     assert program.describe("forward_dynamics").startswith("forward_dynamics: ")
 
 

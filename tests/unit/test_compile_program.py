@@ -251,7 +251,9 @@ def test_factors_of_parameters_are_joined():
     s.gravity = (0, -g, 0)
     s.hinge("pin", s.ground, s.body("bob", fb.particle(m)), to=(0, L, 0), axis="z", coordinate="theta")
     program = fb.compile(s)
-    assert program.describe("forward_dynamics").startswith("forward_dynamics: 2 operations (1 mul, 1 sincos); ")
+    assert program.describe("forward_dynamics").startswith(
+        "forward_dynamics: 2 operations (1 mul, 1 sincos); "
+    )
     assert program.forward_dynamics([0.3], [0.0]) == pytest.approx([-9.81 / 2 * math.sin(0.3)], rel=1e-15)
     assert program.forward_dynamics([0.3], [0.0], L=0.1) == pytest.approx([-98.1 * math.sin(0.3)], rel=1e-15)
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+import sys
+from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +22,10 @@ from freebody.simulate.collocation import integrals, tables
 from freebody.simulate.kernels import kernels_of
 from freebody.simulate.methods import METHODS
 
-CONTROLLED = ("dop853", "dop54", "radau", "gauss")
+TAYLOR = pytest.param(
+    "taylor", marks=pytest.mark.skipif(find_spec("heyoka") is None, reason="heyoka is not installed")
+)
+CONTROLLED = ("dop853", "dop54", "radau", "gauss", TAYLOR)
 ALL = (*CONTROLLED, "structure")
 EPS = np.finfo(float).eps
 
@@ -273,7 +279,7 @@ def test_a_rate_that_is_no_number_is_reported(method):
     block = s.body("block", fb.particle(1))
     s.slider("guide", s.ground, block, axis="x", coordinate="x")
     s.force("pull", block, ("sqrt(1 - x)", 0, 0))
-    with pytest.raises(SimulationError, match="is not a finite number"):
+    with pytest.raises(SimulationError, match="is not a finite number|the step collapsed"):
         fb.simulate(s, 100, initial={"x'": 3.0}, **steps(method))
 
 
@@ -281,6 +287,31 @@ def test_a_rate_that_is_no_number_is_reported(method):
 def test_too_many_steps(method):
     with pytest.raises(SimulationError, match="max_steps = 5 steps reached only"):
         fb.simulate(pendulum(), 100, initial={"theta": 1.0}, method=method, max_steps=5)
+
+
+def test_long_steps_of_a_chain_can_be_divided():
+    """Between steps there is no step before to predict the stages: they are led up to from shorter steps."""
+    s = fb.System("chain")
+    s.gravity = (0, -9.81, 0)
+    last = s.ground
+    for i in range(20):
+        bar = s.body(f"bar{i}", fb.slender_bar(1, 1, axis="y"))
+        s.hinge(f"pin{i}", last, bar, at=(0, -0.5 * (i > 0), 0), to=(0, 0.5, 0), axis="z", coordinate=f"q{i}")
+        last = bar
+    run = fb.simulate(s, 2, initial={"q0": 0.5}, method="gauss")
+    assert run.steps < 40
+    assert np.isfinite(run.states).all()
+    assert run.energy.relative_residual < 1e-13
+
+
+def test_a_state_that_can_not_be_computed_is_refused():
+    """Of steps longer than any iteration from scratch could make."""
+    run = fb.simulate(pendulum(), 10, initial={"theta": 2.0}, method="gauss")
+    stretched = replace(run.path, lengths=run.path.lengths * 1e3, times=run.path.times * 1e3)
+    with pytest.raises(
+        ValueError, match="The iteration of method 'gauss' does not converge for a step that ends at"
+    ):
+        stretched.sample(np.linspace(*stretched.times[[0, -1]], 50))
 
 
 # --- radau -------------------------------------------------------------------------------------------
@@ -424,6 +455,74 @@ def test_replaced_follows_every_operation():
     values = {"x": 0.7, "y": 1.7}
     assert tape.evaluate(found, values) == pytest.approx(tape.evaluate(made, values), abs=4 * EPS)
     assert jacobian(tape, found, [y]) == [[0]] * 4
+
+
+# --- taylor ------------------------------------------------------------------------------------------
+
+
+def test_taylor_without_heyoka(monkeypatch):
+    monkeypatch.setitem(sys.modules, "heyoka", None)
+    refused(
+        r'method="taylor" needs the package heyoka, which is not installed. pip install "freebody\[taylor\]"',
+        pendulum(), 1, method="taylor",
+    )  # fmt: skip
+
+
+def test_taylor_takes_no_step():
+    refused(
+        'Expected a tolerance for method="taylor", got step=0.1', pendulum(), 1, method="taylor", step=0.1
+    )
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_taylor_agrees_with_gauss(name):
+    pytest.importorskip("heyoka")
+    make, start, until = MACHINES[name]
+    s = make()
+    series, gauss = (
+        fb.simulate(s, until, method=method, tolerance=1e-15, **start) for method in ("taylor", "gauss")
+    )
+    assert series.path.method == "taylor"
+    assert series.states == pytest.approx(gauss.at(series.t)._y, abs=1e-12, rel=1e-12)
+    assert series.energy.relative_residual < 100 * EPS
+
+
+def test_taylor_follows_parameters_and_time():
+    pytest.importorskip("heyoka")
+    s = fb.System("forced")
+    k, f = s.parameters(k=4.0, f=1.0)
+    block = s.body("block", fb.particle(1))
+    guide = s.slider("guide", s.ground, block, axis="x", coordinate="x")
+    s.spring("k", guide, stiffness=k)
+    s.force("push", block, ("f*exp(-t)*sin(3*t)", 0, 0))
+    for values in ({}, {"k": 9.0, "f": -2.0}):
+        runs = [
+            fb.simulate(s, 5, start=1, values=values, initial={"x": 1.0}, method=m, tolerance=1e-14)
+            for m in ("taylor", "gauss")
+        ]
+        assert runs[0]["x"] == pytest.approx(runs[1]["x"], abs=1e-13)
+        assert runs[0].energy.relative_residual < 1e-13
+
+
+def test_taylor_refuses_what_has_no_series():
+    pytest.importorskip("heyoka")
+    s = fb.System("dry friction")
+    block = s.body("block", fb.particle(1))
+    s.slider("guide", s.ground, block, axis="x", coordinate="x")
+    s.force("friction", block, ("-abs(x)", 0, 0))
+    refused("'abs' has no Taylor series where it bends", s, 1, method="taylor", initial={"x": 1.0})
+
+
+def test_taylor_makes_steps_as_they_are_needed():
+    """A terminal event long before the end; and more steps than are made at once."""
+    pytest.importorskip("heyoka")
+    stop = [fb.event("theta", terminal=True)]
+    run = fb.simulate(pendulum(), 1e9, initial={"theta": 1.0}, events=stop, method="taylor")
+    assert run.steps < 20
+    long = fb.simulate(pendulum(), 500, initial={"theta": 1.0}, method="taylor")
+    assert long.steps > 2000
+    assert long.path.times[-1] == 500
+    assert long.energy.relative_residual < 1e-8
 
 
 # --- refusals ----------------------------------------------------------------------------------------

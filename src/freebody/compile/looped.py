@@ -26,11 +26,12 @@ from ..dynamics.coordinates import accelerations_of_coordinates, forces_on_displ
 from ..dynamics.kinematics import Posture
 from ..dynamics.loading import load_power, loading, spring_energy
 from ..dynamics.state import float_state
-from ..model.model import GROUND, Model
+from ..model.model import Model
 from ..scalar.algebra import dot, negate
 from ..scalar.trace import INPUT, Tape, Traced
 from . import link_step, native
 from .kernels import Kernel, KernelSet, compile_tape
+from .link_loop import Driver
 from .link_step import WIDTH, compiled_step, constants_of, kind_of
 
 BODIES = 200
@@ -38,8 +39,6 @@ BODIES = 200
 
 OF_Q = ("potential_energy", "postures")
 """Kernels that are given q only."""
-
-_ROW = 8  # numbers per link in the table of links
 
 
 def applies(model: Model) -> bool:
@@ -67,14 +66,15 @@ class LoopedSet:
 
     ``rates`` (q', u' and, where power goes in or out, that), ``accelerations``, ``energy`` (kinetic, potential), each
     of the two, and ``poses`` (position, rotation by rows of each body) as functions of t and y = (q, u), where
-    ``potential_energy`` and ``postures`` (rotation, position) are given q only.
+    ``potential_energy`` and ``postures`` (rotation, position) are given q only. If ``forced``, generalized forces
+    besides the model's stand after u in y, and there is ``accelerations`` alone.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, forced: bool = False) -> None:
         self.model = model
         self._kinds = [kind_of(link) for link in model.links]
         self._steps = {kind: compiled_step(kind) for kind in dict.fromkeys(self._kinds)}
-        parts = _Parts(model, self._kinds)
+        parts = Parts(model, self._kinds, forced)
         self.works = parts.works
         self.straight: KernelSet = parts.compiled
         self._offsets: list[int] = []
@@ -87,7 +87,7 @@ class LoopedSet:
         self.from_disk = self.straight.from_disk and all(step.from_disk for step in self._steps.values())
         self._tables: list[np.ndarray] = []
         start = perf_counter()
-        code = native.object_code(_Driver(self, parts).text())
+        code = native.object_code(Driver(self, parts).text())
         library = native.Library(code)
         used = [self.straight, *self._steps.values()]
         self.size = len(code) + sum(one.size for one in used)
@@ -162,18 +162,20 @@ class _Inputs(list[Any]):
         return self.made[i]
 
 
-class _Parts:
+class Parts:
     """The straight parts of a model, and where everything stands in S.
 
-    S = 0, t, q, u | fetched from the records | front | loads | finish | energy | records (the ground's first)
+    S = 0, t, y | fetched from the records | front | loads | finish | energy | records (the ground's first)
     """
 
-    def __init__(self, model: Model, kinds: Sequence[link_step.Kind]) -> None:
+    def __init__(self, model: Model, kinds: Sequence[link_step.Kind], forced: bool) -> None:
         self.model = model
         tape = Tape()
         state = traced_state(model, tape)
         zero, time = tape.input("0"), tape.input("time in S")
-        self._inputs: list[Traced] = [zero, time, *state.q, *state.u]
+        besides = [tape.input(f"force {k}") for k in range(model.n_u)] if forced else []
+        self._inputs: list[Traced] = [zero, time, *state.q, *state.u, *besides]
+        self.given = model.n_q + model.n_u + len(besides)
         self._places = {x.index: k for k, x in enumerate(self._inputs)} | {state.t.index: 1}
         fetched: list[tuple[int, int]] = []  # (link, place in its record), input after input
 
@@ -196,7 +198,10 @@ class _Parts:
         state.cache["postures"], state.cache["velocities"] = _Inputs(posture), _Inputs(velocity)
         # front
         loads = loading(model, state)
-        along = forces_on_displacements(model, state, loads.generalized)
+        generalized = dict(loads.generalized)
+        for k, force in enumerate(besides):
+            generalized[k] = generalized.get(k, 0) + force
+        along = forces_on_displacements(model, state, generalized)
         for i, force in loads.along.items():
             along[i] = along.get(i, 0) + force
         joints: list[list[Any]] = []
@@ -206,7 +211,7 @@ class _Parts:
                 joints.append([state(link.displacement), state.rate(link), third])
             elif link.u >= 0:
                 n_q, n_u = (7, 6) if link.kind == "free" else (4, 3)
-                forces = [loads.generalized.get(link.u + k, 0) for k in range(n_u)]
+                forces = [generalized.get(link.u + k, 0) for k in range(n_u)]
                 joints.append([*state.q[link.q : link.q + n_q], *state.u[link.u : link.u + n_u], *forces])
             else:
                 joints.append([])
@@ -296,7 +301,9 @@ class _Parts:
                 )
             ],
         }  # fmt: skip
-        self.states = {name: model.n_q + (0 if name in OF_Q else model.n_u) for name in self.outputs}
+        if forced:
+            self.outputs = {"accelerations": accelerations}
+        self.states = {name: model.n_q if name in OF_Q else self.given for name in self.outputs}
 
     def record(self, i: int) -> int:
         """Where the record of link i begins; the ground's is the first."""
@@ -326,288 +333,8 @@ class _Parts:
         return result
 
 
-class _Driver:
-    """The loops as LLVM IR."""
-
-    def __init__(self, owner: LoopedSet, parts: _Parts) -> None:
-        self.owner = owner
-        self.parts = parts
-        self.count = len(parts.model.links)
-        rows: list[int] = []
-        joints: list[int] = []
-        for i, link in enumerate(parts.model.links):
-            step = owner.step(i)
-            parent = parts.base if link.parent == GROUND else parts.record(link.parent)
-            addresses = [step[name].address for name in ("outward", "inward", "final", "place")]
-            rows += [*addresses, parent, owner.offset(i), len(joints), len(parts.joints[i])]
-            joints += parts.joints[i]
-        self.links, self.joints = owner.table(rows), owner.table(joints)
-
-    def text(self) -> str:
-        """The module."""
-        triple = native.processor()[0]
-        head = f'target triple = "{triple}"\ntarget datalayout = "{native.layout()}"\n'
-        batches = [_BATCH.format(name=name, **self._sizes(name)) for name in self.parts.outputs]
-        functions = [self._function(name) for name in self.parts.outputs]
-        return head + _HELPERS + "\n".join([*self._loops(), *functions, *batches])
-
-    def _sizes(self, name: str) -> dict[str, int]:
-        return {"state": self.parts.states[name], "outputs": len(self.parts.outputs[name])}
-
-    def _function(self, name: str) -> str:
-        parts = self.parts
-        state = parts.model.n_q + parts.model.n_u
-        size = parts.record(self.count)
-        moving = name in ("rates", "accelerations")
-        placed = not moving or parts.placed
-        lines = [
-            f"define void @{name}(double %t, ptr %y, ptr %c, ptr %out) nounwind {{",
-            f"  %S = call ptr @malloc(i64 {8 * size})",
-            "  store double 0.0, ptr %S, align 8",
-            "  %S1 = getelementptr double, ptr %S, i64 1",
-            "  store double %t, ptr %S1, align 8",
-            "  %S2 = getelementptr double, ptr %S, i64 2",
-            f"  call void @llvm.memset.p0.i64(ptr %S2, i8 0, i64 {8 * state}, i1 false)",
-            f"  call void @copy(ptr %S2, ptr %y, i64 {parts.states[name]})",
-            f"  %ground = getelementptr double, ptr %S, i64 {parts.base}",
-            f"  call void @llvm.memset.p0.i64(ptr %ground, i8 0, i64 {8 * WIDTH}, i1 false)",
-        ]
-        for k in (0, 4, 8):
-            lines += [
-                f"  %one{k} = getelementptr double, ptr %ground, i64 {link_step.PLACE + k}",
-                f"  store double 1.0, ptr %one{k}, align 8",
-            ]
-        lines += self._straight("front")
-        lines.append(f"  %g = getelementptr double, ptr %ground, i64 {link_step.A + 3}")
-        lines.append(self._gather("%g", parts.ground))
-        lines.append(f"  call void @outward.{'placed' if placed else 'plain'}(double %t, ptr %S, ptr %c)")
-        fetched = [parts.record(i) + k for i, k in parts.fetched]
-        first = 2 + state
-        if fetched and name not in ("poses", "postures"):
-            early = parts.loads_end - first
-            lines.append(f"  %early = getelementptr double, ptr %S, i64 {first}")
-            lines.append(self._gather("%early", fetched[:early]))
-        if moving:
-            lines += self._straight("loads")
-            if parts.pressed:
-                targets = self.owner.table([a for a, _ in parts.pressed])
-                sources = self.owner.table([b for _, b in parts.pressed])
-                lines.append(
-                    f"  call void @press(ptr %S, ptr inttoptr (i64 {targets} to ptr), "
-                    f"ptr inttoptr (i64 {sources} to ptr), i64 {len(parts.pressed)})"
-                )
-            lines += [
-                "  call void @inward(double %t, ptr %S, ptr %c)",
-                "  call void @final(double %t, ptr %S, ptr %c)",
-            ]
-            late = fetched[parts.loads_end - first :]
-            if late:
-                lines.append(f"  %late = getelementptr double, ptr %S, i64 {parts.loads_end}")
-                lines.append(self._gather("%late", late))
-            lines += self._straight("finish")
-        elif name.endswith("energy"):
-            lines.append(f"  %sums = getelementptr double, ptr %S, i64 {parts.sums}")
-            lines.append("  call void @sum(ptr %S, ptr %sums)")
-            lines += self._straight("energy")
-        lines.append(self._gather("%out", parts.outputs[name]))
-        return "\n".join([*lines, "  call void @free(ptr %S)", "  ret void", "}", ""])
-
-    def _straight(self, name: str) -> list[str]:
-        if name in self.parts.empty:
-            return []
-        address = self.owner.straight[name].address
-        return [
-            f"  %{name}.c = getelementptr double, ptr %c, i64 {self.owner.straight_offset}",
-            f"  %{name}.out = getelementptr double, ptr %S, i64 {self.parts.start[name]}",
-            f"  call void inttoptr (i64 {address} to ptr)(double %t, ptr %S, ptr %{name}.c, ptr %{name}.out)",
-        ]
-
-    def _gather(self, target: str, places: Sequence[int]) -> str:
-        table = self.owner.table(places)
-        return (
-            f"  call void @gather(ptr {target}, ptr %S, ptr inttoptr (i64 {table} to ptr), i64 {len(places)})"
-        )
-
-    def _loops(self) -> list[str]:
-        s, base = link_step, self.parts.base
-        joints = f"ptr inttoptr (i64 {self.joints} to ptr)"
-        fetch = f"""
-  %start = load i64, ptr %row6, align 8
-  %many = load i64, ptr %row7, align 8
-  %places = getelementptr i64, {joints}, i64 %start
-  %joint = getelementptr double, ptr %record, i64 {s.JOINT}
-  call void @gather(ptr %joint, ptr %S, ptr %places, i64 %many)
-  %from = getelementptr double, ptr %parent, i64 {s.V}
-  call void @llvm.memcpy.p0.p0.i64(ptr %record, ptr %from, i64 48, i1 false)
-{_call(0, s.OUTWARD)}"""
-        place = f"""
-  %above = getelementptr double, ptr %parent, i64 {s.PLACE}
-  %there = getelementptr double, ptr %record, i64 {s.PARENT_PLACE}
-  call void @llvm.memcpy.p0.p0.i64(ptr %there, ptr %above, i64 96, i1 false)
-{_call(3, s.PLACE)}"""
-        inward = f"""
-{_call(1, s.INWARD)}
-  %sum = getelementptr double, ptr %parent, i64 {s.INERTIA}
-  call void @add(ptr %sum, ptr %to1, i64 27)"""
-        final = f"""
-  %from = getelementptr double, ptr %parent, i64 {s.A}
-  %A = getelementptr double, ptr %record, i64 {s.PARENT_A}
-  call void @llvm.memcpy.p0.p0.i64(ptr %A, ptr %from, i64 48, i1 false)
-{_call(2, s.FINAL)}"""
-        total = f"""
-  %kinetic = getelementptr double, ptr %record, i64 {s.KINETIC}
-  call void @add(ptr %c, ptr %kinetic, i64 4)"""
-        fill = {"links": self.links, "n": self.count, "base": base, "width": WIDTH}
-        up = {"first": 0, "stop": self.count, "by": 1}
-        down = {"first": self.count - 1, "stop": -1, "by": -1}
-        return [
-            _LOOP.format(name="outward.plain", body=fetch, **fill, **up),
-            _LOOP.format(name="outward.placed", body=fetch + place, **fill, **up),
-            _LOOP.format(name="inward", body=inward, **fill, **down),
-            _LOOP.format(name="final", body=final, **fill, **up),
-            _LOOP.format(name="sums", body=total, **fill, **up),
-        ]
-
-
-def _call(column: int, target: int) -> str:
-    """The step of a column of the table, which writes from ``target`` of the record on."""
-    return f"""  %address{column} = load i64, ptr %row{column}, align 8
-  %f{column} = inttoptr i64 %address{column} to ptr
-  %to{column} = getelementptr double, ptr %record, i64 {target}
-  call void %f{column}(double %t, ptr %record, ptr %own, ptr %to{column})"""
-
-
-_LOOP = (
-    """
-define internal void @{name}(double %t, ptr %S, ptr %c) nounwind noinline {{
-entry:
-  br label %loop
-loop:
-  %i = phi i64 [{first}, %entry], [%next, %loop]
-  %r = mul i64 %i, 8
-  %row0 = getelementptr i64, ptr inttoptr (i64 {links} to ptr), i64 %r
-"""
-    + "\n".join(f"  %row{k} = getelementptr i64, ptr %row0, i64 {k}" for k in range(1, _ROW))
-    + """
-  %place = load i64, ptr %row4, align 8
-  %offset = load i64, ptr %row5, align 8
-  %parent = getelementptr double, ptr %S, i64 %place
-  %own = getelementptr double, ptr %c, i64 %offset
-  %i1 = add i64 %i, 1
-  %w = mul i64 %i1, {width}
-  %b = add i64 %w, {base}
-  %record = getelementptr double, ptr %S, i64 %b
-{body}
-  %next = add i64 %i, {by}
-  %more = icmp ne i64 %next, {stop}
-  br i1 %more, label %loop, label %done
-done:
-  ret void
-}}
-"""
-)
-
-_BATCH = """
-define void @{name}.batch(i64 %n, ptr %t, i64 %ts, ptr %y, ptr %c, i64 %cs, ptr %out) nounwind {{
-entry:
-  %some = icmp sgt i64 %n, 0
-  br i1 %some, label %loop, label %done
-loop:
-  %i = phi i64 [0, %entry], [%next, %loop]
-  %it = mul i64 %i, %ts
-  %iy = mul i64 %i, {state}
-  %ic = mul i64 %i, %cs
-  %io = mul i64 %i, {outputs}
-  %pt = getelementptr double, ptr %t, i64 %it
-  %py = getelementptr double, ptr %y, i64 %iy
-  %pc = getelementptr double, ptr %c, i64 %ic
-  %po = getelementptr double, ptr %out, i64 %io
-  %time = load double, ptr %pt, align 8
-  call void @{name}(double %time, ptr %py, ptr %pc, ptr %po)
-  %next = add i64 %i, 1
-  %more = icmp slt i64 %next, %n
-  br i1 %more, label %loop, label %done
-done:
-  ret void
-}}
-"""
-
-
-def _each(name: str, arguments: str, body: str) -> str:
-    """A loop of %k from 0 to %n."""
-    return f"""
-define internal void @{name}({arguments}, i64 %n) nounwind noinline {{
-entry:
-  %some = icmp sgt i64 %n, 0
-  br i1 %some, label %loop, label %done
-loop:
-  %k = phi i64 [0, %entry], [%next, %loop]
-{body}
-  %next = add i64 %k, 1
-  %more = icmp slt i64 %next, %n
-  br i1 %more, label %loop, label %done
-done:
-  ret void
-}}
-"""
-
-
-_HELPERS = (
-    """
-declare ptr @malloc(i64)
-declare void @free(ptr)
-declare void @llvm.memset.p0.i64(ptr, i8, i64, i1)
-declare void @llvm.memcpy.p0.p0.i64(ptr, ptr, i64, i1)
-define internal void @copy(ptr %target, ptr %source, i64 %n) nounwind {
-  %bytes = mul i64 %n, 8
-  call void @llvm.memcpy.p0.p0.i64(ptr %target, ptr %source, i64 %bytes, i1 false)
-  ret void
-}
-define internal void @sum(ptr %S, ptr %sums) nounwind {
-  call void @llvm.memset.p0.i64(ptr %sums, i8 0, i64 32, i1 false)
-  call void @sums(double 0.0, ptr %S, ptr %sums)
-  ret void
-}
-"""
-    + _each(
-        "gather",
-        "ptr %target, ptr %S, ptr %places",
-        """  %p = getelementptr i64, ptr %places, i64 %k
-  %place = load i64, ptr %p, align 8
-  %s = getelementptr double, ptr %S, i64 %place
-  %x = load double, ptr %s, align 8
-  %d = getelementptr double, ptr %target, i64 %k
-  store double %x, ptr %d, align 8""",
-    )
-    + _each(
-        "add",
-        "ptr %target, ptr %source",
-        """  %s = getelementptr double, ptr %source, i64 %k
-  %d = getelementptr double, ptr %target, i64 %k
-  %x = load double, ptr %s, align 8
-  %z = load double, ptr %d, align 8
-  %sum = fadd double %x, %z
-  store double %sum, ptr %d, align 8""",
-    )
-    + _each(
-        "press",
-        "ptr %S, ptr %targets, ptr %sources",
-        """  %a = getelementptr i64, ptr %targets, i64 %k
-  %b = getelementptr i64, ptr %sources, i64 %k
-  %i = load i64, ptr %a, align 8
-  %j = load i64, ptr %b, align 8
-  %d = getelementptr double, ptr %S, i64 %i
-  %s = getelementptr double, ptr %S, i64 %j
-  %x = load double, ptr %d, align 8
-  %z = load double, ptr %s, align 8
-  %less = fsub double %x, %z
-  store double %less, ptr %d, align 8""",
-    )
-)
-
-
 LOOPED = {
-    "forward_dynamics": "accelerations", "kinetic_energy": "kinetic_energy",
+    "forward_dynamics": "accelerations", "forced_dynamics": "accelerations", "kinetic_energy": "kinetic_energy",
     "potential_energy": "potential_energy", "poses": "postures",
 }  # fmt: skip
 """Products of a program that large models have in looped form, and their kernels."""

@@ -117,10 +117,10 @@ def derivative_of(model: Model, product: Product, by: str) -> Product:
     """The product ∂f/∂x, its last axis running over x (no axis for time and for one parameter)."""
     known = (*product.inputs, *(("displacement",) if "q" in product.inputs else ()), "t", "parameters")
     names = [parameter.name for parameter in model.parameters]
-    if by not in known and by not in names:
+    if by not in (*known, *names):
         raise ModelError(
             f"Expected a derivative by one of {', '.join((*known, *names))}, got '{by}'; "
-            f"{nearest(by, (*known, *names))}"
+            f"{nearest(str(by), (*known, *names))}"
         )
 
     def record(r: Recording) -> list[Any]:
@@ -244,6 +244,6 @@ def check_conditions(model: Model, active: tuple[int, ...] | None) -> None:
     if model.constraints and active is None:
         raise ModelError(
             f"'{model.name}' has constraints ({', '.join(model.constraints)}), and its motion follows from those "
-            f"conditions that are independent of each other. Give a configuration that fulfils them: "
+            f"conditions that are independent of each other. Give a configuration near one that fulfils them: "
             f"fb.compile(s, at=[...]), in the order of {', '.join(model.coordinate_names)}."
         )

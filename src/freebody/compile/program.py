@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..describe.system import System
 from ..dynamics import float_state
-from ..dynamics.constrained import independent_rows
+from ..dynamics.constrained import closed_coordinates, independent_rows
 from ..errors import ModelError
 from ..model import Model, assemble
 from .arguments import array, checked, is_plain, parameters_given, place_of
@@ -87,8 +87,8 @@ def compile_system(
     threads : int
         How many threads share a batch. Results do not depend on it.
     at : sequence of float, length n_q, optional
-        Of a machine with constraints, a configuration that fulfils them: there it is decided, at the parameters'
-        default values, which conditions are independent of each other.
+        Of a machine with constraints, a configuration near one that fulfils them, where it is decided, at the
+        parameters' default values, which conditions are independent of each other.
 
     Returns
     -------
@@ -98,7 +98,8 @@ def compile_system(
     Raises
     ------
     ModelError
-        For what is no machine, and for every defect that :func:`assemble` finds.
+        For what is no machine, for every defect that :func:`assemble` finds, and for constraints that can not be met
+        near ``at``.
 
     Examples
     --------
@@ -132,7 +133,8 @@ def compile_system(
                 f"Expected at= of shape ({machine.n_q},), one number for each of "
                 f"{', '.join(machine.coordinate_names)}; got shape {q.shape}."
             )
-        active = independent_rows(machine, float_state(machine, list(q)))
+        if machine.constraints:
+            active = independent_rows(machine, float_state(machine, closed_coordinates(machine, q.tolist())))
     return Program(machine, threads, active)
 
 
@@ -159,7 +161,7 @@ class Program:
         self.model = model
         self.threads = threads
         self._active = active
-        self._large: LoopedSet | None = None
+        self._large: dict[bool, LoopedSet] = {}
         self._sets: dict[Any, tuple[KernelSet | LoopedKernel, bool]] = {}
         self._constants: dict[Any, OrderedDict[Any, Array]] = {}
         self._plain: dict[Any, tuple[Kernel, Array, tuple[int, ...], tuple[int, ...]]] = {}
@@ -561,9 +563,10 @@ class Program:
         """The kernel of a large tree, of one state and of batches."""
         if key not in LOOPED or not is_large(self.model):
             return None
-        if self._large is None:
-            self._large = LoopedSet(self.model)
-        return LoopedKernel(self._large, LOOPED[key]), True
+        forced = key == "forced_dynamics"
+        if forced not in self._large:
+            self._large[forced] = LoopedSet(self.model, forced)
+        return LoopedKernel(self._large[forced], LOOPED[key]), True
 
     def _run(
         self,

@@ -70,7 +70,10 @@ def integrals(x: Any, s: int) -> Any:
 # Rows of the method's own block, each of width v: rates of the stages; coefficients of this step, of the last one, of
 # this one while parts of it are tried; an argument; new rates; what the sum lost, in the last step and in this one.
 # F = 0 ... S - 1, COEFFICIENTS = S, BEFORE = 2S, HELD = 3S, then:
-ARGUMENT_, NEW_, LOST, LOSES, HOLDS, LENGTHS, BLOCK = 0, 1, 2, 3, 4, 5, 6
+ARGUMENT_, NEW_, LOST, LOSES, HOLDS, LENGTHS = 0, 1, 2, 3, 4, 5
+ORIGIN = 3
+"""Place in row LENGTHS, after the lengths of the step before, of this one and of the held one: whether there is a step
+before."""
 
 
 @part
@@ -82,14 +85,16 @@ def forget(work: Reals, own: int, v: int, n: int, h: float) -> None:
         work[own + 2 * S * v + i] = work[own + (4 * S + NEW_) * v + i]
         work[own + (4 * S + LOST) * v + i] = 0.0
     work[own + (4 * S + LENGTHS) * v] = h
+    work[own + (4 * S + LENGTHS) * v + ORIGIN] = 0.0
 
 
 @part
 def guess(work: Reals, own: int, v: int, n: int, h: float) -> None:
-    """Rates of the stages from the polynomial of the step before."""
+    """Rates of the stages from the polynomial of the step before, or of a shorter one from the same start."""
     ratio = h / work[own + (4 * S + LENGTHS) * v]
+    origin = 1.0 if work[own + (4 * S + LENGTHS) * v + ORIGIN] != 0.0 else -1.0
     for j in range(S):
-        x = 1.0 + 2.0 * ratio * C[j]
+        x = origin + 2.0 * ratio * C[j]
         f = own + j * v
         for i in range(n):
             work[f + i] = work[own + 2 * S * v + i]
@@ -163,6 +168,36 @@ def collocate(
 
 
 @part
+def step_from(
+    rates: int, t: float, h: float, work: Reals, start: int, end: int, own: int, v: int, n: int, c: Reals,
+    relative: Reals, absolute: Reals, components: int, integers: Integers,
+) -> int:  # fmt: skip
+    """`collocate`; without a step before, where it fails, a shorter step predicts the stages of the next longer one."""
+    failed = collocate(rates, t, h, work, start, end, own, v, n, c, relative, absolute, components, integers)
+    lengths = own + (4 * S + LENGTHS) * v
+    if failed == 0 or work[lengths + ORIGIN] != 0.0:
+        return failed
+    for i in range(n):  # rates at the start stand for all again
+        for k in range(1, S):
+            work[own + (2 * S + k) * v + i] = 0.0
+    call(rates, t, work, start, c, work, own + 2 * S * v)
+    for k in range(17):
+        part = h * (0.125 + 0.875 * k / 16.0)
+        if (
+            collocate(
+                rates, t, part, work, start, end, own, v, n, c, relative, absolute, components, integers
+            )
+            != 0
+        ):
+            return 1
+        for i in range(n):
+            for m in range(S):
+                work[own + (2 * S + m) * v + i] = work[own + (S + m) * v + i]
+        work[lengths] = part
+    return 0
+
+
+@part
 def hold_step(work: Reals, own: int, v: int, n: int) -> None:
     """Keep what belongs to the whole step, while parts of it are tried."""
     for i in range(n):
@@ -180,6 +215,7 @@ def pass_step(work: Reals, own: int, v: int, n: int) -> None:
             work[own + (2 * S + k) * v + i] = work[own + (3 * S + k) * v + i]
         work[own + (4 * S + LOST) * v + i] = work[own + (4 * S + HOLDS) * v + i]
     work[own + (4 * S + LENGTHS) * v] = work[own + (4 * S + LENGTHS) * v + 2]
+    work[own + (4 * S + LENGTHS) * v + ORIGIN] = 1.0
 
 
 @part

@@ -20,8 +20,8 @@ from .machine import Integers, Reals, compiled, greater
 
 STAGES = 8
 _bound = bound_to(STAGES, goal=1e-3, most=25)
-forget, collocate, hold_step, pass_step, along = (
-    _bound[name] for name in ("forget", "collocate", "hold_step", "pass_step", "along")
+forget, step_from, hold_step, pass_step, along = (
+    _bound[name] for name in ("forget", "step_from", "hold_step", "pass_step", "along")
 )
 
 
@@ -42,7 +42,7 @@ def attempt(
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> int:  # fmt: skip
     """One step of length ``h`` from STATE to RAW."""
-    return collocate(
+    return step_from(
         rates, t, h, work, STATE * w, RAW * w, ROWS * w, w, n, c, relative, absolute, n, integers
     )
 

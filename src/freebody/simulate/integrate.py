@@ -72,6 +72,7 @@ def integrate(
     method: str = "dop853",
     step: float | None = None,
     until_stiff: bool = False,
+    supply: Callable[[], tuple[int, tuple[int, ...]]] | None = None,
 ) -> Path:
     """The path from ``state`` at ``start`` to ``until`` (earlier than ``start``: backwards in time).
 
@@ -89,6 +90,7 @@ def integrate(
                          from the keyboard, ends the run and keeps what was computed
     method               "dop853", "dop54", "radau", "gauss" or "structure" (`loop.SOURCES`)
     step                 length of all steps, whatever their error; made a little shorter, so that a whole number fits
+    supply               makes more steps for "taylor": how many there are now, and ``rates.others``; none is the end
     until_stiff          stop, with the status STIFF, where an explicit method is limited by stability and far from done
     """
     loop.use(method)
@@ -125,16 +127,23 @@ def integrate(
     largest = max(16, _MEMORY // (8 * (y.size + 2)))
     room = min(256, largest)
     left = math.inf if max_steps is None else max_steps
+    waiting = 0  # steps that were supplied and not yet taken
     pieces: list[_Piece] = []
     status = ""
     try:
         while not status:
             clock = perf_counter()
+            if supply is not None and waiting == 0:
+                waiting, run.corrections[-len(rates.others) :] = supply()
+                if waiting == 0:
+                    status = NOT_FINITE
+                    break
             # a piece is appended whole: wherever the keyboard interrupts, the pieces fit together
-            pieces.append(run.piece(int(min(room, left))))
+            pieces.append(run.piece(int(min(room, left, waiting or room))))
             clock = perf_counter() - clock
             done = pieces[-1].times.size
             left -= done
+            waiting -= min(waiting, done)
             if pieces[-1].code != layout.RUNNING:
                 status = _STATUS[pieces[-1].code]
             elif left <= 0:
@@ -185,8 +194,9 @@ class _Run:
         self.state = work[layout.STATE * width :][:n]
         self.state[:] = y
         work[:n] = f
+        self.corrections = rates.corrections
         self.fixed = (
-            rates.address, n, rates.constants, work, width, rates.corrections, len(rates.quaternions), relative,
+            rates.address, n, rates.constants, work, width, self.corrections, len(rates.quaternions), relative,
             absolute, self.reals, self.integers,
         )  # fmt: skip
         self.rates, self.watch, self.y = rates, watch, y

@@ -33,6 +33,7 @@ SOURCES = {
     "dop54": ("dop54.py",),
     "radau": ("radau.py",),
     "gauss": ("gauss.py", "collocation.py"),
+    "taylor": ("taylor.py",),
     "structure": ("structure.py", "collocation.py"),
 }
 """Modules that a method is made of, besides the shared ones."""

@@ -143,6 +143,12 @@ class Path:
             quaternions, len(self.rates.quaternions), self.steps, self.times, self.lengths, self.states, int(dense),
             wanted.size, wanted, result, relative, absolute, np.zeros(INTEGERS, dtype=np.int64),
         )  # fmt: skip
+        lost = ~np.isfinite(result).all(axis=1)
+        if lost.any():  # of a run, whose own states are all finite
+            raise ValueError(
+                f"The iteration of method {self.method!r} does not converge for a step that ends at t = "
+                f"{wanted[lost][0]:g}. Shorter steps do: pass a smaller max_step= (or step=), or times= at the steps."
+            )
         return result
 
 

@@ -84,11 +84,12 @@ def simulate(
         rest).
     events : list, optional
         :func:`freebody.event`, or bare expressions, that are located where they pass through zero.
-    method : {"auto", "dop853", "dop54", "radau", "gauss", "structure", "timestepping"}
+    method : {"auto", "dop853", "dop54", "radau", "gauss", "taylor", "structure", "timestepping"}
         How steps are made: explicit of order 8 or 5, implicit of order 5 for stiff machines, order 16 for tolerances
-        down to round-off, symplectic in steps of one length. "auto" is "dop853", and "radau" where that turns out
-        to be stiff. "timestepping" is for many contacts: equal steps of Moreau and Jean, of first order. The page on
-        integrators tells them apart.
+        down to round-off, Taylor series (with the extra ``taylor``), symplectic in steps of one length. "auto" is
+        "dop853", "gauss" for tolerances below 1e-14, and "radau" where the machine turns out to be stiff.
+        "timestepping" is for many contacts: equal steps of Moreau and Jean, of first order. The page on integrators
+        tells them apart.
     impulses : list, optional
         :func:`freebody.blow`, blows and impacts of no duration at given times or where an expression passes through
         zero. They are among the events of the trajectory, and their work is in the energy ledger.

@@ -89,8 +89,13 @@ LAST, LIMIT = 0, 0.0
 """Row of the last stage of an explicit method, whose time is that of the end, and where its region of stability ends
 on the negative axis; 0: the method is not watched for stiffness."""
 
+GIVEN = 0
+"""1: the lengths of the steps are given, by the method's function of this name."""
+
 prepare: Any = None
 """(rates, t, work, w, n, c, q, nq, integers): before the first step from a new start."""
+given: Any = None
+"""(work, w, n, q, nq) -> length of the next step, where they are given."""
 attempt: Any = None
 """(rates, t, h, work, w, n, c, q, nq, relative, absolute, integers) -> 0, or 1 where the iteration diverges: a step
 from STATE, whose rates are row 0, to RAW."""
@@ -549,6 +554,12 @@ def advance(
         elif abs(h) <= 8.0 * _EPS * abs(t) or abs(h) < _TINY:
             status = COLLAPSED
             break
+        if GIVEN != 0:
+            h = given(work, w, n, quaternions, nq)
+            ends = abs(t + h - until) <= 8.0 * _EPS * greater(abs(until), abs(h))
+            if not (abs(h) > 8.0 * _EPS * abs(t) and abs(h) > _TINY) and not ends:
+                status = COLLAPSED
+                break
         after = until if ends else t + h
         if integers[FIXED] != 0 and not ends:
             after = reals[START] + (integers[TAKEN] + 1) * h
@@ -573,8 +584,8 @@ def advance(
             integers[REJECTED] += 1
             integers[AFTER_REJECTION] = 1
             if error == error:
-                if integers[FIXED] != 0:
-                    status = DIVERGED
+                if integers[FIXED] != 0 or GIVEN != 0:
+                    status = DIVERGED if integers[FIXED] != 0 else COLLAPSED
                     break
                 h *= greater(SMALLEST, SAFETY / error**EXPONENT)
                 continue
@@ -582,7 +593,7 @@ def advance(
             if integers[BLAME] < 0:
                 integers[BLAME] = _first_not_finite(work, w, n, RAW, 3)
             h *= 0.25
-            if integers[FIXED] != 0 or abs(h) <= 16.0 * _EPS * abs(t) or abs(h) < _TINY:
+            if integers[FIXED] != 0 or GIVEN != 0 or abs(h) <= 16.0 * _EPS * abs(t) or abs(h) < _TINY:
                 status = NOT_FINITE
                 break
             continue

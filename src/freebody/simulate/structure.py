@@ -26,8 +26,8 @@ from .machine import Integers, Reals, call, compiled, shifted
 
 STAGES = 3
 _bound = bound_to(STAGES, goal=0.0, most=60)
-forget, collocate, hold_step, pass_step = (
-    _bound[name] for name in ("forget", "collocate", "hold_step", "pass_step")
+forget, step_from, hold_step, pass_step = (
+    _bound[name] for name in ("forget", "step_from", "hold_step", "pass_step")
 )
 # Rows of length 2w after those of the collocation: (q, P) at the start, at the end, and at the end of the held step.
 BEGIN, FINAL, HELD = 4 * STAGES + 6, 4 * STAGES + 7, 4 * STAGES + 8
@@ -60,7 +60,7 @@ def attempt(
     own, v, m = ROWS * w, 2 * w, quaternions[nq + KERNELS + COORDINATES]
     constants = shifted(c, quaternions[nq + CONSTANTS])
     final = own + FINAL * v
-    failed = collocate(
+    failed = step_from(
         quaternions[nq + KERNELS + HAMILTON], t, h, work, own + BEGIN * v, final, own, v, 2 * m, constants, relative,
         absolute, n, integers,
     )  # fmt: skip
