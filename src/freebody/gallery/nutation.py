@@ -18,6 +18,7 @@ from .answer import Answer, Answers, Plots, Solved, same
 from .case import Case, explain
 from .entry import Entry
 from .gyroscope import top
+from .pictures import lines
 from .precession import between, steady_root
 
 
@@ -79,7 +80,7 @@ def linear_theory() -> LinearTheory:
     model = fb.linearize(e, {"theta": "theta_0", "psi'": rate, "phi'": spin})
     # the total spin along the shaft stays
     changes = {"theta'": theta_rate, "psi'": psi_rate, "phi'": -psi_rate * sympy.cos(atoms["theta_0"])}
-    found = model.response(changes)
+    found: Any = model.response(changes)
     (t,) = {x for x in found["theta"].free_symbols if x.name == "t"}
     (frequency,) = model.natural_frequencies()
     theta, psi = atoms["theta_0"] + found["theta"], rate * t + found["psi"]
@@ -127,15 +128,20 @@ def frequency(case: Case, slow: Any) -> Answer:
 
 def plots(case: Case, trajectory: fb.Trajectory, theory: dict[str, Any]) -> Plots:
     """theta and psi, linear and exact, and the path of the spin axis."""
-    from ..picture.plots import energy_residual, history, saved
+    from ..picture.plots import energy_residual, saved
     from ..picture.sphere import axis_path
 
     def both(name: str, title: str) -> Any:
-        ax = history(trajectory, name, title=title, events=False)
-        ax.lines[0].set_label("exact")
-        ax.plot(trajectory.t, theory[name](trajectory.t), "--", label="linear theory")
-        ax.legend()
-        return ax
+        t = trajectory.t
+        exact, linear = trajectory[name], theory[name](t)
+        return lines(
+            t,
+            {
+                f"{name} [rad]": {"exact": exact, "linear theory": linear},
+                "difference [rad]": {"linear theory - exact": linear - exact},
+            },
+            title,
+        )
 
     return {
         "theta.png": saved(lambda: both("theta", "Nutation about the slow precession")),
