@@ -236,6 +236,18 @@ def test_unknown_parameter() -> None:
         GALLERY["gyroscope"].run({"Omega": 3.0})
 
 
+def test_no_finite_value() -> None:
+    with pytest.raises(
+        ModelError, match="of 'tilted_disk' at which '.*L.*' is a finite number.*Look at what is zero: L"
+    ):
+        GALLERY["sec-6-6"].run({"L": 0.0})
+
+
+def test_motorcycle_at_rest() -> None:
+    with pytest.raises(ModelError, match="Expected a speed greater than 0, got v = 0"):
+        GALLERY["motorcycle"].run({"v": 0.0})
+
+
 def test_vertical_shaft() -> None:
     with pytest.raises(
         ModelError, match="Expected theta_0 between 0 and pi, got 0: there the shaft is vertical"

@@ -118,6 +118,21 @@ def test_a_driven_shaft():
         found.under("t")
 
 
+def test_a_driven_shaft_is_simulated_and_saved(tmp_path):
+    """Nothing is integrated; reactions and the file are there all the same."""
+    s = fb.System("driven")
+    s.gravity = (0, -9.81, 0)
+    s.hinge("axle", s.ground, s.body("bob", fb.particle(2).moved((0.1, 0, 0))), coordinate=3 * s.t)
+    motion = fb.simulate(s, 1.0, samples=5)
+    np.testing.assert_allclose(
+        motion.reactions["axle"].moment[:, 2], 2 * 9.81 * 0.1 * np.cos(3 * motion.t), rtol=1e-12
+    )
+    felt = fb.bearing_reactions(s, "axle", at={"A": 1, "B": -1}).along(motion)
+    np.testing.assert_allclose(felt["A"], felt["B"], rtol=1e-12)
+    motion.save(tmp_path / "driven.nc")
+    assert fb.Trajectory.load(tmp_path / "driven.nc")["time"].size == 5
+
+
 def test_display():
     found = fb.bearing_reactions(unbalanced(), "axle", at={"left": "L/2", "right": "-L/2"})
     assert found.text().startswith(

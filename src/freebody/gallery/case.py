@@ -14,6 +14,7 @@ import sympy
 import freebody as fb
 
 from ..equations.display import displayed, latex, text
+from ..equations.show import text_of
 from .answer import Answer, Answers
 
 TOLERANCE = 1e-10
@@ -131,8 +132,22 @@ class Case:
         return self.system.expression(value) if isinstance(value, str) else sympy.sympify(value)
 
     def number(self, expression: Any, state: Mapping[str, Any] | None = None) -> float:
-        """The value of an expression at a state and at the values of the parameters."""
-        return float(sympy.N(self.put(self.put(sympy.sympify(expression), state), self.values), 17))
+        """The value of an expression at a state and at the values of the parameters.
+
+        Raises
+        ------
+        ModelError
+            There is no finite value, as where a length of zero stands below a bar.
+        """
+        value = sympy.N(self.put(self.put(sympy.sympify(expression), state), self.values), 17)
+        if not (value.is_real and value.is_finite):
+            wrong = [name for name, x in self.values.items() if x == 0]
+            hint = f" Look at what is zero: {', '.join(wrong)}." if wrong else ""
+            raise fb.errors.ModelError(
+                f"Expected values of '{self.system.name}' at which '{text_of(expression)}' is a finite number, got "
+                f"{value}.{hint}"
+            )
+        return float(value)
 
     def numbers(self, matrix: Any, state: Mapping[str, Any] | None = None) -> np.ndarray:
         """The values of a SymPy matrix, shape of the matrix."""
