@@ -421,3 +421,25 @@ def test_a_check_that_does_not_hold_is_an_error(monkeypatch: pytest.MonkeyPatch)
     assert result.exit_code == 1
     assert "FAILS: two and three (3.3e-01, bound 1e-09)" in result.output
     assert "Checks that do not hold: two and three; nothing." in result.output
+
+
+def test_the_page_prints_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
+    """Every block of docs/gallery.md runs, in order, and prints the block of text below it."""
+    page = (Path(__file__).parents[1] / "docs" / "gallery.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```\n(?:\n```text\n(.*?)```\n)?", page, re.DOTALL)
+    assert len(blocks) == page.count("```python") == page.count("```text") == 3
+    names: dict[str, object] = {}
+    for code, printed in blocks:
+        exec(compile(code, "docs/gallery.md", "exec"), names)
+        assert capsys.readouterr().out == printed, code
+
+
+def test_the_commands_of_the_page_run() -> None:
+    page = (Path(__file__).parents[1] / "docs" / "gallery.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```sh\n(.*?)```", page, re.DOTALL)
+    for line in block.splitlines():
+        words = line.split("#")[0].split()
+        assert words[0] == "freebody"
+        if "-o" not in words:
+            result = CliRunner().invoke(program, words[1:])
+            assert result.exit_code == 0, (line, result.output)
