@@ -58,7 +58,13 @@ class Case:
     # -- answers --------------------------------------------------------------------------------------------
 
     def formula(
-        self, question: str, expression: Any, unit: str, how: str, at: Mapping[str, Any] | None = None
+        self,
+        question: str,
+        expression: Any,
+        unit: str,
+        how: str,
+        at: Mapping[str, Any] | None = None,
+        where: Mapping[str, Any] | None = None,
     ) -> Answer:
         """An answer in closed form: a canonical expression, and its value at the parameters.
 
@@ -70,12 +76,19 @@ class Case:
             Derived from the model, in its parameters, coordinates, speeds and accelerations.
         at : mapping, optional
             The coordinates and speeds that stand in it, by name, where it holds at any state: for the value only.
+        where : mapping, optional
+            What stands in it for a longer expression, a coordinate or a real symbol by name; earlier ones may hold
+            later ones.
         """
         ring = self.equations.ring
         canonical = ring.from_sympy(sympy.sympify(expression))
+        written_out = sympy.sympify(expression)
+        for name, meant in (where or {}).items():
+            written_out = written_out.xreplace({self.atoms.get(name, sympy.Symbol(name, real=True)): meant})
         return Answer(
-            question, self.number(expression, at), unit, displayed(canonical, ring), how,
+            question, self.number(written_out, at), unit, displayed(canonical, ring), how,
             text(canonical, ring), latex(canonical, ring),
+            {name: displayed(ring.from_sympy(meant), ring) for name, meant in (where or {}).items()},
         )  # fmt: skip
 
     def equation(self, index: int, question: str) -> Answer:
