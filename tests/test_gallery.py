@@ -114,7 +114,7 @@ def test_formulas_speak_of_the_parameters(name: str) -> None:
     known = set(found.values)
     for key, answer in found.answers.items():
         if answer.formula is not None:
-            left = {symbol.name for symbol in answer.formula.free_symbols} - known - {"t"}
+            left = {symbol.name for symbol in answer.formula.free_symbols} - known - {"t"} - set(answer.where)
             assert not left, (key, left)
 
 
@@ -234,6 +234,18 @@ def test_a_steady_turn_has_no_period() -> None:
 def test_unknown_parameter() -> None:
     with pytest.raises(ModelError, match="Unknown parameter 'Omega'; did you mean 'Omega_zeta'"):
         GALLERY["gyroscope"].run({"Omega": 3.0})
+
+
+def test_no_finite_value() -> None:
+    with pytest.raises(
+        ModelError, match="of 'tilted_disk' at which '.*L.*' is a finite number.*Look at what is zero: L"
+    ):
+        GALLERY["sec-6-6"].run({"L": 0.0})
+
+
+def test_motorcycle_at_rest() -> None:
+    with pytest.raises(ModelError, match="Expected a speed greater than 0, got v = 0"):
+        GALLERY["motorcycle"].run({"v": 0.0})
 
 
 def test_vertical_shaft() -> None:
@@ -389,7 +401,7 @@ def test_what_a_run_prints() -> None:
         result.output.index(text)
         for text in (
             "just after release: angular acceleration", "Free body 'bar'", "-9.81", "alpha = -3*g/(2*L)",
-            "event at t = 0.59196", "holds: omega_2 against the simulation",
+            "Events:\n  t = 0.59196", "holds: omega_2 against the simulation",
         )
     ]  # fmt: skip
     assert places == sorted(places)
@@ -409,3 +421,25 @@ def test_a_check_that_does_not_hold_is_an_error(monkeypatch: pytest.MonkeyPatch)
     assert result.exit_code == 1
     assert "FAILS: two and three (3.3e-01, bound 1e-09)" in result.output
     assert "Checks that do not hold: two and three; nothing." in result.output
+
+
+def test_the_page_prints_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
+    """Every block of docs/gallery.md runs, in order, and prints the block of text below it."""
+    page = (Path(__file__).parents[1] / "docs" / "gallery.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```\n(?:\n```text\n(.*?)```\n)?", page, re.DOTALL)
+    assert len(blocks) == page.count("```python") == page.count("```text") == 3
+    names: dict[str, object] = {}
+    for code, printed in blocks:
+        exec(compile(code, "docs/gallery.md", "exec"), names)
+        assert capsys.readouterr().out == printed, code
+
+
+def test_the_commands_of_the_page_run() -> None:
+    page = (Path(__file__).parents[1] / "docs" / "gallery.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```sh\n(.*?)```", page, re.DOTALL)
+    for line in block.splitlines():
+        words = line.split("#")[0].split()
+        assert words[0] == "freebody"
+        if "-o" not in words:
+            result = CliRunner().invoke(program, words[1:])
+            assert result.exit_code == 0, (line, result.output)

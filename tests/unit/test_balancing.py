@@ -73,6 +73,23 @@ def test_one_plane_leaves_a_couple(seed):
     np.testing.assert_allclose(couple, expected, rtol=1e-9)
 
 
+def test_an_oblique_shaft_in_a_rotor_of_two_bodies():
+    """The shaft is no axis of the body, and a second body is welded on: both turn, and both are balanced."""
+
+    def machine(corrections=()):
+        s = fb.System("rotor")
+        hub, blade = s.body("hub", rotor(7)), s.body("blade", fb.slender_bar(0.7, 0.5, axis="x"))
+        s.hinge("axle", s.ground, hub, axis=(1, 2, 2), coordinate="theta")
+        s.weld("root", hub, blade, at=(0.3, 0.1, 0.2), parent_axes=fb.Rotation.axis_angle((1, 1, 0), 0.6))
+        for i, (mass, place) in enumerate(corrections):
+            s.weld(f"on_{i}", hub, s.body(f"lead_{i}", fb.particle(mass)), at=place)
+        return s
+
+    before = machine()
+    after = machine(fb.balance(before, "axle", planes=PLANES).masses(radius=0.1).values())
+    assert largest(after) < 1e-10 * largest(before)
+
+
 def test_in_symbols():
     """A disk off the shaft by e at z: -m e shared by the lever rule; a tilted one needs a couple."""
     s = fb.System("rotor")

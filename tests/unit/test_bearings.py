@@ -101,7 +101,29 @@ def test_any_speed():
     expected = -m * e * (sympy.Rational(1, 2) + z / L) * (36 * t**2 * sympy.cos(theta) + 6 * sympy.sin(theta))
     tilt = m * R**2 * sympy.sin(beta) * sympy.cos(beta) / (4 * L)
     expected += tilt * (6 * sympy.cos(theta) - 36 * t**2 * sympy.sin(theta))
-    assert fb.equations(s).ring.from_sympy(x[0] - expected) == 0
+    ring = fb.equations(s).ring
+    assert ring.from_sympy(x[0] - expected) == 0
+    y = found.under("3*t^2")["A"][1]
+    turned = found.under("3*t^2", rotating=True)["A"]
+    back = turned[0] * sympy.cos(theta) - turned[1] * sympy.sin(theta)
+    assert ring.from_sympy(back - expected) == 0
+    assert ring.from_sympy(turned[0] * sympy.sin(theta) + turned[1] * sympy.cos(theta) - y) == 0
+
+
+@pytest.mark.parametrize("axis", [(1, 2, 2), (1, 1, 0)])
+def test_an_oblique_shaft(axis):
+    """The sum of the forces and their moment about the hinge are the reaction of the hinge, across the shaft."""
+    s = fb.System("oblique")
+    s.gravity = (1, -9, 2)
+    s.hinge("axle", s.ground, s.body("rotor", rotor(5)), axis=axis, coordinate="theta")
+    motion = fb.simulate(s, 0.3, initial={"theta'": 9.0}, samples=4)
+    found = fb.bearing_reactions(s, "axle", at={"A": A, "B": B})
+    felt, hinge = found.along(motion), motion.reactions["axle"]
+    n = np.array(axis) / np.linalg.norm(axis)
+    across = np.eye(3) - np.outer(n, n)
+    np.testing.assert_allclose(felt["A"] + felt["B"], hinge.force @ across, atol=1e-9)
+    moment = np.cross(n, A * felt["A"] + B * felt["B"])
+    np.testing.assert_allclose(moment, hinge.moment @ across, atol=1e-9)
 
 
 def test_a_driven_shaft():
@@ -116,6 +138,21 @@ def test_a_driven_shaft():
         ModelError, match="Expected the angle of 'axle' to be a coordinate of its own, got .*: its motion"
     ):
         found.under("t")
+
+
+def test_a_driven_shaft_is_simulated_and_saved(tmp_path):
+    """Nothing is integrated; reactions and the file are there all the same."""
+    s = fb.System("driven")
+    s.gravity = (0, -9.81, 0)
+    s.hinge("axle", s.ground, s.body("bob", fb.particle(2).moved((0.1, 0, 0))), coordinate=3 * s.t)
+    motion = fb.simulate(s, 1.0, samples=5)
+    np.testing.assert_allclose(
+        motion.reactions["axle"].moment[:, 2], 2 * 9.81 * 0.1 * np.cos(3 * motion.t), rtol=1e-12
+    )
+    felt = fb.bearing_reactions(s, "axle", at={"A": 1, "B": -1}).along(motion)
+    np.testing.assert_allclose(felt["A"], felt["B"], rtol=1e-12)
+    motion.save(tmp_path / "driven.nc")
+    assert fb.Trajectory.load(tmp_path / "driven.nc")["time"].size == 5
 
 
 def test_display():

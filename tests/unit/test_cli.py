@@ -185,7 +185,7 @@ def test_the_gyroscope_from_the_command_line(freebody, tmp_path: Path) -> None: 
     report = json.loads(freebody("run", "gyroscope", "--json", "-o", tmp_path).out)
     assert report["answers"]
     for answer in report["answers"].values():
-        assert set(answer) == {"value", "unit", "formula", "question", "latex", "how"}
+        assert set(answer) == {"value", "unit", "formula", "question", "latex", "how", "where"}
     assert report["energy_residual"] < 1e-9
     written = {Path(file).name for file in report["files"]}
     assert {"equations.txt", "equations.tex", "trajectory.nc"} <= written

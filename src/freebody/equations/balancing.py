@@ -12,6 +12,7 @@ What speed or acceleration it turns with does not matter. Source: chapter, secti
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
@@ -138,9 +139,9 @@ class Balance:
         found = {}
         for name, U in self.canonical.items():
             vector = [number(e.sympy(x)) for x in U]
-            size = sum(x * x for x in vector) ** 0.5
+            size = math.hypot(*vector)
             z = number(e.sympy(self._places[name]))
-            across = [x / size * r if size else 0.0 for x in vector]
+            across = [x / size * r if size else x for x in vector]
             x, y, w = (c + z * n for c, n in zip(across, axis, strict=True))
             found[name] = (size / r, (x, y, w))
         return found

@@ -188,13 +188,15 @@ class BearingReactions:
         """Torque on the shaft about its axis where its angle is given by time; 0 if it turns freely [N m]."""
         return self._of.e.displayed(self._torque)
 
-    def under(self, angle: Any) -> dict[str, Any]:
-        """Forces in ground axes while the shaft turns by a given function of time, theta(t): SymPy columns.
+    def under(self, angle: Any, *, rotating: bool = False) -> dict[str, Any]:
+        """Forces while the shaft turns by a given function of time, theta(t): SymPy columns.
 
         Parameters
         ----------
         angle : expression or text
             In ``t`` and parameters, such as ``"alpha0*t^2/2"``; its derivatives are the speed and acceleration.
+        rotating : bool, optional
+            In the axes of the rotor instead of ground axes.
 
         Raises
         ------
@@ -213,7 +215,10 @@ class BearingReactions:
         j = e.coordinates.index(q)
         speed = e.model.speeds[j]
         values = {speed.acceleration: sympy.diff(given, t, 2), speed.symbol: sympy.diff(given, t), q: given}
-        return {name: column.xreplace(values) for name, column in self.ground.items()}
+        return {
+            name: column.xreplace(values)
+            for name, column in (self.rotating if rotating else self.ground).items()
+        }
 
     def along(self, trajectory: Any) -> dict[str, Any]:
         """Forces in ground axes at the output times of a motion, by bearing: arrays, shape (n, 3) [N].

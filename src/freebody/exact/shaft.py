@@ -38,8 +38,8 @@ def bearing_forces(
 
     Examples
     --------
-    >>> bearing_forces(m=2, L=1, g=10, theta=0.0, omega=0.0)
-    (0.0, 10.0, 0.0, 10.0)
+    >>> [float(force) for force in bearing_forces(m=2, L=1, g=10, theta=0, omega=3, e=0.1)]
+    [-0.9, 10.0, -0.9, 10.0]
     """
     sum_x, sum_y = m * g * sin(theta) - m * e * omega**2, m * g * cos(theta) + m * e * alpha
     difference_x = -2 / L * (I_yz * alpha + I_xz * omega**2)

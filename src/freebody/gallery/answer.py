@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +33,8 @@ class Answer:
         the model. The value is this formula at the values of the parameters.
     how : str
         Which call of the library gives it.
+    where : mapping
+        What stands in the formula for a longer expression: name -> SymPy expression.
     """
 
     question: str
@@ -42,6 +44,7 @@ class Answer:
     how: str = ""
     written: str = ""
     typeset: str = ""
+    where: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def text(self) -> str:

@@ -14,6 +14,7 @@ import sympy
 import freebody as fb
 
 from ..equations.display import displayed, latex, text
+from ..equations.show import text_of
 from .answer import Answer, Answers
 
 TOLERANCE = 1e-10
@@ -57,7 +58,13 @@ class Case:
     # -- answers --------------------------------------------------------------------------------------------
 
     def formula(
-        self, question: str, expression: Any, unit: str, how: str, at: Mapping[str, Any] | None = None
+        self,
+        question: str,
+        expression: Any,
+        unit: str,
+        how: str,
+        at: Mapping[str, Any] | None = None,
+        where: Mapping[str, Any] | None = None,
     ) -> Answer:
         """An answer in closed form: a canonical expression, and its value at the parameters.
 
@@ -69,12 +76,19 @@ class Case:
             Derived from the model, in its parameters, coordinates, speeds and accelerations.
         at : mapping, optional
             The coordinates and speeds that stand in it, by name, where it holds at any state: for the value only.
+        where : mapping, optional
+            What stands in it for a longer expression, a coordinate or a real symbol by name; earlier ones may hold
+            later ones.
         """
         ring = self.equations.ring
         canonical = ring.from_sympy(sympy.sympify(expression))
+        written_out = sympy.sympify(expression)
+        for name, meant in (where or {}).items():
+            written_out = written_out.xreplace({self.atoms.get(name, sympy.Symbol(name, real=True)): meant})
         return Answer(
-            question, self.number(expression, at), unit, displayed(canonical, ring), how,
+            question, self.number(written_out, at), unit, displayed(canonical, ring), how,
             text(canonical, ring), latex(canonical, ring),
+            {name: displayed(ring.from_sympy(meant), ring) for name, meant in (where or {}).items()},
         )  # fmt: skip
 
     def equation(self, index: int, question: str) -> Answer:
@@ -131,8 +145,22 @@ class Case:
         return self.system.expression(value) if isinstance(value, str) else sympy.sympify(value)
 
     def number(self, expression: Any, state: Mapping[str, Any] | None = None) -> float:
-        """The value of an expression at a state and at the values of the parameters."""
-        return float(sympy.N(self.put(self.put(sympy.sympify(expression), state), self.values), 17))
+        """The value of an expression at a state and at the values of the parameters.
+
+        Raises
+        ------
+        ModelError
+            There is no finite value, as where a length of zero stands below a bar.
+        """
+        value = sympy.N(self.put(self.put(sympy.sympify(expression), state), self.values), 17)
+        if not (value.is_real and value.is_finite):
+            wrong = [name for name, x in self.values.items() if x == 0]
+            hint = f" Look at what is zero: {', '.join(wrong)}." if wrong else ""
+            raise fb.errors.ModelError(
+                f"Expected values of '{self.system.name}' at which '{text_of(expression)}' is a finite number, got "
+                f"{value}.{hint}"
+            )
+        return float(value)
 
     def numbers(self, matrix: Any, state: Mapping[str, Any] | None = None) -> np.ndarray:
         """The values of a SymPy matrix, shape of the matrix."""

@@ -21,6 +21,7 @@ import freebody as fb
 from .answer import Answer, Answers, Check, Plots, Solved
 from .case import Case, explain
 from .entry import Entry
+from .pictures import moments
 
 CURVE = {"psi": 0, "psi'": "v/R", "p'": "-v/r", "theta'": 0, "theta''": 0, "psi''": 0, "p''": 0}
 
@@ -80,7 +81,7 @@ def lean(case: Case, wheels: bool) -> Any:
 
 
 def solve(case: Case) -> Solved:
-    from ..picture.plots import energy_residual, history, reaction, saved
+    from ..picture.plots import energy_residual, saved
 
     case.refuse_unless("v", case["v"] > 0, "a speed greater than 0")
     e = case.equations
@@ -129,8 +130,7 @@ def solve(case: Case) -> Solved:
         Check("steady: change of the lean in 0.05 s", float(np.ptp(soon["theta"])), 1e4 * case.tolerance),
     )  # fmt: skip
     plots: Plots = {
-        "lean.png": saved(lambda: history(trajectory, "theta", title="Motorcycle in a curve: lean")),
-        "axle.png": saved(lambda: reaction(trajectory, "axle", axes="xyz")),
+        "axle.png": saved(lambda: moments(trajectory, "axle", "Motorcycle in a curve: moment on its wheels")),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
     return Solved(trajectory, answers, plots, checks)

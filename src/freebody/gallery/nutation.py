@@ -14,10 +14,12 @@ import sympy
 
 import freebody as fb
 
+from ..equations.display import displayed, text
 from .answer import Answer, Answers, Plots, Solved, same
 from .case import Case, explain
 from .entry import Entry
 from .gyroscope import top
+from .pictures import lines
 from .precession import between, steady_root
 
 
@@ -53,13 +55,17 @@ def slow_precession(case: Case) -> Any:
 
 @dataclass(frozen=True)
 class LinearTheory:
-    """Small motions about steady precession at theta_0, in symbols: its rate, the changes at the start, and time."""
+    """Small motions about steady precession at theta_0, in symbols: its rate, the changes at the start, and time.
+
+    theta and psi hold the symbol ``omega_n`` for the frequency.
+    """
 
     rate: Any
     theta_rate: Any
     psi_rate: Any
     t: Any
     frequency: Any
+    omega_n: Any
     theta: Any
     psi: Any
 
@@ -79,11 +85,34 @@ def linear_theory() -> LinearTheory:
     model = fb.linearize(e, {"theta": "theta_0", "psi'": rate, "phi'": spin})
     # the total spin along the shaft stays
     changes = {"theta'": theta_rate, "psi'": psi_rate, "phi'": -psi_rate * sympy.cos(atoms["theta_0"])}
-    found = model.response(changes)
+    found: Any = model.response(changes)
     (t,) = {x for x in found["theta"].free_symbols if x.name == "t"}
     (frequency,) = model.natural_frequencies()
-    theta, psi = atoms["theta_0"] + found["theta"], rate * t + found["psi"]
-    return LinearTheory(rate, theta_rate, psi_rate, t, frequency, theta, psi)
+    omega_n = sympy.Symbol("omega_n", real=True)
+    theta, psi = (arranged(e.ring, found[name], frequency, omega_n, t) for name in ("theta", "psi"))
+    return LinearTheory(
+        rate, theta_rate, psi_rate, t, frequency, omega_n, atoms["theta_0"] + theta, rate * t + psi
+    )
+
+
+def arranged(ring: Any, x: Any, frequency: Any, omega_n: Any, t: Any) -> Any:
+    """a + b t + c cos(omega_n t) + d sin(omega_n t), each coefficient over a power of omega_n that makes it short."""
+    C, S = sympy.Dummy("C"), sympy.Dummy("S")
+    turning = {f: C if isinstance(f, sympy.cos) else S for f in x.atoms(sympy.sin, sympy.cos) if f.has(t)}
+    y = x.xreplace(turning)
+    still = y.xreplace({C: sympy.Integer(0), S: sympy.Integer(0)})
+    parts = {
+        sympy.Integer(1): still.xreplace({t: sympy.Integer(0)}),
+        t: sympy.diff(still, t),
+        sympy.cos(omega_n * t): sympy.diff(y, C),
+        sympy.sin(omega_n * t): sympy.diff(y, S),
+    }
+    result = sympy.Integer(0)
+    for basis, coefficient in parts.items():
+        cleared = [ring.from_sympy(coefficient * frequency**n) for n in range(4)]
+        n = min(range(4), key=lambda n: len(text(cleared[n], ring)))
+        result += displayed(cleared[n], ring) / omega_n**n * basis
+    return result
 
 
 def start(case: Case, slow: Any, theta_rate: Any, psi_rate: Any) -> dict[str, float]:
@@ -99,10 +128,11 @@ def theory_and_truth(case: Case, slow: Any, theta_rate: Any, psi_rate: Any) -> t
     changes = {"theta_rate": theta_rate, "psi_rate": psi_rate}
     response = {name: theory.at(getattr(theory, name), **changes) for name in ("theta", "psi")}
     about = "about the slow precession, whose rate is psi'"
+    where = {"omega_n": theory.at(theory.frequency, rate=atoms["psi'"]), "psi'": slow}
     answers: Answers = {
         f"{name}_linear(t_1)": case.formula(
             f"linear theory {about}: {name} at t_1", theory.at(x, t=atoms["t_1"], rate=atoms["psi'"]), "rad",
-            "fb.linearize(s, steady).response(...)", at={"psi'": slow},
+            "fb.linearize(s, steady).response(...)", where=where,
         )
         for name, x in response.items()
     }  # fmt: skip
@@ -111,7 +141,10 @@ def theory_and_truth(case: Case, slow: Any, theta_rate: Any, psi_rate: Any) -> t
         answers[f"{name}(t_1)"] = Answer(
             f"exact, nonlinear {name} at t_1", float(at[name][0]), "rad", how="fb.simulate"
         )
-    drawn = {name: case.put(theory.at(x, rate=slow), case.values) for name, x in response.items()}
+    drawn = {
+        name: case.put(theory.at(theory.at(x, omega_n=theory.frequency), rate=slow), case.values)
+        for name, x in response.items()
+    }
     return answers, {name: sympy.lambdify(theory.t, x, "numpy") for name, x in drawn.items()}
 
 
@@ -121,21 +154,26 @@ def frequency(case: Case, slow: Any) -> Answer:
     return case.formula(
         "frequency of the small oscillation, linear theory, where psi' is the slow precession rate",
         theory.at(theory.frequency, rate=case.atoms["psi'"]), "rad/s",
-        "fb.linearize(s, steady).natural_frequencies()", at={"psi'": slow},
+        "fb.linearize(s, steady).natural_frequencies()", where={"psi'": slow},
     )  # fmt: skip
 
 
 def plots(case: Case, trajectory: fb.Trajectory, theory: dict[str, Any]) -> Plots:
     """theta and psi, linear and exact, and the path of the spin axis."""
-    from ..picture.plots import energy_residual, history, saved
+    from ..picture.plots import energy_residual, saved
     from ..picture.sphere import axis_path
 
     def both(name: str, title: str) -> Any:
-        ax = history(trajectory, name, title=title, events=False)
-        ax.lines[0].set_label("exact")
-        ax.plot(trajectory.t, theory[name](trajectory.t), "--", label="linear theory")
-        ax.legend()
-        return ax
+        t = trajectory.t
+        exact, linear = trajectory[name], theory[name](t)
+        return lines(
+            t,
+            {
+                f"{name} [rad]": {"exact": exact, "linear theory": linear},
+                "difference [rad]": {"linear theory - exact": linear - exact},
+            },
+            title,
+        )
 
     return {
         "theta.png": saved(lambda: both("theta", "Nutation about the slow precession")),

@@ -14,6 +14,7 @@ import freebody as fb
 from .answer import Answers, Plots, Solved, same
 from .case import Case, explain
 from .entry import Entry
+from .pictures import tip
 from .precession import between, least_spin, steady_rates, steady_root
 
 
@@ -42,7 +43,6 @@ def build() -> fb.System:
 
 def solve(case: Case) -> Solved:
     from ..picture.plots import energy_residual, history, saved
-    from ..picture.sphere import axis_path
 
     between(case, "alpha")
     if not case["alpha"] < math.pi / 2:
@@ -81,7 +81,7 @@ def solve(case: Case) -> Solved:
     plots: Plots = {
         "theta.png": saved(lambda: history(trajectory, "theta", title="Shell: angle from its flight path")),
         "axis.png": saved(
-            lambda: axis_path(trajectory, "shell", title="Shell: path of its axis about the velocity Z")
+            lambda: tip(trajectory, "shell", "Shell: path of its axis", about=("velocity", (0, 0, 1)))
         ),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }

@@ -16,6 +16,7 @@ import freebody as fb
 from .answer import Answer, Answers, Plots, Solved
 from .case import Case, explain
 from .entry import Entry
+from .pictures import tip
 from .torque_free import answer, checks
 
 SPINNING = {"C_wx": 0, "C_wy": 0, "C_wz": "spin"}
@@ -75,7 +76,6 @@ def interpretation(alpha: float, rate: float) -> str:
 
 def solve(case: Case) -> Solved:
     from ..picture.plots import energy_residual, history, saved
-    from ..picture.sphere import axis_path
 
     after = just_after(case)
     how = "fb.impulse(s, at=body.point(0, arm, 0), impulse=(0, 0, J), frame=body)"
@@ -101,13 +101,7 @@ def solve(case: Case) -> Solved:
             )
         ),
         "axis_3.png": saved(
-            lambda: axis_path(
-                trajectory,
-                "body",
-                about=H,
-                about_name="the angular momentum H",
-                title="Satellite: path of axis 3",
-            )
+            lambda: tip(trajectory, "body", "Satellite: path of axis 3", about=("angular momentum H", H))
         ),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }

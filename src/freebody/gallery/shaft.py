@@ -16,6 +16,7 @@ import freebody as fb
 
 from .answer import Answer, Answers, Check, Plots, same
 from .case import Case, explain, mass_properties
+from .pictures import lines
 
 BEARINGS = {"A": "L/2", "B": "-L/2"}
 HOW = 'fb.bearing_reactions(s, "axle", at={"A": "L/2", "B": "-L/2"})'
@@ -86,18 +87,11 @@ def plots(case: Case, trajectory: fb.Trajectory, title: str) -> Plots:
 
     felt = fb.bearing_reactions(case.equations, "axle", at=BEARINGS).along(trajectory)
 
-    def bearings() -> Any:
-        from matplotlib.figure import Figure
-
-        panels = Figure(figsize=(10, 6), layout="constrained").subplots(2, 1, sharex=True)
-        for ax, (name, force) in zip(panels, felt.items(), strict=True):
-            for i, axis in enumerate("XY"):
-                ax.plot(trajectory.t, force[:, i], label=f"R_{name}{axis}")
-            ax.set_ylabel(f"bearing {name} [N]")
-            ax.legend(loc="upper right")
-            ax.grid(alpha=0.3)
-        panels[0].set_title(title, loc="left")
-        panels[-1].set_xlabel("time [s]")
-        return panels
-
-    return {"bearings.png": saved(bearings), "energy.png": saved(lambda: energy_residual(trajectory))}
+    panels = {
+        f"force at {name} [N]": {f"R_{name}{axis}": force[:, i] for i, axis in enumerate("XY")}
+        for name, force in felt.items()
+    }
+    return {
+        "bearings.png": saved(lambda: lines(trajectory.t, panels, title)),
+        "energy.png": saved(lambda: energy_residual(trajectory)),
+    }

@@ -14,6 +14,7 @@ import freebody as fb
 from .answer import Answer, Answers, Plots, Solved, same
 from .case import Case, explain
 from .entry import Entry
+from .pictures import moments
 
 SHAFTS = ("propeller_shaft", "engine_shaft")
 TURN = {"psi'": "-v/R", "p'": "w_p", "n'": "-w_e"}
@@ -63,7 +64,7 @@ def nose(moment: float) -> str:
 
 
 def solve(case: Case) -> Solved:
-    from ..picture.plots import energy_residual, history, reaction, saved
+    from ..picture.plots import energy_residual, history, saved
 
     how = "fb.equations(s).reactions of both shafts, in a steady turn"
     moment = case.formula("gyroscopic pitching moment on the airframe, nose up +", pitching(case), "N m", how)
@@ -82,7 +83,9 @@ def solve(case: Case) -> Solved:
     checks = (same("M against the simulation", moment.value, felt, 1000 * case.tolerance),)
     plots: Plots = {
         "angles.png": saved(lambda: history(trajectory, "psi", title="Turboprop: heading")),
-        "propeller.png": saved(lambda: reaction(trajectory, "propeller_shaft", axes="xy")),
+        "propeller.png": saved(
+            lambda: moments(trajectory, "propeller_shaft", "Turboprop: moment on the propeller")
+        ),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
     return Solved(trajectory, answers, plots, checks)

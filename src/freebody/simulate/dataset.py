@@ -94,7 +94,8 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
             "title": f"Motion of {trajectory.name}",
             "status": trajectory.status,
             "method": getattr(trajectory, "method", "Dormand-Prince 8(5,3), dense output of order 7"),
-            "tolerance": float(np.min(trajectory.tolerances)),
+            # of a machine with every joint driven nothing is integrated
+            **({"tolerance": float(np.min(trajectory.tolerances))} if len(trajectory.tolerances) else {}),
             "steps": trajectory.steps,
             "parameters": json.dumps(trajectory.values),
             "source": f"freebody {__version__}",
