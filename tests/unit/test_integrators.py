@@ -339,6 +339,13 @@ def test_auto_turns_to_radau_and_only_where_it_pays():
         assert fb.simulate(pendulum(damping), 10, initial={"theta": 1.0}).path.method == "dop853"
 
 
+def test_auto_does_not_take_a_vibration_for_stiffness():
+    """At so coarse a tolerance stability limits the steps, too; radau would stop the pendulum in a few hundred."""
+    run = fb.simulate(pendulum(), 2e4, initial={"theta": 2.0}, tolerance=0.1, samples=2)
+    assert run.path.method == "dop853"
+    assert run.path.stiff == 0
+
+
 def test_auto_below_1e_14_is_gauss():
     assert fb.simulate(pendulum(), 1, initial={"theta": 1.0}, tolerance=2e-15).path.method == "gauss"
 

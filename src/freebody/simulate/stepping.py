@@ -485,16 +485,19 @@ def _log_events(
 def _stiff(work: Reals, w: int, n: int, h: float, integers: Integers) -> int:
     """Whether steps have been as long as the region of stability allows, h |λ| > LIMIT, for 15 steps.
 
-    |λ| is taken from the last stage and the end of the step, two states at one time. Six steps without suspicion end
+    |λ| is taken from the last stage and the end of the step, two states at one time; λ must be that of a decay, since a
+    vibration that an explicit method can not follow is none for an implicit one either. Six steps without suspicion end
     it (Hairer and Wanner, section IV.2).
     """
-    above, below = 0.0, 0.0
+    above, below, across = 0.0, 0.0, 0.0
     for i in range(n):
         a = work[12 * w + i] - work[LAST * w + i]
         b = work[END * w + i] - work[ARGUMENT * w + i]
         above += a * a
         below += b * b
-    if h * h * above > LIMIT * LIMIT * below and below > 0.0:
+        across += a * b
+    decays = h * across < -0.5 * abs(h) * root(above * below)
+    if decays and h * h * above > LIMIT * LIMIT * below and below > 0.0:
         integers[SUSPECT] += 1
         integers[CALM] = 0
     else:
