@@ -128,10 +128,10 @@ class Panel:
 
     def _leader(self, label: Label, arrow: Group, color: str) -> list[Any]:
         """A fine line from a label to its arrow, where there was no room beside it."""
-        (shaft,) = [item for item in arrow.items if isinstance(item, Arrow)] or [None]
-        if shaft is None:
+        shafts = [item for item in arrow.items if isinstance(item, Arrow)]
+        if not shafts:
             return []
-        along = sampled(shaft.points, 2.0)
+        along = sampled(shafts[0].points, 2.0)
         x0, y0, x1, y1 = label.box
         nearest = np.column_stack([np.clip(along[:, 0], x0, x1), np.clip(along[:, 1], y0, y1)])
         gaps = np.linalg.norm(along - nearest, axis=1)
