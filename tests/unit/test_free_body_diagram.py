@@ -288,6 +288,22 @@ def test_to_scale_lengths_and_values_are_those_of_the_motion(moving: Any) -> Non
     assert (pin["pin_x"] + pin["pin_y"]) == pytest.approx(at.reactions["pin"].force[0], rel=1e-6, abs=1e-6)
 
 
+def test_symbolic_arrows_show_the_positive_sense_at_any_moment(moving: Any) -> None:
+    s, trajectory = moving
+    at = trajectory.at(0.5)
+    by_time = free_body_diagram(s, "bar", trajectory=trajectory, at=0.5, mode="symbolic").svg
+    by_name = free_body_diagram(s, "bar", at={"theta": at["theta"], "x": at["x"]}).svg
+
+    pairs = [
+        [g for kind in ("free-body", "kinetic") for g in groups(svg, kind)] for svg in (by_time, by_name)
+    ]
+    for one, other in zip(*pairs, strict=True):
+        assert one.get("data-symbol") == other.get("data-symbol")
+        d, e = (np.array(g.get("data-direction", "").split(), dtype=float) for g in (one, other))
+        assert d == pytest.approx(e)
+    assert "-pin_x" not in by_time and "data-value" not in by_time
+
+
 def test_the_scale_is_refused_without_a_motion(moving: Any) -> None:
     s, trajectory = moving
     with pytest.raises(ModelError, match="pass trajectory="):

@@ -24,7 +24,7 @@ from .model import Number, Setting, find, settings_of
     "--figures", is_flag=True, help="With the model's own figures, such as the path of a spin axis."
 )
 @click.option("--equations/--no-equations", "equations", default=None,
-              help="Free-body diagrams and equations; shown for machines of up to six coordinates.")  # fmt: skip
+              help="Free-body diagrams and equations; shown for machines of up to six speeds.")  # fmt: skip
 def report(
     model: str,
     output: Path | None,

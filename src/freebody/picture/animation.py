@@ -19,11 +19,12 @@ from ..dynamics.state import State, float_state
 from ..errors import SimulationError
 from ..model.closure import Closure
 from ..model.model import Model
-from ..simulate.trajectory import quaternions, unit_of
+from ..simulate.trajectory import quaternions
 from .forces import Arrow
 from .keyframes import TOLERANCE, Keyframes, keyframes
 from .palette import KINDS
-from .shapes import ROD, Primitive, machine_size, shapes
+from .quantities import base64_floats, channels, charts
+from .shapes import ROD, Primitive, machine_size, rod, shapes, turned_to
 
 if TYPE_CHECKING:
     from ..simulate.trajectory import Trajectory
@@ -38,12 +39,6 @@ SOLIDS = ("#7fa9d1", "#e0a35f", "#74b897", "#c690b5", "#d6c05a", "#8cc4e4")
 
 ROUND = 1e-10
 """Forces, and moments at an arm of the machine's size, below this part of the largest are round-off of others."""
-
-APART = 15
-"""Quantities whose greatest values are so many times apart have charts of their own."""
-
-CURVES = 6
-"""Most curves in one chart of the page."""
 
 
 def animation(trajectory: Trajectory, tolerance: float = TOLERANCE) -> dict[str, Any]:
@@ -81,14 +76,14 @@ def animation(trajectory: Trajectory, tolerance: float = TOLERANCE) -> dict[str,
         "up": up.tolist(),
         "toward": toward.tolist(),
         "size": size,
-        "t": _floats(keys.t),
+        "t": base64_floats(keys.t),
         "tolerance": keys.tolerance,
         "bodies": _bodies(model, state, trajectory, keys, size),
         "ground": _ground(model, state, keys, size, up),
         "lines": _lines(model, state, names, size),
         "arrows": [_arrow(arrow, state, keys, names) for arrow in keys.arrows if arrow.key in acting],
-        "channels": _channels(trajectory, keys, acting),
-        "charts": _charts(trajectory, keys, acting),
+        "channels": channels(trajectory, keys, acting),
+        "charts": charts(trajectory, keys, acting),
         "events": [[event.time, event.name] for event in trajectory.events],
         "cones": [
             {"body": i, "apex": _apex(model, state, name)}
@@ -96,11 +91,6 @@ def animation(trajectory: Trajectory, tolerance: float = TOLERANCE) -> dict[str,
             if _wanders(keys.spin[:, i])
         ],
     }
-
-
-def _floats(values: Any) -> str:
-    """Numbers as 32-bit floats in base64."""
-    return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode("ascii")
 
 
 def _view(model: Model, state: State, keys: Keyframes) -> tuple[Array, Array]:
@@ -163,9 +153,9 @@ def _bodies(
                 "color": color,
                 "center": _numbers(state, place.center),
                 "parts": [part(piece, size) for piece in pieces] + pins.get(name, []),
-                "position": _floats(keys.position[:, i]),
-                "quaternion": _floats(keys.quaternion[:, i]),
-                "spin": _floats(keys.spin[:, i]),
+                "position": base64_floats(keys.position[:, i]),
+                "quaternion": base64_floats(keys.quaternion[:, i]),
+                "spin": base64_floats(keys.spin[:, i]),
             }
         )
     return result
@@ -182,7 +172,7 @@ def part(piece: Primitive, size: float) -> dict[str, Any]:
         faces = np.ascontiguousarray(d["faces"], dtype="<u4").tobytes()
         return {
             "kind": "mesh",
-            "vertices": _floats(d["vertices"]),
+            "vertices": base64_floats(d["vertices"]),
             "faces": base64.b64encode(faces).decode("ascii"),
             **where,
         }
@@ -254,7 +244,6 @@ def _pins(model: Model, state: State, size: float) -> dict[str, list[dict[str, A
 
 
 def _pin(at: list[float], axis: Array, size: float) -> dict[str, Any]:
-    from .shapes import turned_to
 
     r, h = 0.018 * size, 0.035 * size
     turn = quaternions(turned_to(axis)[None])[0].tolist()
@@ -281,7 +270,6 @@ def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array)
             body = list(model.bodies).index(joint.child)
             reach = (keys.position[:, body] - at) @ axis
             low, high = min(0.0, float(reach.min())) - 0.2 * size, max(0.0, float(reach.max())) + 0.2 * size
-            from .shapes import rod
 
             parts.append(
                 {**part(rod(at + low * axis, at + high * axis, 0.6 * ROD * size), size), "color": STEEL}
@@ -360,7 +348,7 @@ def _arrow(arrow: Arrow, state: State, keys: Keyframes, names: list[str]) -> dic
             down = n - (a @ n)[:, None] * a
         down = down / np.linalg.norm(down, axis=1)[:, None]
         center = keys.position[:, body] + R @ np.array(_numbers(state, wheel.center.components))
-        result["path"] = _floats(center - float(state(wheel.radius)) * down)
+        result["path"] = base64_floats(center - float(state(wheel.radius)) * down)
     return result
 
 
@@ -370,74 +358,6 @@ def _acting(keys: Keyframes, size: float) -> set[str]:
     arms = {arrow.key: 1.0 if arrow.kind == "force" else size for arrow in keys.arrows}
     largest = max((greatest[key] / arm for key, arm in arms.items()), default=0.0)
     return {key for key, arm in arms.items() if greatest[key] > ROUND * largest * arm}
-
-
-def _channels(trajectory: Trajectory, keys: Keyframes, acting: set[str]) -> dict[str, dict[str, Any]]:
-    """Quantities over time by a key: their values, n times ``width`` numbers, and their unit."""
-    result: dict[str, dict[str, Any]] = {}
-    for arrow in keys.arrows:
-        if arrow.key not in acting:
-            continue
-        unit = "N" if arrow.kind == "force" else "N m"
-        result[arrow.key] = {"unit": unit, "width": 3, "values": _floats(keys.vectors[arrow.key])}
-    for i, name in enumerate(trajectory.names):
-        result[f"state {name}"] = {
-            "unit": unit_of(trajectory, name),
-            "width": 1,
-            "values": _floats(keys.states[:, i]),
-        }
-    for name, values in keys.energy.items():
-        result[f"energy {name}"] = {"unit": "J", "width": 1, "values": _floats(values)}
-    result["energy residual"] = {"unit": "J", "width": 1, "values": _floats(keys.residual)}
-    return result
-
-
-def _charts(trajectory: Trajectory, keys: Keyframes, acting: set[str]) -> list[dict[str, Any]]:
-    """What is plotted together: a title, and curves as (key, component, label)."""
-    model = trajectory.kernels.model
-    charts: list[dict[str, Any]] = []
-
-    def put(title: str, group: str, curves: list[list[Any]]) -> None:
-        count = -(-len(curves) // CURVES)  # rounded up
-        for k in range(count):
-            more = f" ({k + 1} of {count})" if count > 1 else ""
-            charts.append(
-                {"title": title + more, "group": group, "curves": curves[k * CURVES : (k + 1) * CURVES]}
-            )
-
-    for title, group, names in (
-        ("Coordinates", "coordinates", model.coordinate_names),
-        ("Speeds", "speeds", model.speed_names),
-    ):
-        groups = _alike(trajectory, keys, names)
-        for together in groups:
-            which = (
-                f": {', '.join(together[:3])}{' …' if len(together) > 3 else ''}" if len(groups) > 1 else ""
-            )
-            put(title + which, group, [[f"state {name}", 0, name] for name in together])
-    put("Energy", "energy", [[f"energy {name}", 0, name] for name in keys.energy])
-    put("Energy: what the ledger leaves unbalanced", "energy", [["energy residual", 0, "residual"]])
-    for arrow in keys.arrows:
-        if arrow.group == "reaction" and arrow.key in acting:
-            letter = "" if arrow.kind == "force" else "M"
-            curves = [[arrow.key, k, f"{arrow.name}_{letter}{'xyz'[k]}"] for k in range(3)]
-            put(f"{arrow.kind.capitalize()} of {arrow.name} on {arrow.body}", "reactions", curves)
-    return charts
-
-
-def _alike(trajectory: Trajectory, keys: Keyframes, names: Any) -> list[list[str]]:
-    """Names of one unit and of ranges that one chart can show."""
-    groups: list[tuple[str, float, list[str]]] = []
-    for name in names:
-        unit = unit_of(trajectory, name)
-        size = float(np.abs(keys.states[:, trajectory.names.index(name)]).max(initial=0.0))
-        for known, scale, group in groups:
-            if known == unit and (not (size > 0 and scale > 0) or 1 / APART < size / scale < APART):
-                group.append(name)
-                break
-        else:
-            groups.append((unit, size, [name]))
-    return [group for _, _, group in groups]
 
 
 def _numbers(state: State, vector: Any) -> list[float]:

@@ -141,7 +141,7 @@ def configuration(
             if model.constraints:
                 held = _held(model, {i for i in named if i < model.n_q})
                 # what is near is so at the beginning; a drive takes it on from there
-                steps = 16 if guess_named and time is None and t > 0 else 0
+                steps = 6 if guess_named and time is None and t > 0 else 0
                 for k in range(steps):
                     q = closed_coordinates(model, q, t * k / steps, numbers, held)
                 q = closed_coordinates(model, q, t, numbers, held)

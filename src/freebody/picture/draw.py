@@ -26,7 +26,7 @@ from .outlines import outlines, polygon
 from .palette import GREY, INK
 from .placing import Placer
 from .shapes import attachments, fill_of, shapes
-from .sheet import Circle, Group, Line, Sheet, Style, arc
+from .sheet import Arrow, Circle, Group, Line, Sheet, Style, arc
 from .view import View, view_of
 
 Array = NDArray[np.float64]
@@ -230,6 +230,8 @@ class Machine:
         for item in items:
             if isinstance(item, Circle):
                 self.placer.line(arc(item.center, item.radius, 0.0, 2 * math.pi))
+            elif isinstance(item, Arrow):
+                self.placer.arrow(item)
             else:
                 self.placer.line(item.points)
 

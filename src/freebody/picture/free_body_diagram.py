@@ -8,6 +8,7 @@ so that a drawing can be read back and summed up.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -119,6 +120,8 @@ def free_body_diagram(
             f"{nearest(str(name), [*model.bodies, 'all'])}"
         )
     now = configuration(model, at, trajectory=trajectory, values=values, near=near)
+    if mode != "scale":
+        now = replace(now, moving=False)  # a position like any other
     view = view_of(model, e, now.values)
     marks = Marks(e, now, view.planar)
     names = list(model.bodies) if name == "all" else [name]

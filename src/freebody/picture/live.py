@@ -169,7 +169,7 @@ class Live:
         }
 
     def _equations(self) -> str:
-        if self.model.n_q > LARGEST:
+        if self.model.n_u > LARGEST:
             return "<p>Not shown for a machine of this size.</p>"
         return formulas(Equations(self.model).mathml())
 

@@ -48,8 +48,8 @@ def style() -> str:
 def policy(text: str, connect: str = "") -> str:
     """The content policy of a page with one script: no request (but to ``connect``), no other script.
 
-    >>> policy("alert()")[:60]
-    "default-src 'none'; script-src 'sha256-YQrcvYeuLlwP7WxuKPGGv"
+    >>> policy("alert()").split("; ")[0]
+    "default-src 'none'"
     """
     digest = base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii")
     requests = f"connect-src {connect}; " if connect else ""

@@ -17,9 +17,9 @@ from .marks import Mark
 from .measures import angle_of, dimensions_of
 from .outlines import outlines, polygon
 from .palette import GREY, INK, KINDS
-from .placing import Placer, inside
+from .placing import Placer, inside, sampled
 from .shapes import Primitive, attachments
-from .sheet import Arrow, Circle, Group, Line, Style, arc
+from .sheet import Arrow, Circle, Group, Label, Line, Style, arc
 from .view import View
 
 Array = NDArray[np.float64]
@@ -28,6 +28,9 @@ LENGTH, LONGEST, SHORTEST = 46.0, 66.0, 11.0
 """Length of an arrow in the symbolic mode, of the longest and the shortest to scale [pt]."""
 
 LABEL = 11.0
+
+FAR = 15.0
+"""Distance [pt] from which on a line leads from a label to its arrow."""
 
 
 @dataclass
@@ -108,7 +111,8 @@ class Panel:
             measured += self._measured(group, found)
         for mark, made, anchors in placed:
             color = self._style(mark).stroke or INK
-            made.add(self.placer.label(f"${mark.label}$", anchors, LABEL, color))
+            label = self.placer.label(f"${mark.label}$", anchors, LABEL, color)
+            made.add(label, *self._leader(label, made, color))
         for _, tex, anchor in measured:
             group.add(self.placer.label(tex, [anchor], 10.0, GREY))
         for name, at in self._named(blank):
@@ -121,6 +125,23 @@ class Panel:
             for part in item.items:
                 self.placer.line(part.points)
         return found
+
+    def _leader(self, label: Label, arrow: Group, color: str) -> list[Any]:
+        """A fine line from a label to its arrow, where there was no room beside it."""
+        shafts = [item for item in arrow.items if isinstance(item, Arrow)]
+        if not shafts:
+            return []
+        along = sampled(shafts[0].points, 2.0)
+        x0, y0, x1, y1 = label.box
+        nearest = np.column_stack([np.clip(along[:, 0], x0, x1), np.clip(along[:, 1], y0, y1)])
+        gaps = np.linalg.norm(along - nearest, axis=1)
+        k = int(np.argmin(gaps))
+        if gaps[k] < FAR:
+            return []
+        way = (nearest[k] - along[k]) / gaps[k]
+        line = np.array([along[k] + 2.0 * way, nearest[k] - 2.0 * way])
+        self.placer.line(line)
+        return [Line(line, Style(color, 0.5))]
 
     # -- points -------------------------------------------------------------------------------------
 

@@ -24,6 +24,10 @@ _ANGLES = [math.radians(15 * k) for k in range(24)]
 _AT_ONCE = 120
 _AWAY = (3.0, 6.0, 10.0, 15.0, 22.0, 30.0, 42.0, 56.0, 74.0, 95.0)
 
+_AROUND = np.array([(math.cos(angle), math.sin(angle)) for angle in _ANGLES])
+_SIGNS = np.where(np.abs(_AROUND) < 0.2, 0.0, np.sign(_AROUND))
+"""Which corner or side of a box is nearest to its anchor, in each direction."""
+
 
 class Placer:
     """The sheet as it fills up."""
@@ -97,19 +101,15 @@ class Placer:
     ) -> Label:
         """A label near the first of the anchors that has room: (point, preferred direction from it)."""
         w, h = size_of(tex, size)
+        # each box touches a circle of radius `away` about its anchor
+        shape = _AROUND * np.array(_AWAY)[:, None, None] + _SIGNS * np.array([w / 2, h / 2])
+        near = np.repeat(0.8 * np.array(_AWAY), len(_ANGLES))
         places, costs = [], []
         for rank, (point, toward) in enumerate(anchors):
-            for away in _AWAY:
-                for angle in _ANGLES:
-                    d = np.array([math.cos(angle), math.sin(angle)])
-                    # the box touches a circle of radius `away` about the anchor
-                    center = point + d * away + np.array([_sign(d[0]) * w / 2, _sign(d[1]) * h / 2])
-                    cost = 0.8 * away + 4.0 * rank
-                    if toward is not None:
-                        cost += 7.0 * (1 - float(d @ toward))
-                    places.append(center)
-                    costs.append(cost)
-        centers, base = np.array(places), np.array(costs)
+            places.append(point + shape.reshape(-1, 2))
+            turned = 0.0 if toward is None else np.tile(7.0 * (1 - _AROUND @ toward), len(_AWAY))
+            costs.append(near + 4.0 * rank + turned)
+        centers, base = np.vstack(places), np.concatenate(costs)
         order = np.argsort(base, kind="stable")
         best, least = centers[order[0]], np.inf
         for k in range(0, len(order), _AT_ONCE):
@@ -159,11 +159,9 @@ class Placer:
 
 def sampled(points: Array, step: float) -> Array:
     """Points along a polyline, at most ``step`` apart."""
-    parts = [points[:1]]
-    for a, b in zip(points, points[1:], strict=False):
-        n = max(1, int(np.ceil(np.linalg.norm(b - a) / step)))
-        parts.append(a + (b - a) * (np.arange(1, n + 1) / n)[:, None])
-    return np.vstack(parts)
+    way = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)))])
+    at = np.linspace(0.0, way[-1], max(2, int(np.ceil(way[-1] / step)) + 1))
+    return np.column_stack([np.interp(at, way, points[:, 0]), np.interp(at, way, points[:, 1])])
 
 
 def inside(polygon: Array, points: Array) -> Any:
@@ -176,7 +174,3 @@ def inside(polygon: Array, points: Array) -> Any:
         between = (ay > y) != (by > y)
         result ^= between & (x < (bx - ax) * (y - ay) / (by - ay) + ax)
     return result
-
-
-def _sign(x: float) -> float:
-    return 0.0 if abs(x) < 0.2 else math.copysign(1.0, x)

@@ -30,7 +30,7 @@ LONGEST = 60_000
 """Characters of a system of equations that is still shown."""
 
 LARGEST = 6
-"""Coordinates of the largest machine whose equations are formed without being asked for."""
+"""Speeds of the largest machine whose equations are formed without being asked for."""
 
 
 def report(
@@ -64,7 +64,7 @@ def report(
     figures : mapping, optional
         Caption -> PNG as bytes, matplotlib axes or figure, or a function that writes a PNG to a path.
     equations : bool, optional
-        Whether free-body diagrams and equations are shown; if not given, for machines of up to six coordinates.
+        Whether free-body diagrams and equations are shown; if not given, for machines of up to six speeds.
     tolerance : float
         Of the animation between its keyframes; see :func:`freebody.picture.keyframes.keyframes`.
 
@@ -131,7 +131,7 @@ def document(
         )
     scene = animation(trajectory, tolerance)
     e = equations_of(model)
-    shown = model.n_q <= LARGEST if equations is None else equations
+    shown = model.n_u <= LARGEST if equations is None else equations
     parts = [
         f"<h1>{escape(title or s.name)}</h1>",
         f'<p class="sub">{escape(about or _sentence(trajectory))}</p>',

@@ -207,17 +207,17 @@ function player(root, scene, options = {}) {
       const long = (0.55 * size * arrowSize * l) / (greatest[arrow.kind] || 1);
       if (!(long > 2e-3 * size)) return;
       const tail = paths[i] ? motion.vector(paths[i]) : at(poses, arrow), n = scale(1 / l, v);
-      const tip = drawArrow(tail, n, long, arrow.kind === "moment", arrow.color);
+      const tip = drawArrow(tail, n, long, arrow.kind === "moment", arrow.color, shown.length <= 40);
       if (shown.length <= 14) texts.push([add(tip, scale(0.05 * size, n)), `${arrow.label} ${digits(l)} ${arrow.kind === "force" ? "N" : "N m"}`, arrow.color]);
     });
   }
   const at = (poses, { body, at: p }) => (body < 0 ? p : point(poses[body], p));
   // Of a moment the head is double.
-  function drawArrow(tail, n, long, double, color) {
+  function drawArrow(tail, n, long, double, color, through) {
     const thick = 0.011 * size, tip = Math.min(0.1 * size, 0.5 * long), wide = Math.min(0.028 * size, 0.3 * long);
     const end = add(tail, scale(long, n)), heads = double ? [1, 1.7] : [1];
-    renderer.solid(shaft, along(n, tail, Math.min(thick, 0.4 * wide), long - tip), color, 1, true);
-    for (const k of heads) renderer.solid(head, along(n, add(end, scale(-k * tip, n)), wide, tip), color, 1, true);
+    renderer.solid(shaft, along(n, tail, Math.min(thick, 0.4 * wide), long - tip), color, 1, through);
+    for (const k of heads) renderer.solid(head, along(n, add(end, scale(-k * tip, n)), wide, tip), color, 1, through);
     return end;
   }
   function drawCones(poses) {
