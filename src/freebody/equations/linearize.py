@@ -24,6 +24,7 @@ from ..dynamics.state import State
 from ..errors import ModelError, nearest
 from ..model.assemble import assemble
 from ..model.model import Model
+from ..model.values import check_assumptions
 from ..scalar.algebra import Field, floats
 from ..scalar.arrays import arrays, column
 from ..scalar.dual import DualField, slope_of, value_of
@@ -370,6 +371,7 @@ def _numbers(model: Model, where: Mapping[Any, Any], values: Mapping[Any, Any]) 
     numbers = {symbol: plain[p.name] for symbol, p in known.items()}
     for symbol, x in replaced.items():
         numbers[symbol] = float(_evaluated(model, x, numbers, "`where`"))
+    check_assumptions(model, _by_name(model, numbers))
     return numbers
 
 
