@@ -30,6 +30,7 @@ from ..scalar.arrays import arrays, column
 from ..scalar.dual import DualField, slope_of, value_of
 from ..scalar.expression import evaluate
 from ..scalar.polynomial import Ring
+from ..scalar.zero import is_zero
 from .display import text
 from .linear_model import LinearModel
 from .operating_point import (
@@ -175,7 +176,7 @@ def _where(model: Model, where: Mapping[Any, Any]) -> dict[Any, Any]:
 
 
 def _balanced(model: Model, ring: Ring, residual: Sequence[Any]) -> None:
-    left = {name: r for name, r in zip(tangent_names(model), residual, strict=True) if r != 0}
+    left = {name: r for name, r in zip(tangent_names(model), residual, strict=True) if not is_zero(r)}
     if not left:
         return
     time = ring.generator(model.names.atoms["t"]).mask
