@@ -39,7 +39,7 @@ from ..space.spatial import (
 from .composite import mass_matrix
 from .coordinates import accelerations_of_coordinates, forces_on_displacements
 from .kinematics import velocities
-from .linear import solve_symmetric
+from .linear import Factorization, solve_symmetric
 from .loading import loading
 from .newton_euler import bias
 from .state import State
@@ -83,7 +83,7 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
             )
             m = [t - power(S, p[i]) for t, S in zip(tau, motion, strict=True)]
             _check_inertia(link, motion, U)
-            D = [[power(S, W) for W in U] for S in motion]
+            D = Factorization([[power(S, W) for W in U] for S in motion])
             kept[i] = (motion, U, m, D)
             if link.parent != GROUND:
                 for W, x in zip(U, _solve_columns(D, U), strict=True):
@@ -94,7 +94,7 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
             continue
         p_a = plus(p_a, blocks_times(I_a, c[i]))
         if motion:
-            for W, x in zip(U, solve_symmetric(D, m), strict=True):
+            for W, x in zip(U, D.solve(m), strict=True):
                 p_a = plus(p_a, times(x, W))
             for S, force in zip(motion, tau, strict=True):
                 p_a = _replaced(p_a, S, force)
@@ -111,7 +111,7 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
         a = plus(motion_to_child(R, r, ground if link.parent == GROUND else A[link.parent]), c[i])
         if kept[i] is not None:
             motion, U, m, D = kept[i]
-            rates = solve_symmetric(D, [x - power(a, W) for x, W in zip(m, U, strict=True)])
+            rates = D.solve([x - power(a, W) for x, W in zip(m, U, strict=True)])
             for k, (S, rate) in enumerate(zip(motion, rates, strict=True)):
                 a = plus(a, times(rate, S))
                 if link.one_dof:
@@ -184,12 +184,12 @@ def _replaced(p: Spatial, S: Spatial, force: Any) -> Spatial:
     return (new, p[1]) if part == 0 else (p[0], new)
 
 
-def _solve_columns(D: list[list[Any]], U: list[Spatial]) -> list[Spatial]:
+def _solve_columns(D: Factorization, U: list[Spatial]) -> list[Spatial]:
     """Rows x of D⁻¹ Uᵀ, as spatial vectors."""
     if len(U) == 1:
-        return [times(divide(1, D[0][0]), U[0])]
+        return [times(divide(1, D.D[0]), U[0])]
     flat = [(*n, *f) for n, f in U]
-    columns = [solve_symmetric(D, [row[k] for row in flat]) for k in range(6)]
+    columns = [D.solve([row[k] for row in flat]) for k in range(6)]
     return [
         ((columns[0][i], columns[1][i], columns[2][i]), (columns[3][i], columns[4][i], columns[5][i]))
         for i in range(len(U))
