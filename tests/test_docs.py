@@ -85,6 +85,16 @@ def test_the_blocks_of_a_page_run(page: str, tmp_path: Path, monkeypatch: pytest
         exec(compile(code, page, "exec"), names)
 
 
+def test_constraints_page(capsys: pytest.CaptureFixture[str]) -> None:
+    """Every block that begins with an import runs, and prints the block of text below it."""
+    page = (ROOT / "docs" / "constraints.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(import .*?)```\n\n```text\n(.*?)```\n", page, re.DOTALL)
+    assert len(blocks) == page.count("```python\nimport") == page.count("```text") > 0
+    for code, printed in blocks:
+        exec(compile(code, "docs/constraints.md", "exec"), {})
+        assert capsys.readouterr().out == printed, code
+
+
 def test_one_version() -> None:
     with (ROOT / "pyproject.toml").open("rb") as stream:
         assert tomllib.load(stream)["project"]["version"] == fb.__version__

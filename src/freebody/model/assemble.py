@@ -98,7 +98,7 @@ def assemble(system: System) -> Model:
         joints={name: joints[name] for name in system.joints if name in joints},
         loads=dict(system.loads),
         gravity=system.gravity,
-        positive=tuple(system.positive),
+        positive=tuple(sorted(system.positive, key=str)),
         names=system.names,
         about=dict(system.about),
         order=_order(links, speeds, kinds),

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from ..dynamics.mobility import check_bodies, massless_motion
 from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
+from ..model.values import check_assumptions
 from . import path as runs
 from .blow import blows_of, struck_path, watching_blows
 from .closing import check_redundant, closed_start
@@ -141,6 +142,7 @@ def simulate(
     model = kernels.model
     numbers = model.values(values)
     check_bodies(model, numbers)
+    check_assumptions(model, numbers)
     begin = number(model, numbers, start, "start")
     end = number(model, numbers, until, "until")
     if times is not None and samples is not None:
