@@ -48,6 +48,7 @@ def test_the_two_commands() -> None:
         "docs/analysis.md",
         "docs/constraints.md",
         "docs/contact.md",
+        "docs/contact-simulation.md",
     ],
 )
 def test_links_lead_somewhere(page: str) -> None:
