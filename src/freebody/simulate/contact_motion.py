@@ -72,7 +72,7 @@ def touching_motion(
         {"max_step": math.inf if max_step is None else float(max_step), "max_steps": max_steps},
     )
     y = np.concatenate([state[:n], [0.0, 0.0]])
-    phase = work.scene.phase(("open",) * len(model.contacts), begin, y, values)
+    phase = work.scene.phase(("open",) * len(model.contacts))
     program = phase.motion()
     energies = observe(
         program.address("energy"), 2, np.array([begin]), y[None], program.constants(work.parameters)
