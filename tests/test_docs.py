@@ -51,6 +51,7 @@ def test_the_two_commands() -> None:
         "docs/contact.md",
         "docs/plots.md",
         "docs/report.md",
+        "docs/contact-simulation.md",
     ],
 )
 def test_links_lead_somewhere(page: str) -> None:

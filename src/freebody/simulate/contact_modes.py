@@ -44,9 +44,9 @@ def modes_at(work: ContactRun, t: float, y: Array, current: Modes) -> tuple[Mode
         return (OPEN,) * len(work.names), None, seen
     A, rows, responses, contacts = work.part(seen, chosen, y)
     found = solutions(A, seen.c[rows], contacts)
-    kept = [one for one in found if lasts(work, t, y, chosen, contacts, one)]
+    kept = [one for one in found if lasts(work, t, y, seen, chosen, contacts, one)]
     if not kept:  # those at the limit of friction that others hold, with no slip to come
-        kept = [one for one in found if lasts(work, t, y, chosen, contacts, one, True)]
+        kept = [one for one in found if lasts(work, t, y, seen, chosen, contacts, one, True)]
     kept = _held(kept, contacts)
     groups = distinct(kept, responses, alike=work.alike(contacts, seen, chosen, y))
     if len(groups) != 1:
@@ -83,6 +83,7 @@ def lasts(
     work: ContactRun,
     t: float,
     y: Array,
+    seen: Snapshot,
     chosen: Sequence[int],
     contacts: Sequence[Touching],
     one: Solution,
@@ -97,7 +98,7 @@ def lasts(
         for c, (mode, _) in zip(contacts, one.modes, strict=True)
     ):
         return True  # in space, slip from rest has no derivative before it has a direction
-    phase = work.scene.phase(modes, t, y, work.values)
+    phase = work.scene.phase(modes, seen)
     program = phase.contact_rates()
     m = work.scene.rows
     slopes = observe(

@@ -15,7 +15,6 @@ from typing import Any, cast
 import numpy as np
 
 from ..dynamics import State, coordinate_rates, kinetic_energy, potential_energy
-from ..dynamics.constrained import independent_rows
 from ..dynamics.constraints import linearized, rows
 from ..dynamics.contact import contact_layout, contact_rows, touches
 from ..dynamics.contact_motion import contact_forces, contact_problem, friction_power, in_modes
@@ -25,6 +24,7 @@ from ..dynamics.state import float_state
 from ..model import Model
 from ..scalar.derivative import forward
 from ..scalar.trace import Tape
+from .complementarity import SMALL
 from .kernels import Kernels, Program
 from .path import Array, observe
 
@@ -126,8 +126,8 @@ class Scene:
         n = self.model.n_q
         return float_state(self.model, y[:n].tolist(), y[n : n + self.model.n_u].tolist(), t)
 
-    def phase(self, modes: Modes, t: float, y: Array, values: Mapping[str, float]) -> Phase:
-        """The equations of a set of modes; dependent conditions are found at the state."""
+    def phase(self, modes: Modes, seen: Snapshot | None = None) -> Phase:
+        """The equations of a set of modes; conditions of contacts that follow from others are found in ``seen``."""
         if modes not in self._moded:
             named = {
                 c.name: mode for c, mode in zip(self.model.contacts, modes, strict=True) if mode != "open"
@@ -135,14 +135,35 @@ class Scene:
             self._moded[modes] = in_modes(self.model, named) if named else self.model
         model = self._moded[modes]
         active = self.kernels.active
-        if any(mode != "open" for mode in modes):
-            n = model.n_q
-            state = float_state(model, y[:n].tolist(), y[n : n + model.n_u].tolist(), t, values)
-            active = independent_rows(model, state)
+        if seen is not None:
+            active = (*active, *self._independent(modes, seen.A))
         key = (modes, active)
         if key not in self._phases:
             self._phases[key] = Phase(self, model, modes, active)
         return self._phases[key]
+
+    def _independent(self, modes: Modes, A: Array) -> list[int]:
+        """Conditions of closed contacts that are independent, the earlier ones kept: by pivots of A (Cholesky)."""
+        held = [
+            i
+            for k, mode in enumerate(modes)
+            if mode != "open"
+            for i in range(self.first[k], self.first[k] + 1 + (self.tangents[k] if mode == "stick" else 0))
+        ]
+        kept: list[int] = []
+        L = np.zeros((len(held), len(held)))
+        for place, i in enumerate(held):
+            count = len(kept)
+            row = np.array([A[i, held[j]] for j in kept])
+            for j in range(count):
+                row[j] = (row[j] - L[j, :j] @ row[:j]) / L[j, j]
+            left = A[i, i] - row @ row
+            if left > SMALL * A[i, i]:
+                L[count, :count] = row
+                L[count, count] = np.sqrt(left)
+                kept.append(place)
+        own = len(rows(self.model))
+        return [own + place for place in kept]
 
 
 @dataclass(frozen=True)

@@ -176,7 +176,7 @@ class ContactRun:
         self, modes: Modes, t: float, y: Array, seen: Snapshot
     ) -> tuple[Phase, Rates, Watch | None, Any]:
         """Compiled equations of the modes, and the functions to watch."""
-        phase = self.scene.phase(modes, t, y, self.values)
+        phase = self.scene.phase(modes, seen)
         dead = self.dead(modes, seen, y)
         key = (id(phase), dead)
         if key not in self._setups:
