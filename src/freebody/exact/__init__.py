@@ -8,11 +8,14 @@ bodies on shafts        :func:`bearing_forces`, :func:`tilted_product`, :func:`t
 gyroscopic effects      :func:`small_oscillation`, :func:`wheel_torque`, :func:`curve_lean`, :func:`pitching_moment`,
                         :func:`transverse_spin`
 planar machines         :func:`pendulum`, :func:`pendulum_period`, :func:`hinged_bar`, :func:`cart_and_bar`,
-                        :func:`double_pendulum`, :func:`double_pendulum_frequencies`
+                        :func:`double_pendulum`, :func:`double_pendulum_frequencies`,
+                        :func:`struck_bar`, :func:`door_frequency`, :func:`disk_pendulum`,
+                        :func:`airfoil`, :func:`airfoil_motion`, :func:`folding_links`, :func:`folding_equilibrium`
 """
 
 from __future__ import annotations
 
+from .coupled import airfoil, airfoil_motion, folding_equilibrium, folding_links
 from .gyroscope import (
     PrecessionResponse,
     TopMotion,
@@ -25,6 +28,7 @@ from .gyroscope import (
     top_from_rest,
 )
 from .heavy_top import TopPath, asymptotic_top, top
+from .hinged import disk_pendulum, door_frequency, struck_bar
 from .planar import (
     CartAndBar,
     DoublePendulum,
@@ -50,13 +54,19 @@ __all__ = [
     "TopMotion",
     "TopPath",
     "TorqueFreeMotion",
+    "airfoil",
+    "airfoil_motion",
     "asymptotic_top",
     "bearing_forces",
     "cart_and_bar",
     "curve_lean",
+    "disk_pendulum",
+    "door_frequency",
     "double_pendulum",
     "double_pendulum_frequencies",
     "dumbbell_product",
+    "folding_equilibrium",
+    "folding_links",
     "gyroscope_moments",
     "hinged_bar",
     "least_spin",
@@ -67,6 +77,7 @@ __all__ = [
     "sleeping_spin",
     "small_oscillation",
     "steady_precession",
+    "struck_bar",
     "tilted_axial",
     "tilted_product",
     "top",
