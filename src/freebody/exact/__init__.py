@@ -12,6 +12,9 @@ planar machines         :func:`pendulum`, :func:`pendulum_period`, :func:`hinged
 sliding and tipping     :func:`sliding_body`, :func:`leaning_board`, :func:`braking_car`, :func:`monorail_car`
 rolling and leaving     :func:`pulled_disk`, :func:`rolling_down`, :func:`bar_in_cylinder`, :func:`disk_off_ledge`,
                         :func:`bar_on_ledge`, :func:`disk_in_cylinder`, :func:`falling_bar`
+                        :func:`double_pendulum`, :func:`double_pendulum_frequencies`,
+                        :func:`struck_bar`, :func:`door_frequency`, :func:`disk_pendulum`,
+                        :func:`airfoil`, :func:`airfoil_motion`, :func:`folding_links`, :func:`folding_equilibrium`
 """
 
 from __future__ import annotations
@@ -30,6 +33,7 @@ from .contact import (
     rolling_down,
     sliding_body,
 )
+from .coupled import airfoil, airfoil_motion, folding_equilibrium, folding_links
 from .falling import (
     BarInCylinder,
     BarOnLedge,
@@ -54,6 +58,7 @@ from .gyroscope import (
     top_from_rest,
 )
 from .heavy_top import TopPath, asymptotic_top, top
+from .hinged import disk_pendulum, door_frequency, struck_bar
 from .planar import (
     CartAndBar,
     DoublePendulum,
@@ -90,6 +95,8 @@ __all__ = [
     "TopMotion",
     "TopPath",
     "TorqueFreeMotion",
+    "airfoil",
+    "airfoil_motion",
     "asymptotic_top",
     "bar_in_cylinder",
     "bar_on_ledge",
@@ -99,10 +106,17 @@ __all__ = [
     "curve_lean",
     "disk_in_cylinder",
     "disk_off_ledge",
+    "disk_pendulum",
+    "door_frequency",
+    "double_pendulum",
     "double_pendulum",
     "double_pendulum_frequencies",
+    "double_pendulum_frequencies",
+    "dumbbell_product",
     "dumbbell_product",
     "falling_bar",
+    "folding_equilibrium",
+    "folding_links",
     "gyroscope_moments",
     "hinged_bar",
     "leaning_board",
@@ -118,6 +132,7 @@ __all__ = [
     "sliding_body",
     "small_oscillation",
     "steady_precession",
+    "struck_bar",
     "tilted_axial",
     "tilted_product",
     "top",

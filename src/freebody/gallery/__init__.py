@@ -44,9 +44,12 @@ class Gallery(Mapping[str, Entry]):
 
 def entries() -> Gallery:
     """All entries, by name or alias."""
+    from .airfoil import AIRFOIL
     from .block_and_tackle import BLOCK_AND_TACKLE
     from .cart_and_bar import CART_AND_BAR
     from .cylinder_on_shaft import CYLINDER_ON_SHAFT
+    from .disk_pendulum import DISK_PENDULUM
+    from .door import DOOR
     from .double_pendulum import DOUBLE_PENDULUM
     from .dumbbell import DUMBBELL
     from .four_bar import FOUR_BAR
@@ -54,6 +57,7 @@ def entries() -> Gallery:
     from .hinged_bar import HINGED_BAR
     from .motorcycle import MOTORCYCLE
     from .nutation import NUTATION
+    from .percussion import PERCUSSION
     from .projectile import PROJECTILE
     from .rolling_disk import ROLLING_DISK
     from .satellite import SATELLITE
@@ -64,11 +68,13 @@ def entries() -> Gallery:
     from .tumbling_body import TUMBLING_BODY
     from .turboprop import TURBOPROP
     from .two_gears import TWO_GEARS
+    from .two_links import TWO_LINKS
     from .whipple_bicycle import WHIPPLE_BICYCLE
 
     return Gallery(
         HINGED_BAR, CART_AND_BAR,
         TILTED_DISK, TORQUE_FREE, GYROSCOPE, NUTATION,
-        DUMBBELL, CYLINDER_ON_SHAFT, DOUBLE_PENDULUM, SATELLITE, MOTORCYCLE, TURBOPROP, PROJECTILE, STRUCK_GYROSCOPE,
+        PERCUSSION, DOOR, DISK_PENDULUM, DUMBBELL, CYLINDER_ON_SHAFT, AIRFOIL, DOUBLE_PENDULUM, TWO_LINKS, SATELLITE,
+        MOTORCYCLE, TURBOPROP, PROJECTILE, STRUCK_GYROSCOPE,
         TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
     )  # fmt: skip

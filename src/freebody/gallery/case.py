@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -252,15 +251,3 @@ def states(trajectory: fb.Trajectory, i: int, names: Mapping[str, str], label: s
         f"{name}({label})": Answer(f"{name} at {label}", float(trajectory[name][i]), unit, how="fb.simulate")
         for name, unit in names.items()
     }
-
-
-def small_frequencies(case: Case, at: Mapping[str, Any]) -> np.ndarray:
-    """Circular frequencies of small oscillation about an equilibrium, lowest first [rad/s].
-
-    det(K - w² M) = 0 with K_ij = d bias_i / dq_j there.
-    """
-    e = case.equations
-    M = case.numbers(e.mass_matrix, at)
-    K = np.array([[case.number(h.diff(q), at) for q in e.coordinates] for h in e.bias])
-    squares = np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real)
-    return np.array([math.sqrt(s) if s > 0 else math.nan for s in squares])
