@@ -8,13 +8,12 @@ bodies on shafts        :func:`bearing_forces`, :func:`tilted_product`, :func:`t
 gyroscopic effects      :func:`small_oscillation`, :func:`wheel_torque`, :func:`curve_lean`, :func:`pitching_moment`,
                         :func:`transverse_spin`
 planar machines         :func:`pendulum`, :func:`pendulum_period`, :func:`hinged_bar`, :func:`cart_and_bar`,
-                        :func:`double_pendulum`, :func:`double_pendulum_frequencies`
-sliding and tipping     :func:`sliding_body`, :func:`leaning_board`, :func:`braking_car`, :func:`monorail_car`
-rolling and leaving     :func:`pulled_disk`, :func:`rolling_down`, :func:`bar_in_cylinder`, :func:`disk_off_ledge`,
-                        :func:`bar_on_ledge`, :func:`disk_in_cylinder`, :func:`falling_bar`
                         :func:`double_pendulum`, :func:`double_pendulum_frequencies`,
                         :func:`struck_bar`, :func:`door_frequency`, :func:`disk_pendulum`,
                         :func:`airfoil`, :func:`airfoil_motion`, :func:`folding_links`, :func:`folding_equilibrium`
+sliding and tipping     :func:`sliding_body`, :func:`leaning_board`, :func:`braking_car`, :func:`monorail_car`
+rolling and leaving     :func:`pulled_disk`, :func:`rolling_down`, :func:`bar_in_cylinder`, :func:`disk_off_ledge`,
+                        :func:`bar_on_ledge`, :func:`disk_in_cylinder`, :func:`falling_bar`
 """
 
 from __future__ import annotations
