@@ -26,7 +26,7 @@ from .complementarity import OPEN, Solution
 from .contact_leaps import halt, onset
 from .contact_modes import modes_at
 from .contact_scene import Ending, Modes, Phase, Snapshot
-from .contact_state import CROWD, ENDLESS, LOW, ContactRun
+from .contact_state import CROWD, ENDLESS, LOW, PHASES, ContactRun
 from .integrate import integrate
 from .path import FINISHED, TERMINAL, Array, Path, Rates, observe
 from .phases import Phases, Segment
@@ -73,10 +73,10 @@ def run(
     while True:
         crowded = crowded + 1 if t - last <= CROWD else 0
         last = t
-        if crowded > ENDLESS:
+        if crowded > ENDLESS or len(work.segments) > PHASES:
             raise SimulationError(
                 f"Contacts of '{work.model.name}' change their modes again and again at t = {t:.9g} s "
-                f"({', '.join(f'{a}: {b}' for a, b in zip(work.names, current, strict=True))}), {ENDLESS} times. "
+                f"({', '.join(f'{a}: {b}' for a, b in zip(work.names, current, strict=True))}), {len(work.segments)} phases so far. "
                 "Impacts that end in a finite time only together (restitution of several contacts at once) do this."
             )
         seen = work.look(t, y)
