@@ -74,10 +74,11 @@ def run(
         crowded = crowded + 1 if t - last <= CROWD else 0
         last = t
         if crowded > ENDLESS or len(work.segments) > PHASES:
+            states = ", ".join(f"{a}: {b}" for a, b in zip(work.names, current, strict=True))
             raise SimulationError(
-                f"Contacts of '{work.model.name}' change their modes again and again at t = {t:.9g} s "
-                f"({', '.join(f'{a}: {b}' for a, b in zip(work.names, current, strict=True))}), {len(work.segments)} phases so far. "
-                "Impacts that end in a finite time only together (restitution of several contacts at once) do this."
+                f"Contacts of '{work.model.name}' change their modes again and again at t = {t:.9g} s ({states}), "
+                f"{len(work.segments)} phases so far. Impacts that end in a finite time only together (restitution of "
+                f"several contacts at once) do this."
             )
         seen = work.look(t, y)
         y, hit = work.collide(t, y, seen)
