@@ -14,9 +14,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..dynamics import coordinate_rates
+from ..dynamics.state import float_state
 from .complementarity import SMALL
 from .contact_scene import Snapshot
-from .contact_state import ContactRun
+from .contact_state import LOW, ContactRun
 from .path import Array
 
 
@@ -124,3 +126,26 @@ def settled(work: ContactRun, t: float, y: Array, seen: Snapshot, contacts: froz
     after[work.n : work.n + work.model.n_u] += impulses @ seen.responses
     work.impulses += float(impulses @ (2 * seen.rate + seen.A @ impulses)) / 2
     return after
+
+
+def lifted(work: ContactRun, t: float, y: Array) -> Array:
+    """The state with contacts that leave from below zero, as far as they count as closed, at zero.
+
+    From there their return is a zero of the gap; from below, it would be none.
+    """
+    seen = work.look(t, y)
+    low = LOW * (1 + work.size(y))
+    closed = work.closed(seen, y)
+    first = work.scene.first
+    if not any(seen.gap[k] < -low and seen.rate[first[k]] > work.still(y) for k in closed):
+        return y
+    rows = [first[k] for k in closed]
+    gaps = np.array([min(seen.gap[k], 0.0) for k in closed])
+    step = np.linalg.lstsq(seen.A[np.ix_(rows, rows)], -gaps, rcond=SMALL)[0] @ seen.responses[rows]
+    state = float_state(work.model, y[: work.n].tolist(), step.tolist(), t, work.values)
+    still = float_state(work.model, y[: work.n].tolist(), None, t, work.values)
+    moved = [float(x) for x in coordinate_rates(work.model, state)]
+    driven = [float(x) for x in coordinate_rates(work.model, still)]
+    result = y.copy()
+    result[: work.n] += np.array(moved) - np.array(driven)
+    return result

@@ -25,6 +25,10 @@ LOW = 1e-15
 """Height of a flight, relative to 1 m or the greatest coordinate, that round-off hides."""
 NUDGE = 1e-9
 """Speed of slip given to one that begins in space without acceleration [m/s]."""
+CROWD = 1e-7
+"""Time between two events that counts as none where they crowd [s]."""
+PHASES = 100_000
+"""Phases of one run at most."""
 ENDLESS = 200
 """Changes of mode at one moment before they are refused as endless."""
 
