@@ -85,7 +85,7 @@ def test_long_lists_leave_out_their_middle():
         events = list(range(100))
         modes = ()
 
-    lines = happenings(Long())
+    lines = happenings(Long(), Long().events)
     assert len(lines) == MOST + 3
     assert "  ... 76 more ..." in lines
 
