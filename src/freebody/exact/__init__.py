@@ -7,6 +7,8 @@ gyroscopes              :func:`gyroscope_moments`, :func:`steady_precession`, :f
 bodies on shafts        :func:`bearing_forces`, :func:`tilted_product`, :func:`tilted_axial`, :func:`dumbbell_product`
 gyroscopic effects      :func:`small_oscillation`, :func:`wheel_torque`, :func:`curve_lean`, :func:`pitching_moment`,
                         :func:`transverse_spin`
+rotors                  :func:`jeffcott`, :func:`jeffcott_start`, :func:`gyrocompass`
+spacecraft              :func:`wheel_turn`, :func:`platform_turn`, :func:`yo_yo`
 planar machines         :func:`pendulum`, :func:`pendulum_period`, :func:`hinged_bar`, :func:`cart_and_bar`,
                         :func:`double_pendulum`, :func:`double_pendulum_frequencies`,
                         :func:`struck_bar`, :func:`door_frequency`, :func:`disk_pendulum`,
@@ -39,7 +41,9 @@ from .planar import (
     hinged_bar,
 )
 from .rigid_body import Cones, TorqueFreeMotion
+from .rotor import gyrocompass, jeffcott, jeffcott_start
 from .shaft import bearing_forces, dumbbell_product, tilted_axial, tilted_product
+from .spacecraft import platform_turn, wheel_turn, yo_yo
 from .spinning import curve_lean, pitching_moment, transverse_spin, wheel_torque
 from .swing import pendulum, pendulum_period
 from .torque_free import SymmetricMotion, torque_free, torque_free_symmetric
@@ -67,12 +71,16 @@ __all__ = [
     "dumbbell_product",
     "folding_equilibrium",
     "folding_links",
+    "gyrocompass",
     "gyroscope_moments",
     "hinged_bar",
+    "jeffcott",
+    "jeffcott_start",
     "least_spin",
     "pendulum",
     "pendulum_period",
     "pitching_moment",
+    "platform_turn",
     "precession_response",
     "sleeping_spin",
     "small_oscillation",
@@ -86,4 +94,6 @@ __all__ = [
     "torque_free_symmetric",
     "transverse_spin",
     "wheel_torque",
+    "wheel_turn",
+    "yo_yo",
 ]
