@@ -71,7 +71,7 @@ def solve(case: Case) -> Solved:
         same("work against that of the simulation", run.energy.work[0], answers["W"].value, bound),
         same("at rest at tau", [run["theta'"][1], run["phi'"][1]], 0, bound * abs(answers["phi'_max"].value)),
     )
-    trajectory = case.simulate(case["tau"], samples=2001)
+    trajectory = case.motion()
     plots: Plots = {
         "theta.png": saved(
             lambda: history(trajectory, "theta", title="Satellite turned by a reaction wheel")

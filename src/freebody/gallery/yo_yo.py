@@ -123,7 +123,7 @@ def solve(case: Case) -> Solved:
             bound,
         ),
     )
-    trajectory = case.simulate(2 * answers["t(l_1)"].value, initial=start, events=free, samples=2001)
+    trajectory = case.motion(initial=start, events=[fb.event("R*phi - l_1", name="l_1")])
     plots: Plots = {
         "spin.png": saved(lambda: history(trajectory, "theta'", title="Yo-yo: spin of the satellite")),
         "tension.png": saved(
