@@ -8,6 +8,7 @@ Earth included: it stays constant, since nothing acts about the axis.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import sympy
 
@@ -80,7 +81,7 @@ def solve(case: Case) -> Solved:
         "theta(t_1)": Answer("theta at t_1", float(at["theta"][-1]), "rad", how="fb.simulate"),
     }  # fmt: skip
     cosine = case["Omega"] * math.cos(case["latitude"])
-    free = case.having(c=0.0)
+    free = replace(case.having(c=0.0), until=2 * answers["T"].value)
     small = {"theta": 1e-3, "phi'": f"spin - Omega*cos(latitude)*{math.cos(1e-3)!r}"}
     swing = free.simulate_past("north", 3, initial=small, events=[fb.event("theta", name="north")])
     first, _, third = (event.time for event in happened(swing, "north")[:3])
