@@ -146,3 +146,86 @@ def test_yo_yo_takes_the_whole_spin():
 def test_yo_yo_refuses_a_cord_that_hardly_comes_off():
     with pytest.raises(ModelError, match="a cord longer than 0.05 R"):
         entries()["yo-yo"].run({"l_1": 0.01})
+
+
+def falling_cat(p):
+    pi = sympy.pi if symbols(p) else np.pi
+    found = {
+        "psi": exact.cat_turn(p["J"], p["K"], p["alpha"], pi),
+        "alpha_pi": exact.cat_bend(p["J"], p["K"]),
+    }
+    return found if symbols(p) else found | {"h": p["g"] * p["tau"] ** 2 / 2}
+
+
+def test_falling_cat():
+    check_numbers("falling-cat", falling_cat, alpha=1.0, K=0.02)
+
+
+def test_falling_cat_formulas():
+    check_formulas("falling-cat", falling_cat)
+
+
+def test_cat_that_does_not_bend_turns_back_by_what_it_rolled():
+    assert abs(exact.cat_turn(0.015, 0.05, 0.0) - 2 * np.pi) < 1e-15
+    with pytest.raises(ModelError, match="0 <= alpha < 90 degrees"):
+        entries()["falling-cat"].run({"alpha": "90deg"})
+
+
+def sink_growth(p, moments):
+    """Largest real part of the wobble about spin along the last of three axes: four linear equations."""
+    I_1, I_2, I_3 = moments
+    I_D, c, spin = p["I_D"], p["c"], p["omega_0"]
+    A = np.array(
+        [
+            [-c / I_1, (I_2 - I_3) * spin / I_1, c / I_1, 0],
+            [(I_3 - I_1) * spin / I_2, -c / I_2, 0, c / I_2],
+            [c / I_D, -spin, -c / I_D, spin],
+            [spin, c / I_D, -spin, -c / I_D],
+        ]
+    )
+    return np.linalg.eigvals(A).real.max()
+
+
+def energy_sink(p):
+    sin_cos = sympy if symbols(p) else np
+    I_1, I_2, I_3, I_D = (p[name] for name in ("I_1", "I_2", "I_3", "I_D"))
+    H_1, H_3 = (I_1 + I_D) * p["w_1"], (I_3 + I_D) * p["omega_0"]
+    found = {
+        "omega_f": sin_cos.sqrt(H_1**2 + H_3**2) / (I_2 + I_D),
+        "T_0": (H_1**2 / (I_1 + I_D) + H_3**2 / (I_3 + I_D)) / 2,
+        "T_f": (H_1**2 + H_3**2) / (I_2 + I_D) / 2,
+    }
+    if symbols(p):
+        return found
+    found |= {
+        "sigma_3": sink_growth(p, (I_1, I_2, I_3)),
+        "sigma_2": sink_growth(p, (I_3, I_1, I_2)),
+    }
+
+    def rates(_, y):
+        return np.concatenate(exact.sink_rates(y[:3], y[3:], I_1, I_2, I_3, I_D, p["c"]))
+
+    w = [p["w_1"], 0, p["omega_0"]]
+    y = solve_ivp(rates, (0, p["t_1"]), [*w, *w], "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    H = np.array([I_1, I_2, I_3]) * y[:3] + I_D * y[3:]
+    found |= {f"C_w{axis}(t_1)": x for axis, x in zip("xyz", y[:3], strict=True)}
+    return found | {"nutation(t_1)": np.arctan2(np.hypot(H[0], H[1]), H[2])}
+
+
+def test_energy_sink():
+    check_numbers("energy-sink", energy_sink, w_1=0.2, t_1=60.0, I_1=70.0)
+
+
+def test_energy_sink_formulas():
+    check_formulas("energy-sink", energy_sink)
+
+
+def test_major_axis_rule():
+    """Spin about the smallest moment of inertia is lost, that about the largest is kept; no damper, no loss."""
+    answers = outcome("energy-sink").answers
+    assert answers["sigma_3"].value > 0 > answers["sigma_2"].value
+    assert answers["T_f"].value < answers["T_0"].value
+    with pytest.raises(ModelError, match="a drag above 0"):
+        entries()["energy-sink"].run({"c": 0})
+    with pytest.raises(ModelError, match="axis 2 is the one of flat spin, got I_1 = 120"):
+        entries()["energy-sink"].run({"I_1": 120})

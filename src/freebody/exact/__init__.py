@@ -8,7 +8,8 @@ bodies on shafts        :func:`bearing_forces`, :func:`tilted_product`, :func:`t
 gyroscopic effects      :func:`small_oscillation`, :func:`wheel_torque`, :func:`curve_lean`, :func:`pitching_moment`,
                         :func:`transverse_spin`
 rotors                  :func:`jeffcott`, :func:`jeffcott_start`, :func:`gyrocompass`
-spacecraft              :func:`wheel_turn`, :func:`platform_turn`, :func:`yo_yo`
+spacecraft              :func:`wheel_turn`, :func:`platform_turn`, :func:`yo_yo`, :func:`cat_turn`,
+                        :func:`cat_bend`, :func:`sink_rates`
 planar machines         :func:`pendulum`, :func:`pendulum_period`, :func:`hinged_bar`, :func:`cart_and_bar`,
                         :func:`double_pendulum`, :func:`double_pendulum_frequencies`,
                         :func:`struck_bar`, :func:`door_frequency`, :func:`disk_pendulum`,
@@ -43,7 +44,7 @@ from .planar import (
 from .rigid_body import Cones, TorqueFreeMotion
 from .rotor import gyrocompass, jeffcott, jeffcott_start
 from .shaft import bearing_forces, dumbbell_product, tilted_axial, tilted_product
-from .spacecraft import platform_turn, wheel_turn, yo_yo
+from .spacecraft import cat_bend, cat_turn, platform_turn, sink_rates, wheel_turn, yo_yo
 from .spinning import curve_lean, pitching_moment, transverse_spin, wheel_torque
 from .swing import pendulum, pendulum_period
 from .torque_free import SymmetricMotion, torque_free, torque_free_symmetric
@@ -63,6 +64,8 @@ __all__ = [
     "asymptotic_top",
     "bearing_forces",
     "cart_and_bar",
+    "cat_bend",
+    "cat_turn",
     "curve_lean",
     "disk_pendulum",
     "door_frequency",
@@ -82,6 +85,7 @@ __all__ = [
     "pitching_moment",
     "platform_turn",
     "precession_response",
+    "sink_rates",
     "sleeping_spin",
     "small_oscillation",
     "steady_precession",

@@ -1,4 +1,4 @@
-"""Spacecraft that turn by inner means: reaction wheel, control moment gyro, yo-yo. Numbers or SymPy expressions.
+"""Bodies that turn by inner means: reaction wheel, control moment gyro, yo-yo, a cat, a damper. Numbers or symbols.
 
 Each follows from the momentum that is kept. Sources: Wie, *Space Vehicle Dynamics and Control*, 2nd ed., chapter 7;
 Eide and Vaughan, *Equations of motion and design criteria for the despin of a vehicle by the radial release of weights
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from .elementary import cos, sin, sqrt
+from .elementary import arccos, cos, sin, sqrt
 
 PI = 3.141592653589793
 
@@ -93,3 +93,57 @@ def yo_yo(I: Any, R: Any, m: Any, omega: Any, length: Any) -> Despin:  # noqa: E
     C, phi = 1 + I / (2 * m * R**2), length / R
     slowing = 4 * C * phi * omega**2 / (C + phi**2) ** 2
     return Despin(R * sqrt(C), phi / omega, omega * (C - phi**2) / (C + phi**2), I * slowing / (2 * R))
+
+
+def cat_turn(J: Any, K: Any, alpha: Any, pi: Any = PI) -> Any:
+    """Angle by which a cat turns that rolls its two bent halves once about their spines [rad].
+
+    The line that halves the bend carries the momentum 2 (J cos²α + K sin²α) ψ' of the turn and -2 J φ' cos α of the
+    rolls, together zero; φ runs to 2 π.
+
+    Parameters
+    ----------
+    J, K : moments of inertia of each half about its spine and across it, at the waist [kg m²]
+    alpha : angle of each spine from that line [rad]
+
+    References
+    ----------
+    Kane and Scher, *A dynamical explanation of the falling cat phenomenon*, Int. J. Solids Structures 5 (1969).
+    """
+    return 2 * pi * J * cos(alpha) / (J * cos(alpha) ** 2 + K * sin(alpha) ** 2)
+
+
+def cat_bend(J: Any, K: Any) -> Any:
+    """The bend alpha with which the cat of :func:`cat_turn` turns by half a turn [rad].
+
+    (K - J) cos²α + 2 J cos α - K = 0.
+
+    Examples
+    --------
+    >>> round(float(cat_turn(0.015, 0.05, cat_bend(0.015, 0.05))), 9)
+    3.141592654
+    """
+    return arccos((sqrt(J**2 + K**2 - J * K) - J) / (K - J))
+
+
+def sink_rates(
+    w: Any, ball: Any, I_1: float, I_2: float, I_3: float, I_D: float, c: float
+) -> tuple[list[float], list[float]]:
+    """Rates of the angular velocities of a body and of a ball in a viscous fluid inside, both in axes of the body.
+
+        I ω' + ω × I ω = c (σ - ω),    I_D (σ' + ω × σ) = -c (σ - ω)
+
+    Parameters
+    ----------
+    w, ball : angular velocities ω of the body and σ of the ball [rad/s]
+    I_1, I_2, I_3, I_D : principal moments of the body, moment of the ball [kg m²]
+    c : drag [N m s/rad]
+    """
+    moments = (I_1, I_2, I_3)
+    body_rate, ball_rate = [], []
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        drag = c * (ball[i] - w[i])
+        body_rate.append((drag - (moments[k] - moments[j]) * w[j] * w[k]) / moments[i])
+        ball_rate.append(-drag / I_D - (w[j] * ball[k] - w[k] * ball[j]))
+    return body_rate, ball_rate

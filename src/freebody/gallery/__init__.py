@@ -53,9 +53,11 @@ def entries() -> Gallery:
     from .door import DOOR
     from .double_pendulum import DOUBLE_PENDULUM
     from .dumbbell import DUMBBELL
+    from .energy_sink import ENERGY_SINK
+    from .falling_cat import FALLING_CAT
     from .four_bar import FOUR_BAR
-    from .gyroscope import GYROSCOPE
     from .gyrocompass import GYROCOMPASS
+    from .gyroscope import GYROSCOPE
     from .hinged_bar import HINGED_BAR
     from .jeffcott import JEFFCOTT
     from .motorcycle import MOTORCYCLE
@@ -82,5 +84,6 @@ def entries() -> Gallery:
         PERCUSSION, DOOR, DISK_PENDULUM, DUMBBELL, CYLINDER_ON_SHAFT, AIRFOIL, DOUBLE_PENDULUM, TWO_LINKS, SATELLITE,
         MOTORCYCLE, TURBOPROP, PROJECTILE, STRUCK_GYROSCOPE,
         TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
-        GYROCOMPASS, JEFFCOTT, REACTION_WHEEL, CONTROL_MOMENT_GYRO, YO_YO,
+        GYROCOMPASS, JEFFCOTT, REACTION_WHEEL, CONTROL_MOMENT_GYRO, YO_YO, ENERGY_SINK,
+        FALLING_CAT,
     )  # fmt: skip
