@@ -7,6 +7,9 @@ gyroscopes              :func:`gyroscope_moments`, :func:`steady_precession`, :f
 bodies on shafts        :func:`bearing_forces`, :func:`tilted_product`, :func:`tilted_axial`, :func:`dumbbell_product`
 gyroscopic effects      :func:`small_oscillation`, :func:`wheel_torque`, :func:`curve_lean`, :func:`pitching_moment`,
                         :func:`transverse_spin`
+rotors                  :func:`jeffcott`, :func:`jeffcott_start`, :func:`gyrocompass`
+spacecraft              :func:`wheel_turn`, :func:`platform_turn`, :func:`yo_yo`, :func:`cat_turn`,
+                        :func:`cat_bend`, :func:`sink_rates`
 planar machines         :func:`pendulum`, :func:`pendulum_period`, :func:`hinged_bar`, :func:`cart_and_bar`,
                         :func:`double_pendulum`, :func:`double_pendulum_frequencies`,
                         :func:`struck_bar`, :func:`door_frequency`, :func:`disk_pendulum`,
@@ -68,7 +71,9 @@ from .planar import (
     hinged_bar,
 )
 from .rigid_body import Cones, TorqueFreeMotion
+from .rotor import gyrocompass, jeffcott, jeffcott_start
 from .shaft import bearing_forces, dumbbell_product, tilted_axial, tilted_product
+from .spacecraft import cat_bend, cat_turn, platform_turn, sink_rates, wheel_turn, yo_yo
 from .spinning import curve_lean, pitching_moment, transverse_spin, wheel_torque
 from .swing import pendulum, pendulum_period
 from .torque_free import SymmetricMotion, torque_free, torque_free_symmetric
@@ -102,31 +107,35 @@ __all__ = [
     "bearing_forces",
     "braking_car",
     "cart_and_bar",
+    "cat_bend",
+    "cat_turn",
     "curve_lean",
     "disk_in_cylinder",
     "disk_off_ledge",
     "disk_pendulum",
     "door_frequency",
     "double_pendulum",
-    "double_pendulum",
     "double_pendulum_frequencies",
-    "double_pendulum_frequencies",
-    "dumbbell_product",
     "dumbbell_product",
     "falling_bar",
     "folding_equilibrium",
     "folding_links",
+    "gyrocompass",
     "gyroscope_moments",
     "hinged_bar",
+    "jeffcott",
+    "jeffcott_start",
     "leaning_board",
     "least_spin",
     "monorail_car",
     "pendulum",
     "pendulum_period",
     "pitching_moment",
+    "platform_turn",
     "precession_response",
     "pulled_disk",
     "rolling_down",
+    "sink_rates",
     "sleeping_spin",
     "sliding_body",
     "small_oscillation",
@@ -140,4 +149,6 @@ __all__ = [
     "torque_free_symmetric",
     "transverse_spin",
     "wheel_torque",
+    "wheel_turn",
+    "yo_yo",
 ]

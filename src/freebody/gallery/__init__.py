@@ -47,18 +47,24 @@ def entries() -> Gallery:
     from .airfoil import AIRFOIL
     from .block_and_tackle import BLOCK_AND_TACKLE
     from .cart_and_bar import CART_AND_BAR
+    from .control_moment_gyro import CONTROL_MOMENT_GYRO
     from .cylinder_on_shaft import CYLINDER_ON_SHAFT
     from .disk_pendulum import DISK_PENDULUM
     from .door import DOOR
     from .double_pendulum import DOUBLE_PENDULUM
     from .dumbbell import DUMBBELL
+    from .energy_sink import ENERGY_SINK
+    from .falling_cat import FALLING_CAT
     from .four_bar import FOUR_BAR
+    from .gyrocompass import GYROCOMPASS
     from .gyroscope import GYROSCOPE
     from .hinged_bar import HINGED_BAR
+    from .jeffcott import JEFFCOTT
     from .motorcycle import MOTORCYCLE
     from .nutation import NUTATION
     from .percussion import PERCUSSION
     from .projectile import PROJECTILE
+    from .reaction_wheel import REACTION_WHEEL
     from .rolling_disk import ROLLING_DISK
     from .satellite import SATELLITE
     from .slider_crank import SLIDER_CRANK
@@ -70,6 +76,7 @@ def entries() -> Gallery:
     from .two_gears import TWO_GEARS
     from .two_links import TWO_LINKS
     from .whipple_bicycle import WHIPPLE_BICYCLE
+    from .yo_yo import YO_YO
 
     return Gallery(
         HINGED_BAR, CART_AND_BAR,
@@ -77,4 +84,6 @@ def entries() -> Gallery:
         PERCUSSION, DOOR, DISK_PENDULUM, DUMBBELL, CYLINDER_ON_SHAFT, AIRFOIL, DOUBLE_PENDULUM, TWO_LINKS, SATELLITE,
         MOTORCYCLE, TURBOPROP, PROJECTILE, STRUCK_GYROSCOPE,
         TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
+        GYROCOMPASS, JEFFCOTT, REACTION_WHEEL, CONTROL_MOMENT_GYRO, YO_YO, ENERGY_SINK,
+        FALLING_CAT,
     )  # fmt: skip

@@ -102,6 +102,8 @@ def equilibrium(case: Case) -> tuple[float, float]:
 def solve(case: Case) -> Solved:
     from ..picture.plots import energy_residual, history, reaction, saved
 
+    for name in ("m", "M", "k_1", "k_2"):
+        case.refuse_unless(name, case[name] > 0, "links, a mass and springs with values above 0")
     reduced = symmetric()
     small = replace(case, system=reduced, equations=fb.equations(reduced))
     answers: Answers = {
