@@ -45,6 +45,8 @@ class Gallery(Mapping[str, Entry]):
 def entries() -> Gallery:
     """All entries, by name or alias."""
     from .block_and_tackle import BLOCK_AND_TACKLE
+    from .board_on_truck import BOARD_ON_TRUCK
+    from .braking_car import BRAKING_CAR
     from .cart_and_bar import CART_AND_BAR
     from .cylinder_on_shaft import CYLINDER_ON_SHAFT
     from .double_pendulum import DOUBLE_PENDULUM
@@ -52,12 +54,16 @@ def entries() -> Gallery:
     from .four_bar import FOUR_BAR
     from .gyroscope import GYROSCOPE
     from .hinged_bar import HINGED_BAR
+    from .monorail import MONORAIL
     from .motorcycle import MOTORCYCLE
     from .nutation import NUTATION
     from .projectile import PROJECTILE
+    from .pulled_disk import PULLED_DISK
     from .rolling_disk import ROLLING_DISK
+    from .rolling_down import ROLLING_DOWN
     from .satellite import SATELLITE
     from .slider_crank import SLIDER_CRANK
+    from .sliding_body import SLIDING_BODY
     from .struck_gyroscope import STRUCK_GYROSCOPE
     from .tilted_disk import TILTED_DISK
     from .torque_free import TORQUE_FREE
@@ -67,8 +73,9 @@ def entries() -> Gallery:
     from .whipple_bicycle import WHIPPLE_BICYCLE
 
     return Gallery(
-        HINGED_BAR, CART_AND_BAR,
+        SLIDING_BODY, HINGED_BAR, PULLED_DISK, ROLLING_DOWN, CART_AND_BAR,
         TILTED_DISK, TORQUE_FREE, GYROSCOPE, NUTATION,
+        BOARD_ON_TRUCK, BRAKING_CAR, MONORAIL,
         DUMBBELL, CYLINDER_ON_SHAFT, DOUBLE_PENDULUM, SATELLITE, MOTORCYCLE, TURBOPROP, PROJECTILE, STRUCK_GYROSCOPE,
         TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
     )  # fmt: skip

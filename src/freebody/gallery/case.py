@@ -49,6 +49,10 @@ class Case:
         """The same system at other values of some parameters."""
         return replace(self, values={**self.values, **values})
 
+    def touching(self, **modes: Any) -> Case:
+        """The same system with its contacts in other modes: ``case.touching(floor="stick")``; the rest is open."""
+        return replace(self, equations=fb.equations(self.system, modes=modes))
+
     def refuse_unless(self, name: str, holds: bool, expected: str) -> None:
         """Refuse a value of a parameter for which the answers do not exist."""
         if not holds:
@@ -155,7 +159,9 @@ class Case:
         """The motion at this case's values and tolerance; options as of :func:`freebody.simulate`."""
         end = self.until if until is None else until
         options = {"values": self.values, "tolerance": self.tolerance, **options}
-        return fb.simulate(self.equations.model, end, **options)
+        # with contacts the modes are found on the way: the machine itself, not the one in the modes of the equations
+        machine = self.system if self.system.contacts else self.equations.model
+        return fb.simulate(machine, end, **options)
 
     def motion(self, **options: Any) -> fb.Trajectory:
         """The motion over the run at as many times as its picture needs: no fewer than `SMOOTH`."""
@@ -207,6 +213,22 @@ def explain(system: fb.System, **about: str) -> None:
     for name, words in about.items():
         unit, _, what = words.partition(": ")
         system.describe(name, unit=unit, about=what)
+
+
+def angle_where(expression: Any, angle: Any) -> Any:
+    """The angle from -90 to 90 degrees at which an expression A sin + B cos is zero: atan(-B/A).
+
+    Raises
+    ------
+    ModelError
+        The expression is not of this form.
+    """
+    numerator = sympy.expand(sympy.numer(sympy.together(sympy.expand(expression))))
+    A, B = (numerator.coeff(f(angle), 1) for f in (sympy.sin, sympy.cos))
+    left = sympy.expand(numerator - A * sympy.sin(angle) - B * sympy.cos(angle))
+    if left != 0 or A.has(angle) or B.has(angle):
+        raise fb.errors.ModelError(f"Expected A sin({angle}) + B cos({angle}) = 0 to solve, got {numerator}.")
+    return sympy.atan(sympy.cancel(-B / A))
 
 
 def mass_properties(body: Any) -> fb.MassProperties:

@@ -83,6 +83,8 @@ class Entry:
         Of a machine with constraints: coordinates near which it is closed.
     bodies : tuple of str, optional
         The bodies whose free-body equations are shown with the answers; all if not given.
+    modes : mapping, optional
+        Of a machine with contacts: the modes that its equations are for, see :func:`freebody.equations`.
     """
 
     name: str
@@ -95,6 +97,7 @@ class Entry:
     start: Mapping[str, Any] = field(default_factory=dict)
     near: Mapping[str, Any] = field(default_factory=dict)
     bodies: tuple[str, ...] | None = None
+    modes: Mapping[str, Any] | None = None
 
     def run(
         self, values: Mapping[str, Any] | None = None, until: Any = None, tolerance: float | None = None
@@ -122,14 +125,14 @@ class Entry:
             model.values(values),
             self.until if until is None else float(until),
             TOLERANCE if tolerance is None else tolerance,
-            fb.equations(model),
+            fb.equations(model, modes=self.modes),
         )
         found = self.solve(case)
         return Outcome(
             self,
             system,
             case.values,
-            case.equations,
+            found.equations or case.equations,
             found.trajectory,
             found.answers,
             found.plots,
