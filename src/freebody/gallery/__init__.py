@@ -44,13 +44,18 @@ class Gallery(Mapping[str, Entry]):
 
 def entries() -> Gallery:
     """All entries, by name or alias."""
+    from .bar_in_cylinder import BAR_IN_CYLINDER
+    from .bar_on_ledge import BAR_ON_LEDGE
     from .block_and_tackle import BLOCK_AND_TACKLE
     from .board_on_truck import BOARD_ON_TRUCK
     from .braking_car import BRAKING_CAR
     from .cart_and_bar import CART_AND_BAR
     from .cylinder_on_shaft import CYLINDER_ON_SHAFT
+    from .disk_in_cylinder import DISK_IN_CYLINDER
+    from .disk_on_ledge import DISK_ON_LEDGE
     from .double_pendulum import DOUBLE_PENDULUM
     from .dumbbell import DUMBBELL
+    from .falling_bar import FALLING_BAR
     from .four_bar import FOUR_BAR
     from .gyroscope import GYROSCOPE
     from .hinged_bar import HINGED_BAR
@@ -75,7 +80,8 @@ def entries() -> Gallery:
     return Gallery(
         SLIDING_BODY, HINGED_BAR, PULLED_DISK, ROLLING_DOWN, CART_AND_BAR,
         TILTED_DISK, TORQUE_FREE, GYROSCOPE, NUTATION,
-        BOARD_ON_TRUCK, BRAKING_CAR, MONORAIL,
+        BOARD_ON_TRUCK, BRAKING_CAR, MONORAIL, BAR_IN_CYLINDER, DISK_ON_LEDGE, BAR_ON_LEDGE,
+        DISK_IN_CYLINDER, FALLING_BAR,
         DUMBBELL, CYLINDER_ON_SHAFT, DOUBLE_PENDULUM, SATELLITE, MOTORCYCLE, TURBOPROP, PROJECTILE, STRUCK_GYROSCOPE,
         TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
     )  # fmt: skip

@@ -155,7 +155,7 @@ class Case:
         names = [speed.name + "'" for speed in e.model.speeds]
         return dict(zip(names, found.tolist(), strict=False))
 
-    def simulate(self, until: Any = None, **options: Any) -> fb.Trajectory:
+    def simulate(self, until: Any = None, **options: Any) -> Any:
         """The motion at this case's values and tolerance; options as of :func:`freebody.simulate`."""
         end = self.until if until is None else until
         options = {"values": self.values, "tolerance": self.tolerance, **options}
@@ -163,12 +163,12 @@ class Case:
         machine = self.system if self.system.contacts else self.equations.model
         return fb.simulate(machine, end, **options)
 
-    def motion(self, **options: Any) -> fb.Trajectory:
+    def motion(self, **options: Any) -> Any:
         """The motion over the run at as many times as its picture needs: no fewer than `SMOOTH`."""
         trajectory = self.simulate(**options)
         return trajectory if len(trajectory.t) >= SMOOTH else self.simulate(samples=SMOOTH, **options)
 
-    def simulate_to(self, times: Iterable[float], **options: Any) -> fb.Trajectory:
+    def simulate_to(self, times: Iterable[float], **options: Any) -> Any:
         """The motion at ``times`` only, in the order given."""
         wanted = [self._time(t) for t in times]
         return self.simulate(max([*wanted, 1e-9]), times=wanted, **options)
@@ -179,7 +179,7 @@ class Case:
             raise fb.errors.ModelError(f"Expected times of 0 s or later to answer for, got {t:g} s.")
         return t
 
-    def simulate_past(self, name: str, count: int, required: bool = True, **options: Any) -> fb.Trajectory:
+    def simulate_past(self, name: str, count: int, required: bool = True, **options: Any) -> Any:
         """A motion long enough for ``count`` events of a name after the start; it ends there if they are terminal.
 
         Raises
@@ -201,6 +201,27 @@ class Case:
                 "not. Choose values with which it moves."
             )
         return trajectory
+
+    def simulate_to_mode(self, contact: str, mode: str, **options: Any) -> tuple[Any, Any]:
+        """A motion in which a contact comes into a mode ("slip" is either sense), and the event that begins it.
+
+        Raises
+        ------
+        SimulationError
+            It does not come in a hundred times the length of the run.
+        """
+        until = self.until
+        while True:
+            trajectory = self.simulate(until, **options)
+            for event in happened(trajectory, contact):
+                if f"→ {mode}" in str(event):
+                    return trajectory, event
+            if until > 100 * self.until:
+                raise fb.errors.SimulationError(
+                    f"Expected contact '{contact}' of '{self.system.name}' to come to '{mode}', but in {until:g} s "
+                    "it does not. Choose values with which it does."
+                )
+            until *= 2
 
 
 def happened(trajectory: fb.Trajectory, name: str) -> list[Any]:

@@ -54,7 +54,10 @@ class Outcome:
     def free_bodies(self) -> dict[str, Any]:
         """The free-body equations of the bodies that the entry shows, by name."""
         shown = self.system.bodies if self.entry.bodies is None else self.entry.bodies
-        return {name: self.equations.free_body(name) for name in shown if name != "ground"}
+        found = {name: self.equations.free_body(name) for name in shown if name != "ground"}
+        if self.entry.held:
+            found = {name: body.at(self.entry.held) for name, body in found.items()}
+        return found
 
 
 @dataclass(frozen=True)
@@ -85,6 +88,8 @@ class Entry:
         The bodies whose free-body equations are shown with the answers; all if not given.
     modes : mapping, optional
         Of a machine with contacts: the modes that its equations are for, see :func:`freebody.equations`.
+    held : mapping
+        Values of coordinates, speeds and accelerations that these modes keep: the free bodies are shown with them.
     """
 
     name: str
@@ -98,6 +103,7 @@ class Entry:
     near: Mapping[str, Any] = field(default_factory=dict)
     bodies: tuple[str, ...] | None = None
     modes: Mapping[str, Any] | None = None
+    held: Mapping[str, Any] = field(default_factory=dict)
 
     def run(
         self, values: Mapping[str, Any] | None = None, until: Any = None, tolerance: float | None = None

@@ -51,7 +51,7 @@ def solve(case: Case) -> Solved:
     # T at rest at the contact is proportional to F; its sense is that in which the disk would slip otherwise
     share = rolling.number(held["T_floor"], {"F": 1})
     limit: Any = None
-    if share:
+    if abs(share) > 1e-14:  # less is the round-off of a line through the centre of percussion
         end = "-" if share < 0 else ""
         limit = rolling.equations.solve("F", where=f"T_floor = {end}mu*N_floor")["F"]
     largest = sympy.oo if limit is None else rolling.number(limit)

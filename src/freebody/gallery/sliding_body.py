@@ -99,7 +99,10 @@ SLIDING_BODY = Entry(
     "ex-6-1",
     ("sliding-body",),
     "Body sliding on two feet, pulled until it tips (Example 6.1)",
-    ("(1) acceleration and normal forces under F", "(2) force on the verge of tipping, acceleration and force then"),
+    (
+        "(1) acceleration and normal forces under F",
+        "(2) force on the verge of tipping, acceleration and force then",
+    ),
     build,
     solve,
     until=0.5,
