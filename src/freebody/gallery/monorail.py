@@ -1,8 +1,8 @@
 """Car under a cable, hung from two wheels of which one is driven (chapter, Problem 6.3).
 
 x is forward, to the right. The wheels have no mass, so a wheel that rolls freely feels no force along the cable, and
-the rim of the driven wheel, at its limit, slips backwards over the cable: there friction is mu N, forward. In the run the
-rim is a point of the car, which therefore goes backwards while this force accelerates it forward.
+the rim of the driven wheel, at its limit, slips backwards over the cable: there friction is mu N, forward. In the run
+the rim is a point of the car, which therefore goes backwards while this force accelerates it forward.
 """
 
 from __future__ import annotations
