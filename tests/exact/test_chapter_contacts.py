@@ -154,15 +154,18 @@ def test_pulled_disk_that_never_slips():
 def rolling_down(p):
     one = exact.rolling_down(p["m"], p["R"], p["H"], p["beta"], p["g"])
     steepest = exact.elementary.arctan(3 * p["mu"])
+    needed = exact.elementary.sin(p["beta"]) / exact.elementary.cos(p["beta"]) / 3
     return {"v_2": one.speed, "omega_2": one.omega, "a": one.acceleration, "N": one.normal,
-            "H_up": one.friction, "beta_max": steepest}  # fmt: skip
+            "H_up": one.friction, "beta_max": steepest, "mu_needed": needed}  # fmt: skip
 
 
 def test_rolling_down():
     check_numbers("ex-6-4", rolling_down, beta=0.3)
     check_formulas("ex-6-4", rolling_down)
-    with pytest.raises(ModelError, match=r"Expected friction that keeps the disk rolling .* got mu = 0\.1"):
-        outcome("ex-6-4", mu=0.1)
+    assert outcome("ex-6-4").answers["state"].value == "rolls"
+    slips = outcome("ex-6-4", mu=0.1)
+    compare(slips, rolling_down)
+    assert slips.answers["state"].value == "slips" and slips.trajectory.modes[0].mode == "slip+"
 
 
 # -- falling ----------------------------------------------------------------------------------------------------
@@ -289,12 +292,15 @@ def test_bar_on_ledge():
 def disk_in_cylinder(p):
     one = exact.disk_in_cylinder(*(p[name] for name in ("m", "R", "r", "theta_0", "theta_1", "g")))
     return {"omega_n": one.frequency, "theta'": one.rate, "theta''": one.alpha, "N": one.normal,
-            "f": one.friction, "period": one.period, "theta_max": exact.elementary.arctan(3 * p["mu"])}  # fmt: skip
+            "f": one.friction, "period": one.period, "theta_max": exact.elementary.arctan(3 * p["mu"]),
+            "mu_needed": exact.elementary.sin(p["theta_0"]) / exact.elementary.cos(p["theta_0"]) / 3}  # fmt: skip
 
 
 def test_disk_in_cylinder():
     check_numbers("prob-6-10", disk_in_cylinder, loose={"period": 1e-9}, theta_0=0.9, theta_1=-0.3)
-    check_formulas("prob-6-10", disk_in_cylinder, "theta'", "theta''", "N", "omega_n", "theta_max")
+    check_formulas(
+        "prob-6-10", disk_in_cylinder, "theta'", "theta''", "N", "omega_n", "theta_max", "mu_needed"
+    )
     found = outcome("prob-6-10").answers
     assert found["f"].text == "m*g*sin(theta_1)/3"
     e = outcome("prob-6-10").equations
@@ -302,8 +308,9 @@ def test_disk_in_cylinder():
     alpha = next(speed.acceleration for speed in e.model.speeds if speed.name == "theta'")
     expected = alpha + 2 * atoms["g"] * sympy.sin(atoms["theta"]) / (3 * (atoms["R"] - atoms["r"]))
     assert e.ring.from_sympy(found["equation"].formula - expected) == 0
-    with pytest.raises(ModelError, match="Expected an angle of release from which friction keeps it rolling"):
-        outcome("prob-6-10", mu=0.2)
+    slips = outcome("prob-6-10", mu=0.2)
+    compare(slips, disk_in_cylinder)
+    assert slips.answers["state"].value == "slips at the release"
 
 
 def falling_bar(p):

@@ -70,10 +70,10 @@ def solve(case: Case) -> Solved:
     # friction is most in demand at the release: T/N = sin/(3 cos + 4 (cos - cos theta_0)) grows with the angle
     held = {**RELEASE, "theta": theta}
     steepest = angle_where(case.put(found["T_wall"] - case.atoms["mu"] * found["N_wall"], held), theta)
-    case.refuse_unless(
-        "theta_0", case["theta_0"] <= case.number(steepest),
-        f"an angle of release from which friction keeps it rolling (up to {case.number(steepest):.6g} rad)",
-    )  # fmt: skip
+    needed = case.put(found["T_wall"] / found["N_wall"], RELEASE)
+    # the questions are about rolling: their simulations have a little more friction than it takes
+    rolling = case.having(mu=max(case["mu"], 1.01 * case.number(needed)))
+    rolls = case["mu"] >= case.number(needed)
     rate = -sympy.sqrt(speed_squared(case, spin))
     now = {"theta": "theta_1", "theta'": rate, **ROLLING}
     how = 'fb.equations(s, modes={"wall": "stick"})'
@@ -97,17 +97,25 @@ def solve(case: Case) -> Solved:
     }  # fmt: skip
     begin = {"theta": "theta_0"}
     fine = case.tolerance / 100
-    swing = case.simulate_past(
+    swing = rolling.simulate_past(
         "turning", 2, initial=begin, tolerance=fine, events=[fb.event("theta'", name="turning")]
     )
     period = happened(swing, "turning")[1].time
     answers["period"] = Answer(
         "exact period of the oscillation of amplitude theta_0", period, "s", how="fb.simulate, event located"
     )
-    answers["theta_max"] = case.formula(
-        "largest angle of release from which it rolls", steepest, "rad", how + '.solve, "T_wall = mu*N_wall"'
+    answers["mu_needed"] = case.formula(
+        "friction that this takes", needed, "1", how + ".solve, T_wall/N_wall"
     )
-    passing = case.simulate_past(
+    answers["theta_max"] = case.formula(
+        "with the friction mu: largest angle of release from which it rolls", steepest, "rad",
+        how + '.solve, "T_wall = mu*N_wall"',
+    )  # fmt: skip
+    answers["state"] = Answer(
+        "with the friction mu, let go at theta_0", "rolls all the time" if rolls else "slips at the release", "",
+        how="mu against mu_needed",
+    )  # fmt: skip
+    passing = rolling.simulate_past(
         "at theta_1", 1, initial=begin, events=[fb.event("theta - theta_1", name="at theta_1", terminal=True)]
     )
     bound = 1000 * case.tolerance
@@ -126,6 +134,9 @@ def solve(case: Case) -> Solved:
              sum(change.mode != "stick" for change in swing.modes), 0, 0.5),
     )  # fmt: skip
     trajectory = case.motion(initial=begin)
+    checks += (
+        same("state against the simulation", float(trajectory.modes[0].mode == "stick"), float(rolls), 0.5),
+    )
     plots: Plots = {
         "theta.png": saved(
             lambda: history(trajectory, ["theta", "theta'"], title="Disk in a rough cylinder")

@@ -100,7 +100,7 @@ def solve(case: Case) -> Solved:
         if limit is not None
         else Answer(words, "none: no force makes it slip", "", None, how)
     )
-    if limit is not None:
+    if limit is not None and largest > 0:
         for part, mode in ((1 - 1e-9, "stick"), (1 + 1e-9, "slip+" if share < 0 else "slip-")):
             near = case.having(F=largest * part).simulate_to([0])
             checks.append(

@@ -9,7 +9,7 @@ import sympy
 
 import freebody as fb
 
-from .answer import Answers, Plots, Solved, same
+from .answer import Answer, Answers, Plots, Solved, same
 from .case import Case, angle_where, explain
 from .entry import Entry
 
@@ -50,12 +50,9 @@ def solve(case: Case) -> Solved:
     case.refuse_unless("H", case["H"] > 0, "a height H greater than 0")
     beta, mu = case.atoms["beta"], case.atoms["mu"]
     steepest = angle_where(found["T_slope"] + mu * found["N_slope"], beta)
-    limit = case.number(steepest)
-    case.refuse_unless(
-        "mu", case["beta"] <= limit,
-        f"friction that keeps the disk rolling on a slope of {case['beta']:.6g} rad "
-        f"(with this one up to {limit:.6g} rad)",
-    )  # fmt: skip
+    needed = sympy.cancel(-found["T_slope"] / found["N_slope"])
+    rolling = case.having(mu=max(case["mu"], 1.01 * case.number(needed)))
+    rolls = case["mu"] >= case.number(needed)
     # rolling: phi' = s' phi''/s''
     rate = sympy.Dummy("rate", real=True)
     ratio = sympy.cancel(found["phi''"] / found["s''"])
@@ -69,13 +66,24 @@ def solve(case: Case) -> Solved:
     modes = 'fb.equations(s, modes={"slope": "stick"}).solve'
     answers: Answers = {
         "v_2": case.formula("speed of the centre when it has dropped by H", sympy.sqrt(square), "m/s", how),
-        "omega_2": case.formula("angular velocity then, counter-clockwise +", ratio * sympy.sqrt(square), "rad/s", how),
+        "omega_2": case.formula(
+            "angular velocity then, counter-clockwise +", ratio * sympy.sqrt(square), "rad/s", how
+        ),
         "a": case.formula("acceleration down the slope", found["s''"], "m/s²", modes),
         "N": case.formula("normal force of the slope", found["N_slope"], "N", modes),
         "H_up": case.formula("friction on the disk, up the slope +", -found["T_slope"], "N", modes),
-        "beta_max": case.formula("steepest slope on which it rolls", steepest, "rad", 'solve, T_slope = -mu*N_slope'),
-    }  # fmt: skip
-    down = case.simulate_past(
+        "mu_needed": case.formula("friction that rolling takes", needed, "1", modes + ", T_slope/N_slope"),
+        "beta_max": case.formula(
+            "with the friction mu: steepest slope on which it rolls",
+            steepest,
+            "rad",
+            modes + ", T_slope = -mu*N_slope",
+        ),
+        "state": Answer(
+            "with the friction mu", "rolls" if rolls else "slips", "", how="mu against mu_needed"
+        ),
+    }
+    down = rolling.simulate_past(
         "down", 1, initial=dict(REST), events=[fb.event("s*sin(beta) - H", name="down", terminal=True)]
     )
     bound = 1000 * case.tolerance
@@ -87,6 +95,9 @@ def solve(case: Case) -> Solved:
              [contact.normal[-1], contact.tangential[-1]], bound),
     )  # fmt: skip
     trajectory = case.motion()
+    checks += (
+        same("state against the simulation", float(trajectory.modes[0].mode == "stick"), float(rolls), 0.5),
+    )
     plots: Plots = {
         "speed.png": saved(lambda: history(trajectory, ["s'", "phi'"], title="Disk rolling down a slope")),
         "margin.png": saved(lambda: trajectory.plot_margin()),
