@@ -54,6 +54,7 @@ def entries() -> Gallery:
     from .hinged_bar import HINGED_BAR
     from .motorcycle import MOTORCYCLE
     from .nutation import NUTATION
+    from .precession_paths import PRECESSION_PATHS
     from .projectile import PROJECTILE
     from .rolling_disk import ROLLING_DISK
     from .satellite import SATELLITE
@@ -70,5 +71,6 @@ def entries() -> Gallery:
         HINGED_BAR, CART_AND_BAR,
         TILTED_DISK, TORQUE_FREE, GYROSCOPE, NUTATION,
         DUMBBELL, CYLINDER_ON_SHAFT, DOUBLE_PENDULUM, SATELLITE, MOTORCYCLE, TURBOPROP, PROJECTILE, STRUCK_GYROSCOPE,
-        TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
+        PRECESSION_PATHS, TUMBLING_BODY,
+        ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
     )  # fmt: skip
