@@ -49,6 +49,7 @@ def entries() -> Gallery:
     from .cylinder_on_shaft import CYLINDER_ON_SHAFT
     from .double_pendulum import DOUBLE_PENDULUM
     from .dumbbell import DUMBBELL
+    from .flat_spin import FLAT_SPIN
     from .four_bar import FOUR_BAR
     from .gyroscope import GYROSCOPE
     from .hinged_bar import HINGED_BAR
@@ -71,6 +72,6 @@ def entries() -> Gallery:
         HINGED_BAR, CART_AND_BAR,
         TILTED_DISK, TORQUE_FREE, GYROSCOPE, NUTATION,
         DUMBBELL, CYLINDER_ON_SHAFT, DOUBLE_PENDULUM, SATELLITE, MOTORCYCLE, TURBOPROP, PROJECTILE, STRUCK_GYROSCOPE,
-        PRECESSION_PATHS, TUMBLING_BODY,
+        PRECESSION_PATHS, TUMBLING_BODY, FLAT_SPIN,
         ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
     )  # fmt: skip
