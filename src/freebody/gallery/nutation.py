@@ -167,7 +167,8 @@ def errors(case: Case, slow: Any, w_xi: float, w_eta: float) -> dict[str, np.nda
     """Root mean square errors of the linear theory over three nutations, as arcs on the unit sphere, by size.
 
     The change has the direction of (w_xi, w_eta), that of the nodal axis if there is none, and each of the sizes
-    ``PARTS``. A mean is smooth in the size, as a largest error is not.
+    ``PARTS``. A mean is smooth in the size, as a largest error is not. The errors of
+    small changes are small: the motions are those of a fine tolerance.
     """
     theory, theta_0 = linear_theory(), case.atoms["theta_0"]
     rate, sine = case.number(slow), case.number(sympy.sin(theta_0))
@@ -179,7 +180,8 @@ def errors(case: Case, slow: Any, w_xi: float, w_eta: float) -> dict[str, np.nda
     for part in PARTS:
         w = [part * abs(rate) * sine * x for x in direction]
         changes = {"theta_rate": w[0], "psi_rate": w[1] / sine}
-        exact = case.simulate_to(t, initial=start(case, slow, *changes.values()))
+        begun = start(case, slow, *changes.values())
+        exact = case.simulate_to(t, initial=begun, tolerance=min(case.tolerance, 1e-12))
         for name, scale, errs in zip(("theta", "psi"), (1.0, sine), found.values(), strict=True):
             x = theory.at(theory.at(getattr(theory, name), omega_n=theory.frequency, **changes), rate=slow)
             linear = sympy.lambdify(theory.t, case.put(x, case.values), "numpy")(t)
