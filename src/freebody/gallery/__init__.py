@@ -62,6 +62,7 @@ def entries() -> Gallery:
     from .energy_sink import ENERGY_SINK
     from .falling_bar import FALLING_BAR
     from .falling_cat import FALLING_CAT
+    from .flat_spin import FLAT_SPIN
     from .four_bar import FOUR_BAR
     from .gyrocompass import GYROCOMPASS
     from .gyroscope import GYROSCOPE
@@ -71,6 +72,7 @@ def entries() -> Gallery:
     from .motorcycle import MOTORCYCLE
     from .nutation import NUTATION
     from .percussion import PERCUSSION
+    from .precession_paths import PRECESSION_PATHS
     from .projectile import PROJECTILE
     from .pulled_disk import PULLED_DISK
     from .reaction_wheel import REACTION_WHEEL
@@ -96,5 +98,5 @@ def entries() -> Gallery:
         CYLINDER_ON_SHAFT, AIRFOIL, DOUBLE_PENDULUM, TWO_LINKS, SATELLITE, MOTORCYCLE, TURBOPROP,
         PROJECTILE, STRUCK_GYROSCOPE, TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS,
         BLOCK_AND_TACKLE, WHIPPLE_BICYCLE, GYROCOMPASS, JEFFCOTT, REACTION_WHEEL, CONTROL_MOMENT_GYRO,
-        YO_YO, ENERGY_SINK, FALLING_CAT,
+        YO_YO, ENERGY_SINK, FALLING_CAT, PRECESSION_PATHS, FLAT_SPIN,
     )  # fmt: skip
