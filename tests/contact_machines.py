@@ -12,12 +12,12 @@ def sliding_body() -> fb.System:
     s = fb.System("sliding_body")
     m, a, b, h, mu, F, g = s.parameters(m=10, a=0.5, b=0.6, h=0.7, mu=0.3, F=50, g=9.81)
     s.gravity = (0, -g, 0)
-    box = s.body("box", fb.box(m, (a + b, 2 * h / 2, 0.4)))
+    box = s.body("box", fb.box(m, (1.4, h, 0.4)))
     s.planar("plane", s.ground, box, coordinate="x y phi")
     floor = s.ground.plane(at=(0, -h / 2, 0), normal="y")
     s.contact("A", box.point(-a, -h / 2, 0), floor, friction=mu)
     s.contact("B", box.point(b, -h / 2, 0), floor, friction=mu)
-    s.force("F", box.point(-(a + b) / 2, h / 4, 0), (F, 0, 0))
+    s.force("F", box.point(-0.7, h / 4, 0), (F, 0, 0))
     return s
 
 
@@ -101,7 +101,7 @@ def seesaw() -> fb.System:
     s.hinge("pin", s.ground, board, axis="z", coordinate="beta")
     block = s.body("block", fb.box(m, (2 * h, h, h)))
     s.planar("plane", s.ground, block, coordinate="x y phi")
-    top = board.plane(normal="y")
+    top = board.segment((-L / 2, 0, 0), (L / 2, 0, 0), normal="y")
     s.contact("feet", block.corners((-h, -h / 2, 0), (h, -h / 2, 0)), top, friction=mu)
     return s
 

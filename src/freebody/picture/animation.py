@@ -85,7 +85,7 @@ def animation(trajectory: Trajectory, tolerance: float = TOLERANCE) -> dict[str,
         "lines": _lines(model, state, names, size),
         "arrows": [_arrow(arrow, state, keys, names) for arrow in keys.arrows if arrow.key in acting],
         "channels": channels(trajectory, keys, acting),
-        "charts": charts(trajectory, keys, acting),
+        "charts": charts(trajectory, keys, acting, size),
         "events": [[event.time, getattr(event, "text", "") or event.name] for event in trajectory.events],
         "breaks": keys.breaks,
         "modes": modes(trajectory),
@@ -265,7 +265,7 @@ def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array)
     """Supports of the joints to the ground, the guides of its sliders, and the plane that wheels roll on."""
     parts: list[dict[str, Any]] = []
     for joint in model.joints.values():
-        if joint.parent != "ground" or joint.type == "free":
+        if joint.parent != "ground" or joint.type in ("free", "planar"):
             continue
         at = np.array(_numbers(state, joint.at))
         link = model.links[joint.links[0]]

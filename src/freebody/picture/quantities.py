@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 APART = 15
 """Quantities whose greatest values are so many times apart have charts of their own."""
 
+LEAST = 1e-9
+"""Variation, in parts of the size of the machine (of other units, of 1), that is round-off."""
+
 CURVES = 6
 """Most curves in one chart of the page."""
 
@@ -47,8 +50,8 @@ def channels(trajectory: Trajectory, keys: Keyframes, acting: set[str]) -> dict[
     return result
 
 
-def charts(trajectory: Trajectory, keys: Keyframes, acting: set[str]) -> list[dict[str, Any]]:
-    """What is plotted together: a title, and curves as (key, component, label)."""
+def charts(trajectory: Trajectory, keys: Keyframes, acting: set[str], size: float = 1.0) -> list[dict[str, Any]]:
+    """What is plotted together: a title, the least range, and curves as (key, component, label)."""
     model = trajectory.kernels.model
     charts: list[dict[str, Any]] = []
 
@@ -57,7 +60,13 @@ def charts(trajectory: Trajectory, keys: Keyframes, acting: set[str]) -> list[di
         for k in range(count):
             more = f" ({k + 1} of {count})" if count > 1 else ""
             charts.append(
-                {"title": title + more, "group": group, "curves": curves[k * CURVES : (k + 1) * CURVES]}
+                {
+                    "title": title + more,
+                    "group": group,
+                    "curves": curves[k * CURVES : (k + 1) * CURVES],
+                    # a quantity that varies by less is shown as a straight line, not as its round-off
+                    "least": 0.0 if "unbalanced" in title else LEAST * size,
+                }
             )
 
     for title, group, names in (

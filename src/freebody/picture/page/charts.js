@@ -15,8 +15,8 @@ function chart(root, motion, spec, units, { events, breaks = [] }, seek) {
       low = Math.min(low, values[i]);
       high = Math.max(high, values[i]);
     }
-  if (!(high - low > 1e-6 * Math.max(Math.abs(low), Math.abs(high)))) {
-    const room = 0.5 * Math.max(Math.abs(low), Math.abs(high)) || 1;
+  if (!(high - low > Math.max(1e-6 * Math.max(Math.abs(low), Math.abs(high)), spec.least || 0))) {
+    const room = Math.max(0.5 * Math.max(Math.abs(low), Math.abs(high)), spec.least || 0) || 1;
     [low, high] = [low - room, high + room];
   }
   const margin = 0.05 * (high - low);

@@ -27,7 +27,7 @@ function player(root, scene, options = {}) {
   const clock = element("output", { class: "clock" }, bar);
   const rate = element("select", { class: "speed", "aria-label": "Speed" }, bar);
   for (const x of SPEEDS) element("option", { value: x }, rate, `× ${x}`);
-  const strip = timeline(root, scene, motion, (time) => (pause(), seek(time)));
+  const strip = timeline(root, slider, scene, motion, (time) => (pause(), seek(time)));
   const panel = element("div", { class: "bar switches" }, root);
   const boxes = {};
   const present = {
@@ -213,7 +213,7 @@ function player(root, scene, options = {}) {
       if (!(long > 2e-3 * size)) return;
       const tail = paths[i] ? motion.vector(paths[i]) : at(poses, arrow), n = scale(1 / l, v);
       const tip = drawArrow(tail, n, long, arrow.kind === "moment", arrow.color, shown.length <= 40);
-      if (shown.length <= 14) texts.push([add(tip, scale(0.05 * size, n)), `${arrow.label} ${digits(l)} ${arrow.kind === "force" ? "N" : "N m"}`, arrow.color]);
+      if (shown.length <= 14) texts.push([add(tip, scale(0.05 * size, n)), `${arrow.label} ${digits(l)} ${arrow.kind === "force" ? "N" : "N m"}`, arrow.color, tail]);
     });
   }
   const at = (poses, { body, at: p }) => (body < 0 ? p : point(poses[body], p));
@@ -250,11 +250,13 @@ function player(root, scene, options = {}) {
     pen.textBaseline = "middle";
     pen.lineJoin = "round";
     const m = camera.matrix, taken = [];
-    for (const [p, text, color] of texts) {
+    const across = (p) => ((1 + point(m, p)[0] / (m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15])) * overlay.width) / 2;
+    for (const [p, text, color, tail] of texts) {
       const w = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
       if (w <= 0 || !text) continue;
-      const [x, y] = point(m, p), wide = pen.measureText(text).width, line = 15 * ratio;
-      const px = ((1 + x / w) * overlay.width) / 2 + 3 * ratio;
+      const [, y] = point(m, p), wide = pen.measureText(text).width, line = 15 * ratio, x = across(p);
+      const left = tail && x < across(tail) - 4 * ratio; // beyond the tip of an arrow to the left
+      const px = left ? x - wide - 3 * ratio : x + 3 * ratio;
       let py = ((1 - y / w) * overlay.height) / 2;
       const hit = () => taken.some((b) => px < b[0] + b[2] && b[0] < px + wide && Math.abs(py - b[1]) < line);
       const first = py;
@@ -362,7 +364,7 @@ function player(root, scene, options = {}) {
   }, { passive: false, signal });
   canvas.addEventListener("dblclick", () => look("fit"), { signal });
   canvas.addEventListener("webglcontextrestored", () => location.reload(), { signal });
-  const watch = new ResizeObserver(() => draw());
+  const watch = new ResizeObserver(() => (strip(), draw()));
   watch.observe(stage);
 
   for (const [name, box] of Object.entries(boxes)) box.checked = on[name];

@@ -5,7 +5,7 @@ const MODE_COLORS = { open: "#e3e6ea", stick: "#0072B2", slip: "#E69F00" };
 const ROWS = 6, ROW = 13;
 
 // A function that moves the cursor to the time of the motion. Without events and contacts there is nothing to show.
-function timeline(root, scene, motion, seek) {
+function timeline(root, slider, scene, motion, seek) {
   const { modes, events } = scene, first = motion.first, span = motion.last - motion.first || 1;
   if (!modes.length && !events.length) return () => {};
   const rows = modes.slice(0, ROWS), width = 1000, x = (t) => (width * (t - first)) / span;
@@ -47,7 +47,14 @@ function timeline(root, scene, motion, seek) {
   };
   svg.addEventListener("pointerdown", (event) => (svg.setPointerCapture(event.pointerId), pick(event)));
   svg.addEventListener("pointermove", (event) => event.buttons & 1 && pick(event));
+  let wide = 0;
   return () => {
+    const room = slider.getBoundingClientRect(), whole = box.getBoundingClientRect();
+    if (room.width && room.width !== wide) { // under the time bar, the names before it
+      wide = room.width;
+      names.style.width = `${Math.max(0, room.left - whole.left - 8)}px`;
+      svg.style.width = `${wide}px`;
+    }
     const at = x(motion.now);
     cursor.setAttribute("x1", at);
     cursor.setAttribute("x2", at);
