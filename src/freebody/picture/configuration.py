@@ -7,7 +7,7 @@ that are not named get values at which nothing lies in one line; machines with l
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -131,16 +131,18 @@ def _standing(model: Model, q: list[float], t: float, values: dict[str, float], 
             found = closed_coordinates(in_modes(model, wanted), q if best is None else best, t, values, held)
         except FreebodyError:
             continue
-        if _apart(model, float_state(model, found, None, t, values), size):
+        if _apart(model, float_state(model, found, None, t, values), size, wanted):
             chosen, best = wanted, found
     return q if best is None else best
 
 
-def _apart(model: Model, state: State, size: float) -> bool:
-    """Whether no bodies are inside of each other."""
-    return all(
-        float(one.gap) > -NEAR * size or any(float(x) < 0 for x in one.reach) for one in touches(model, state)
-    )
+def _apart(model: Model, state: State, size: float, closed: Iterable[str]) -> bool:
+    """Whether no bodies are inside of each other, and those that are closed within the ends of their sides."""
+    for contact, one in zip(model.contacts, touches(model, state), strict=True):
+        within = all(float(x) >= -NEAR * size for x in one.reach)
+        if (float(one.gap) < -NEAR * size and within) or (contact.name in closed and not within):
+            return False
+    return True
 
 
 def configuration(
@@ -184,6 +186,7 @@ def configuration(
     guessed, guess_named = named_state(model, numbers, near or {}, "near")
     size = machine_size(model, numbers)
     problem: Exception | None = None
+    closed = {one.contact.name for one in _touched(model)}
     inside: Configuration | None = None  # where bodies are in each other, as the coordinates given may want it
     for attempt in range(4):
         q = _telling(model, size, attempt)
@@ -206,7 +209,7 @@ def configuration(
             state = float_state(model, q, None, t, numbers)
             poses(model, state)
             found = Configuration(model, state, numbers, False, _lookup(model, state))
-            if not model.contacts or _apart(model, state, size):
+            if not model.contacts or _apart(model, state, size, closed):
                 return found
             inside = inside or found
         except ModelError as error:
@@ -307,7 +310,9 @@ def _telling(model: Model, size: float, attempt: int) -> list[float]:
             and link.displacement.has(coordinate.symbol)
         }
         if kinds == {"slider"}:
-            q[i] = SLIDE * size * (1 + 0.25 * slid + 0.3 * attempt)
+            # where something stands on a side, nearer and nearer to its middle
+            far = (1.0, 0.5, 0.25, 0.1)[attempt] if model.contacts else 1 + 0.3 * attempt
+            q[i] = SLIDE * size * (far + 0.25 * slid * (1 if not model.contacts else far))
             slid += 1
         else:
             q[i] = math.radians(ANGLES[turned % len(ANGLES)] + 37 * attempt)
