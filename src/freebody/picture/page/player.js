@@ -212,7 +212,7 @@ function player(root, scene, options = {}) {
       const long = (0.55 * size * arrowSize * l) / (greatest[arrow.kind] || 1);
       if (!(long > 2e-3 * size)) return;
       const tail = paths[i] ? motion.vector(paths[i]) : at(poses, arrow), n = scale(1 / l, v);
-      const tip = drawArrow(tail, n, long, arrow.kind === "moment", arrow.color, shown.length <= 40);
+      const tip = drawArrow(tail, n, long, arrow.kind === "moment", arrow.color, shown.length <= 120);
       if (shown.length <= 14) texts.push([add(tip, scale(0.05 * size, n)), `${arrow.label} ${digits(l)} ${arrow.kind === "force" ? "N" : "N m"}`, arrow.color, tail]);
     });
   }
