@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     import xarray
 
 
+_SMALL = 1 << 28  # bytes that are read at once
+
+
 def _variables(job: Any) -> dict[str, tuple[tuple[str, ...], Any, dict[str, str]]]:
     """Name -> dimensions, type, attributes of everything that depends on the lane."""
     model, asked = job.kernels.model, job.asked
@@ -231,7 +234,13 @@ class Store:
         done = np.flatnonzero(found["status"] != -1)
         if not done.size:
             return
-        with h5py.File(self.path, "r+") as file:
+        try:
+            opened = h5py.File(self.path, "r+")
+        except OSError as error:
+            raise SimulationError(
+                f"Can not write results to '{self.path}': {error}. Close the dataset that was read from it."
+            ) from None
+        with opened as file:
             for name, array in found.items():
                 if name == "status":
                     file.flush()
@@ -240,13 +249,18 @@ class Store:
                         file[_escaped(name)][part.low + first : part.low + last] = array[first:last]
 
     def dataset(self) -> xarray.Dataset:
-        """What the file holds, read from it as it is used."""
+        """What the file holds: read into memory, or from the file as it is used where it is large."""
         import xarray
 
-        data = xarray.open_dataset(self.path, engine="h5netcdf", mask_and_scale=False, decode_times=False)
-        codes, blame = data["status"].values, data["blame"].values
-        data.attrs.pop("runs", None)
-        return _told(data.drop_vars(["status", "blame"]), codes, blame, self.job)
+        opened = xarray.open_dataset(self.path, engine="h5netcdf", mask_and_scale=False, decode_times=False)
+        if opened.nbytes < _SMALL:
+            opened.load()
+            opened.close()
+        codes, blame = opened["status"].values, opened["blame"].values
+        opened.attrs.pop("runs", None)
+        data = _told(opened.drop_vars(["status", "blame"]), codes, blame, self.job)
+        data.set_close(opened.close)
+        return data
 
 
 def _runs(places: Any) -> list[tuple[int, int]]:
