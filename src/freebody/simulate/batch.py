@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -80,8 +80,95 @@ def simulate_batch(
     outputs: Any = None,
     store: Any = None,
     threads: int | None = None,
+    executor: Any = None,
 ) -> xarray.Dataset:
-    """See :func:`freebody.simulate`, whose arguments these are; here some are arrays of one length."""
+    """See :func:`freebody.simulate`, whose arguments these are; here some are arrays of one length.
+
+    ``executor``, with ``submit`` as those of ``concurrent.futures``, runs blocks of lanes in other processes.
+    """
+    asked = dict(
+        near=near, project=project, tolerance=tolerance, events=events, method=method, step=step, times=times,
+        samples=samples, start=start, max_step=max_step, max_steps=max_steps, outputs=outputs,
+    )  # fmt: skip
+    job = job_of(s, until, initial=initial, values=values, threads=threads, **asked)
+    given = job.given
+    kept = None if store is None else Store(store, job)
+    if kept is None:
+        _check_memory(job)
+    results = Results.of(job, 0, given.count) if kept is None else None
+    part = None
+    with Progress(0.0, float(given.count), progress) as between:
+        try:
+            if executor is not None:
+                for part in _elsewhere(job, kept, s, until, asked, executor):
+                    if kept is not None:
+                        kept.write(part)
+                    elif results is not None:
+                        results.take(part)
+                    between(float(part.high))
+            else:
+                for low, high in _blocks(job, kept):
+                    part = Results.of(job, low, high) if results is None else results
+                    job.run(part, between)
+                    if kept is not None:
+                        kept.write(part)
+        except KeyboardInterrupt:  # what is done is kept
+            if kept is not None and part is not None:
+                kept.write(part)
+    return dataset_of(job, results) if kept is None else kept.dataset()
+
+
+def _elsewhere(job: Job, kept: Any, s: Any, until: Any, asked: Mapping[str, Any], executor: Any) -> Iterator[Results]:
+    """Results of blocks of lanes that an executor runs."""
+    if not hasattr(executor, "submit"):
+        raise SimulationError(
+            f"Expected an executor with submit(), such as concurrent.futures.ProcessPoolExecutor(), got {executor!r}."
+        )
+    tasks = []
+    for first, last in _blocks(job, kept):
+        size = max(1, min(last - first, -(-job.given.count // 64)))
+        for low in range(first, last, size):
+            high = min(low + size, last)
+            lanes = np.arange(low, high)
+            values, initial = job.given.part(lanes)
+            tasks.append(executor.submit(_block, s, until, {**asked, "values": values, "initial": initial}, low))
+    try:
+        for task in tasks:
+            yield task.result()
+    finally:
+        for task in tasks:
+            task.cancel()
+
+
+def _block(s: Any, until: Any, options: dict[str, Any], low: int) -> Results:
+    """Some lanes, in another process."""
+    job = job_of(s, until, threads=1, **options)
+    part = Results.of(job, 0, job.given.count)
+    job.run(part, lambda _: None)
+    return replace(part, low=low, high=low + job.given.count)
+
+
+def job_of(
+    s: Any,
+    until: Any,
+    *,
+    initial: Mapping[Any, Any] | None,
+    near: Mapping[Any, Any] | None,
+    project: bool,
+    values: Mapping[Any, Any] | None,
+    tolerance: Any,
+    events: Any,
+    method: str,
+    step: Any,
+    times: Any,
+    samples: int | None,
+    start: Any,
+    max_step: float | None,
+    max_steps: int | None,
+    outputs: Any,
+    threads: int | None,
+) -> Job:
+    """What is to be run, checked."""
     from .simulate import _times, _tolerances
 
     kernels = kernels_of(s)
@@ -89,7 +176,7 @@ def simulate_batch(
     if model.contacts:
         raise SimulationError(
             f"Expected a machine without contacts for a batch, but '{model.name}' has "
-            f"{', '.join(map(repr, model.contacts))}. fb.sweep runs such machines one by one."
+            f"{', '.join(map(repr, model.contacts))}. Simulate them one by one."
         )
     if method not in METHODS:
         raise SimulationError(
@@ -123,28 +210,15 @@ def simulate_batch(
     if model.constraints:
         kernels = kernels.holding(active)
     tolerances = _tolerances(kernels, tolerance)
-    job = Job(
+    return Job(
         kernels, given, states, failed, begin, end, wanted, specs, expressions, asked, tolerances, method, step,
-        math.inf if max_step is None else float(max_step), max_steps,
-        len(os.sched_getaffinity(0)) if threads is None and hasattr(os, "sched_getaffinity")
-        else (threads or os.cpu_count() or 1),
+        math.inf if max_step is None else float(max_step), max_steps, threads or _processors(),
     )  # fmt: skip
-    kept = None if store is None else Store(store, job)
-    if kept is None:
-        _check_memory(job)
-    results = Results.of(job, 0, given.count) if kept is None else None
-    part = None
-    with Progress(0.0, float(given.count), progress) as between:
-        try:
-            for low, high in _blocks(job, kept):
-                part = Results.of(job, low, high) if results is None else results
-                job.run(part, between)
-                if kept is not None:
-                    kept.write(part)
-        except KeyboardInterrupt:  # what is done is kept
-            if kept is not None and part is not None:
-                kept.write(part)
-    return dataset_of(job, results) if kept is None else kept.dataset()  # type: ignore[arg-type]
+
+
+def _processors() -> int:
+    """Those that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _common(model: Any, given: Lanes, value: Any, what: str) -> float:
@@ -202,7 +276,6 @@ class Job:
     longest: float
     max_steps: int | None
     threads: int
-    programs: dict[str, Any] = field(default_factory=dict)
 
     @property
     def bytes_per_lane(self) -> int:
@@ -253,6 +326,12 @@ class Results:
             np.full((n, len(asked.reduced), at.EXTREMES), math.nan), np.full((n, m, 2), math.nan),
             np.zeros((n, m), dtype=np.int64), kept, np.full(n, job.begin), np.zeros(n, dtype=bool),
         )  # fmt: skip
+
+    def take(self, part: Results) -> None:
+        """Put in place what some of the lanes left."""
+        rows = slice(part.low - self.low, part.high - self.low)
+        for name in ("values", "reduced", "event_times", "counts", "kept", "ends", "by_radau"):
+            getattr(self, name)[rows] = getattr(part, name)
 
     def clear(self, rows: Any) -> None:
         """Forget what lanes left."""

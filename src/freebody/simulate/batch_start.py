@@ -46,6 +46,15 @@ class Lanes:
         """Initial values of one lane by name."""
         return {name: x[lane] if name in self.varied[1] else x for name, x in self.initial.items()}
 
+    def part(self, lanes: NDArray[np.int64]) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Values and initial values of some lanes, as a user would give them."""
+        columns = {name: x[lanes] if np.ndim(x) else float(x) for name, x in self.columns.items()}
+        start = {
+            name: ([x[k] for k in lanes] if isinstance(x, list) else x[lanes]) if name in self.varied[1] else x
+            for name, x in self.initial.items()
+        }
+        return columns, start
+
     @property
     def extremes(self) -> tuple[int, ...]:
         """A few lanes that tell whether something depends on the lane."""

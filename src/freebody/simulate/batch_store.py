@@ -202,6 +202,7 @@ class Store:
                         file.create_variable(name, (dims,), data=values)
                     for key, text in (about[0] if about else {}).items():
                         file[name].attrs[key] = text
+                beside = [name for name in _coordinates(job) if name not in sizes]
                 for name, (dims, kind, about) in _variables(job).items():
                     # a first number takes the whole place in the file, filled
                     empty = np.nan if kind == "f8" else -1
@@ -209,6 +210,8 @@ class Store:
                     made[(0,) * len(dims)] = empty
                     for key, text in about.items():
                         made.attrs[key] = text
+                    if beside:
+                        made.attrs["coordinates"] = " ".join(beside)
                 codes = {code: text for code, text in STATUS.items() if code >= 0}
                 file["status"].attrs["flag_values"] = np.array(list(codes), dtype="i1")
                 file["status"].attrs["flag_meanings"] = " ".join(x.replace(" ", "_") for x in codes.values())
