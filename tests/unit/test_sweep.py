@@ -62,7 +62,9 @@ def test_other_executors_give_the_same(tmp_path) -> None:
     ("vary", "options", "message"),
     [
         ({}, {}, "Expected vary= by name"),
-        ({"l": [1, 2]}, {}, "Unknown name 'l' in vary; did you mean 'L'"),
+        ({"thet": [1, 2]}, {}, "Unknown name 'thet' in vary; did you mean 'theta'"),
+        ({"L": [1, 2]}, {"values": {"L": 1}}, "'L' stands in vary= and in values="),
+        ({"theta": [1, 2]}, {"initial": {"theta": 1}}, "'theta' stands in vary= and in initial="),
         ({"L": []}, {}, "at least one number for 'L'"),
         ({"L": 2}, {}, r"at least one number for 'L' in vary, got shape \(\)"),
         ({"L": [1, 1]}, {}, "Expected different numbers for 'L'"),

@@ -30,6 +30,7 @@ from .methods import check_method, check_method_of_contacts, run
 from .path import Path, Rates, Watch, observe
 from .phases import PhasedTrajectory
 from .progress import Progress
+from .sensitivity import sensitive_motion
 from .timestepping import stepped_motion
 from .trajectory import Trajectory
 
@@ -60,6 +61,7 @@ def simulate(
     outputs: Any = None,
     store: Any = None,
     threads: int | None = None,
+    sensitivities: Any = None,
 ) -> Any:
     """The motion of a machine from an initial state, or many motions from arrays of initial states and parameters.
 
@@ -123,6 +125,9 @@ def simulate(
         that are missing are run.
     threads : int, optional
         Of a batch: how many share the lanes; all processors if not given. Results do not depend on it.
+    sensitivities : sequence of names, optional
+        Parameters, and coordinates and speeds at the start, by which the motion is differentiated:
+        ``trajectory.sensitivity["theta", "m"]``. The control of the step covers the derivatives.
 
     Returns
     -------
@@ -156,6 +161,8 @@ def simulate(
     if outputs is not None or store is not None or asks_for_many(model, initial, values):
         from .batch import simulate_batch
 
+        if sensitivities is not None:
+            raise SimulationError("Expected one motion for sensitivities=, got a batch. Leave one out.")
         if tuple(impulses if isinstance(impulses, list | tuple) else [impulses]):
             raise SimulationError(
                 "Expected a batch without impulses=, which change the speeds between steps. Run such motions one by one."
@@ -186,6 +193,18 @@ def simulate(
         state = initial_state(model, numbers, initial or {})
     tolerances = _tolerances(kernels, tolerance)
 
+    if sensitivities is not None:
+        if tuple(impulses if isinstance(impulses, list | tuple) else [impulses]):
+            raise SimulationError("Expected a motion without impulses= for sensitivities=. Leave one out.")
+        with Progress(begin, end, progress) as between:
+            sensitive = sensitive_motion(
+                kernels, numbers, sensitivities, initial or {}, state, begin, end, specs, expressions, tolerances,
+                wanted, samples, method=method, step=step, max_step=max_step, max_steps=max_steps, project=project,
+                between=between,
+            )  # fmt: skip
+        if sensitive.path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.DIVERGED, runs.TOO_MANY_STEPS):
+            raise _failure(sensitive, sensitive.path, kernels, end)
+        return sensitive
     if method == "timestepping":
         with Progress(begin, end, progress) as between:
             return stepped_motion(
