@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from .space.solids import spherical_shell as spherical_shell
     from .space.solids import torus as torus
     from .space.solids import tube as tube
+    from .study.sweep import sweep as sweep
 
 __version__ = "0.1.0"
 
@@ -110,6 +111,7 @@ _EXPORTS = {
     "spherical_shell": "space.solids",
     "steady_motions": "equations.steady",
     "testing": "testing",
+    "sweep": "study.sweep",
     "torus": "space.solids",
     "tube": "space.solids",
     "write": "formats",

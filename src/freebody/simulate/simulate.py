@@ -25,12 +25,13 @@ from .blow import blows_of, struck_path, watching_blows
 from .closing import check_redundant, closed_start
 from .contact_motion import touching_motion
 from .event import expressions_of, specs_of
-from .initial import initial_state, number
+from .initial import asks_for_many, initial_state, number
 from .kernels import Kernels, kernels_of
 from .methods import check_method, check_method_of_contacts, run
 from .path import Path, Rates, Watch, observe
 from .phases import PhasedTrajectory
 from .progress import Progress
+from .sensitivity import sensitive_motion
 from .timestepping import stepped_motion
 from .trajectory import Trajectory
 
@@ -58,8 +59,12 @@ def simulate(
     max_step: float | None = None,
     max_steps: int | None = None,
     progress: bool | Callable[[float], Any] | None = None,
-) -> Trajectory:
-    """The motion of a machine from an initial state.
+    outputs: Any = None,
+    store: Any = None,
+    threads: int | None = None,
+    sensitivities: Any = None,
+) -> Any:
+    """The motion of a machine from an initial state, or many motions from arrays of initial states and parameters.
 
     Parameters
     ----------
@@ -113,11 +118,26 @@ def simulate(
     progress : bool or function, optional
         Whether to show a progress bar once a second has passed (on a terminal, if not given). A function is
         called several times a second with the part of the run that is done.
+    outputs : name, expression, sequence or mapping of them, optional
+        Of a batch: quantities at the output times (all coordinates and speeds if not given), and single numbers of
+        the whole run, "max(theta)", "min(...)", "range(...)", "initial(...)", "final(...)".
+    store : path, optional
+        Of a batch: netCDF file that takes the results as they come. Where it exists and holds the same runs, those
+        that are missing are run.
+    threads : int, optional
+        Of a batch: how many share the lanes; all processors if not given. Results do not depend on it.
+    sensitivities : sequence of names, optional
+        Parameters, and coordinates and speeds at the start, by which the motion is differentiated:
+        ``trajectory.sensitivity["theta", "m"]``. The control of the step covers the derivatives.
 
     Returns
     -------
     Trajectory
         Flagged ``interrupted`` when the keyboard (Ctrl-C) stopped it.
+    xarray.Dataset
+        Of a batch, which arrays in ``values`` or ``initial`` (entry k is of lane k), ``outputs`` or ``store`` ask for:
+        the outputs over ``lane`` and ``time`` (101 times if none are given), first and last times of events, and
+        ``status`` of each lane. A lane that fails is no error: its values are nan from there on.
 
     Raises
     ------
@@ -137,9 +157,23 @@ def simulate(
     >>> motion
     Trajectory of 'pendulum': t = 0 to 10 s, 1 coordinate, 9 events, finished
     """
-    check_method(method, step)
     kernels = kernels_of(s)
     model = kernels.model
+    if outputs is not None or store is not None or asks_for_many(model, initial, values):
+        from .batch import simulate_batch
+
+        if sensitivities is not None:
+            raise SimulationError("Expected one motion for sensitivities=, got a batch. Leave one out.")
+        if tuple(impulses if isinstance(impulses, list | tuple) else [impulses]):
+            raise SimulationError(
+                "Expected a batch without impulses=, which change the speeds between steps. Run such motions one by one."
+            )
+        return simulate_batch(
+            s, until, initial=initial, near=near, project=project, values=values, tolerance=tolerance, events=events,
+            method=method, step=step, times=times, samples=samples, start=start, max_step=max_step,
+            max_steps=max_steps, progress=progress, outputs=outputs, store=store, threads=threads,
+        )  # fmt: skip
+    check_method(method, step)
     numbers = model.values(values)
     check_bodies(model, numbers)
     check_assumptions(model, numbers)
@@ -161,6 +195,18 @@ def simulate(
         state = initial_state(model, numbers, initial or {})
     tolerances = _tolerances(kernels, tolerance)
 
+    if sensitivities is not None:
+        if tuple(impulses if isinstance(impulses, list | tuple) else [impulses]):
+            raise SimulationError("Expected a motion without impulses= for sensitivities=. Leave one out.")
+        with Progress(begin, end, progress) as between:
+            sensitive = sensitive_motion(
+                kernels, numbers, sensitivities, initial or {}, state, begin, end, specs, expressions, tolerances,
+                wanted, samples, method=method, step=step, max_step=max_step, max_steps=max_steps, project=project,
+                between=between,
+            )  # fmt: skip
+        if sensitive.path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.DIVERGED, runs.TOO_MANY_STEPS):
+            raise _failure(sensitive, sensitive.path, kernels, end)
+        return sensitive
     if method == "timestepping":
         with Progress(begin, end, progress) as between:
             return stepped_motion(
