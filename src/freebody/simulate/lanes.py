@@ -17,28 +17,6 @@ from collections.abc import Callable
 from typing import Any
 
 from . import stepping
-from .layout import (
-    ACCEPTED,
-    ASKED,
-    BLAME,
-    EVENTS,
-    FIXED,
-    INTEGERS,
-    LOGGED,
-    MAX_STEP,
-    NOT_FINITE,
-    OLD_ERROR,
-    POINT,
-    REALS,
-    REJECTED,
-    RUNNING,
-    START,
-    STATE,
-    STEP,
-    TAKEN,
-    TIME,
-    UNTIL,
-)
 from .lanes_layout import (
     DROPPED,
     ENDED,
@@ -49,7 +27,6 @@ from .lanes_layout import (
     LEFT,
     LIMIT,
     LONGEST,
-    N,
     N_DROPPED,
     N_EVENTS,
     N_OUTPUTS,
@@ -72,6 +49,29 @@ from .lanes_layout import (
     WATCHED,
     WIDTH_OF_ROW,
     WORKS,
+    N,
+)
+from .layout import (
+    ACCEPTED,
+    ASKED,
+    BLAME,
+    EVENTS,
+    FIXED,
+    INTEGERS,
+    LOGGED,
+    MAX_STEP,
+    NOT_FINITE,
+    OLD_ERROR,
+    POINT,
+    REALS,
+    REJECTED,
+    RUNNING,
+    START,
+    STATE,
+    STEP,
+    TAKEN,
+    TIME,
+    UNTIL,
 )
 from .machine import Compiled, Integers, Reals, call, greater, lesser, shifted, whole
 
@@ -263,7 +263,15 @@ def lanes(
             if many > 0:
                 for k in range(1, done + 1):
                     widen(
-                        kernels[REDUCED], times[k], states, k * n, c, spare, many, reduced, lane * many * EXTREMES
+                        kernels[REDUCED],
+                        times[k],
+                        states,
+                        k * n,
+                        c,
+                        spare,
+                        many,
+                        reduced,
+                        lane * many * EXTREMES,
                     )
             reach = given
             while reach < count and (wanted[reach] - now) * direction <= 0.0:
