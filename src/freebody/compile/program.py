@@ -20,7 +20,7 @@ from ..dynamics import float_state
 from ..dynamics.constrained import closed_coordinates, independent_rows
 from ..errors import ModelError
 from ..model import Model, assemble
-from .arguments import array, checked, is_plain, parameters_given, place_of
+from .arguments import array, checked, is_plain, parameters_given, place_of, signals_at
 from .kernels import Kernel, KernelSet
 from .looped import LOOPED, LoopedKernel, LoopedSet, is_large
 from .products import (
@@ -585,6 +585,8 @@ class Program:
                 out = kernel.unchecked(t, state[0] if len(state) == 1 else np.concatenate(state), c)
                 return out if len(shape) == 1 else out.reshape(shape) if shape else float(out[0])
         parameters = parameters_given(self.model, values, named)
+        if self.model.signals:
+            parameters = {**signals_at(self.model, t), **parameters}
         arrays, time, count = checked(self.model, given, t, parameters)
         if product is None:
             product = self._product(key)

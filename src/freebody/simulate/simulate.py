@@ -20,9 +20,10 @@ from ..dynamics.mobility import check_bodies, massless_motion
 from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
 from . import path as runs
-from .blow import blows_of, struck_path, watching_blows
+from .blow import blows_of, struck_path, watching_blows, watching_specs
 from .closing import check_redundant, closed_start
 from .contact_motion import touching_motion
+from .driven import Drives, at_time, check_signals, driven_path, refuse_switched
 from .event import expressions_of, specs_of
 from .initial import initial_state, number
 from .kernels import Kernels, kernels_of
@@ -140,8 +141,9 @@ def simulate(
     kernels = kernels_of(s)
     model = kernels.model
     numbers = model.values(values)
-    check_bodies(model, numbers)
     begin = number(model, numbers, start, "start")
+    numbers = at_time(model, numbers, begin)
+    check_bodies(model, numbers)
     end = number(model, numbers, until, "until")
     if times is not None and samples is not None:
         raise SimulationError("Expected times= or samples=, got both. Leave one out.")
@@ -152,6 +154,7 @@ def simulate(
         raise SimulationError(f"Expected a longest step greater than 0 s, got max_step={max_step!r}.")
     specs = specs_of(events)
     expressions = expressions_of(model, specs)
+    check_signals(model)
     if model.constraints:
         state, active = closed_start(model, numbers, initial or {}, near or {}, begin, project)
         kernels = kernels.holding(active)
@@ -160,12 +163,14 @@ def simulate(
     tolerances = _tolerances(kernels, tolerance)
 
     if method == "timestepping":
+        refuse_switched(model, 'method="timestepping"')
         with Progress(begin, end, progress) as between:
             return stepped_motion(
                 kernels, numbers, state, begin, end, specs, expressions, tolerances, wanted, samples,
                 step=step, impulses=impulses, between=between,
             )  # fmt: skip
     if model.contacts:
+        refuse_switched(model, "a machine with contacts")
         check_method_of_contacts(method, step)
         with Progress(begin, end, progress) as between:
             return touching_motion(
@@ -201,28 +206,36 @@ def simulate(
     if blows:
         watch = watching_blows(kernels, parameters, specs, blows)
     with Progress(begin, end, progress) as between:
-        advance = partial(
+        leg = partial(
             run,
             kernels,
-            parameters,
-            method,
-            step,
-            rates,
             relative=tolerances,
             absolute=absolute,
-            watch=watch,
             max_step=math.inf if max_step is None else float(max_step),
             max_steps=max_steps,
             between=between,
         )
         happenings: tuple[Any, ...] = ()
         path: Any
+        drives = Drives(kernels, numbers, begin, end) if model.switched else None
+        given = method
+
+        def advance(y: Any, t0: float, t1: float, work: float = 0.0) -> Any:
+            if drives is None:
+                return leg(parameters, method, step, rates, y, t0, t1, watch=watch)
+
+            def interval(p: Any, here: Rates, *span: Any, method: str | None = None, **more: Any) -> Path:
+                return leg(p, method or given, step, here, *span, **more)
+
+            every = watching_specs(kernels, specs, blows)
+            return driven_path(drives, interval, rates, watch, every, y, t0, t1, work)
+
         if blows:
             path, happenings = struck_path(kernels, numbers, advance, state, begin, end, specs, blows)
         else:
             path = advance(state, begin, end)
     parts = (kernels, numbers, path, specs, tolerances, wanted, samples)
-    trajectory = PhasedTrajectory(*parts, happenings=happenings) if blows else Trajectory(*parts)
+    trajectory = PhasedTrajectory(*parts, happenings=happenings) if blows or drives else Trajectory(*parts)
     if path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.DIVERGED, runs.TOO_MANY_STEPS):
         raise _failure(trajectory, path, kernels, end)
     if model.constraints:
