@@ -21,7 +21,7 @@ from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
 from . import path as runs
 from .blow import blows_of, struck_path, watching_blows, watching_specs
-from .closing import check_redundant, closed_start
+from .closing import check_redundant, closed_start, nearly_dependent
 from .contact_motion import touching_motion
 from .driven import Drives, at_time, check_signals, driven_path, refuse_switched
 from .event import expressions_of, specs_of
@@ -311,6 +311,22 @@ def _massless(path: Path, kernels: Kernels, trajectory: Trajectory) -> tuple[str
     return massless_motion(kernels.model, state)
 
 
+def _locked(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
+    """What is said of constraints where the step collapsed: which of them depend on each other there, if any do."""
+    n_q, n_u = kernels.model.n_q, kernels.model.n_u
+    y = path.states[-1]
+    state = float_state(
+        kernels.model, y[:n_q].tolist(), y[n_q : n_q + n_u].tolist(), path.end, trajectory.values
+    )
+    found = nearly_dependent(kernels.model, state, kernels.active)
+    if not found:
+        return " So do constraints that end: bars that come into line, points of a rope that meet."
+    return (
+        f" The machine locks up there: {' and '.join(map(repr, found))} are all but dependent on each other, as where "
+        "bars come into line, and no motion goes on from it. Stop before with a terminal event, or change the lengths."
+    )
+
+
 def _failure(trajectory: Trajectory, path: Path, kernels: Kernels, end: float) -> SimulationError:
     name = kernels.names[_culprit(path, kernels)]
     idle = _massless(path, kernels, trajectory) if path.status == runs.NOT_FINITE else ()
@@ -333,7 +349,7 @@ def _failure(trajectory: Trajectory, path: Path, kernels: Kernels, end: float) -
             "event, or loosen the tolerance."
         )
         if kernels.model.constraints:
-            what += " So do constraints that end: bars that come into line, points of a rope that meet."
+            what += _locked(path, kernels, trajectory)
         if path.method in ("dop853", "dop54"):
             what += ' If a spring or damper is very stiff, method="radau" follows it.'
     elif path.status == runs.DIVERGED:
