@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from . import exact as exact
     from . import testing as testing
     from .compile.program import compile_system as compile  # noqa: F401
+    from .describe.signal import signal as signal
     from .describe.system import System as System
     from .equations import component_forms as forms  # noqa: F401
     from .equations.balancing import balance as balance
@@ -105,6 +106,7 @@ _EXPORTS = {
     "report": "picture.report",
     "revolve": "space.density",
     "ring": "space.solids",
+    "signal": "describe.signal",
     "simulate": "simulate.simulate",
     "slender_bar": "space.solids",
     "sphere": "space.solids",

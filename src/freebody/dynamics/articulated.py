@@ -42,6 +42,7 @@ from .kinematics import velocities
 from .linear import Factorization, solve_symmetric
 from .loading import loading
 from .newton_euler import bias
+from .rotors import unturned
 from .state import State
 
 Kept = tuple[Sequence[Spatial], list[Spatial], list[Any], Factorization]
@@ -67,6 +68,7 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
     for i, force in loads.along.items():
         along[i] = along.get(i, 0) + force
 
+    state = unturned(model, state, loads.wrenches)
     V = velocities(model, state)
     count = len(model.links)
     inertia = [blocks(state.inertia(i)) for i in range(count)]

@@ -17,7 +17,7 @@ from ..describe.body import Body, Point
 from ..describe.joint import Joint
 from ..describe.names import is_identifier
 from ..describe.system import System
-from ..errors import FreebodyError
+from ..errors import FormatError, FreebodyError
 from ..scalar.algebra import IDENTITY, ZERO
 from ..space import solids
 from ..space.mass import MassProperties
@@ -63,6 +63,12 @@ class Writer:
     """Texts of the parts of a system."""
 
     def __init__(self, system: System) -> None:
+        if system.controllers or system.names.signals:
+            names = [*system.controllers, *(one.name for one in system.names.signals)]
+            raise FormatError(
+                f"A model file has no words for controllers and signals; '{system.name}' has {', '.join(names)}. Keep "
+                "the description in Python."
+            )
         self.system = system
         self.texts = system.names.texts
 

@@ -106,6 +106,7 @@ def assemble(system: System) -> Model:
             **{name: closure(joint) for name, joint in system.joints.items() if joint.closes},
             **system.constraints,
         },
+        controllers=tuple(system.controllers.values()),
     )
     _check_coordinates(model)
     _check_tips(model)

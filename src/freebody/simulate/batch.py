@@ -26,6 +26,7 @@ from . import layout, loop
 from .batch_kernels import BatchProgram, batch_program
 from .batch_start import Lanes, lanes_of
 from .batch_store import Store, dataset_of
+from .driven import refuse_switched
 from .event import EventSpec, expressions_of, specs_of
 from .initial import number
 from .kernels import Kernels, kernels_of
@@ -177,6 +178,7 @@ def job_of(
 
     kernels = kernels_of(s)
     model = kernels.model
+    refuse_switched(model, "a batch")
     if model.contacts:
         raise SimulationError(
             f"Expected a machine without contacts for a batch, but '{model.name}' has "

@@ -21,9 +21,10 @@ from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
 from ..model.values import check_assumptions
 from . import path as runs
-from .blow import blows_of, struck_path, watching_blows
-from .closing import check_redundant, closed_start
+from .blow import blows_of, struck_path, watching_blows, watching_specs
+from .closing import check_redundant, closed_start, nearly_dependent
 from .contact_motion import touching_motion
+from .driven import Drives, at_time, check_signals, driven_path, refuse_switched
 from .event import expressions_of, specs_of
 from .initial import asks_for_many, initial_state, number
 from .kernels import Kernels, kernels_of
@@ -175,9 +176,10 @@ def simulate(
         )  # fmt: skip
     check_method(method, step)
     numbers = model.values(values)
+    begin = number(model, numbers, start, "start")
+    numbers = at_time(model, numbers, begin)
     check_bodies(model, numbers)
     check_assumptions(model, numbers)
-    begin = number(model, numbers, start, "start")
     end = number(model, numbers, until, "until")
     if times is not None and samples is not None:
         raise SimulationError("Expected times= or samples=, got both. Leave one out.")
@@ -188,6 +190,7 @@ def simulate(
         raise SimulationError(f"Expected a longest step greater than 0 s, got max_step={max_step!r}.")
     specs = specs_of(events)
     expressions = expressions_of(model, specs)
+    check_signals(model)
     if model.constraints:
         state, active = closed_start(model, numbers, initial or {}, near or {}, begin, project)
         kernels = kernels.holding(active)
@@ -196,6 +199,7 @@ def simulate(
     tolerances = _tolerances(kernels, tolerance)
 
     if sensitivities is not None:
+        refuse_switched(model, "sensitivities=")
         if tuple(impulses if isinstance(impulses, list | tuple) else [impulses]):
             raise SimulationError("Expected a motion without impulses= for sensitivities=. Leave one out.")
         with Progress(begin, end, progress) as between:
@@ -208,12 +212,14 @@ def simulate(
             raise _failure(sensitive, sensitive.path, kernels, end)
         return sensitive
     if method == "timestepping":
+        refuse_switched(model, 'method="timestepping"')
         with Progress(begin, end, progress) as between:
             return stepped_motion(
                 kernels, numbers, state, begin, end, specs, expressions, tolerances, wanted, samples,
                 step=step, impulses=impulses, between=between,
             )  # fmt: skip
     if model.contacts:
+        refuse_switched(model, "a machine with contacts")
         check_method_of_contacts(method, step)
         with Progress(begin, end, progress) as between:
             return touching_motion(
@@ -249,28 +255,36 @@ def simulate(
     if blows:
         watch = watching_blows(kernels, parameters, specs, blows)
     with Progress(begin, end, progress) as between:
-        advance = partial(
+        leg = partial(
             run,
             kernels,
-            parameters,
-            method,
-            step,
-            rates,
             relative=tolerances,
             absolute=absolute,
-            watch=watch,
             max_step=math.inf if max_step is None else float(max_step),
             max_steps=max_steps,
             between=between,
         )
         happenings: tuple[Any, ...] = ()
         path: Any
+        drives = Drives(kernels, numbers, begin, end) if model.switched else None
+        given = method
+
+        def advance(y: Any, t0: float, t1: float, work: float = 0.0) -> Any:
+            if drives is None:
+                return leg(parameters, method, step, rates, y, t0, t1, watch=watch)
+
+            def interval(p: Any, here: Rates, *span: Any, method: str | None = None, **more: Any) -> Path:
+                return leg(p, method or given, step, here, *span, **more)
+
+            every = watching_specs(kernels, specs, blows)
+            return driven_path(drives, interval, rates, watch, every, y, t0, t1, work)
+
         if blows:
             path, happenings = struck_path(kernels, numbers, advance, state, begin, end, specs, blows)
         else:
             path = advance(state, begin, end)
     parts = (kernels, numbers, path, specs, tolerances, wanted, samples)
-    trajectory = PhasedTrajectory(*parts, happenings=happenings) if blows else Trajectory(*parts)
+    trajectory = PhasedTrajectory(*parts, happenings=happenings) if blows or drives else Trajectory(*parts)
     if path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.DIVERGED, runs.TOO_MANY_STEPS):
         raise _failure(trajectory, path, kernels, end)
     if model.constraints:
@@ -346,6 +360,22 @@ def _massless(path: Path, kernels: Kernels, trajectory: Trajectory) -> tuple[str
     return massless_motion(kernels.model, state)
 
 
+def _locked(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
+    """What is said of constraints where the step collapsed: which of them depend on each other there, if any do."""
+    n_q, n_u = kernels.model.n_q, kernels.model.n_u
+    y = path.states[-1]
+    state = float_state(
+        kernels.model, y[:n_q].tolist(), y[n_q : n_q + n_u].tolist(), path.end, trajectory.values
+    )
+    found = nearly_dependent(kernels.model, state, kernels.active)
+    if not found:
+        return " So do constraints that end: bars that come into line, points of a rope that meet."
+    return (
+        f" The machine locks up there: {' and '.join(map(repr, found))} are all but dependent on each other, as where "
+        "bars come into line, and no motion goes on from it. Stop before with a terminal event, or change the lengths."
+    )
+
+
 def _failure(trajectory: Trajectory, path: Path, kernels: Kernels, end: float) -> SimulationError:
     name = kernels.names[_culprit(path, kernels)]
     idle = _massless(path, kernels, trajectory) if path.status == runs.NOT_FINITE else ()
@@ -368,7 +398,7 @@ def _failure(trajectory: Trajectory, path: Path, kernels: Kernels, end: float) -
             "event, or loosen the tolerance."
         )
         if kernels.model.constraints:
-            what += " So do constraints that end: bars that come into line, points of a rope that meet."
+            what += _locked(path, kernels, trajectory)
         if path.method in ("dop853", "dop54"):
             what += ' If a spring or damper is very stiff, method="radau" follows it.'
     elif path.status == runs.DIVERGED:
