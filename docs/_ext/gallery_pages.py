@@ -198,7 +198,7 @@ class Page:
 
     def _figures(self, pictures: list[tuple[Path, str]]) -> str:
         shown = "\n".join(f"![{plain(about)}]({path.name})" for path, about in pictures)
-        return f":::{{div}} figures\n{shown}\n:::\n"
+        return f":::{{container}} figures\n{shown}\n:::\n"
 
 
 # -- the code of a model --------------------------------------------------------------------------------------
