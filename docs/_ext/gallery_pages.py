@@ -17,8 +17,9 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from generated import fingerprint, finish, plain, up_to_date, write
+
 import freebody as fb
-from generated import finish, fingerprint, plain, up_to_date, write
 
 FOLDER = "systems"
 LONGEST = 60_000
@@ -61,11 +62,14 @@ def index() -> str:
     return "\n".join(
         [
             "# Systems of the gallery\n",
-            "Each page is made from the system itself, when this documentation is built: drawings, equations, answers and",
-            "plots are what the library gives. `freebody run NAME` prints the same.\n",
+            "Each page is made from the system itself, when this documentation is built: drawings, equations, answers",
+            "and plots are what the library gives. `freebody run NAME` prints the same.\n",
             *rows,
             "\n```{toctree}\n:hidden:\n",
-            *(f"{entry.aliases[0]} ({name}) <{name}>" if entry.aliases else name for name, entry in entries().items()),
+            *(
+                f"{entry.aliases[0]} ({name}) <{name}>" if entry.aliases else name
+                for name, entry in entries().items()
+            ),
             "```\n",
         ]
     )
@@ -84,7 +88,9 @@ def _page(name: str, folder: Path) -> list[Path]:
         outcome = entry.run()
         return Page(outcome, folder).write()
     except Exception as error:
-        raise RuntimeError(f"The page of '{name}' can not be made: {type(error).__name__}: {error}") from error
+        raise RuntimeError(
+            f"The page of '{name}' can not be made: {type(error).__name__}: {error}"
+        ) from error
 
 
 class Page:
@@ -120,7 +126,11 @@ class Page:
         shown = fb.draw(self.outcome.equations, near=self.entry.near)
         about = self.outcome.system.about
         rows = [
-            (f"<math><mrow>{_named(name)}</mrow></math>", f"{value:.6g}", *map(escape, about.get(name, ("", ""))))
+            (
+                f"<math><mrow>{_named(name)}</mrow></math>",
+                f"{value:.6g}",
+                *map(escape, about.get(name, ("", ""))),
+            )
             for name, value in self.outcome.values.items()
         ]
         return "\n".join(
@@ -135,7 +145,7 @@ class Page:
         e = self.outcome.equations
         if e.model.n_u > LARGEST:
             return (
-                f"## Equations\n\nThis machine has {e.model.n_u} speeds, too many for its equations to be read on a page; "
+                f"## Equations\n\nThis machine has {e.model.n_u} speeds, too many to read its equations on a page; "
                 f"`freebody equations {self.entry.name}` prints them.\n"
             )
         parts = ["## Free bodies and their equations\n"]
@@ -158,12 +168,18 @@ class Page:
             formula = "" if answer.formula is None else _math(mathml_of(answer.formula))
             if len(formula) > LONGEST:
                 formula = f"<code>{escape(answer.text)}</code>"
-            shown = "" if of_motion else f"{significant(answer.value)} {answer.unit if answer.unit != '1' else ''}"
+            shown = (
+                ""
+                if of_motion
+                else f"{significant(answer.value)} {answer.unit if answer.unit != '1' else ''}"
+            )
             rows.append((f"<code>{escape(key)}</code>", escape(answer.question), formula, escape(shown)))
             meant |= answer.where
         parts = ["## Answers\n", _table(("Key", "Question", "Formula", "Value"), rows, number=3)]
         if meant:
-            lines = [_math(f"{_named(name)}<mo>=</mo>{mathml_of(x)}", block=True) for name, x in meant.items()]
+            lines = [
+                _math(f"{_named(name)}<mo>=</mo>{mathml_of(x)}", block=True) for name, x in meant.items()
+            ]
             parts += ["with\n", _html(f'<div class="formulas">{"".join(lines)}</div>')]
         checks = [f"- {plain(check.what)}: {check.residual:.1e}" for check in self.outcome.checks]
         if checks:
@@ -242,7 +258,9 @@ def _source(node: ast.stmt, lines: list[str]) -> str:
     for inner in ast.walk(node):
         if isinstance(inner, ast.Expr) and (_is_text(inner) or _explains(inner)):
             left_out |= set(range(inner.lineno, (inner.end_lineno or inner.lineno) + 1))
-    kept = [line for i, line in enumerate(lines, 1) if node.lineno <= i <= node.end_lineno and i not in left_out]
+    kept = [
+        line for i, line in enumerate(lines, 1) if node.lineno <= i <= node.end_lineno and i not in left_out
+    ]
     return textwrap.dedent("\n".join(kept)).strip("\n") + "\n"
 
 
@@ -287,4 +305,6 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]], number: int) -> s
         + "</tr>"
         for row in rows
     )
-    return _html(f'<div class="wide"><table><thead><tr>{top}</tr></thead><tbody>\n{body}\n</tbody></table></div>')
+    return _html(
+        f'<div class="wide"><table><thead><tr>{top}</tr></thead><tbody>\n{body}\n</tbody></table></div>'
+    )

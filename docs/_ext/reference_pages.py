@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import inspect
 import re
-from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from generated import fingerprint, finish, plain, up_to_date, write
+
 import freebody as fb
-from generated import finish, fingerprint, plain, up_to_date, write
 
 FOLDER = "reference"
 
@@ -92,7 +92,9 @@ def page(title: str, room: str, names: list[str]) -> str:
         if isinstance(value, ModuleType):
             title = f"fb.{name}"
             about = plain((inspect.getdoc(value) or "").split("\n\n")[0]) + "\n\n"
-            blocks += [(_directive(one), f"{one.__module__}.{one.__qualname__}", "") for one in _public(value)]
+            blocks += [
+                (_directive(one), f"{one.__module__}.{one.__qualname__}", "") for one in _public(value)
+            ]
         else:
             more = "   :members:\n   :inherited-members:\n" if isinstance(value, type) else ""
             blocks.append((_directive(value), f"freebody.{name}", more))
@@ -147,4 +149,6 @@ def readable(app: Any, what: str, name: str, value: Any, options: Any, lines: li
 
 def _escaped(line: str) -> str:
     parts = re.split(r"(``.*?``|:[a-z]+:`.*?`|https?://\S+)", line)
-    return "".join(p if i % 2 else re.sub(r"([*|])|(?<=\w)_(?!\w)", r"\\\g<0>", p) for i, p in enumerate(parts))
+    return "".join(
+        p if i % 2 else re.sub(r"([*|])|(?<=\w)_(?!\w)", r"\\\g<0>", p) for i, p in enumerate(parts)
+    )
