@@ -1,33 +1,101 @@
-"""The README and what it promises."""
+"""The README and the pages: what they promise is run, and the whole is built."""
 
 from __future__ import annotations
 
+import os
 import re
+import shutil
+import subprocess
+import sys
 import tomllib
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 import freebody as fb
+from freebody.cli import main
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = sorted(
+    path.relative_to(ROOT).as_posix()
+    for path in (ROOT / "docs").rglob("*.md")
+    if not {"systems", "reference", "_build"} & set(path.relative_to(ROOT / "docs").parts)
+)
+"""What is written by hand; the rest is made by the build."""
+
+TUTORIAL = [page for page in PAGES if page.startswith("docs/tutorial/")]
 
 
-def test_the_example_runs(
+def blocks(page: str, kind: str = "python") -> list[str]:
+    return re.findall(rf"```{kind}\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), re.DOTALL)
+
+
+def run(page: str, names: dict[str, object]) -> None:
+    """Run every block of a page, in order."""
+    found = blocks(page)
+    assert found
+    for code in found:
+        exec(compile(code, page, "exec"), names)
+
+
+def arrows(svg: str) -> list[str]:
+    """Names of the forces in a drawing."""
+    return re.findall(r'data-name="([^"]*)"', svg)
+
+
+def test_the_readme_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (code,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
-    assert len([line for line in code.splitlines() if line.strip()]) <= 12
+    """The first block is a model of eight lines that prints what its comment says."""
+    first, _ = blocks("README.md")
+    assert len([line for line in first.splitlines() if line.strip()]) == 8
     monkeypatch.chdir(tmp_path)
-    exec(compile(code, "README.md", "exec"), {})
+    names: dict[str, object] = {}
+    run("README.md", names)
     printed = capsys.readouterr().out
-    assert "theta" in printed
+    assert printed == re.findall(r"print\(.*?\)\)?  # (.*)", first)[0].strip() + "\n"
+    made = {path.name for path in tmp_path.iterdir()}
+    assert made == {"bar.svg", "pendulum.html", "pendulum.nc", "generated"}
     assert (tmp_path / "pendulum.nc").stat().st_size > 1000
+    shown = (ROOT / "docs" / "pendulum_bar.svg").read_text(encoding="utf-8")
+    assert arrows((tmp_path / "bar.svg").read_text(encoding="utf-8")) == arrows(shown) != []
+
+
+def test_the_comments_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A comment that says a result says the right one."""
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    first, second = blocks("README.md")
+    exec(first, names)
+    exec("eq = fb.equations(s)", names)
+    said = {}
+    for line in second.splitlines():
+        code, mark, comment = line.partition("  # ")
+        if mark and not line.startswith(("motion", "fb.report", "program")):
+            said[code] = (comment, str(eval(code, names)) if "=" not in code.split("(")[0] else "")
+    shown = [(comment, result) for comment, result in said.values() if comment[:1] in "[2" or ": " in comment]
+    assert len(shown) == 3
+    for comment, result in shown:
+        result = result.splitlines()[0].replace("pin_y = ", "")
+        assert comment.split(": ")[-1] == result
+
+
+def test_the_commands_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (listed,) = [block for block in blocks("README.md", "sh") if block.startswith("freebody")]
+    monkeypatch.chdir(tmp_path)
+    for line in listed.splitlines():
+        program, *arguments = line.partition("#")[0].split()
+        assert program == "freebody"
+        with pytest.raises(SystemExit) as end:
+            main(arguments)
+        assert end.value.code == 0, line
+    assert {path.name for path in tmp_path.iterdir()} == {"gyroscope.html", "four_bar.svg"}
 
 
 def test_the_two_commands() -> None:
-    run, tests = re.findall(r"```sh\n(.*?)\n```", README, re.DOTALL)
+    run, tests, *_ = (block.strip() for block in blocks("README.md", "sh"))
     assert run.startswith(
         "python3.11 -m venv .venv && .venv/bin/pip install . && .venv/bin/freebody run gyroscope"
     )
@@ -54,36 +122,89 @@ def test_the_two_commands() -> None:
         "docs/contact-simulation.md",
     ],
 )
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", *PAGES])
 def test_links_lead_somewhere(page: str) -> None:
+    """Pages that the build makes are for its own warnings to watch."""
     text = (ROOT / page).read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#]+)\)", text):
-        if not target.startswith("http"):
+        if not target.startswith(("http", "systems/", "reference/")):
             assert ((ROOT / page).parent / target).exists(), f"{page} links to {target}"
 
 
-def test_the_analysis_page_prints_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
-    """Every block runs, in order, and prints the block of text below it."""
-    page = (ROOT / "docs" / "analysis.md").read_text(encoding="utf-8")
-    blocks = re.findall(r"```python\n(.*?)```\n(?:\n```text\n(.*?)```\n)?", page, re.DOTALL)
-    assert len(blocks) == page.count("```python") and page.count("```") == 2 * (
-        page.count("```python") + page.count("```text")
-    )
-    names: dict[str, object] = {}
-    for code, printed in blocks:
-        exec(compile(code, "docs/analysis.md", "exec"), names)
-        assert capsys.readouterr().out == printed, code
-
-
-@pytest.mark.parametrize("page", ["plots.md", "report.md"])
-def test_the_blocks_of_a_page_run(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every block of code runs, in order."""
-    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+@pytest.mark.parametrize("page", ["docs/analysis.md", *TUTORIAL])
+def test_a_page_prints_what_it_says(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every block runs, in order, and prints the block of text below it; pictures show what stands in the page."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    pairs = re.findall(r"```python\n(.*?)```\n(?:\n```text\n(.*?)```\n)?", text, re.DOTALL)
+    kinds = sum(text.count(f"```{kind}\n") for kind in ("python", "text", "sh"))
+    assert len(pairs) == text.count("```python") and text.count("```") == 2 * kinds
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
-    blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert blocks
-    for code in blocks:
+    for code, printed in pairs:
         exec(compile(code, page, "exec"), names)
+        assert capsys.readouterr().out == printed, code
+    for target in re.findall(r"!\[[^\]]*\]\(([^)]+)\)", text):
+        made = tmp_path / Path(target).name
+        assert made.exists(), f"no block makes {target}"
+        if made.suffix == ".svg":
+            kept = (ROOT / page).parent / target
+            assert arrows(made.read_text(encoding="utf-8")) == arrows(kept.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("page", ["docs/plots.md", "docs/report.md"])
+def test_the_blocks_of_a_page_run(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    run(page, {})
+
+
+def test_the_example_of_constraints(capsys: pytest.CaptureFixture[str]) -> None:
+    """Its last block; the first one lists calls."""
+    text = (ROOT / "docs" / "constraints.md").read_text(encoding="utf-8")
+    ((code, printed),) = re.findall(r"```python\n(import.*?)```\n\n```text\n(.*?)```", text, re.DOTALL)
+    exec(compile(code, "docs/constraints.md", "exec"), {})
+    assert capsys.readouterr().out == printed
+
+
+@pytest.mark.skipif(
+    not all(map(find_spec, ("sphinx", "myst_parser", "furo"))), reason="needs the extra 'docs'"
+)
+def test_the_documentation_is_built(tmp_path: Path) -> None:
+    """Without a warning and without a network, each system and each public name with its page."""
+    from freebody.gallery import entries
+
+    made = shutil.ignore_patterns("systems", "reference", "_build", "__pycache__")
+    shutil.copytree(ROOT / "docs", tmp_path / "docs", ignore=made)
+    shutil.copy(ROOT / "CHANGELOG.md", tmp_path)
+    paths = os.pathsep.join([str(ROOT / "src"), os.environ.get("PYTHONPATH", "")])
+    proxy = dict.fromkeys(("http_proxy", "https_proxy", "HTTP_PROXY", "HTTPS_PROXY"), "http://127.0.0.1:9")
+    build = subprocess.run(
+        [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "docs", "site"],
+        cwd=tmp_path, env={**os.environ, **proxy, "PYTHONPATH": paths}, capture_output=True, text=True,
+    )  # fmt: skip
+    assert build.returncode == 0, build.stderr
+    site = tmp_path / "site"
+    reference = "".join(path.read_text(encoding="utf-8") for path in (site / "reference").glob("*.html"))
+    for name in fb.__all__:
+        if callable(getattr(fb, name)):
+            assert f'id="freebody.{name}"' in reference, name
+    for name in entries():
+        page = (site / "systems" / f"{name}.html").read_text(encoding="utf-8")
+        for heading in ("The machine", "Answers", "Motion", "The model"):
+            assert f"<h2>{heading}<" in page, f"{name}: {heading}"
+        assert "<math" in page and page.count("<img") >= 2, name
+        assert f"def {entries()[name].build.__name__}(" in re.sub("<[^>]*>", "", page), name
+    for path in site.rglob("*.html"):
+        fetched = re.findall(
+            r'(?:src|href)="(?:https?:)?//([^"/]+)[^"]*"[^>]*(?:>|rel="stylesheet")', _without_links(path)
+        )
+        assert not fetched, f"{path.name} asks {fetched} for something"
+
+
+def _without_links(path: Path) -> str:
+    """A page without the links that a reader may follow."""
+    return re.sub(r"<a\b[^>]*>", "", path.read_text(encoding="utf-8"))
 
 
 def test_constraints_page(capsys: pytest.CaptureFixture[str]) -> None:

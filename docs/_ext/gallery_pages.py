@@ -1,0 +1,310 @@
+"""A page for each system of the gallery, made from its entry: nothing about a system is written here.
+
+What the module says of the machine, what is asked, the drawing, the free-body diagrams and equations, the answers as
+formulas and numbers, the plots, and the code of the model.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import multiprocessing
+import os
+import sys
+import textwrap
+from concurrent.futures import ProcessPoolExecutor
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from generated import fingerprint, finish, plain, up_to_date, write
+
+import freebody as fb
+
+FOLDER = "systems"
+LONGEST = 60_000
+"""Characters of MathML of one set of equations that a page still shows."""
+LARGEST = 6
+"""Speeds of the largest machine whose equations a page shows."""
+WORKERS = 2
+
+
+def setup(app: Any) -> dict[str, Any]:
+    app.connect("builder-inited", write_pages)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def write_pages(app: Any) -> None:
+    """Write all pages into ``docs/systems``, in as many processes as there are processors, two at most."""
+    from freebody.gallery import entries
+
+    folder = Path(app.srcdir) / FOLDER
+    stamp = fingerprint(__file__)
+    if up_to_date(folder, stamp):
+        return
+    folder.mkdir(exist_ok=True)
+    names = list(entries())
+    with ProcessPoolExecutor(
+        min(WORKERS, os.cpu_count() or 1), multiprocessing.get_context("spawn"), _begin, (sys.path,)
+    ) as pool:
+        made = [path for paths in pool.map(_page, names, [folder] * len(names)) for path in paths]
+    finish(folder, stamp, {*made, write(folder / "index.md", index())})
+
+
+def index() -> str:
+    """The list of all systems."""
+    from freebody.gallery import entries
+
+    rows = [
+        f"- [{plain(entry.title)}]({name}.md)" + (f" `{entry.aliases[0]}`" if entry.aliases else "")
+        for name, entry in entries().items()
+    ]
+    return "\n".join(
+        [
+            "# Systems of the gallery\n",
+            "Each page is made from the system itself, when this documentation is built: drawings, equations, answers",
+            "and plots are what the library gives. `freebody run NAME` prints the same.\n",
+            *rows,
+            "\n```{toctree}\n:hidden:\n",
+            *(
+                f"{entry.aliases[0]} ({name}) <{name}>" if entry.aliases else name
+                for name, entry in entries().items()
+            ),
+            "```\n",
+        ]
+    )
+
+
+def _begin(path: list[str]) -> None:
+    sys.path[:] = path
+
+
+def _page(name: str, folder: Path) -> list[Path]:
+    """Run an entry and write its page with its pictures."""
+    from freebody.gallery import entries
+
+    entry = entries()[name]
+    try:
+        outcome = entry.run()
+        return Page(outcome, folder).write()
+    except Exception as error:
+        raise RuntimeError(
+            f"The page of '{name}' can not be made: {type(error).__name__}: {error}"
+        ) from error
+
+
+class Page:
+    """The page of what running an entry gave."""
+
+    def __init__(self, outcome: Any, folder: Path) -> None:
+        self.outcome, self.entry, self.folder = outcome, outcome.entry, folder
+        self.made: list[Path] = []
+
+    def write(self) -> list[Path]:
+        parts = [
+            f"# {plain(self.entry.title)}\n",
+            self._statement(),
+            self._machine(),
+            self._free_bodies(),
+            self._answers(),
+            self._plots(),
+            self._code(),
+        ]
+        text = "\n".join(part for part in parts if part)
+        self.made.append(write(self.folder / f"{self.entry.name}.md", text))
+        return self.made
+
+    def _statement(self) -> str:
+        said = inspect.getdoc(sys.modules[self.entry.build.__module__]) or ""
+        of_model = inspect.getdoc(inspect.unwrap(self.entry.build)) or ""
+        names = ", ".join(f"`freebody run {name}`" for name in (self.entry.name, *self.entry.aliases))
+        paragraphs = [plain(part) for part in (*said.split("\n\n"), of_model) if part]
+        asked = "\n".join(f"- {plain(line)}" for line in self.entry.asks)
+        return "\n\n".join([*paragraphs, f"Asked ({names}):\n\n{asked}\n"])
+
+    def _machine(self) -> str:
+        shown = fb.draw(self.outcome.equations, near=self.entry.near)
+        about = self.outcome.system.about
+        rows = [
+            (
+                f"<math><mrow>{_named(name)}</mrow></math>",
+                f"{value:.6g}",
+                *map(escape, about.get(name, ("", ""))),
+            )
+            for name, value in self.outcome.values.items()
+        ]
+        return "\n".join(
+            [
+                "## The machine\n",
+                self._figures([(self._drawn(shown, "machine"), f"Drawing of {self.entry.title}")]),
+                _table(("Parameter", "Default", "Unit", "What it is"), rows, number=1) if rows else "",
+            ]
+        )
+
+    def _free_bodies(self) -> str:
+        e = self.outcome.equations
+        if e.model.n_u > LARGEST:
+            return (
+                f"## Equations\n\nThis machine has {e.model.n_u} speeds, too many to read its equations on a page; "
+                f"`freebody equations {self.entry.name}` prints them.\n"
+            )
+        parts = ["## Free bodies and their equations\n"]
+        for name, body in self.outcome.free_bodies.items():
+            drawn = fb.free_body_diagram(e, name, near=self.entry.near)
+            parts += [
+                f"### {plain(name)}\n",
+                self._figures([(self._drawn(drawn, f"body-{name}"), f"Free-body diagram of {name}")]),
+                _formulas(body.mathml()),
+            ]
+        return "\n".join([*parts, "## Equations of motion\n", _formulas(e.mathml())])
+
+    def _answers(self) -> str:
+        from freebody.cli.table import significant
+        from freebody.equations.show import mathml_of
+
+        rows, meant = [], {}
+        for key, answer in self.outcome.answers.items():
+            of_motion = answer.formula is not None and not answer.unit and isinstance(answer.value, str)
+            formula = "" if answer.formula is None else _math(mathml_of(answer.formula))
+            if len(formula) > LONGEST:
+                formula = f"<code>{escape(answer.text)}</code>"
+            shown = (
+                ""
+                if of_motion
+                else f"{significant(answer.value)} {answer.unit if answer.unit != '1' else ''}"
+            )
+            rows.append((f"<code>{escape(key)}</code>", escape(answer.question), formula, escape(shown)))
+            meant |= answer.where
+        parts = ["## Answers\n", _table(("Key", "Question", "Formula", "Value"), rows, number=3)]
+        if meant:
+            lines = [
+                _math(f"{_named(name)}<mo>=</mo>{mathml_of(x)}", block=True) for name, x in meant.items()
+            ]
+            parts += ["with\n", _html(f'<div class="formulas">{"".join(lines)}</div>')]
+        checks = [f"- {plain(check.what)}: {check.residual:.1e}" for check in self.outcome.checks]
+        if checks:
+            parts += ["Checks (relative difference):\n", "\n".join(checks) + "\n"]
+        return "\n".join(parts)
+
+    def _plots(self) -> str:
+        from freebody.cli.run import happenings
+
+        pictures = []
+        for file, draw in self.outcome.plots.items():
+            if file == "energy.png":  # the ledger's residual: of interest to the checks, not to the reader
+                continue
+            path = self.folder / f"{self.entry.name}-{file}"
+            draw(path)
+            self.made.append(path)
+            pictures.append((path, f"Plot: {Path(file).stem.replace('_', ' ')}"))
+        events = "\n".join(happenings(self.outcome.trajectory, self.outcome.events)).strip()
+        parts = ["## Motion\n", self._figures(pictures)]
+        if events:
+            parts.append(f"```text\n{events}\n```\n")
+        return "\n".join(parts)
+
+    def _code(self) -> str:
+        return f"## The model\n\n```python\n{code_of(self.entry.build)}\n```\n"
+
+    def _drawn(self, drawing: Any, name: str) -> Path:
+        path = self.folder / f"{self.entry.name}-{name}.svg"
+        drawing.save(path)
+        self.made.append(path)
+        return path
+
+    def _figures(self, pictures: list[tuple[Path, str]]) -> str:
+        shown = "\n".join(f"![{plain(about)}]({path.name})" for path, about in pictures)
+        return f":::{{container}} figures\n{shown}\n:::\n"
+
+
+# -- the code of a model --------------------------------------------------------------------------------------
+
+
+def code_of(build: Any) -> str:
+    """The source of a function that builds a system, and of what it uses of its own module.
+
+    Without documentation, which the page has already, and without ``explain``, which the table of parameters shows.
+    """
+    module = sys.modules[build.__module__]
+    tree = ast.parse(inspect.getsource(module))
+    lines = inspect.getsource(module).splitlines()
+    own: dict[str, ast.stmt] = {}
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            own[node.name] = node
+        elif isinstance(node, ast.Assign):
+            own |= {target.id: node for target in node.targets if isinstance(target, ast.Name)}
+    wanted, found = [build.__name__], []
+    while wanted:
+        name = wanted.pop(0)
+        if name in own and own[name] not in found:
+            found.append(own[name])
+            wanted += [n.id for n in ast.walk(own[name]) if isinstance(n, ast.Name)]
+    imports = {
+        alias.asname or alias.name: ast.unparse(node)
+        for node in tree.body
+        if isinstance(node, ast.Import | ast.ImportFrom) and not getattr(node, "level", 0)
+        for alias in node.names
+        if getattr(node, "module", "") != "__future__"
+    }
+    shown = [_source(node, lines) for node in sorted(found, key=lambda node: node.lineno)]
+    used = {n.id for node in found for n in ast.walk(node) if isinstance(n, ast.Name)}
+    head = sorted({text for name, text in imports.items() if name in used and name != "Any"})
+    return "\n".join([*head, "", *("\n".join(shown).splitlines())])
+
+
+def _source(node: ast.stmt, lines: list[str]) -> str:
+    left_out = set()
+    for inner in ast.walk(node):
+        if isinstance(inner, ast.Expr) and (_is_text(inner) or _explains(inner)):
+            left_out |= set(range(inner.lineno, (inner.end_lineno or inner.lineno) + 1))
+    kept = [
+        line for i, line in enumerate(lines, 1) if node.lineno <= i <= node.end_lineno and i not in left_out
+    ]
+    return textwrap.dedent("\n".join(kept)).strip("\n") + "\n"
+
+
+def _is_text(node: ast.Expr) -> bool:
+    return isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+
+
+def _explains(node: ast.Expr) -> bool:
+    call = node.value
+    return isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "explain"
+
+
+# -- HTML -------------------------------------------------------------------------------------------------------
+
+
+def _html(text: str) -> str:
+    return f"```{{raw}} html\n{text}\n```\n"
+
+
+def _math(inside: str, block: bool = False) -> str:
+    display = ' display="block"' if block else ' displaystyle="true"'
+    return f"<math{display}><mrow>{inside}</mrow></math>"
+
+
+def _named(name: str) -> str:
+    from freebody.equations.show import shown_name
+
+    return shown_name(name)
+
+
+def _formulas(text: str) -> str:
+    if len(text) > LONGEST:
+        return f"Too long to be read here ({len(text):,} characters of MathML).\n"
+    return _html(f'<div class="formulas">\n{text}\n</div>')
+
+
+def _table(head: tuple[str, ...], rows: list[tuple[str, ...]], number: int) -> str:
+    top = "".join(f"<th>{escape(name)}</th>" for name in head)
+    body = "\n".join(
+        "<tr>"
+        + "".join(f"<td{' class=number' if i == number else ''}>{cell}</td>" for i, cell in enumerate(row))
+        + "</tr>"
+        for row in rows
+    )
+    return _html(
+        f'<div class="wide"><table><thead><tr>{top}</tr></thead><tbody>\n{body}\n</tbody></table></div>'
+    )

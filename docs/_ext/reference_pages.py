@@ -1,0 +1,154 @@
+"""Pages of the public names, one for each subject, made from the docstrings."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from generated import fingerprint, finish, plain, up_to_date, write
+
+import freebody as fb
+
+FOLDER = "reference"
+
+SUBJECTS = {
+    "describe": "Describing a machine",
+    "space": "Solids, mass, pose and rotation",
+    "model": "The assembled machine",
+    "equations": "Equations and analysis",
+    "simulate": "Motion",
+    "compile": "Compiled dynamics",
+    "study": "Studies",
+    "picture": "Pictures",
+    "formats": "Files",
+}
+"""Title of the page on a room of the library; a room that is not named here has its own name."""
+
+RESULTS = {
+    "describe": ["describe.body.Body", "describe.joint.Joint"],
+    "equations": [
+        "equations.equations.Equations",
+        "equations.free_body.FreeBody",
+        "equations.solve.SolveResult",
+        "equations.integrals.Integrals",
+        "equations.steady.SteadyMotions",
+        "equations.linear_model.LinearModel",
+        "equations.modes.Modes",
+        "equations.steady_motion.SteadyMotion",
+        "equations.impulse.Struck",
+        "equations.response.Response",
+        "equations.bearings.BearingReactions",
+        "equations.balancing.Balance",
+    ],
+    "simulate": ["simulate.event.Event"],
+    "compile": ["compile.program.Program"],
+    "picture": ["picture.drawing.Drawing"],
+}
+"""Classes that public functions return, under freebody: users read them and do not make them."""
+
+
+def setup(app: Any) -> dict[str, Any]:
+    app.connect("builder-inited", write_pages)
+    app.connect("autodoc-process-docstring", readable, priority=100)  # before napoleon
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def write_pages(app: Any) -> None:
+    """Write the pages into ``docs/reference``."""
+    folder = Path(app.srcdir) / FOLDER
+    stamp = fingerprint(__file__)
+    if up_to_date(folder, stamp):
+        return
+    folder.mkdir(exist_ok=True)
+    made, listed = set(), []
+    for room, names in by_subject().items():
+        made.add(write(folder / f"{room}.md", page(SUBJECTS.get(room, room.capitalize()), room, names)))
+        listed.append(room)
+    text = "# Reference\n\nEvery public name, from its own documentation; `import freebody as fb`.\n\n"
+    made.add(write(folder / "index.md", text + "```{toctree}\n" + "\n".join(listed) + "\n```\n"))
+    finish(folder, stamp, made)
+
+
+def by_subject() -> dict[str, list[str]]:
+    """Public names by the room they come from; modules are subjects of their own."""
+    found: dict[str, list[str]] = {room: [] for room in SUBJECTS}
+    for name in fb.__all__:
+        if name.startswith("__"):
+            continue
+        value = getattr(fb, name)
+        room = name if isinstance(value, ModuleType) else value.__module__.split(".")[1]
+        found.setdefault(room, []).append(name)
+    return {room: names for room, names in found.items() if names}
+
+
+def page(title: str, room: str, names: list[str]) -> str:
+    blocks = []
+    about = ""
+    for name in names:
+        value = getattr(fb, name)
+        if isinstance(value, ModuleType):
+            title = f"fb.{name}"
+            about = plain((inspect.getdoc(value) or "").split("\n\n")[0]) + "\n\n"
+            blocks += [
+                (_directive(one), f"{one.__module__}.{one.__qualname__}", "") for one in _public(value)
+            ]
+        else:
+            more = "   :members:\n   :inherited-members:\n" if isinstance(value, type) else ""
+            blocks.append((_directive(value), f"freebody.{name}", more))
+    blocks += [("autoclass", f"freebody.{path}", "   :members:\n") for path in RESULTS.get(room, [])]
+    shown = [f"```{{eval-rst}}\n.. {kind}:: {path}\n{more}```\n" for kind, path, more in blocks]
+    return f"# {title}\n\n{about}" + "\n".join(shown)
+
+
+def _directive(value: Any) -> str:
+    return "autoclass" if isinstance(value, type) else "autofunction"
+
+
+def _public(module: ModuleType) -> list[Any]:
+    """Functions and classes of a module: those that it names, or those that are its own."""
+    if hasattr(module, "__all__"):
+        found = [getattr(module, name) for name in module.__all__]
+    else:
+        found = [v for n, v in vars(module).items() if not n.startswith("_") and _own(v, module)]
+    return [one for one in found if callable(one)]
+
+
+def _own(value: Any, module: ModuleType) -> bool:
+    return callable(value) and getattr(value, "__module__", "") == module.__name__
+
+
+# -- docstrings -------------------------------------------------------------------------------------------------
+
+
+def readable(app: Any, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
+    """Docstrings are written to be read as text: formulas as they are, and an indented line is a formula.
+
+    Markup signs in their prose are escaped, and indented paragraphs before the first section become literal.
+    """
+    result: list[str] = []
+    literal = False
+    section = False
+    for i, line in enumerate(lines):
+        below = lines[i + 1].strip() if i + 1 < len(lines) else ""
+        if below and set(below) == {"-"} and line.strip():
+            section = True
+        blank = not line.strip()
+        if not section:
+            starts = line.startswith("    ") and (i == 0 or not lines[i - 1].strip())
+            if starts and not literal:
+                result += ["::", ""]
+                literal = True
+            elif not blank and not line.startswith("    "):
+                literal = False
+        result.append(line if literal or line.lstrip().startswith((">>>", "...")) else _escaped(line))
+    lines[:] = result
+
+
+def _escaped(line: str) -> str:
+    parts = re.split(r"(``.*?``|:[a-z]+:`.*?`|https?://\S+)", line)
+    return "".join(
+        p if i % 2 else re.sub(r"([*|])|(?<=\w)_(?!\w)", r"\\\g<0>", p) for i, p in enumerate(parts)
+    )

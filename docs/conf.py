@@ -1,0 +1,36 @@
+"""Settings of the documentation: ``sphinx-build -W docs docs/_build``, offline."""
+
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE / "_ext"))
+
+import freebody as fb  # noqa: E402
+
+project = "freebody"
+author = "The freebody authors"
+copyright = "The freebody authors, MIT License"
+version = release = fb.__version__
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "gallery_pages", "reference_pages"]
+source_suffix = {".md": "markdown"}
+exclude_patterns = ["_build", "_ext"]
+myst_enable_extensions = ["colon_fence"]
+myst_heading_anchors = 3
+highlight_language = "text"
+
+autodoc_typehints = "none"  # types stand in the text, in the reader's words
+autodoc_member_order = "bysource"
+napoleon_use_param = False  # types are words, not links
+napoleon_use_rtype = False
+napoleon_use_ivar = True
+nitpicky = False
+
+html_theme = "furo"
+html_title = f"freebody {version}"
+html_static_path = ["_static"]
+html_css_files = ["freebody.css"]
+html_show_sourcelink = False
+html_copy_source = False
+html_theme_options = {"navigation_with_keys": True}
