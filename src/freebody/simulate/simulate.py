@@ -137,9 +137,11 @@ def simulate(
     >>> motion
     Trajectory of 'pendulum': t = 0 to 10 s, 1 coordinate, 9 events, finished
     """
-    check_method(method, step)
     kernels = kernels_of(s)
     model = kernels.model
+    if model.contacts and method != "timestepping":
+        check_method_of_contacts(method, step)
+    check_method(method, step)
     numbers = model.values(values)
     check_bodies(model, numbers)
     check_assumptions(model, numbers)
@@ -168,7 +170,6 @@ def simulate(
                 step=step, impulses=impulses, between=between,
             )  # fmt: skip
     if model.contacts:
-        check_method_of_contacts(method, step)
         with Progress(begin, end, progress) as between:
             return touching_motion(
                 kernels, numbers, state, begin, end, specs, expressions, tolerances, wanted, samples,
