@@ -104,7 +104,7 @@ def settled(work: ContactRun, t: float, y: Array, seen: Snapshot, contacts: froz
     for k in sorted(contacts):
         at, n = work.scene.first[k], work.scene.tangents[k]
         last = next((b for b in reversed(work.bounces) if k in b.contacts), None)
-        rough = n > 0 and not work.model.contacts[k].frictionless
+        rough = n > 0 and not work.smooth(seen, k)
         if rough and last is not None and last.stuck:
             take(at, identity[at])
             for i in range(at + 1, at + 1 + n):
@@ -116,7 +116,7 @@ def settled(work: ContactRun, t: float, y: Array, seen: Snapshot, contacts: froz
         if rough and speed > work.still(y):
             column[at + 1 : at + 1 + n] = -seen.friction[k] * v / speed
         take(at, column)
-    for k in work.closed(seen, y):
+    for k in work.closed(t, seen, y):
         at = work.scene.first[k]
         if k not in contacts and abs(seen.rate[at]) <= work.still(y):
             take(at, identity[at])
@@ -135,7 +135,7 @@ def lifted(work: ContactRun, t: float, y: Array) -> Array:
     """
     seen = work.look(t, y)
     low = LOW * (1 + work.size(y))
-    closed = work.closed(seen, y)
+    closed = work.closed(t, seen, y)
     first = work.scene.first
     if not any(seen.gap[k] < -low and seen.rate[first[k]] > work.still(y) for k in closed):
         return y

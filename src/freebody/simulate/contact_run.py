@@ -71,6 +71,7 @@ def run(
             f"deep. Begin with every gap at zero or above."
         )
     while True:
+        work.left.clear()
         crowded = crowded + 1 if t - last <= CROWD else 0
         last = t
         if crowded > ENDLESS or len(work.segments) > PHASES:
@@ -135,7 +136,7 @@ def _agree(
     """Normal forces that no motion determines must not decide the motion by their friction."""
     if one is None or not one.rank_lack:
         return
-    chosen = [k for k in work.closed(seen, y) if seen.rate[work.scene.first[k]] <= work.still(y)]
+    chosen = [k for k in work.closed(t, seen, y) if seen.rate[work.scene.first[k]] <= work.still(y)]
     rows = [
         i
         for k in chosen
@@ -183,7 +184,13 @@ def _phase(
     stopped = []
     for c in mine:
         ending = endings[c.number - asked]
-        reasons[ending.contact] = _why(work, phase, ending, t_new, y_new)
+        reasons[ending.contact] = why = _why(work, phase, ending, t_new, y_new)
+        if ending.law in (
+            "reach",
+            "side",
+        ):  # the corner takes over from its side, or the side from the corner
+            here = (ending.contact, ending.place)
+            reasons.update((j, why) for j, sides in work.scene.ends.items() if here in sides)
         if ending.law == "slip" and work.scene.tangents[ending.contact] == 2:
             stopped.append(ending.contact)
     for k in stopped:
@@ -197,7 +204,7 @@ def _quieted(work: ContactRun, t: float, y: Array) -> Array:
     low = 1e-12 * (1 + work.size(y))
     quiet = frozenset(
         k
-        for k in work.closed(seen, y)
+        for k in work.closed(t, seen, y)
         for v, a in ((seen.rate[work.scene.first[k]], -seen.c[work.scene.first[k]]),)
         if a > 0 and abs(v) > work.still(y) and v * v / (2 * a) < low
     )
@@ -241,7 +248,9 @@ def _why(work: ContactRun, phase: Phase, ending: Ending, t: float, y: Array) -> 
     if ending.law == "normal":
         return "N reached 0"
     if ending.law == "reach":
-        return "the end of the surface"
+        return "the end of the side"
+    if ending.law == "side":
+        return "the foot came onto the side"
     if ending.law == "slip":
         return "the slip stopped"
     program = phase.contact()

@@ -174,6 +174,8 @@ def simulate(
             method=method, step=step, times=times, samples=samples, start=start, max_step=max_step,
             max_steps=max_steps, progress=progress, outputs=outputs, store=store, threads=threads,
         )  # fmt: skip
+    if model.contacts and method != "timestepping":
+        check_method_of_contacts(method, step)
     check_method(method, step)
     numbers = model.values(values)
     begin = number(model, numbers, start, "start")
@@ -220,7 +222,6 @@ def simulate(
             )  # fmt: skip
     if model.contacts:
         refuse_switched(model, "a machine with contacts")
-        check_method_of_contacts(method, step)
         with Progress(begin, end, progress) as between:
             return touching_motion(
                 kernels, numbers, state, begin, end, specs, expressions, tolerances, wanted, samples,
