@@ -229,3 +229,54 @@ def test_major_axis_rule():
         entries()["energy-sink"].run({"c": 0})
     with pytest.raises(ModelError, match="axis 2 is the one of flat spin, got I_1 = 120"):
         entries()["energy-sink"].run({"I_1": 120})
+
+
+def sleeping_top(p):
+    m, R, L, g, c = (p[name] for name in ("m", "R", "L", "g", "c"))
+    I_1, I_3, mgL = m * R**2 / 4 + m * L**2, m * R**2 / 2, m * g * L
+    critical = exact.sleeping_spin(I_1, I_3, mgL)
+    if symbols(p):
+        return {"Omega_c": critical}
+
+    def rates(_, y):
+        """Euler's equations about O in body axes, and the vertical as the body sees it."""
+        w, up = y[:3], y[3:]
+        moment = [
+            mgL * up[1] - (I_3 - I_1) * w[1] * w[2],
+            -mgL * up[0] - (I_1 - I_3) * w[2] * w[0],
+            -c * w[2],
+        ]
+        return np.concatenate([np.array(moment) / [I_1, I_1, I_3], np.cross(up, w)])
+
+    def fallen(_, y):
+        return y[5] - np.cos(p["theta_1"])
+
+    fallen.terminal = True
+    start = [0, 0, p["Omega_0"], 0, np.sin(p["theta_0"]), np.cos(p["theta_0"])]
+    precise = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13}
+    run = solve_ivp(rates, (0, 100), start, events=fallen, **precise)
+    at = solve_ivp(rates, (0, p["t_1"]), start, **precise).y[3:, -1]
+    return {
+        "Omega_c": critical,
+        "t_c": I_3 / c * np.log(p["Omega_0"] / critical),
+        "theta(t_1)": np.arctan2(np.hypot(at[0], at[1]), at[2]),
+        "t_f": run.t_events[0][0],
+        "Omega_f": run.y_events[0][0][2],
+    }
+
+
+def test_sleeping_top():
+    # the wobble grows from theta_0 to theta_1, and its error with it
+    loose = {"t_f": 1e-5, "Omega_f": 1e-5}
+    check_numbers("sleeping-top", sleeping_top, loose=loose, factor=0.95, c=1e-4, theta_0=0.1, t_1=1.0)
+
+
+def test_sleeping_top_formulas():
+    check_formulas("sleeping-top", sleeping_top, "Omega_c")
+
+
+def test_sleeping_top_that_does_not_sleep():
+    with pytest.raises(ModelError, match="above 79.7891 rad/s, at which it sleeps, got Omega_0 = 70"):
+        entries()["sleeping-top"].run({"Omega_0": 70})
+    with pytest.raises(ModelError, match="without it the top sleeps for ever"):
+        entries()["sleeping-top"].run({"c": 0})

@@ -31,7 +31,7 @@ def jeffcott(m: Any, e: Any, k: Any, d: Any, omega: Any) -> Whirl:
 
     Examples
     --------
-    >>> round(jeffcott(5.0, 2e-4, 2e5, 60.0, 200.0).radius, 12)
+    >>> round(float(jeffcott(5.0, 2e-4, 2e5, 60.0, 200.0).radius), 12)
     0.003333333333
     """
     stiff, loss = k - m * omega**2, d * omega

@@ -67,6 +67,7 @@ def entries() -> Gallery:
     from .reaction_wheel import REACTION_WHEEL
     from .rolling_disk import ROLLING_DISK
     from .satellite import SATELLITE
+    from .sleeping_top import SLEEPING_TOP
     from .slider_crank import SLIDER_CRANK
     from .struck_gyroscope import STRUCK_GYROSCOPE
     from .tilted_disk import TILTED_DISK
@@ -85,5 +86,5 @@ def entries() -> Gallery:
         MOTORCYCLE, TURBOPROP, PROJECTILE, STRUCK_GYROSCOPE,
         TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
         GYROCOMPASS, JEFFCOTT, REACTION_WHEEL, CONTROL_MOMENT_GYRO, YO_YO, ENERGY_SINK,
-        FALLING_CAT,
+        FALLING_CAT, SLEEPING_TOP,
     )  # fmt: skip
