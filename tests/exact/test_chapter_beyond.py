@@ -239,29 +239,34 @@ def sleeping_top(p):
         return {"Omega_c": critical}
 
     def rates(_, y):
-        """Euler's equations about O in body axes, and the vertical as the body sees it."""
-        w, up = y[:3], y[3:]
-        moment = [
-            mgL * up[1] - (I_3 - I_1) * w[1] * w[2],
-            -mgL * up[0] - (I_1 - I_3) * w[2] * w[0],
-            -c * w[2],
+        """Angular momentum H about O and direction a of the axis in ground axes, which do not spin with the top."""
+        hx, hy, hz, ax, ay, az = y
+        loss = c * (hx * ax + hy * ay + hz * az) / I_3
+        return [
+            -mgL * ay - loss * ax,
+            mgL * ax - loss * ay,
+            -loss * az,
+            (hy * az - hz * ay) / I_1,
+            (hz * ax - hx * az) / I_1,
+            (hx * ay - hy * ax) / I_1,
         ]
-        return np.concatenate([np.array(moment) / [I_1, I_1, I_3], np.cross(up, w)])
 
     def fallen(_, y):
         return y[5] - np.cos(p["theta_1"])
 
     fallen.terminal = True
-    start = [0, 0, p["Omega_0"], 0, np.sin(p["theta_0"]), np.cos(p["theta_0"])]
-    precise = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13}
+    axis = np.array([0, -np.sin(p["theta_0"]), np.cos(p["theta_0"])])
+    start = [*(I_3 * p["Omega_0"] * axis), *axis]
+    precise = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-13}
     run = solve_ivp(rates, (0, 100), start, events=fallen, **precise)
     at = solve_ivp(rates, (0, p["t_1"]), start, **precise).y[3:, -1]
+    end = run.y_events[0][0]
     return {
         "Omega_c": critical,
         "t_c": I_3 / c * np.log(p["Omega_0"] / critical),
         "theta(t_1)": np.arctan2(np.hypot(at[0], at[1]), at[2]),
         "t_f": run.t_events[0][0],
-        "Omega_f": run.y_events[0][0][2],
+        "Omega_f": end[:3] @ end[3:] / I_3,
     }
 
 
