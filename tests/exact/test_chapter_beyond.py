@@ -285,3 +285,35 @@ def test_sleeping_top_that_does_not_sleep():
         entries()["sleeping-top"].run({"Omega_0": 70})
     with pytest.raises(ModelError, match="without it the top sleeps for ever"):
         entries()["sleeping-top"].run({"c": 0})
+
+
+def monorail(p):
+    names = ("m_C", "h", "I_C", "m_R", "a", "I_S", "I_T", "h_G")
+    values = {name: p[name] for name in (*names, "g")}
+    found = {"Omega_c": exact.monorail_speed(**values)}
+    if symbols(p):
+        return found
+
+    def rates(_, y):
+        return [y[2], y[3], *exact.monorail(y, **values, Omega=p["Omega"])]
+
+    y = solve_ivp(rates, (0, p["t_1"]), [p["phi_0"], 0, 0, 0], "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    A = p["I_C"] + p["m_C"] * p["h"] ** 2 + p["I_T"] + p["m_R"] * (p["h_G"] + p["a"]) ** 2
+    B, k = p["I_T"] + p["m_R"] * p["a"] ** 2, p["m_R"] * p["g"] * p["a"]
+    W, H = p["g"] * (p["m_C"] * p["h"] + p["m_R"] * (p["h_G"] + p["a"])), p["I_S"] * p["Omega"]
+    squares = -np.roots([A * B, H**2 - A * k - B * W, W * k])
+    low, high = np.sqrt(np.sort(squares))
+    return found | {"omega_1": low, "omega_2": high, "phi(t_1)": y[0], "theta(t_1)": y[1]}
+
+
+def test_monorail():
+    check_numbers("gyro-monorail", monorail, Omega=400.0, a=0.1, phi_0=0.1)
+
+
+def test_monorail_formulas():
+    check_formulas("gyro-monorail", monorail)
+
+
+def test_monorail_falls_with_a_slow_rotor():
+    with pytest.raises(ModelError, match="rad/s, which keeps the car up, got Omega = 100"):
+        entries()["gyro-monorail"].run({"Omega": 100})

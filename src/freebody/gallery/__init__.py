@@ -60,6 +60,7 @@ def entries() -> Gallery:
     from .gyroscope import GYROSCOPE
     from .hinged_bar import HINGED_BAR
     from .jeffcott import JEFFCOTT
+    from .monorail import MONORAIL
     from .motorcycle import MOTORCYCLE
     from .nutation import NUTATION
     from .percussion import PERCUSSION
@@ -86,5 +87,5 @@ def entries() -> Gallery:
         MOTORCYCLE, TURBOPROP, PROJECTILE, STRUCK_GYROSCOPE,
         TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
         GYROCOMPASS, JEFFCOTT, REACTION_WHEEL, CONTROL_MOMENT_GYRO, YO_YO, ENERGY_SINK,
-        FALLING_CAT, SLEEPING_TOP,
+        FALLING_CAT, SLEEPING_TOP, MONORAIL,
     )  # fmt: skip
