@@ -1,7 +1,8 @@
 """Gyro-stabilised monorail: a car on one rail is held upright by a rotor that would topple in its gimbal too.
 
 phi is the roll of the car about the rail X, theta the pitch of the gimbal about y of the car; the rotor's axis is up
-at first. The mass centre of the rotor lies above the gimbal's axis: a gyro stabilises an even number of unstable motions.
+at first. The mass centre of the rotor lies above the gimbal's axis: a gyro can hold two motions that are unstable
+without it, but not one.
 """
 
 from __future__ import annotations
