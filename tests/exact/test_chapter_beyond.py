@@ -317,3 +317,53 @@ def test_monorail_formulas():
 def test_monorail_falls_with_a_slow_rotor():
     with pytest.raises(ModelError, match="rad/s, which keeps the car up, got Omega = 100"):
         entries()["gyro-monorail"].run({"Omega": 100})
+
+
+def swing(p):
+    m, L, a, Omega, g = (p[name] for name in ("m", "L", "a", "Omega", "g"))
+
+    def length(t):
+        """Distance from the pivot and its rate."""
+        return L + a * np.sin(Omega * t), a * Omega * np.cos(Omega * t)
+
+    def rates(t, y):
+        """Angular momentum: d(m l² theta')/dt = -m g l sin(theta)."""
+        r, r_rate = length(t)
+        return [y[1], -(2 * r_rate * y[1] + g * np.sin(y[0])) / r]
+
+    def energy(t, y):
+        r, r_rate = length(t)
+        return m * ((r * y[1]) ** 2 + r_rate**2) / 2 - m * g * r * np.cos(y[0])
+
+    def high(_, y):
+        return abs(y[0]) - p["theta_1"]
+
+    high.terminal = True
+    start = [p["theta_0"], 0.0]
+    precise = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13}
+    y = solve_ivp(rates, (0, p["t_1"]), start, **precise).y[:, -1]
+    r, stretch = length(p["t_1"])[0], -a * Omega**2 * np.sin(Omega * p["t_1"])
+    return {
+        "theta(t_1)": y[0],
+        "theta'(t_1)": y[1],
+        "F(t_1)": m * (r * y[1] ** 2 - stretch + g * np.cos(y[0])),
+        "W(t_1)": energy(p["t_1"], y) - energy(0, start),
+        "t_f": solve_ivp(rates, (0, 200), start, events=high, **precise).t_events[0][0],
+    }
+
+
+def test_swing():
+    # the phase of the pumping amplifies an error as it does the swing
+    check_numbers("pumped-swing", swing, loose={"t_f": 1e-6}, factor=0.98, a=0.3, theta_1=0.8)
+
+
+def test_equation_of_the_swing():
+    assert outcome("pumped-swing").answers["equation"].value == (
+        "m*(L^2 + 2*L*a*sin(Omega*t) + a^2*sin(Omega*t)^2)*theta'' "
+        "+ 2*m*a*Omega*(L + a*sin(Omega*t))*theta'*cos(Omega*t) + m*L*g*sin(theta) + m*a*g*sin(Omega*t)*sin(theta) = 0"
+    )
+
+
+def test_swing_that_starts_too_high():
+    with pytest.raises(ModelError, match="a start above 0 and below theta_1"):
+        entries()["pumped-swing"].run({"theta_0": "70deg"})

@@ -71,6 +71,7 @@ def entries() -> Gallery:
     from .sleeping_top import SLEEPING_TOP
     from .slider_crank import SLIDER_CRANK
     from .struck_gyroscope import STRUCK_GYROSCOPE
+    from .swing import SWING
     from .tilted_disk import TILTED_DISK
     from .torque_free import TORQUE_FREE
     from .tumbling_body import TUMBLING_BODY
@@ -87,5 +88,5 @@ def entries() -> Gallery:
         MOTORCYCLE, TURBOPROP, PROJECTILE, STRUCK_GYROSCOPE,
         TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
         GYROCOMPASS, JEFFCOTT, REACTION_WHEEL, CONTROL_MOMENT_GYRO, YO_YO, ENERGY_SINK,
-        FALLING_CAT, SLEEPING_TOP, MONORAIL,
+        FALLING_CAT, SLEEPING_TOP, MONORAIL, SWING,
     )  # fmt: skip
