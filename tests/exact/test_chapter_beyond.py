@@ -163,6 +163,8 @@ def test_falling_cat():
 
 def test_falling_cat_formulas():
     check_formulas("falling-cat", falling_cat)
+    # halves as round as long: 60 degrees
+    assert abs(outcome("falling-cat", K=0.015).answers["alpha_pi"].value - np.pi / 3) < 1e-14
 
 
 def test_cat_that_does_not_bend_turns_back_by_what_it_rolled():
