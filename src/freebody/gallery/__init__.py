@@ -64,6 +64,7 @@ def entries() -> Gallery:
     from .falling_cat import FALLING_CAT
     from .flat_spin import FLAT_SPIN
     from .four_bar import FOUR_BAR
+    from .gyro_monorail import GYRO_MONORAIL
     from .gyrocompass import GYROCOMPASS
     from .gyroscope import GYROSCOPE
     from .hinged_bar import HINGED_BAR
@@ -79,9 +80,11 @@ def entries() -> Gallery:
     from .rolling_disk import ROLLING_DISK
     from .rolling_down import ROLLING_DOWN
     from .satellite import SATELLITE
+    from .sleeping_top import SLEEPING_TOP
     from .slider_crank import SLIDER_CRANK
     from .sliding_body import SLIDING_BODY
     from .struck_gyroscope import STRUCK_GYROSCOPE
+    from .swing import SWING
     from .tilted_disk import TILTED_DISK
     from .torque_free import TORQUE_FREE
     from .tumbling_body import TUMBLING_BODY
@@ -98,5 +101,5 @@ def entries() -> Gallery:
         CYLINDER_ON_SHAFT, AIRFOIL, DOUBLE_PENDULUM, TWO_LINKS, SATELLITE, MOTORCYCLE, TURBOPROP,
         PROJECTILE, STRUCK_GYROSCOPE, TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS,
         BLOCK_AND_TACKLE, WHIPPLE_BICYCLE, GYROCOMPASS, JEFFCOTT, REACTION_WHEEL, CONTROL_MOMENT_GYRO,
-        YO_YO, ENERGY_SINK, FALLING_CAT, PRECESSION_PATHS, FLAT_SPIN,
+        YO_YO, ENERGY_SINK, FALLING_CAT, PRECESSION_PATHS, FLAT_SPIN, SLEEPING_TOP, GYRO_MONORAIL, SWING,
     )  # fmt: skip
