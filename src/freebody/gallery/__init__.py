@@ -48,6 +48,7 @@ def entries() -> Gallery:
     from .bar_on_ledge import BAR_ON_LEDGE
     from .block_and_tackle import BLOCK_AND_TACKLE
     from .board_on_truck import BOARD_ON_TRUCK
+    from .bouncing_ball import BOUNCING_BALL
     from .braking_car import BRAKING_CAR
     from .cart_and_bar import CART_AND_BAR
     from .cylinder_on_shaft import CYLINDER_ON_SHAFT
@@ -64,6 +65,7 @@ def entries() -> Gallery:
     from .nutation import NUTATION
     from .projectile import PROJECTILE
     from .pulled_disk import PULLED_DISK
+    from .rocking_block import ROCKING_BLOCK
     from .rolling_disk import ROLLING_DISK
     from .rolling_down import ROLLING_DOWN
     from .satellite import SATELLITE
@@ -71,9 +73,11 @@ def entries() -> Gallery:
     from .sliding_body import SLIDING_BODY
     from .struck_gyroscope import STRUCK_GYROSCOPE
     from .tilted_disk import TILTED_DISK
+    from .tippe_top import TIPPE_TOP
     from .torque_free import TORQUE_FREE
     from .tumbling_body import TUMBLING_BODY
     from .turboprop import TURBOPROP
+    from .turntable import TURNTABLE
     from .two_gears import TWO_GEARS
     from .whipple_bicycle import WHIPPLE_BICYCLE
 
@@ -84,4 +88,5 @@ def entries() -> Gallery:
         DISK_IN_CYLINDER, FALLING_BAR,
         DUMBBELL, CYLINDER_ON_SHAFT, DOUBLE_PENDULUM, SATELLITE, MOTORCYCLE, TURBOPROP, PROJECTILE, STRUCK_GYROSCOPE,
         TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
+        BOUNCING_BALL, ROCKING_BLOCK, TURNTABLE, TIPPE_TOP,
     )  # fmt: skip
