@@ -7,7 +7,7 @@ from importlib import import_module
 
 from .tables import versions
 
-NAMES = ("equations", "linearize", "dynamics", "motion", "sweep", "contact", "first")
+NAMES = ("equations", "linearize", "dynamics", "motion", "sweep", "contact", "report", "first")
 
 
 def main() -> None:
