@@ -112,7 +112,9 @@ def four_bars_error(n: int, until: float, step: float) -> float:
     """
     import freebody as fb
 
-    motion = fb.simulate(four_bars(n), until, initial=four_bars_start(n), method="dop853", step=step, samples=101)
+    motion = fb.simulate(
+        four_bars(n), until, initial=four_bars_start(n), method="dop853", step=step, samples=101
+    )
     return float(np.abs(motion["phi0"] - four_bars_exact(n, motion.t)).max())
 
 
@@ -145,7 +147,9 @@ def andrews() -> Any:
     s = fb.System("Andrews' squeezer")
 
     def body(name: str, m: float, inertia: float, x: float, y: float) -> Any:
-        return s.body(name, fb.MassProperties(m, (x, y, 0), ((inertia, 0, 0), (0, inertia, 0), (0, 0, inertia))))
+        return s.body(
+            name, fb.MassProperties(m, (x, y, 0), ((inertia, 0, 0), (0, inertia, 0), (0, 0, inertia)))
+        )
 
     A, B, C = (-0.06934, -0.00227, 0), (-0.03635, 0.03273, 0), (0.014, 0.072, 0)
     d, e, f, r, u = 0.028, 0.02, 0.02, 0.007, 0.04

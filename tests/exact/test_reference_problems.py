@@ -30,7 +30,7 @@ def test_four_bars_pass_their_singular_positions() -> None:
     t = np.linspace(0, 10, 2001)
     angle = problems.four_bars_exact(2, t)
     level = np.flatnonzero(np.diff(np.floor(angle / np.pi)))
-    assert level.size > 10  # as often the constraints lose their direction
+    assert level.size == 10  # as often the constraints lose their direction
     speed = np.gradient(angle, t)
     assert abs(angle[0] - np.pi / 2) < 1e-14 and speed[0] == pytest.approx(-1, abs=1e-2)
     assert problems.four_bars_error(2, 10.0, 0.01) < 1e-8

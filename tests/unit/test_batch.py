@@ -49,7 +49,12 @@ def test_each_lane_is_the_run_alone_to_the_last_bit(method: str) -> None:
     options = dict(method=method, tolerance=1e-7, events=["theta'"], times=[0.3, 0.0, 2.0, 1.7, 0.3])
     lengths, damping = np.linspace(1, 3, 5), np.linspace(0, 0.5, 5)
     data = fb.simulate(
-        s, 2, initial={"theta": THETA, "theta'": "c"}, values={"L": lengths, "c": damping}, threads=2, **options
+        s,
+        2,
+        initial={"theta": THETA, "theta'": "c"},
+        values={"L": lengths, "c": damping},
+        threads=2,
+        **options,
     )
     assert data.sizes == {"lane": 5, "time": 5, "event": 1}
     for k in range(5):
@@ -127,7 +132,9 @@ def test_a_terminal_event_ends_a_lane_and_leaves_nan_behind() -> None:
     assert list(data.status.values) == ["terminal event", "finished"]
     quarter = float(data.event_time[0, 0])
     w = math.sqrt(1.5 * 9.81 / 2)
-    period = 2 * math.pi / w * (1 + 0.2**2 / 16 + 11 * 0.2**4 / 3072)  # of amplitude 0.2; the next term is 4e-8
+    period = (
+        2 * math.pi / w * (1 + 0.2**2 / 16 + 11 * 0.2**4 / 3072)
+    )  # of amplitude 0.2; the next term is 4e-8
     assert quarter == float(data.end[0]) == pytest.approx(period / 4, rel=1e-7)
     known = np.isfinite(data["theta"][0])
     assert np.array_equal(known, data.time <= quarter)
@@ -154,11 +161,18 @@ def test_a_stiff_lane_is_run_by_radau() -> None:
     s.spring("spring", guide, stiffness=k)
     s.damper("damper", guide, damping=c)
     stiffness, damping = np.array([1.0, 1e6]), np.array([1.0, 1e5])
-    data = fb.simulate(s, 10, initial={"x": 1.0}, values={"k": stiffness, "c": damping}, tolerance=1e-7, samples=3)
+    data = fb.simulate(
+        s, 10, initial={"x": 1.0}, values={"k": stiffness, "c": damping}, tolerance=1e-7, samples=3
+    )
     assert set(data.status.values) == {"finished"} and int(data.steps[1]) < 1000
     for lane in range(2):
         alone = fb.simulate(
-            s, 10, initial={"x": 1.0}, values={"k": stiffness[lane], "c": damping[lane]}, tolerance=1e-7, samples=3
+            s,
+            10,
+            initial={"x": 1.0},
+            values={"k": stiffness[lane], "c": damping[lane]},
+            tolerance=1e-7,
+            samples=3,
         )
         assert np.array_equal(data["x"][lane], alone["x"])
 
@@ -178,7 +192,11 @@ def test_a_store_goes_on_where_it_was_left(tmp_path, monkeypatch) -> None:
 
     s, many = pendulum(), np.linspace(0.1, 3, 50)
     options = dict(
-        initial={"theta": many}, outputs=["theta", "max(theta)"], times=[1.0, 2.0], events=["theta"], threads=1
+        initial={"theta": many},
+        outputs=["theta", "max(theta)"],
+        times=[1.0, 2.0],
+        events=["theta"],
+        threads=1,
     )
     whole = fb.simulate(s, 2, **options)
     path = tmp_path / "x.nc"
@@ -195,7 +213,9 @@ def test_a_store_goes_on_where_it_was_left(tmp_path, monkeypatch) -> None:
     first.close()
     run: list[int] = []
     chunk = batch._Loop.chunk
-    monkeypatch.setattr(batch._Loop, "chunk", lambda self, lanes, m: (run.extend(lanes), chunk(self, lanes, m)))
+    monkeypatch.setattr(
+        batch._Loop, "chunk", lambda self, lanes, m: (run.extend(lanes), chunk(self, lanes, m))
+    )
     second = fb.simulate(s, 2, store=path, **options)
     assert sorted(run) == list(np.flatnonzero(~done))
     for name in ("theta", "max(theta)", "event_time", "event_count", "status", "end", "steps"):

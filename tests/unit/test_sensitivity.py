@@ -13,9 +13,7 @@ def pendulum() -> fb.System:
     s = fb.System("pendulum")
     m, L, g, a, c = s.parameters(m=1.0, L=2.0, g=9.81, a=1.2, c=0.0)
     s.gravity = (0, -g, 0)
-    pin = s.hinge(
-        "pin", s.ground, s.body("bob", fb.particle(m)), to=(0, L, 0), axis="z", coordinate="theta"
-    )
+    pin = s.hinge("pin", s.ground, s.body("bob", fb.particle(m)), to=(0, L, 0), axis="z", coordinate="theta")
     s.damper("c", pin, damping=c)
     return s
 
@@ -118,7 +116,8 @@ def test_four_bar_by_a_length_and_by_its_start() -> None:
         b, L = s.parameters(b=3.0, L=1.0)
         s.gravity = (0, -9.81, 0)
         one, two, three = (
-            s.body(name, fb.slender_bar(1, length, axis="x")) for name, length in (("a", L), ("b", b), ("c", 2))
+            s.body(name, fb.slender_bar(1, length, axis="x"))
+            for name, length in (("a", L), ("b", b), ("c", 2))
         )
         s.hinge("A", s.ground, one, to=(-L / 2, 0, 0), axis="z", coordinate="q1")
         s.hinge("B", one, two, at=(L / 2, 0, 0), to=(-b / 2, 0, 0), axis="z", coordinate="q2")
@@ -131,7 +130,14 @@ def test_four_bar_by_a_length_and_by_its_start() -> None:
 
     def run(b: float = 3.0, q1: float = 1.0, **more):
         return fb.simulate(
-            s, 1.2, initial={"q1": q1, "q1'": 3.0}, near=near, values={"b": b}, tolerance=1e-12, samples=4, **more
+            s,
+            1.2,
+            initial={"q1": q1, "q1'": 3.0},
+            near=near,
+            values={"b": b},
+            tolerance=1e-12,
+            samples=4,
+            **more,
         )
 
     motion = run(sensitivities=["b", "q1"])
@@ -161,11 +167,14 @@ def test_heavy_top_against_its_closed_form() -> None:
         path = fb.exact.top(m * (R**2 / 4 + L**2), m * R**2 / 2, m * g * L, theta0, spin)
         return np.stack([path.theta(motion.t), path.psi(motion.t), path.phi(motion.t)])
 
-    for unknown, key, h in (("L", "L", 1e-4), ("R", "R", 1e-4), ("phi'", "spin", 0.1), ("theta", "theta0", 1e-3)):
+    for unknown, key, h in (
+        ("L", "L", 1e-4),
+        ("R", "R", 1e-4),
+        ("phi'", "spin", 0.1),
+        ("theta", "theta0", 1e-3),
+    ):
         at = {"L": L, "R": R, "spin": spin, "theta0": theta0}[key]
-        one, two = (
-            (exact(**{key: at + x}) - exact(**{key: at - x})) / (2 * x) for x in (h, h / 2)
-        )
+        one, two = ((exact(**{key: at + x}) - exact(**{key: at - x})) / (2 * x) for x in (h, h / 2))
         for angle, values in zip(("theta", "psi", "phi"), (4 * two - one) / 3, strict=True):
             ours = motion.sensitivity[angle, unknown]
             assert np.allclose(ours, values, rtol=1e-6, atol=1e-6 * np.abs(values).max()), (angle, unknown)
@@ -196,4 +205,6 @@ def test_unknown_quantities_are_named() -> None:
         motion.sensitivity["theta"]
     with pytest.raises(SimulationError, match="Expected a coordinate, a speed or an expression"):
         motion.sensitivity["thet", "L"]
-    assert list(motion.sensitivity) == [("theta", "L"), ("theta'", "L")] and "by L at 2 times" in repr(motion.sensitivity)
+    assert list(motion.sensitivity) == [("theta", "L"), ("theta'", "L")] and "by L at 2 times" in repr(
+        motion.sensitivity
+    )

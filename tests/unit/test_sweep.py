@@ -17,9 +17,7 @@ def pendulum() -> fb.System:
     s = fb.System("pendulum")
     L, g = s.parameters(L=1.0, g=9.81)
     s.gravity = (0, -g, 0)
-    s.hinge(
-        "pin", s.ground, s.body("bob", fb.particle(1)), to=(0, L, 0), axis="z", coordinate="theta"
-    )
+    s.hinge("pin", s.ground, s.body("bob", fb.particle(1)), to=(0, L, 0), axis="z", coordinate="theta")
     return s
 
 
@@ -82,7 +80,16 @@ def test_refusals(vary: dict, options: dict, message: str) -> None:
 def test_command_line(tmp_path) -> None:
     run = CliRunner().invoke
     path = tmp_path / "x.nc"
-    arguments = ["sweep", "gyroscope", "--vary", "R=0.05:0.08:3", "--vary", "theta=20deg,60deg", "--until", "0.5"]
+    arguments = [
+        "sweep",
+        "gyroscope",
+        "--vary",
+        "R=0.05:0.08:3",
+        "--vary",
+        "theta=20deg,60deg",
+        "--until",
+        "0.5",
+    ]
     result = run(command, [*arguments, "--output", "max(theta)", "-o", str(path)])
     assert result.exit_code == 0 and "6 finished" in result.output and f"wrote {path}" in result.output
     assert "max(theta)" in result.output and "6 runs of" in result.output

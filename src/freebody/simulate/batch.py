@@ -118,7 +118,9 @@ def simulate_batch(
     return dataset_of(job, results) if kept is None else kept.dataset()
 
 
-def _elsewhere(job: Job, kept: Any, s: Any, until: Any, asked: Mapping[str, Any], executor: Any) -> Iterator[Results]:
+def _elsewhere(
+    job: Job, kept: Any, s: Any, until: Any, asked: Mapping[str, Any], executor: Any
+) -> Iterator[Results]:
     """Results of blocks of lanes that an executor runs."""
     if not hasattr(executor, "submit"):
         raise SimulationError(
@@ -131,7 +133,9 @@ def _elsewhere(job: Job, kept: Any, s: Any, until: Any, asked: Mapping[str, Any]
             high = min(low + size, last)
             lanes = np.arange(low, high)
             values, initial = job.given.part(lanes)
-            tasks.append(executor.submit(_block, s, until, {**asked, "values": values, "initial": initial}, low))
+            tasks.append(
+                executor.submit(_block, s, until, {**asked, "values": values, "initial": initial}, low)
+            )
     try:
         for task in tasks:
             yield task.result()
@@ -451,7 +455,11 @@ class _Loop:
         )  # fmt: skip
         if new.values.size:
             part.values[rows[:, None], self.order] = new.values
-        part.reduced[rows], part.event_times[rows], part.counts[rows] = new.reduced, new.event_times, new.counts
+        part.reduced[rows], part.event_times[rows], part.counts[rows] = (
+            new.reduced,
+            new.event_times,
+            new.counts,
+        )
         part.ends[rows] = new.ends
         part.kept[rows] = new.kept
 

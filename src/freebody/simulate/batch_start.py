@@ -50,7 +50,9 @@ class Lanes:
         """Values and initial values of some lanes, as a user would give them."""
         columns = {name: x[lanes] if np.ndim(x) else float(x) for name, x in self.columns.items()}
         start = {
-            name: ([x[k] for k in lanes] if isinstance(x, list) else x[lanes]) if name in self.varied[1] else x
+            name: ([x[k] for k in lanes] if isinstance(x, list) else x[lanes])
+            if name in self.varied[1]
+            else x
             for name, x in self.initial.items()
         }
         return columns, start

@@ -36,7 +36,11 @@ def _variables(job: Any) -> dict[str, tuple[tuple[str, ...], Any, dict[str, str]
     if job.specs:
         first = "first time of each event; nan where it did not happen"
         result["event_time"] = (("lane", "event"), "f8", {"units": "s", "long_name": first})
-        result["event_last"] = (("lane", "event"), "f8", {"units": "s", "long_name": "last time of each event"})
+        result["event_last"] = (
+            ("lane", "event"),
+            "f8",
+            {"units": "s", "long_name": "last time of each event"},
+        )
         result["event_count"] = (("lane", "event"), "i8", {"long_name": "how often each event happened"})
     result["end"] = (("lane",), "f8", {"units": "s", "long_name": "time at which the run ended"})
     result["steps"] = (("lane",), "i8", {"long_name": "accepted steps"})

@@ -263,7 +263,15 @@ def lanes(
             if many > 0:
                 for k in range(1, done + 1):
                     widen(
-                        kernels[REDUCED], times[k], states, k * n, c, spare, many, reduced, lane * many * EXTREMES
+                        kernels[REDUCED],
+                        times[k],
+                        states,
+                        k * n,
+                        c,
+                        spare,
+                        many,
+                        reduced,
+                        lane * many * EXTREMES,
                     )
             reach = given
             while reach < count and (wanted[reach] - now) * direction <= 0.0:

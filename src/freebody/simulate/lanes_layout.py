@@ -10,7 +10,16 @@ ADDRESSES = 7
 # events asked for, events watched (rates of extremes are the rest), outputs at a time, times, quantities with extremes,
 # steps between two looks at the outputs, steps at most, whether the work is the last component, whether a stiff lane
 # stops, residuals of the conditions that were redundant at the start
-N, WIDTH_OF_ROW, N_WORK, N_QUATERNIONS, N_PARAMETERS, N_CONSTANTS, N_EVENTS, N_WATCHED = 0, 1, 2, 3, 4, 5, 6, 7
+N, WIDTH_OF_ROW, N_WORK, N_QUATERNIONS, N_PARAMETERS, N_CONSTANTS, N_EVENTS, N_WATCHED = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+)
 N_OUTPUTS, N_TIMES, N_REDUCED, ROOM, LIMIT, WORKS, STIFF_ASKED, N_DROPPED = 8, 9, 10, 11, 12, 13, 14, 15
 SIZES = 16
 

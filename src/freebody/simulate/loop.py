@@ -142,7 +142,9 @@ def _loaded(
     return functions, library
 
 
-def _standalone(compiled: Mapping[str, Any], names: Sequence[str] = CALLED) -> tuple[dict[str, Any], bytes] | None:
+def _standalone(
+    compiled: Mapping[str, Any], names: Sequence[str] = CALLED
+) -> tuple[dict[str, Any], bytes] | None:
     """Header and object code of numba's functions; None if they need numba or Python to run."""
     context = llvm.create_context()
     once = {id(f): f for f in compiled.values()}  # a method may use one function in two places

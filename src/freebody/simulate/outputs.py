@@ -72,7 +72,9 @@ def outputs_of(model: Model, outputs: Any) -> Output:
     numbers: dict[str, tuple[str, int]] = {}
     for name, value in items:
         if name in timed or name in numbers:
-            raise SimulationError(f"The output '{name}' is asked for twice. Leave one out, or name it otherwise.")
+            raise SimulationError(
+                f"The output '{name}' is asked for twice. Leave one out, or name it otherwise."
+            )
         how, inside = _reduction(value)
         expression = _expression(model, inside, name)
         if how:

@@ -109,9 +109,7 @@ class Variation:
         y = [*state.q, *state.u]
         if self.kernels.works:
             y.append(tape.input("work done"))
-        rows = [
-            [tape.input(f"derivative {i} by {one.name}") for i in range(len(y))] for one in self.unknowns
-        ]
+        rows = [[tape.input(f"derivative {i} by {one.name}") for i in range(len(y))] for one in self.unknowns]
         return tape, state, y, rows, [state.values[p.symbol] for p in model.parameters]
 
     def _along(
@@ -308,7 +306,9 @@ def sensitive_motion(
         rows = variation.start(state, numbers, initial)
     n, k = kernels.size, len(variation.unknowns)
     y = np.concatenate([state, np.zeros(n - state.size), rows.ravel()])
-    rates = Rates(program.address("rates"), y.size, program.constants(parameters), tuple(model.quaternions), program)
+    rates = Rates(
+        program.address("rates"), y.size, program.constants(parameters), tuple(model.quaternions), program
+    )
     if model.constraints and kernels.active:
         rates = replace(rates, projection=program.address("projection"), projected=y.size)
     relative, absolute = np.tile(tolerances, 1 + k), np.tile(tolerances, 1 + k)

@@ -267,7 +267,9 @@ def _given(chosen: Sequence[Any], guesses: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _first(one: Any, guesses: Mapping[str, Any], numbers: Mapping[str, float], starts: Any, model: Any) -> float:
+def _first(
+    one: Any, guesses: Mapping[str, Any], numbers: Mapping[str, float], starts: Any, model: Any
+) -> float:
     """Where the search begins."""
     from ..simulate.initial import number
 
@@ -313,7 +315,9 @@ def _measured(model: Any, run: Any, begin: float) -> tuple[Array, dict[str, Arra
                 f"Expected {times.size} measured values of '{name}', one for each time, got shape {array.shape}."
             )
         if np.isinf(array).any():
-            raise SimulationError(f"Expected finite measured values of '{name}' (nan where there is none), got inf.")
+            raise SimulationError(
+                f"Expected finite measured values of '{name}' (nan where there is none), got inf."
+            )
     return times, arrays
 
 
@@ -322,7 +326,9 @@ def _weights(sigma: Any, quantities: list[str], measured: Any) -> list[dict[str,
     given = dict(sigma or {})
     for name in given:
         if name not in quantities:
-            raise SimulationError(f"Expected measured quantities in sigma, {', '.join(quantities)}; got '{name}'.")
+            raise SimulationError(
+                f"Expected measured quantities in sigma, {', '.join(quantities)}; got '{name}'."
+            )
     if given and len(given) < len(quantities):
         missing = [name for name in quantities if name not in given]
         raise SimulationError(

@@ -125,7 +125,9 @@ def _axes(model: Any, vary: Any) -> list[tuple[str, int, np.ndarray]]:
             raise SimulationError(f"Expected different numbers for '{name}' in vary, got {given!r}.")
         axes.append((name, int(name not in parameters), array))
     if math.prod(array.size for *_, array in axes) > 1 << 40:
-        raise SimulationError("Expected fewer than 10^12 runs. Vary fewer parameters, or fewer values of each.")
+        raise SimulationError(
+            "Expected fewer than 10^12 runs. Vary fewer parameters, or fewer values of each."
+        )
     return axes
 
 
