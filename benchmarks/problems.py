@@ -242,8 +242,9 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
         problem.run(1e-9)  # the machine code is made here
         begin = time.perf_counter()
         error = problem.run(problem.tolerance)
+        said = problem.tolerance if isinstance(problem.tolerance, str) else f"{problem.tolerance:.0e}"
         rows.append(
-            [problem.title, problem.judged, problem.tolerance if isinstance(problem.tolerance, str) else f"{problem.tolerance:.0e}", f"{error:.1e}",
+            [problem.title, problem.judged, said, f"{error:.1e}",
              time_text(time.perf_counter() - begin), problem.source]
         )  # fmt: skip
     show(

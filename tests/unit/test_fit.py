@@ -1,4 +1,4 @@
-"""Fits: exact data give back the parameters, noisy data errors of the stated size, idle data a refusal that names why."""
+"""Fits: exact data give back the parameters, noisy data errors of the stated size, idle data a refusal."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ TIMES = np.linspace(0, 4, 81)
 
 def pendulum() -> fb.System:
     s = fb.System("pendulum")
-    m, d, I, c = s.parameters(m=2.0, d=0.3, I=0.5, c=0.0)
+    m, d, inertia, c = s.parameters(m=2.0, d=0.3, I=0.5, c=0.0)
     s.gravity = (0, -9.81, 0)
-    bar = s.body("bar", fb.MassProperties(m, (0, -d, 0), ((9, 0, 0), (0, 9, 0), (0, 0, I))))
+    bar = s.body("bar", fb.MassProperties(m, (0, -d, 0), ((9, 0, 0), (0, 9, 0), (0, 0, inertia))))
     pin = s.hinge("pin", s.ground, bar, axis="z", coordinate="theta")
     s.damper("c", pin, damping=c)
     return s
@@ -110,7 +110,7 @@ def test_parameters_that_the_motion_does_not_tell_apart_are_named() -> None:
         ({"time": [1.0, np.nan], "theta": [1.0, 2.0]}, {}, "Expected finite times"),
         (3, {}, "Expected measured data by name"),
         ([3], {}, "Expected measured data by name"),
-        ({"time": [1.0], "theta": [1.0]}, {"unknown": ["I", "theta"]}, "at least as many measured numbers as unknowns, got 1 for 2"),
+        ({"time": [1.0], "theta": [1.0]}, {"unknown": ["I", "theta"]}, "as many measured numbers as unknowns, got 1 for 2"),
         ({"time": [1.0], "theta": [1.0]}, {"unknown": ["J"]}, "Unknown name 'J' in unknown"),
         ({"time": [1.0], "theta": [1.0]}, {"sigma": {"x": 1}}, "Expected measured quantities in sigma, theta; got 'x'"),
         ({"time": [1.0], "theta": [1.0]}, {"sigma": {"theta": 0}}, "standard deviation greater than 0"),

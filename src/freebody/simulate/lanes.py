@@ -1,7 +1,7 @@
 """The loop over lanes: many runs of one machine, one after another, without Python between them.
 
-A lane is a run with its own parameters and start. It goes through the loop of `stepping` exactly as a run alone does: the
-same first step, the same control, the same states between steps, to the last bit. What a lane leaves is what was asked
+A lane is a run with its own parameters and start. It goes through the loop of `stepping` exactly as a run alone does:
+the same first step, the same control, the same states between steps, to the last bit. What a lane leaves is what was asked
 for: outputs at given times, extremes, first and last times of events, and how it ended; its steps are forgotten.
 
 Outputs at given times are ends of shorter steps (`stepping.sample`), made in memory of their own, so that they do not
@@ -17,28 +17,6 @@ from collections.abc import Callable
 from typing import Any
 
 from . import stepping
-from .layout import (
-    ACCEPTED,
-    ASKED,
-    BLAME,
-    EVENTS,
-    FIXED,
-    INTEGERS,
-    LOGGED,
-    MAX_STEP,
-    NOT_FINITE,
-    OLD_ERROR,
-    POINT,
-    REALS,
-    REJECTED,
-    RUNNING,
-    START,
-    STATE,
-    STEP,
-    TAKEN,
-    TIME,
-    UNTIL,
-)
 from .lanes_layout import (
     DROPPED,
     ENDED,
@@ -49,7 +27,6 @@ from .lanes_layout import (
     LEFT,
     LIMIT,
     LONGEST,
-    N,
     N_DROPPED,
     N_EVENTS,
     N_OUTPUTS,
@@ -72,6 +49,29 @@ from .lanes_layout import (
     WATCHED,
     WIDTH_OF_ROW,
     WORKS,
+    N,
+)
+from .layout import (
+    ACCEPTED,
+    ASKED,
+    BLAME,
+    EVENTS,
+    FIXED,
+    INTEGERS,
+    LOGGED,
+    MAX_STEP,
+    NOT_FINITE,
+    OLD_ERROR,
+    POINT,
+    REALS,
+    REJECTED,
+    RUNNING,
+    START,
+    STATE,
+    STEP,
+    TAKEN,
+    TIME,
+    UNTIL,
 )
 from .machine import Compiled, Integers, Reals, call, greater, lesser, shifted, whole
 
@@ -137,7 +137,9 @@ def first_length(
 
 
 @part
-def widen(kernel: int, t: float, states: Reals, place: int, c: Reals, spare: Reals, count: int, reduced: Reals, j: int) -> None:  # fmt: skip
+def widen(
+    kernel: int, t: float, states: Reals, place: int, c: Reals, spare: Reals, count: int, reduced: Reals, j: int
+) -> None:  # fmt: skip
     """Greatest, smallest and last value of each of ``count`` quantities, with those at one more state."""
     call(kernel, t, states, place, c, spare, 0)
     for k in range(count):

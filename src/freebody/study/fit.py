@@ -2,8 +2,8 @@
 
     minimize  Σ ((x_k(p) - measured_k) / σ_k)²,        covariance of p:  (Jᵀ J)⁻¹,    J_kj = (∂x_k/∂p_j) / σ_k
 
-J is exact: the derivatives are integrated beside the motion (`simulate.sensitivity`). Where σ is not known it is taken as
-equal for all measurements and estimated from what is left over, σ² = Σ r² / (N - n).
+J is exact: the derivatives are integrated beside the motion (`simulate.sensitivity`). Where σ is not known it is taken
+as equal for all measurements and estimated from what is left over, σ² = Σ r² / (N - n).
 
 Sources: Nocedal and Wright, Numerical Optimization (2006), section 10.3; Bard, Nonlinear Parameter Estimation (1974),
 section 7.5.
@@ -336,8 +336,8 @@ def _weights(sigma: Any, quantities: list[str], measured: Any) -> list[dict[str,
         )
     if not given and len(quantities) > 1:
         raise SimulationError(
-            f"Expected sigma= for several measured quantities ({', '.join(quantities)}): how much an error of one counts "
-            "against one of another. Pass their standard deviations, such as sigma={'theta': 0.01, \"theta'\": 0.1}."
+            f"Expected sigma= for several measured quantities ({', '.join(quantities)}): how much an error of one "
+            "counts against one of another. Pass their standard deviations, such as sigma={'theta': 0.01, \"theta'\": 0.1}."
         )
     result = []
     for times, columns in measured:
@@ -380,8 +380,8 @@ def _check_rank(J: Array, p: Array, names: list[str]) -> None:
     idle = [name for name, x in zip(names, lengths, strict=True) if x <= INDISTINCT * largest]
     if idle or largest == 0:
         raise SimulationError(
-            f"The measured motion does not depend on {' and '.join(map(repr, idle or names))}: it can not be found from "
-            "these data. Leave it out of unknown, or measure something that it moves."
+            f"The measured motion does not depend on {' and '.join(map(repr, idle or names))}: it can not be found "
+            "from these data. Leave it out of unknown, or measure something that it moves."
         )
     _, singular, V = np.linalg.svd(scaled / lengths, full_matrices=False)
     if singular[-1] <= INDISTINCT * singular[0]:
@@ -396,8 +396,8 @@ def _check_rank(J: Array, p: Array, names: list[str]) -> None:
         ]
         raise SimulationError(
             f"The measured motion does not tell {', '.join(repr(m.split(' by ')[0]) for m in moved)} apart: changing "
-            f"{', '.join(moved)} together leaves it as it is. Give all but one of them in values=, or measure something "
-            "else, such as a force or a motion from another start."
+            f"{', '.join(moved)} together leaves it as it is. Give all but one of them in values=, or measure "
+            "something else, such as a force or a motion from another start."
         )
 
 
