@@ -7,7 +7,8 @@ from importlib import import_module
 
 from .tables import versions
 
-NAMES = ("equations", "linearize", "dynamics", "motion", "sweep", "contact", "report", "first")
+NAMES = ("equations", "linearize", "dynamics", "motion", "sweep", "references", "contact", "report", "first")
+MODULES = {"references": "problems"}  # those named otherwise
 
 
 def main() -> None:
@@ -26,7 +27,8 @@ def main() -> None:
     limit = options.limit if options.limit is not None else (20.0 if options.quick else 185.0)
     print(versions() + "\n")
     for name in options.names or NAMES:
-        import_module(f"benchmarks.{name}").main(quick=options.quick, repeats=options.repeats, limit=limit)
+        module = import_module(f"benchmarks.{MODULES.get(name, name)}")
+        module.main(quick=options.quick, repeats=options.repeats, limit=limit)
 
 
 if __name__ == "__main__":

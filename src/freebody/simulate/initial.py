@@ -113,7 +113,7 @@ def named_state(
 
 
 def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
-    """Whether a value of a parameter, or of the start, has an axis of lanes; four components of a quaternion are none."""
+    """Whether a value of a parameter, or of the start, has an axis of lanes (the components of a quaternion do not)."""
 
     def many(value: Any, own: int) -> bool:
         if isinstance(value, str) or not isinstance(value, list | tuple | np.ndarray):

@@ -167,7 +167,8 @@ def simulate(
             raise SimulationError("Expected one motion for sensitivities=, got a batch. Leave one out.")
         if tuple(impulses if isinstance(impulses, list | tuple) else [impulses]):
             raise SimulationError(
-                "Expected a batch without impulses=, which change the speeds between steps. Run such motions one by one."
+                "Expected a batch without impulses=, which change the speeds between steps. Run such motions one by "
+                "one."
             )
         return simulate_batch(
             s, until, initial=initial, near=near, project=project, values=values, tolerance=tolerance, events=events,
