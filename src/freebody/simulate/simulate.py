@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..dynamics.mobility import check_bodies, massless_motion
+from ..dynamics.mobility import massless_motion
 from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
 from . import path as runs
@@ -140,10 +140,10 @@ def simulate(
     check_method(method, step)
     kernels = kernels_of(s)
     model = kernels.model
-    numbers = model.values(values)
+    numbers = kernels.values(values)
     begin = number(model, numbers, start, "start")
     numbers = at_time(model, numbers, begin)
-    check_bodies(model, numbers)
+    kernels.check(numbers)
     end = number(model, numbers, until, "until")
     if times is not None and samples is not None:
         raise SimulationError("Expected times= or samples=, got both. Leave one out.")
