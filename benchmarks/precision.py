@@ -1,7 +1,8 @@
 """(g) Work and precision: error at the end of a motion against the time it took, for four machines.
 
 Heavy top and tumbling body against 30-digit references (`references`); chain and crank-rocker against freebody's method
-of order 16 at 1e-15, from which its explicit one at 1e-13 differs by what the title says. Best of several runs in one process; describing and compiling are outside the clock for everybody.
+of order 16 at 1e-15, from which its explicit one at 1e-13 differs by what the title says. Best of several runs in one
+process; describing and compiling are outside the clock for everybody.
 """
 
 from __future__ import annotations

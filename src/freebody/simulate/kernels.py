@@ -27,6 +27,7 @@ from ..dynamics import (
     State,
     coordinate_rates,
     kinetic_energy,
+    mass_matrix,
     poses,
     potential_energy,
     traced_state,
@@ -161,6 +162,20 @@ class Kernels:
             return {**found, "dropped": [x for pair in left.values() for x in pair]} if left else found
 
         return self._large() or self._program("motion", functions)
+
+    def closing(self) -> Program:
+        """Functions of a constrained model: ``residual`` and ``rate`` of all conditions, ``matrix`` G and ``mass`` M."""
+
+        def functions(state: State) -> dict[str, Sequence[Any]]:
+            given = linearized(self.model, state)
+            return {
+                "residual": list(given.residual),
+                "rate": list(given.rate),
+                "matrix": [x for row in given.matrix for x in row],
+                "mass": [x for row in mass_matrix(self.model, state) for x in row],
+            }
+
+        return self._program("closing", functions)
 
     @property
     def dropped(self) -> tuple[str, ...]:

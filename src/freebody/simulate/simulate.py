@@ -156,7 +156,7 @@ def simulate(
     expressions = expressions_of(model, specs)
     check_signals(model)
     if model.constraints:
-        state, active = closed_start(model, numbers, initial or {}, near or {}, begin, project)
+        state, active = closed_start(model, numbers, initial or {}, near or {}, begin, project, kernels)
         kernels = kernels.holding(active)
     else:
         state = initial_state(model, numbers, initial or {})
