@@ -7,7 +7,9 @@ from importlib import import_module
 
 from .tables import versions
 
-NAMES = ("equations", "linearize", "dynamics", "motion", "sweep", "references", "contact", "report", "first")
+NAMES = (
+    "equations", "linearize", "dynamics", "motion", "precision", "sweep", "references", "contact", "report", "first",
+)  # fmt: skip
 MODULES = {"references": "problems"}  # those named otherwise
 
 

@@ -20,6 +20,8 @@ from ..space.rotation import Rotation
 
 def number(model: Model, values: Mapping[str, float], given: Any, what: str) -> float:
     """A finite number from a number, or an expression or text of the parameters."""
+    if type(given) in (int, float) and math.isfinite(given):
+        return float(given)
     expression = model.names.expression(given, what)
     if isinstance(expression, sympy.Basic):
         moving = model.names.depends(expression, "coordinate", "speed", "time")
