@@ -129,8 +129,7 @@ def readable(app: Any, what: str, name: str, value: Any, options: Any, lines: li
     Markup signs in their prose are escaped, and indented paragraphs before the first section become literal.
     """
     result: list[str] = []
-    literal = False
-    section = False
+    literal = section = session = False
     for i, line in enumerate(lines):
         below = lines[i + 1].strip() if i + 1 < len(lines) else ""
         if below and set(below) == {"-"} and line.strip():
@@ -143,7 +142,8 @@ def readable(app: Any, what: str, name: str, value: Any, options: Any, lines: li
                 literal = True
             elif not blank and not line.startswith("    "):
                 literal = False
-        result.append(line if literal or line.lstrip().startswith((">>>", "...")) else _escaped(line))
+        session = bool(line.strip()) and (session or line.lstrip().startswith(">>>"))
+        result.append(line if literal or session else _escaped(line))
     lines[:] = result
 
 
