@@ -7,7 +7,7 @@ from importlib import import_module
 
 from .tables import versions
 
-NAMES = ("equations", "linearize", "dynamics", "motion", "contact", "first")
+NAMES = ("equations", "linearize", "dynamics", "motion", "sweep", "contact", "first")
 
 
 def main() -> None:

@@ -105,6 +105,23 @@ def test_the_two_commands() -> None:
     assert re.search(r'^step "\$bin/pytest"', ci, re.MULTILINE)
 
 
+@pytest.mark.parametrize(
+    "page",
+    [
+        "README.md",
+        "CONTRIBUTING.md",
+        "docs/conventions.md",
+        "docs/decisions.md",
+        "docs/model-files.md",
+        "docs/analysis.md",
+        "docs/constraints.md",
+        "docs/integrators.md",
+        "docs/contact.md",
+        "docs/plots.md",
+        "docs/report.md",
+        "docs/contact-simulation.md",
+    ],
+)
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", *PAGES])
 def test_links_lead_somewhere(page: str) -> None:
     """Pages that the build makes are for its own warnings to watch."""
@@ -188,6 +205,16 @@ def test_the_documentation_is_built(tmp_path: Path) -> None:
 def _without_links(path: Path) -> str:
     """A page without the links that a reader may follow."""
     return re.sub(r"<a\b[^>]*>", "", path.read_text(encoding="utf-8"))
+
+
+def test_constraints_page(capsys: pytest.CaptureFixture[str]) -> None:
+    """Every block that begins with an import runs, and prints the block of text below it."""
+    page = (ROOT / "docs" / "constraints.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(import .*?)```\n\n```text\n(.*?)```\n", page, re.DOTALL)
+    assert len(blocks) == page.count("```python\nimport") == page.count("```text") > 0
+    for code, printed in blocks:
+        exec(compile(code, "docs/constraints.md", "exec"), {})
+        assert capsys.readouterr().out == printed, code
 
 
 def test_one_version() -> None:

@@ -213,11 +213,17 @@ def test_tumbling_body(changed: dict[str, float]) -> None:
     close(answers["T"], moments @ w0**2 / 2, ALGEBRA)
     close(answers["H"], np.linalg.norm(moments * w0), ALGEBRA)
     assert answers["H_change"] < MOTION
+    assert all(check.holds for check in found.checks)
     period = answers["period"]
     at = exact.torque_free(moments, w0, np.array([p["t_1"], period]))
     # the linear growth of small deviations about the middle axis multiplies the error of a step
     close(answers["omega(t_1)"], at[0], 100 * MOTION)
     close(at[1], w0, 100 * MOTION)
+    motion = exact.torque_free(moments, w0)
+    assert motion.period == pytest.approx(period, rel=100 * MOTION)
+    close(2 * answers["flip"], period, 100 * MOTION)
+    middle = int(np.argsort(moments)[1])
+    close(answers["axis(t_1)"], motion.attitude(p["t_1"])[:, middle], 100 * MOTION)
     circled = "xyz".index(answers["axis"])
     w = np.stack([found.trajectory[f"flight_w{axis}"] for axis in "xyz"])
     assert (np.sign(w[circled]) == np.sign(w0[circled])).all()

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from . import exact as exact
     from . import testing as testing
     from .compile.program import compile_system as compile  # noqa: F401
+    from .describe.signal import signal as signal
     from .describe.system import System as System
     from .equations import component_forms as forms  # noqa: F401
     from .equations.balancing import balance as balance
@@ -63,6 +64,7 @@ if TYPE_CHECKING:
     from .space.solids import spherical_shell as spherical_shell
     from .space.solids import torus as torus
     from .space.solids import tube as tube
+    from .study.sweep import sweep as sweep
 
 __version__ = "0.1.0"
 
@@ -104,11 +106,13 @@ _EXPORTS = {
     "report": "picture.report",
     "revolve": "space.density",
     "ring": "space.solids",
+    "signal": "describe.signal",
     "simulate": "simulate.simulate",
     "slender_bar": "space.solids",
     "sphere": "space.solids",
     "spherical_shell": "space.solids",
     "steady_motions": "equations.steady",
+    "sweep": "study.sweep",
     "testing": "testing",
     "torus": "space.solids",
     "tube": "space.solids",

@@ -88,6 +88,23 @@ def test_slipping_disk_begins_to_roll():
     assert np.abs(motion["x' + 0.3*turn'"][motion.t > 0.51]).max() < 1e-14
 
 
+def test_friction_of_bounces_adds_up_to_that_of_the_weight():
+    # the normal impulses up to any moment at rest sum to m g t, so the disk rolls when a disk that never bounced would
+    s = disk(0.2)
+    s2 = fb.System("bouncing disk")
+    R, m, g, mu, e = s2.parameters(R=0.3, m=10, g=G, mu=0.2, e=0.3)
+    s2.gravity = (0, -g, 0)
+    body = s2.body("disk", fb.disk(m, R))
+    s2.planar("rail", s2.ground, body, coordinate="x y turn")
+    s2.contact("floor", body.circle(R), s2.ground.plane(normal="y"), friction=mu, restitution=e)
+    rolls = fb.simulate(s, 1, initial={"y": 0.3, "x'": 3.0}).events[-1].time
+    motion = fb.simulate(s2, 1, initial={"y": 0.45, "x'": 3.0})
+    assert [event.name for event in motion.events].count("impact") > 5
+    assert motion.events[-1].time == pytest.approx(rolls, abs=1e-12)
+    assert motion.at(1)["x'"] == pytest.approx(2, rel=1e-12)
+    assert motion.energy.relative_residual < 1e-13
+
+
 def test_static_friction_holds_more_than_kinetic():
     s = fb.System("block")
     g, mu, mus, rate = s.parameters(g=G, mu=0.2, mus=0.3, rate=2.0)
@@ -335,7 +352,7 @@ def test_refusals_of_contact():
         fb.simulate(s, 1, initial={"y": 0.3}, impacts="at once")
     with pytest.raises(SimulationError, match="Unknown contact 'flor'; did you mean 'floor'"):
         fb.simulate(s, 1, initial={"y": 0.3}).contacts["flor"]
-    with pytest.raises(SimulationError, match="step= is the step of method='timestepping'"):
+    with pytest.raises(SimulationError, match='got step=0.001. Steps of one length are those of method="timestepping"'):
         fb.simulate(s, 1, initial={"y": 0.3}, step=1e-3)
     with pytest.raises(SimulationError, match="impulses= is for machines without contacts"):
         fb.simulate(s, 1, initial={"y": 0.3}, impulses=[fb.blow(0.5, impulse=(1, 0, 0))])

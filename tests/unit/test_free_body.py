@@ -7,6 +7,7 @@ import sympy
 from sympy import cos, sin
 
 import freebody as fb
+from freebody.errors import ModelError
 
 
 @pytest.fixture
@@ -196,3 +197,34 @@ def test_a_generalized_force_is_a_load_along_the_joint():
     body = fb.equations(s).free_body("wheel")
     assert body.moments["Q"] == sympy.ImmutableMatrix([0, 0, T])
     assert body.equations[5].lhs == T
+
+
+def test_free_body_at_values_that_a_contact_keeps():
+    """A disk on a corner: with x = y = 0 the directions of N and T are those of the line of centres."""
+    s = fb.System("disk on a corner")
+    m, R, g = s.parameters(m=3, R=0.25, g=9.81)
+    s.gravity = (0, -g, 0)
+    disk = s.body("disk", fb.disk(m, R))
+    s.planar("plane", s.ground, disk, to=(0, -R, 0), coordinate="x y theta")
+    s.contact("O", disk.circle(R), s.ground.point(0, 0, 0), friction=1)
+    whole = fb.equations(s, modes={"O": "stick"}).free_body("disk")
+    held = {name + dots: 0 for name in "xy" for dots in ("", "'", "''")}
+    kept = whole.at(held)
+    assert (
+        "force x:  -N_O*sin(theta) + T_O*cos(theta) = -m*R*(theta''*cos(theta) - theta'^2*sin(theta))"
+        in kept.text()
+    )
+    assert "moment z:  R*T_O = m*R^2*theta''/2" in kept.text()
+    # the same numbers as the whole equations there
+    for mine, full in zip(kept.equations, whole.equations, strict=True):
+        put = {whole._e.model.names.atoms[name]: 0 for name in ("x", "y")}
+        put |= {
+            symbol: 0 for speed in whole._e.model.speeds[:2] for symbol in (speed.symbol, speed.acceleration)
+        }
+        left = (full.lhs - full.rhs).xreplace(put) - (mine.lhs - mine.rhs)
+        assert sympy.simplify(left.subs(R, sympy.Rational(1, 4))) == 0
+    assert "T_O " not in whole.at({**held, "T_O": 0}).text()
+    with pytest.raises(
+        ModelError, match="Unknown coordinate, speed or reaction 'thetta'; did you mean 'theta'"
+    ):
+        whole.at({"thetta": 0})

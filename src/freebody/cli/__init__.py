@@ -21,6 +21,7 @@ from .equations import equations
 from .gallery import gallery
 from .report import report
 from .run import run
+from .sweep import sweep
 from .view import view
 
 __all__ = ["command", "main"]
@@ -35,7 +36,7 @@ def command() -> None:
     """
 
 
-for subcommand in (gallery, run, report, view, equations, analyze, check, draw, chapter):
+for subcommand in (gallery, run, sweep, report, view, equations, analyze, check, draw, chapter):
     command.add_command(subcommand)
 
 

@@ -410,19 +410,25 @@ class _Inquiry:
         """The steady motions in numbers, and the values of free unknowns that were assumed for it."""
         motions = self.motions
         given = {name: x for name, x in self.about.items() if name in motions.unknowns}
-        try:
-            return tuple(motions.at({**self.values, **given})), {}
-        except FreebodyError as error:
-            first = error
+        first: FreebodyError | None = None
+        # rates of ball and free joints that nobody gave are not searched for: every turn and mirror image is a root
+        if not self.e.model.quaternions or set(motions.rates) & set(motions.unknowns) <= set(given):
+            try:
+                return tuple(motions.at({**self.values, **given})), {}
+            except FreebodyError as error:
+                first = error
         for names in self._choices():
             assumed = {name: self.start.get(name, float(0)) for name in names if name not in given}
             try:
                 found = tuple(motions.at({**self.values, **given, **assumed}))
-            except FreebodyError:
+            except FreebodyError as error:
+                first = first or error
                 continue
             if found:
                 return found, assumed
-        raise first
+        if first is not None:
+            raise first
+        return (), {}
 
     def _choices(self) -> list[list[str]]:
         """Sets of unknowns to give: those free in closed form if the start says what they are, all rates, the rest."""

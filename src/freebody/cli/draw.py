@@ -24,8 +24,10 @@ from .model import Number, Setting, find, settings_of
 )
 @click.option(
     "--mode",
-    type=click.Choice(["symbolic", "scale", "blank"]),
-    help="Of the arrows; to scale at a time of the motion.",
+    "modes",
+    metavar="symbolic|scale|blank|CONTACT=MODE",
+    multiple=True,
+    help="Of the arrows (to scale at a time of the motion); or of a contact, such as floor=stick (repeatable).",
 )
 @click.option("--dimensions/--no-dimensions", default=None, help="Whether lengths are written.")
 @click.option("--set", "settings", type=Setting(), multiple=True, help="Value of a parameter (repeatable).")
@@ -40,7 +42,7 @@ def draw(
     model: str,
     body: str | None,
     place: tuple[str, ...],
-    mode: str | None,
+    modes: tuple[str, ...],
     dimensions: bool | None,
     settings: tuple[tuple[str, float], ...],
     output: Path | None,
@@ -51,6 +53,7 @@ def draw(
     freebody draw four-bar -o four_bar.pdf
     freebody draw ex-6-5 --body bar --at theta=30deg
     freebody draw ex-6-5 --body all --at 0.5        to scale, 0.5 s after the start
+    freebody draw disk.toml --body disk --mode floor=stick
     """
     from ..errors import ModelError, nearest
     from ..picture.draw import draw as drawn
@@ -70,9 +73,14 @@ def draw(
         raise click.UsageError(
             f"-o: expected a file name that ends in {', '.join(FORMATS)}, got '{path.name}'."
         )
+    mode, contacts = _modes(modes)
     values = settings_of(system, settings)
     options: dict[str, Any] = {"values": values}
     at, time = _place(place)
+    if contacts:
+        if time is not None:
+            raise click.UsageError("--mode CONTACT=MODE: at a time of the motion, contacts have its modes.")
+        options["modes"] = contacts
     if time is not None:
         outcome = found.run(values, max(time, 1e-9), None)
         system, options = outcome.system, {"trajectory": outcome.trajectory, "at": time}
@@ -82,6 +90,11 @@ def draw(
         options["near"] = {
             name: value for name, value in found.near.items() if name in known and name not in at
         }
+    if time is None and contacts == {} and body is not None and system.contacts:
+        click.echo(
+            f"Contacts are drawn open; --mode {next(iter(system.contacts))}=stick draws the forces of one.",
+            err=True,
+        )
     if dimensions is not None:
         options["dimensions"] = dimensions
     if body is None:
@@ -92,6 +105,25 @@ def draw(
         picture = free_body_diagram(system, body, mode=mode, **options)
     picture.save(path)
     click.echo(f"Wrote {path}")
+
+
+def _modes(given: tuple[str, ...]) -> tuple[str | None, dict[str, str]]:
+    """The mode of the arrows, and those of contacts."""
+    contacts: dict[str, str] = {}
+    arrows: list[str] = []
+    for one in given:
+        name, sign, value = one.partition("=")
+        if sign:
+            contacts[name.strip()] = value.strip()
+        elif one in ("symbolic", "scale", "blank"):
+            arrows.append(one)
+        else:
+            raise click.UsageError(
+                f"--mode: expected symbolic, scale, blank, or a contact's mode such as floor=stick, got '{one}'."
+            )
+    if len(arrows) > 1:
+        raise click.UsageError(f"--mode: expected one mode of the arrows, got {', '.join(arrows)}.")
+    return (arrows[0] if arrows else None), contacts
 
 
 def _place(given: tuple[str, ...]) -> tuple[dict[str, str], float | None]:

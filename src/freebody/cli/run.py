@@ -14,6 +14,7 @@ from .model import Number, Setting, find, settings_of
 from .table import Grid, significant
 
 MOST = 24  # events, and modes of contacts, that are listed
+LARGEST = 12  # speeds of a machine whose diagrams are drawn
 WIDEST = 50  # characters of an answer in the table; equations stand below it
 
 
@@ -220,10 +221,12 @@ def write_products(outcome: Any, folder: Path) -> list[Path]:
             content if content.endswith("\n") else content + "\n", encoding="utf-8"
         )
 
+    folder_of = diagrams(outcome)
     products: dict[str, Callable[[Path], Any]] = {
         "equations.txt": text(outcome.equations.text()),
         "equations.tex": text(outcome.equations.latex()),
         "trajectory.nc": lambda path: outcome.trajectory.save(path),
+        **{name: text(svg) for name, svg in folder_of.items()},
         **outcome.plots,
     }
     files = []
@@ -232,6 +235,28 @@ def write_products(outcome: Any, folder: Path) -> list[Path]:
             product(new)
         files.append(folder / name)
     return files
+
+
+def diagrams(outcome: Any) -> dict[str, str]:
+    """The drawing of the machine and the free-body diagram of every body as SVG, by file name; none of very large
+    machines."""
+    import re
+
+    from ..picture.draw import draw
+    from ..picture.free_body_diagram import free_body_diagram
+    from ..picture.phases_drawn import most_lasting
+
+    e = most_lasting(outcome.equations, outcome.trajectory)
+    if e.model.n_u > LARGEST:
+        return {}
+    known = set(e.model.coordinate_names)
+    near = {name: x for name, x in outcome.entry.near.items() if name in known}
+    options: dict[str, Any] = {"values": outcome.values, "near": near}
+    result = {"drawing.svg": draw(e, **options).svg}
+    for name in e.model.bodies:
+        safe = re.sub(r"[^\w-]", "_", name)
+        result[f"free_body_{safe}.svg"] = free_body_diagram(e, name, **options).svg
+    return result
 
 
 def plain(value: Any) -> Any:

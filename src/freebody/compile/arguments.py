@@ -72,6 +72,14 @@ def parameters_given(
     return result
 
 
+def signals_at(model: Model, t: ArrayLike) -> dict[str, Any]:
+    """The constants that signals have at a time, or at the times of a batch."""
+    result: dict[str, Any] = {}
+    for placed in model.signals:
+        result.update(placed.settings(float(array(t, "t"))) if np.ndim(t) == 0 else placed.columns(t))
+    return result
+
+
 def place_of(model: Model, point: Any) -> Any:
     """A point of a body of the model; a body, or its name, stands for its origin."""
     if isinstance(point, str):

@@ -20,6 +20,7 @@ from functools import lru_cache
 from typing import Any
 
 from ..dynamics.articulated import accelerated, free_motions, passed_on, pivot
+from ..dynamics.linear import Factorization
 from ..dynamics.state import displaced, flown, turned
 from ..model.model import GROUND, Link, Model
 from ..scalar.algebra import HALF, IDENTITY, ZERO, add, apply, apply_transpose, multiply, scale
@@ -160,7 +161,7 @@ def _recorded(tape: Tape, record: list[Any], given: list[Any], kind: Kind) -> di
     if motion:
         U, m = pivot(motion, tau, I_A, p_A)
         D = [[power(S_k, W) for W in U] for S_k in motion]
-        kept = (motion, U, m, D)
+        kept = (motion, U, m, Factorization(D))
         stored = [*(x for W in U for x in _six(W)), *m, *(x for row in D for x in row)]
     I_a, p_a = passed_on(I_A, p_A, c_, tau if motion else [], kept)
     inward = [*_blocks_list(blocks_to_parent(R_, r_, I_a)), *_six(force_to_parent(R_, r_, p_a)), *stored]
@@ -173,7 +174,7 @@ def _recorded(tape: Tape, record: list[Any], given: list[Any], kind: Kind) -> di
         m = record[start + 6 * count : start + 7 * count]
         rest = record[start + 7 * count :]
         D = [[rest[count * j + k] for k in range(count)] for j in range(count)]
-        rates, a = accelerated(a, (motion, U, m, D))
+        rates, a = accelerated(a, (motion, U, m, Factorization(D)))
     force = []
     if kind.driven and S is not None:
         force = [power(S, plus(blocks_times(I_A, a), p_A))]

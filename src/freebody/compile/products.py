@@ -26,6 +26,7 @@ from ..dynamics import (
     traced_state,
 )
 from ..dynamics.constrained import constrained_dynamics
+from ..dynamics.constraints import linearized, rows
 from ..dynamics.kinematics import angular_velocity, point_velocity
 from ..dynamics.motion import Motion, all_reactions, motion
 from ..dynamics.newton_euler import reactions
@@ -187,6 +188,12 @@ def _reactions_at(r: Recording) -> list[Any]:
     return [x for name in r.model.joints for vector in found[name] for x in vector]
 
 
+def _conditions(r: Recording) -> list[Any]:
+    """G and γ of all conditions, by rows."""
+    given = linearized(r.model, r.state)
+    return [x for row, bias in zip(given.matrix, given.bias, strict=True) for x in (*row, bias)]
+
+
 def _derivatives(r: Recording) -> list[Any]:
     return _flat(derivative(r.tape, r.motion().udot, [*r.state.q, *r.state.u]))
 
@@ -221,6 +228,7 @@ PRODUCTS: dict[str, Product] = {
     "velocities": Product(("q", "u"), _velocities, lambda m: (len(m.bodies), 6)),
     "reactions": Product(("q", "u"), _reactions, lambda m: (len(transmitting(m)), 6), True),
     "reactions_at": Product(("q", "u", "udot"), _reactions_at, lambda m: (len(m.joints), 6)),
+    "conditions": Product(("q", "u"), _conditions, lambda m: (len(rows(m)), m.n_u + 1)),
     "derivatives": Product(("q", "u"), _derivatives, lambda m: (m.n_u, m.n_q + m.n_u), True),
 }
 

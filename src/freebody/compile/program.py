@@ -20,7 +20,8 @@ from ..dynamics import float_state
 from ..dynamics.constrained import closed_coordinates, independent_rows
 from ..errors import ModelError
 from ..model import Model, assemble
-from .arguments import array, checked, is_plain, parameters_given, place_of
+from .arguments import array, checked, is_plain, parameters_given, place_of, signals_at
+from .closed import Singularity, actuator_forces, chosen, completed, singularity
 from .kernels import Kernel, KernelSet
 from .looped import LOOPED, LoopedKernel, LoopedSet, is_large
 from .products import (
@@ -202,11 +203,106 @@ class Program:
         udot: ArrayLike,
         t: ArrayLike = 0.0,
         *,
+        actuators: Any = None,
         values: Mapping[Any, Any] | None = None,
         **named: Any,
     ) -> Array:
-        """Generalized forces τ = M u' + h that the motion needs beyond the model's loads, shape (n_u,) [N, N m]."""
-        return self._run("inverse_dynamics", {"q": q, "u": u, "udot": udot}, t, values, named)
+        """Generalized forces τ that the motion needs beyond the model's loads [N, N m].
+
+        Parameters
+        ----------
+        udot : array, shape (n_u,)
+            Accelerations. With ``actuators`` they keep the constraints, as :meth:`accelerations` finds them.
+        actuators : "all", or names of coordinates or joints, optional
+            Of a machine with constraints: where forces act. Of more actuators than degrees of freedom, the
+            smallest forces Σ τ² of all that give the motion.
+
+        Returns
+        -------
+        ndarray
+            One force for each actuator, in their order (all speeds for "all"); without ``actuators``, τ = M u' + h of
+            the tree without its constraints, shape (n_u,).
+
+        Raises
+        ------
+        ModelError
+            Accelerations that break the constraints, too few actuators, and positions in which they lock up.
+        """
+        tau = self._run("inverse_dynamics", {"q": q, "u": u, "udot": udot}, t, values, named)
+        if actuators is None:
+            return tau
+        places = chosen(self.model, actuators)
+        G, gamma = self._conditions(q, u, t, values, named)
+        return actuator_forces(self.model, tau, G, gamma, np.asarray(udot, dtype=float), places)
+
+    def accelerations(
+        self,
+        q: ArrayLike,
+        u: ArrayLike,
+        given: Mapping[Any, float],
+        t: float = 0.0,
+        *,
+        values: Mapping[Any, Any] | None = None,
+        **named: Any,
+    ) -> Array:
+        """All accelerations u' that keep the constraints, where those of some coordinates are given, shape (n_u,).
+
+        Parameters
+        ----------
+        given : mapping of coordinate or joint to number
+            Second derivatives, ``{"crank": 2.0}``, of as many coordinates as there are degrees of freedom.
+
+        Raises
+        ------
+        ModelError
+            Accelerations that leave others open or contradict the constraints.
+        """
+        G, gamma = self._conditions(q, u, t, values, named)
+        if G.ndim != 2:
+            raise ModelError("Expected one state for accelerations, got a batch.")
+        places = chosen(self.model, list(given)) if given else []
+        return completed(self.model, G, gamma, places, np.array([float(x) for x in given.values()]))
+
+    def singularity(
+        self,
+        q: ArrayLike,
+        t: float = 0.0,
+        *,
+        actuators: Any = None,
+        values: Mapping[Any, Any] | None = None,
+        **named: Any,
+    ) -> Singularity:
+        """Whether a machine with loops is in, or near, a singular position: a branch, or a lock-up of ``actuators``.
+
+        Parameters
+        ----------
+        q : array, shape (n_q,)
+            A position that closes the loops.
+        actuators : names of coordinates or joints, optional
+            Which of them drive the machine; without, only branches are looked for.
+
+        Returns
+        -------
+        Singularity
+        """
+        check_conditions(self.model, self._active)
+        x = np.zeros(self.model.n_u)
+        found = self._run("conditions", {"q": q, "u": x}, t, values, named)
+        if found.ndim != 2:
+            raise ModelError("Expected one position for singularity, got a batch.")
+        M = self._run("mass_matrix", {"q": q}, t, values, named)
+        active = self._active or ()
+        places = None if actuators is None else chosen(self.model, actuators)
+        return singularity(self.model, found[:, :-1], M, len(active), active, places)
+
+    def _conditions(
+        self, q: ArrayLike, u: ArrayLike, t: Any, values: Mapping[Any, Any] | None, named: Mapping[str, Any]
+    ) -> tuple[Array, Array]:
+        """G and γ of the independent conditions."""
+        check_conditions(self.model, self._active)
+        x = self._run("conditions", {"q": q, "u": u}, t, values, named)
+        x = x[..., list(self._active or ()), :]
+        return x[..., :-1], x[..., -1]
 
     def mass_matrix(
         self, q: ArrayLike, t: ArrayLike = 0.0, *, values: Mapping[Any, Any] | None = None, **named: Any
@@ -585,6 +681,8 @@ class Program:
                 out = kernel.unchecked(t, state[0] if len(state) == 1 else np.concatenate(state), c)
                 return out if len(shape) == 1 else out.reshape(shape) if shape else float(out[0])
         parameters = parameters_given(self.model, values, named)
+        if self.model.signals:
+            parameters = {**signals_at(self.model, t), **parameters}
         arrays, time, count = checked(self.model, given, t, parameters)
         if product is None:
             product = self._product(key)

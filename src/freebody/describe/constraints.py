@@ -11,6 +11,7 @@ from ..errors import ModelError
 from .axes import UNIT, direction
 from .constraint import Condition, Constraint, Gear, Rolling, Rope, SpeedCondition
 from .joint import Joint
+from .joints import check_smooth, check_unbroken
 
 if TYPE_CHECKING:
     from .system import System
@@ -45,6 +46,7 @@ def constrain(system: System, condition: Any, *, name: str | None = None) -> Con
         raise ModelError(
             f"Constraint '{name}' depends on {', '.join(speeds)}. A condition on speeds is given by s.constrain_speed."
         )
+    check_smooth(system, expression, f"constraint '{name}'")
     if not system.names.depends(expression, "coordinate"):
         raise ModelError(
             f"Constraint '{name}' holds no coordinate: '{_shown(system, expression)}' says nothing about the motion."
@@ -69,6 +71,7 @@ def constrain_speed(system: System, condition: Any, *, name: str | None = None) 
             f"Speed constraint '{name}' holds no speed: '{_shown(system, expression)}'. A condition on coordinates is "
             f"given by s.constrain."
         )
+    check_unbroken(system, expression, f"speed constraint '{name}'")
     atoms = [system.names.atoms[speed] for speed in speeds]
     for one in atoms:
         slope = sympy.diff(expression, one)

@@ -303,6 +303,7 @@ def _coordinates(system: System, child: Any, name: str, given: Any, defaults: li
             raise ModelError(
                 f"In {what}: a displacement may depend on coordinates, parameters and time, not on {', '.join(speeds)}."
             )
+        check_smooth(system, value, what)
         foreign = [n for n in system.names.depends(value, "coordinate") if n not in system.declared]
         if foreign:
             raise ModelError(
@@ -311,6 +312,31 @@ def _coordinates(system: System, child: Any, name: str, given: Any, defaults: li
             )
         result.append(value)
     return result
+
+
+def check_smooth(system: System, value: Any, what: str) -> None:
+    """A displacement is as smooth as a motion without impacts is."""
+    rough = system.names.rough(value)
+    if rough:
+        raise ModelError(
+            f"In {what}: signal '{rough[0]}' bends or jumps, so that what it moves would need infinite forces. Use "
+            "fb.signal(..., kind='cubic'), which has a velocity and an acceleration (with outside='hold' also "
+            "ends='clamped')."
+        )
+
+
+def check_unbroken(system: System, value: Any, what: str) -> None:
+    """A speed does not jump."""
+    jumps = [
+        name
+        for name in system.names.rough(value)
+        if system.names.signal_named(name).interpolation == "previous"
+    ]
+    if jumps:
+        raise ModelError(
+            f"In {what}: signal '{jumps[0]}' jumps, so that what it moves would need infinite forces. Use "
+            "fb.signal(..., kind='linear') or kind='cubic'."
+        )
 
 
 def _in_use(system: System, atom: Any) -> bool:

@@ -17,6 +17,7 @@ import sympy
 from ..errors import ExpressionError, ModelError, nearest
 from ..scalar.expression import exact
 from ..scalar.parser import parse
+from .signal import Placed, Signal
 
 TIME = sympy.Symbol("t")
 _NOT_REAL = (sympy.I, sympy.oo, -sympy.oo, sympy.zoo, sympy.nan)
@@ -58,6 +59,7 @@ class Names:
         self.kinds: dict[str, str] = {"t": "time"}
         self.atoms: dict[str, Any] = {"t": TIME}
         self.texts: dict[Any, str] = {TIME: "t"}
+        self.signals: dict[Any, Placed] = {}
         self._accelerations: set[Any] = set()
 
     def mark(self) -> int:
@@ -70,6 +72,9 @@ class Names:
             del self.kinds[text]
             atom = self.atoms.pop(text, None)
             self.texts.pop(atom, None)
+        self.signals = {
+            signal: placed for signal, placed in self.signals.items() if signal.name in self.kinds
+        }
 
     def _claim(self, name: str, kind: str) -> None:
         if name in self.kinds:
@@ -106,6 +111,44 @@ class Names:
         self._claim(name, kind)
         return self._register(name, sympy.Function(name)(TIME), kind)
 
+    def _placed(self, expression: Any) -> Any:
+        """An expression in which signals are the polynomials of their pieces; new ones get symbols for these."""
+        if not isinstance(expression, sympy.Basic):
+            return expression
+        found = sorted(expression.atoms(Signal), key=lambda one: one.dummy_index)
+        for one in found:
+            if one in self.signals:
+                continue
+            self._claim(one.name, "signal")
+            endings = ["_start"] * (one.degree > 0) + [f"_c{k}" for k in range(one.degree + 1)]
+            for ending in endings:
+                self._claim(one.name + ending, "signal")
+            symbols = tuple(sympy.Symbol(one.name + ending, real=True) for ending in endings)
+            for symbol in symbols:
+                self._register(symbol.name, symbol, "signal")
+            if one.degree == 0:
+                value = symbols[0]
+            else:
+                x = TIME - symbols[0]
+                value = sum(c * x**k for k, c in enumerate(symbols[1:]))
+            self.atoms[one.name] = value  # the text stands for the polynomial
+            self.signals[one] = Placed(one, symbols, value)
+        return (
+            expression.xreplace({one: self.signals[one].expression for one in found}) if found else expression
+        )
+
+    def rough(self, expression: Any) -> list[str]:
+        """Names of the signals in an expression that are no twice differentiable functions of time."""
+        return sorted(one.name for one in self._signals_in(expression) if not one.smooth)
+
+    def signal_named(self, name: str) -> Signal:
+        """A signal in use."""
+        return next(one for one in self.signals if one.name == name)
+
+    def _signals_in(self, expression: Any) -> list[Any]:
+        symbols = expression.free_symbols if isinstance(expression, sympy.Basic) else set()
+        return [one for one, placed in self.signals.items() if symbols.intersection(placed.symbols)]
+
     def expression(self, value: Any, what: str) -> Any:
         """A number as int or Fraction, text and SymPy as a SymPy expression of known names.
 
@@ -127,6 +170,7 @@ class Names:
             raise ExpressionError(
                 f"In {what}: expected a number, a SymPy expression or text, got {value!r}."
             ) from None
+        result = self._placed(result)
         if not isinstance(result, sympy.Basic):
             return result
         if not isinstance(result, sympy.Expr) or result.has(*_NOT_REAL):
@@ -168,5 +212,7 @@ class Names:
             return []
         if expression in self.texts:
             name = self.texts[expression]
+            if self.kinds[name] == "signal":
+                return [name.rpartition("_")[0]] if "time" in kinds else []
             return [name] if self.kinds[name] in kinds else []
         return sorted({name for part in expression.args for name in self.depends(part, *kinds)})

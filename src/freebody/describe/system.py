@@ -12,11 +12,13 @@ from ..errors import ModelError, nearest
 from ..space.mass import MassProperties
 from . import constraints as _constraints
 from . import contacts as _contacts
+from . import controller as _controller
 from . import joints as _joints
 from . import loads as _loads
 from .body import Body, Point
 from .constraint import Constraint
 from .contact import ContactPair
+from .controller import Controller
 from .joint import Joint
 from .load import Load
 from .looks import drawn_as
@@ -61,10 +63,12 @@ class System:
         self.loads: dict[str, Load] = {}
         self.constraints: dict[str, Constraint] = {}
         self.contacts: dict[str, ContactPair] = {}
+        self.controllers: dict[str, Controller] = {}
         self.declared: dict[str, Any] = {}  # coordinates by name, in order of declaration
         self.about: dict[str, tuple[str, str]] = {}  # name -> (unit, what it is)
         self.positive: set[Any] = set()
         self._parameters: dict[str, Parameter] = {}
+        self._of_signals: dict[Any, tuple[Parameter, ...]] = {}
         self._gravity: tuple[Any, Any, Any] = (0, 0, 0)
 
     # -- symbols --------------------------------------------------------------------------------
@@ -220,6 +224,7 @@ class System:
     rope = _constraints.rope
     rolling = _constraints.rolling
     contact = _contacts.contact
+    controller = _controller.controller
 
     # -- bodies ---------------------------------------------------------------------------------
 
@@ -305,8 +310,15 @@ class System:
 
     @property
     def parameter_list(self) -> Sequence[Parameter]:
-        """The parameters, in order of declaration."""
-        return tuple(self._parameters.values())
+        """The parameters, in order of declaration; then the constants of the signals in use."""
+        for signal, placed in self.names.signals.items():
+            if signal not in self._of_signals:
+                first = placed.settings(float(signal.times[0]))
+                self._of_signals[signal] = tuple(
+                    Parameter(symbol.name, symbol, first[symbol.name]) for symbol in placed.symbols
+                )
+        constants = [one for signal in self.names.signals for one in self._of_signals[signal]]
+        return (*self._parameters.values(), *constants)
 
     def _repr_html_(self) -> str | None:
         """The drawing, in a notebook; a system that can not be assembled yet shows its text."""

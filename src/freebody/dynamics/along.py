@@ -31,6 +31,23 @@ def state_along(model: Model, state: State, u: Sequence[Any], clock: int, order:
     return replaced(state, field, t, [field.series(c) for c in taylor], u)
 
 
+def state_moving(model: Model, state: State, udot: Sequence[Any]) -> State:
+    """The coordinates of second order along the motion with the accelerations ``udot``; speeds stay those of the state.
+
+    What is computed from positions has its exact first and second derivatives as coefficients.
+    """
+    one, two = SeriesField(state.field, 1), SeriesField(state.field, 2)
+    first = coordinate_rates(model, state)
+    u = [one.series([a, b]) for a, b in zip(state.u, udot, strict=True)]
+    q = [one.series([a, b]) for a, b in zip(state.q, first, strict=True)]
+    rates = coordinate_rates(model, replaced(state, one, one.series([state.t, 1]), q, u))
+    taylor = [
+        two.series([a, b, divide(rate.derivative(1), 2) if isinstance(rate, Series) else 0])
+        for a, b, rate in zip(state.q, first, rates, strict=True)
+    ]
+    return replaced(state, two, two.series([state.t, 1]), taylor, state.u)
+
+
 def replaced(state: State, field: Any, t: Any, q: Sequence[Any], u: Sequence[Any]) -> State:
     """The same model and parameters at another instant."""
     return State(state.model, field, t, q, u, state.values)

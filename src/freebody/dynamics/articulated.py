@@ -39,12 +39,13 @@ from ..space.spatial import (
 from .composite import mass_matrix
 from .coordinates import accelerations_of_coordinates, forces_on_displacements
 from .kinematics import velocities
-from .linear import solve_symmetric
+from .linear import Factorization, solve_symmetric
 from .loading import loading
 from .newton_euler import bias
+from .rotors import unturned
 from .state import State
 
-Kept = tuple[Sequence[Spatial], list[Spatial], list[Any], list[list[Any]]]
+Kept = tuple[Sequence[Spatial], list[Spatial], list[Any], Factorization]
 """Of a link: its own motions S, U, m and D."""
 
 
@@ -67,6 +68,7 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
     for i, force in loads.along.items():
         along[i] = along.get(i, 0) + force
 
+    state = unturned(model, state, loads.wrenches)
     V = velocities(model, state)
     count = len(model.links)
     inertia = [blocks(state.inertia(i)) for i in range(count)]
@@ -85,7 +87,7 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
             )
             U, m = pivot(motion, tau, inertia[i], p[i])
             _check_inertia(link, motion, U)
-            D = [[power(S, W) for W in U] for S in motion]
+            D = Factorization([[power(S, W) for W in U] for S in motion])
             kept[i] = (motion, U, m, D)
         if link.parent == GROUND:
             continue
@@ -133,7 +135,7 @@ def passed_on(
     for S in motion:
         I_a = _cleared(I_a, S)
     p_a = plus(p_A, blocks_times(I_a, c))
-    for W, x in zip(U, solve_symmetric(D, m), strict=True):
+    for W, x in zip(U, D.solve(m), strict=True):
         p_a = plus(p_a, times(x, W))
     for S, force in zip(motion, tau, strict=True):
         p_a = _replaced(p_a, S, force)
@@ -143,7 +145,7 @@ def passed_on(
 def accelerated(a: Spatial, kept: Kept) -> tuple[list[Any], Spatial]:
     """y'' of a link's own motions and its acceleration, from A' = a."""
     motion, U, m, D = kept
-    rates = solve_symmetric(D, [x - power(a, W) for x, W in zip(m, U, strict=True)])
+    rates = D.solve([x - power(a, W) for x, W in zip(m, U, strict=True)])
     for S, rate in zip(motion, rates, strict=True):
         a = plus(a, times(rate, S))
     return rates, a
@@ -211,12 +213,12 @@ def _replaced(p: Spatial, S: Spatial, force: Any) -> Spatial:
     return (new, p[1]) if part == 0 else (p[0], new)
 
 
-def _solve_columns(D: list[list[Any]], U: list[Spatial]) -> list[Spatial]:
+def _solve_columns(D: Factorization, U: list[Spatial]) -> list[Spatial]:
     """Rows x of D⁻¹ Uᵀ, as spatial vectors."""
     if len(U) == 1:
-        return [times(divide(1, D[0][0]), U[0])]
+        return [times(divide(1, D.D[0]), U[0])]
     flat = [(*n, *f) for n, f in U]
-    columns = [solve_symmetric(D, [row[k] for row in flat]) for k in range(6)]
+    columns = [D.solve([row[k] for row in flat]) for k in range(6)]
     return [
         ((columns[0][i], columns[1][i], columns[2][i]), (columns[3][i], columns[4][i], columns[5][i]))
         for i in range(len(U))

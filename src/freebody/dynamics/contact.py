@@ -43,7 +43,7 @@ from ..scalar.algebra import (
 )
 from ..scalar.expression import evaluate
 from ..scalar.series import Series
-from .along import state_along
+from .along import state_along, state_moving
 from .kinematics import link_postures, motions, place_of, rotation, velocities
 from .state import State
 
@@ -118,6 +118,14 @@ def _touch(model: Model, state: State, contact: Contact) -> Touch:
     if contact.swapped:
         P, Q, n = Q, P, negate(n)
     return Touch(gap, n, _tangents(model, state, contact, n), P, Q, reach)
+
+
+def reaches_along(
+    model: Model, state: State, contact: Contact, udot: Sequence[Any]
+) -> list[tuple[Any, Any, Any]]:
+    """Value, rate and acceleration of each ``reach`` of an element, along the motion with accelerations ``udot``."""
+    found = touch(model, state_moving(model, state, udot), contact).reach
+    return [(x.c[0], x.derivative(1), x.derivative(2)) if isinstance(x, Series) else (x, 0, 0) for x in found]
 
 
 # --- the pairs of shapes -------------------------------------------------------------------------

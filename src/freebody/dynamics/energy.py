@@ -14,7 +14,7 @@ from ..model.model import Model
 from ..scalar.algebra import HALF, add, apply, dot, scale
 from ..space.spatial import momentum_of, power
 from .kinematics import link_postures, velocities
-from .loading import load_power, spring_energy
+from .loading import Loading, load_power, spring_energy
 from .newton_euler import drive_power
 from .state import State
 
@@ -39,9 +39,10 @@ def potential_energy(model: Model, state: State) -> Any:
     return total
 
 
-def mechanical_power(model: Model, state: State, udot: Sequence[Any]) -> Any:
+def mechanical_power(model: Model, state: State, udot: Sequence[Any], loads: Loading | None = None) -> Any:
     """Rate of change of the total energy: power of loads without potential, and of drives [W].
 
-    ``udot`` is asked for only by drives.
+    ``udot`` is asked for only by drives, and so are ``loads``: all that acts, constraint forces included
+    (the loads of the model if not given).
     """
-    return load_power(model, state) + drive_power(model, state, udot)
+    return load_power(model, state) + drive_power(model, state, udot, loads)

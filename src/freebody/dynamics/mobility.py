@@ -7,11 +7,10 @@ coordinates that together move nothing.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
-from ..errors import MassError, ModelError
+from ..errors import MassError
 from ..model.model import Model
 from .composite import mass_matrix
 from .state import State, float_state
@@ -57,29 +56,3 @@ def check_bodies(model: Model, values: Mapping[str, float]) -> None:
                 properties.check(values)
             except MassError as error:
                 raise MassError(f"Body '{name}': {error}") from None
-
-
-def check_mobility(model: Model, values: Mapping[Any, Any] | None = None) -> None:
-    """Refuse a model in which some motion meets no inertia, in every configuration.
-
-    The mass matrix is formed at one configuration drawn at random, where it is singular with probability
-    zero unless it is singular everywhere.
-
-    Raises
-    ------
-    ModelError
-        The coordinates that move no mass, by name.
-    """
-    rng = np.random.default_rng(6)
-    q = rng.uniform(1, 2, size=model.n_q)
-    for start in model.quaternions:
-        q[start : start + 4] /= np.linalg.norm(q[start : start + 4])
-    names = massless_motion(
-        model, float_state(model, q.tolist(), rng.uniform(1, 2, size=model.n_u).tolist(), values=values)
-    )
-    if names:
-        moves = ", ".join(f"'{name}'" for name in names)
-        raise ModelError(
-            f"The mass matrix is singular: changing {moves} moves no mass, in any configuration. "
-            f"Give a body that moves with it mass or moment of inertia, or remove the coordinate."
-        )

@@ -14,8 +14,9 @@ from ..scalar.algebra import ZERO, add, scale
 from .articulated import forward_dynamics
 from .constrained import constrained_dynamics, constrained_loading, constraint_power
 from .constraints import rows, wrenches
-from .loading import Loading, load_power, loading
-from .newton_euler import drive_power, reactions
+from .energy import mechanical_power
+from .loading import Loading, loading
+from .newton_euler import reactions
 from .state import State
 
 
@@ -45,7 +46,7 @@ def motion(model: Model, state: State, active: Sequence[int] | None = None) -> M
 
 def total_power(model: Model, state: State, moving: Motion) -> Any:
     """Rate of change of the total energy: loads without potential, drives, conditions with explicit time [W]."""
-    power = load_power(model, state) + drive_power(model, state, moving.udot, moving.loads)
+    power = mechanical_power(model, state, moving.udot, moving.loads)
     return power + constraint_power(model, state, moving.multipliers)
 
 

@@ -9,6 +9,7 @@ import sympy
 
 from ..dynamics.kinematics import coordinate_rates
 from ..errors import ModelError, nearest
+from ..model.values import check_assumptions
 
 if TYPE_CHECKING:
     from .equations import Equations
@@ -78,6 +79,8 @@ def numbers(e: Equations, given: Mapping[Any, Any]) -> dict[Any, Any]:
             atoms[known[name]] = _plain(value)
     arrays_given = {name for name in parameters if known[name] in atoms}
     values = model.values({**dict.fromkeys(arrays_given, 0), **constants})
+    if not arrays_given:
+        check_assumptions(model, values)
     for parameter in model.parameters:
         if parameter.name not in arrays_given:
             atoms[parameter.symbol] = values[parameter.name]

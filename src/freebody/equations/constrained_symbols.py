@@ -20,6 +20,7 @@ from ..errors import ModelError
 from ..model.model import Model
 from ..scalar.polynomial import Ring
 from ..scalar.ratio import Ratio
+from ..scalar.zero import is_zero
 from .display import displayed, text
 from .linear_model import LinearModel
 from .linearize_constrained import check_untouched
@@ -367,7 +368,9 @@ def _choice(
 
 
 def _check_balance(model: Model, ring: Ring, residual: Sequence[Any], names: Sequence[str]) -> None:
-    left = {name: _whole(ring, r) for name, r in zip(names, residual, strict=True) if r}
+    left = {
+        name: _whole(ring, r) for name, r in zip(names, residual, strict=True) if not is_zero(_whole(ring, r))
+    }
     if left:
         shown = "; ".join(f"{name}: {text(r, ring)}" for name, r in left.items())
         raise ModelError(

@@ -302,6 +302,22 @@ class FreeBody:
 
         return planar_equations(self)
 
+    def at(self, values: Mapping[str, Any]) -> FreeBody:
+        """The same equations where some coordinates, speeds, accelerations and reactions have known values.
+
+        Parameters
+        ----------
+        values : mapping
+            By name, ``{"x": 0, "x'": 0, "x''": 0}``: numbers or expressions.
+
+        Returns
+        -------
+        FreeBody
+        """
+        from .free_body_at import FreeBodyAt
+
+        return FreeBodyAt(self, values)
+
     def moment_form(self, about: Any) -> MomentForm:
         """Moment equations about a point A in its acceleration: M_A = ρ × m a_A + I_A α + ω × I_A ω.
 

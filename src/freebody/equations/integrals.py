@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError, nearest
 from ..scalar.substitute import Substitution, arrays
+from ..scalar.zero import is_zero
 from .along_motion import numbers, random_numbers, rate_of, residuals_of
 from .candidates import candidates
 from .display import latex, text
@@ -271,7 +272,7 @@ def remainder(e: Equations, canonical: Any, mu: Sequence[Any], nu: Sequence[Any]
     for factor, rate in zip(nu, e.conditions.rate, strict=True):
         if factor != 0:
             total = total - factor * rate
-    return total
+    return 0 if is_zero(total) else total
 
 
 def _proven(e: Equations, canonical: Any, mu: Sequence[Any]) -> tuple[Any, ...] | None:
@@ -295,9 +296,9 @@ def _by_constraint(e: Equations, mu: Sequence[Any]) -> tuple[Any, ...] | None:
         along: Any = 0
         for entry, factor in zip(row, mu, strict=True):
             along = along + entry * factor
-        if along == 0:
+        if is_zero(along):
             nu.append(0)
-        elif along == rate:
+        elif is_zero(along - rate):
             nu.append(multiplier)
         else:
             return None

@@ -22,6 +22,7 @@ import sympy
 from ..dynamics.linear import Factorization
 from ..errors import ModelError
 from ..model.model import Model
+from ..model.values import check_assumptions
 from ..scalar.polynomial import Ring
 from . import characteristic, linear_text, modes, response
 from .display import displayed, equation_latex, equation_mathml, equation_text
@@ -189,6 +190,8 @@ class LinearModel:
                 )
             terms[key] = np.array(matrix.xreplace(found).evalf().tolist(), dtype=float).reshape(matrix.shape)
         numbers = {name: float(value) for name, value in given.items()}
+        if all(p.name in numbers for p in self.model.parameters):
+            check_assumptions(self.model, numbers)
         return LinearModel(
             self.model,
             self.coordinates,

@@ -24,11 +24,13 @@ from ..dynamics.state import State
 from ..errors import ModelError, nearest
 from ..model.assemble import assemble
 from ..model.model import Model
+from ..model.values import check_assumptions
 from ..scalar.algebra import Field, floats
 from ..scalar.arrays import arrays, column
 from ..scalar.dual import DualField, slope_of, value_of
 from ..scalar.expression import evaluate
 from ..scalar.polynomial import Ring
+from ..scalar.zero import is_zero
 from .display import text
 from .linear_model import LinearModel
 from .operating_point import (
@@ -174,7 +176,7 @@ def _where(model: Model, where: Mapping[Any, Any]) -> dict[Any, Any]:
 
 
 def _balanced(model: Model, ring: Ring, residual: Sequence[Any]) -> None:
-    left = {name: r for name, r in zip(tangent_names(model), residual, strict=True) if r != 0}
+    left = {name: r for name, r in zip(tangent_names(model), residual, strict=True) if not is_zero(r)}
     if not left:
         return
     time = ring.generator(model.names.atoms["t"]).mask
@@ -370,6 +372,7 @@ def _numbers(model: Model, where: Mapping[Any, Any], values: Mapping[Any, Any]) 
     numbers = {symbol: plain[p.name] for symbol, p in known.items()}
     for symbol, x in replaced.items():
         numbers[symbol] = float(_evaluated(model, x, numbers, "`where`"))
+    check_assumptions(model, _by_name(model, numbers))
     return numbers
 
 

@@ -110,6 +110,8 @@ def roots(
         Fewer conditions than unknowns on every branch.
     """
     known = set(unknowns)
+    if unknowns and all(_holds(ring, x, known, given) for x in conditions):  # all unknowns are open
+        return [(np.zeros(len(unknowns)), float(0), float(0))]
     choices = []
     for x in conditions:
         pieces = factors(ring, x, known)
@@ -146,6 +148,12 @@ def roots(
 
 class Underdetermined(Exception):
     """Fewer conditions than unknowns."""
+
+
+def _holds(ring: Ring, x: Any, known: set[Any], given: Mapping[Any, Any]) -> bool:
+    """Whether a condition has a factor without unknowns that vanishes at what is given."""
+    found = (f for f, _ in ring.factor(x)[1])
+    return any(not ring.atoms_of(f) & known and _vanishes(Pieces(ring, [f], [], given)) for f in found)
 
 
 def _vanishes(one: Pieces) -> bool:

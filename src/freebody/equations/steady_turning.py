@@ -9,7 +9,7 @@ and the ignorable coordinates. In the child's axes, with R the rotation of the j
 R = R_a(θ) R_b(φ): the turn about n is left out, and the spin φ too where b = ζ. Speeds need not be constant: those of a
 body that spins while it precesses turn in its axes. Every symmetry is proven on the canonical equations of motion.
 
-Source: J. E. Marsden, Lectures on Mechanics (1992), chapter 4; Routh, Advanced Rigid Dynamics (6th ed., 1905), §§30-32.
+Source: J. E. Marsden, Lectures on Mechanics (1992), chapter 4.
 """
 
 from __future__ import annotations

@@ -7,8 +7,13 @@ gyroscopes              :func:`gyroscope_moments`, :func:`steady_precession`, :f
 bodies on shafts        :func:`bearing_forces`, :func:`tilted_product`, :func:`tilted_axial`, :func:`dumbbell_product`
 gyroscopic effects      :func:`small_oscillation`, :func:`wheel_torque`, :func:`curve_lean`, :func:`pitching_moment`,
                         :func:`transverse_spin`
+rotors                  :func:`jeffcott`, :func:`jeffcott_start`, :func:`gyrocompass`
+spacecraft              :func:`wheel_turn`, :func:`platform_turn`, :func:`yo_yo`, :func:`cat_turn`,
+                        :func:`cat_bend`, :func:`sink_rates`
 planar machines         :func:`pendulum`, :func:`pendulum_period`, :func:`hinged_bar`, :func:`cart_and_bar`,
-                        :func:`double_pendulum`, :func:`double_pendulum_frequencies`
+                        :func:`double_pendulum`, :func:`double_pendulum_frequencies`,
+                        :func:`struck_bar`, :func:`door_frequency`, :func:`disk_pendulum`,
+                        :func:`airfoil`, :func:`airfoil_motion`, :func:`folding_links`, :func:`folding_equilibrium`
 sliding and tipping     :func:`sliding_body`, :func:`leaning_board`, :func:`braking_car`, :func:`monorail_car`
 rolling and leaving     :func:`pulled_disk`, :func:`rolling_down`, :func:`bar_in_cylinder`, :func:`disk_off_ledge`,
                         :func:`bar_on_ledge`, :func:`disk_in_cylinder`, :func:`falling_bar`
@@ -30,6 +35,7 @@ from .contact import (
     rolling_down,
     sliding_body,
 )
+from .coupled import airfoil, airfoil_motion, folding_equilibrium, folding_links
 from .falling import (
     BarInCylinder,
     BarOnLedge,
@@ -54,6 +60,7 @@ from .gyroscope import (
     top_from_rest,
 )
 from .heavy_top import TopPath, asymptotic_top, top
+from .hinged import disk_pendulum, door_frequency, struck_bar
 from .planar import (
     CartAndBar,
     DoublePendulum,
@@ -64,7 +71,9 @@ from .planar import (
     hinged_bar,
 )
 from .rigid_body import Cones, TorqueFreeMotion
+from .rotor import gyrocompass, jeffcott, jeffcott_start
 from .shaft import bearing_forces, dumbbell_product, tilted_axial, tilted_product
+from .spacecraft import cat_bend, cat_turn, platform_turn, sink_rates, wheel_turn, yo_yo
 from .spinning import curve_lean, pitching_moment, transverse_spin, wheel_torque
 from .swing import pendulum, pendulum_period
 from .torque_free import SymmetricMotion, torque_free, torque_free_symmetric
@@ -90,34 +99,48 @@ __all__ = [
     "TopMotion",
     "TopPath",
     "TorqueFreeMotion",
+    "airfoil",
+    "airfoil_motion",
     "asymptotic_top",
     "bar_in_cylinder",
     "bar_on_ledge",
     "bearing_forces",
     "braking_car",
     "cart_and_bar",
+    "cat_bend",
+    "cat_turn",
     "curve_lean",
     "disk_in_cylinder",
     "disk_off_ledge",
+    "disk_pendulum",
+    "door_frequency",
     "double_pendulum",
     "double_pendulum_frequencies",
     "dumbbell_product",
     "falling_bar",
+    "folding_equilibrium",
+    "folding_links",
+    "gyrocompass",
     "gyroscope_moments",
     "hinged_bar",
+    "jeffcott",
+    "jeffcott_start",
     "leaning_board",
     "least_spin",
     "monorail_car",
     "pendulum",
     "pendulum_period",
     "pitching_moment",
+    "platform_turn",
     "precession_response",
     "pulled_disk",
     "rolling_down",
+    "sink_rates",
     "sleeping_spin",
     "sliding_body",
     "small_oscillation",
     "steady_precession",
+    "struck_bar",
     "tilted_axial",
     "tilted_product",
     "top",
@@ -126,4 +149,6 @@ __all__ = [
     "torque_free_symmetric",
     "transverse_spin",
     "wheel_torque",
+    "wheel_turn",
+    "yo_yo",
 ]

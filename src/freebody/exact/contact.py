@@ -11,7 +11,8 @@ specification); every formula below is derived here, not copied.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan, cos, sin, sqrt, tan
+
+from .elementary import arctan, cos, sin, sqrt, symbolic, tan
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ def sliding_body(
 
     Examples
     --------
-    >>> round(sliding_body(50, 1.2, 0.8, 0.15, 0.0, 0.0, 100).acceleration, 12)
+    >>> round(float(sliding_body(50, 1.2, 0.8, 0.15, 0.0, 0.0, 100).acceleration), 12)
     2.0
     """
     lift = (L * sin(beta) + H * cos(beta)) / 2
@@ -66,6 +67,23 @@ def sliding_body(
     return SlidingBody(a, N_A, N_B, tip, a_tip, N_tip)
 
 
+def tipping_body(
+    m: float, L: float, H: float, D: float, mu: float, beta: float, F: float, g: float = 9.81
+) -> tuple[float, float]:
+    """(acceleration of the mass centre, N_B) of the body of `sliding_body` as it begins to tip about its front foot.
+
+    With α the angular acceleration and y'' = -α L/2, the foot B staying on the floor:
+
+        m a = F cos β - μ N,   -m α L/2 = N - m g + F sin β,
+        m (L² + H²) α/12 = N (L/2 - μ (H/2 + D)) - F (L sin β + H cos β)/2.
+    """
+    spare, lift = L / 2 - mu * (H / 2 + D), (L * sin(beta) + H * cos(beta)) / 2
+    inertia = m * (L**2 + H**2) / 12
+    alpha = ((m * g - F * sin(beta)) * spare - F * lift) / (inertia + m * L / 2 * spare)
+    N = m * g - F * sin(beta) - m * alpha * L / 2
+    return (F * cos(beta) - mu * N) / m, N
+
+
 @dataclass(frozen=True)
 class PulledDisk:
     """Answers of Example 6.3: whether it rolls; acceleration [m/s²], angular acceleration [rad/s²], friction on
@@ -78,7 +96,9 @@ class PulledDisk:
     force_limit: float
 
 
-def pulled_disk(m: float, R: float, h: float, mu: float, F: float, g: float = 9.81) -> PulledDisk:
+def pulled_disk(
+    m: float, R: float, h: float, mu: float, F: float, g: float = 9.81, rolls: bool | None = None
+) -> PulledDisk:
     """Disk on a floor, pulled to the right by a force at the height h, from rest.
 
     m a = F - H,   (m R²/2) α = -F (h - R) - H R.   Rolling, a = -R α:   a = 2 F h/(3 m R),  H = F (1 - 2 h/(3 R)),
@@ -88,6 +108,8 @@ def pulled_disk(m: float, R: float, h: float, mu: float, F: float, g: float = 9.
     ----------
     m, R, h, mu, F, g : float
         Mass [kg], radius, height of the force [m], friction, force [N], gravity [m/s²].
+    rolls : bool, optional
+        Whether it rolls, and h < 3 R/2, where the parameters are symbols; else it follows from them.
 
     Examples
     --------
@@ -95,9 +117,12 @@ def pulled_disk(m: float, R: float, h: float, mu: float, F: float, g: float = 9.
     0.0
     """
     share = 1 - 2 * h / (3 * R)
-    limit = mu * m * g / abs(share) if share else float("inf")
-    rolls = limit >= F
-    friction = F * share if rolls else (mu * m * g if share > 0 else -mu * m * g)
+    if rolls is None:
+        limit = mu * m * g / abs(share) if share else float("inf")
+        rolls, to_left = limit >= F, share > 0
+    else:
+        limit, to_left = mu * m * g / share, True
+    friction = F * share if rolls else (mu * m * g if to_left else -mu * m * g)
     alpha = -2 * (F * (h - R) + friction * R) / (m * R**2)
     return PulledDisk(rolls, (F - friction) / m, alpha, friction, limit)
 
@@ -122,7 +147,7 @@ def rolling_down(m: float, R: float, H: float, slope: float, g: float = 9.81) ->
 
     Examples
     --------
-    >>> round(rolling_down(5, 0.25, 3, 0.5, g=9.0).speed, 12)
+    >>> round(float(rolling_down(5, 0.25, 3, 0.5, g=9.0).speed), 12)
     6.0
     """
     v = sqrt(4 * g * H / 3)
@@ -152,11 +177,23 @@ def leaning_board(mu: float, beta: float, g: float = 9.81) -> LeaningBoard:
 
     Examples
     --------
-    >>> leaning_board(0.5, atan(2), g=10.0).largest
+    >>> leaning_board(0.5, arctan(2), g=10.0).largest
     5.0
     """
     cot = 1 / tan(beta)
-    return LeaningBoard(2 * mu * g - g * cot, g * cot, mu * g, atan(1 / mu))
+    return LeaningBoard(2 * mu * g - g * cot, g * cot, mu * g, arctan(1 / mu))
+
+
+def sliding_board(length: float, mu: float, beta: float, a: float, g: float = 9.81) -> float:
+    """Angular acceleration, upwards +, of the board of `leaning_board` as its lower end begins to slip backwards.
+
+    Both ends keep to floor and wall: with α the angular acceleration, x_C'' = a + (l/2) α sin β and
+    y_C'' = (l/2) α cos β from rest, N = m (g + y_C''), N_w = μ N - m x_C'', and about C
+
+        m l² α/12 = (l/2) (N (μ sin β - cos β) + N_w sin β).
+    """
+    s, c = sin(beta), cos(beta)
+    return (g * (2 * mu * s - c) - a * s) / (length / 6 + length / 2 * (s**2 + c**2 - 2 * mu * s * c))
 
 
 @dataclass(frozen=True)
@@ -210,6 +247,9 @@ def monorail_car(m: float, l: float, h: float, mu: float, g: float = 9.81) -> Mo
     3.0
     """
     front, rear = (mu * g / 2 / (1 - side * mu * h / l) for side in (1, -1))
-    best = max(front, rear)
+    # the load of the front wheel helps, wherever C hangs below the cable
+    best = front if symbolic(mu) else max(front, rear)
     shift = m * best * h / l
-    return MonorailCar(front, rear, "front" if front > rear else "rear", m * g / 2 + shift, m * g / 2 - shift)
+    return MonorailCar(
+        front, rear, "front" if best is front else "rear", m * g / 2 + shift, m * g / 2 - shift
+    )

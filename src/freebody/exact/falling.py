@@ -10,8 +10,9 @@ derived here, not copied.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, atan, cos, pi, sin, sqrt
+from math import nan
 
+from .elementary import arccos, arctan, cos, sin, sqrt, symbolic
 from .swing import pendulum_period
 
 
@@ -37,20 +38,20 @@ def bar_in_cylinder(m: float, R: float, theta_0: float, theta: float, g: float =
 
     Examples
     --------
-    >>> bar_in_cylinder(2, 1, 0.5, 0.5).rate
+    >>> abs(float(bar_in_cylinder(2, 1, 0.5, 0.5).rate))
     0.0
     """
-    h = R / sqrt(2)
+    h = R / sqrt(2 * (R / R))  # exact where R is a symbol
     alpha = -m * g * h * sin(theta) / (2 * m * R**2 / 3)
     square = 2 * m * g * h * (cos(theta) - cos(theta_0)) / (2 * m * R**2 / 3)
-    total = sqrt(2) * (m * g * cos(theta) + m * h * square)
-    difference = sqrt(2) * (m * g * sin(theta) + m * h * alpha)
+    total = sqrt(2 * (R / R)) * (m * g * cos(theta) + m * h * square)
+    difference = sqrt(2 * (R / R)) * (m * g * sin(theta) + m * h * alpha)
     return BarInCylinder(
-        -sqrt(square) if square else 0.0,
+        -sqrt(square),
         alpha,
         (total + difference) / 2,
         (total - difference) / 2,
-        sqrt(3 * g / (2 * sqrt(2) * R)),
+        sqrt(3 * g / (2 * sqrt(2 * (R / R)) * R)),
     )
 
 
@@ -76,12 +77,27 @@ def disk_off_ledge(m: float, R: float, g: float = 9.81) -> DiskOffLedge:
 
     Examples
     --------
-    >>> round(cos(disk_off_ledge(1, 1).theta) * 7, 12)
+    >>> round(float(cos(disk_off_ledge(1, 1).theta)) * 7, 12)
     4.0
     """
-    theta = acos(4 / 7)
-    alpha = 2 * g * sin(theta) / (3 * R)
-    return DiskOffLedge(theta, sqrt(4 * g / (7 * R)), alpha, m * g * sin(theta) / 3, 0.0)
+    root = sqrt(33 * (R / R))  # exact where R is a symbol; sin θ is a seventh of it
+    alpha = 2 * g * root / (21 * R)
+    return DiskOffLedge(arctan(root / 4), sqrt(4 * g / (7 * R)), alpha, m * g * root / 21, 0.0)
+
+
+def disk_slips_on_ledge(mu: float) -> float:
+    """Angle from the vertical at which the disk of `disk_off_ledge` begins to slip on its corner.
+
+    T/N = sin θ/(7 cos θ - 4) = μ:  sin² = 1 - cos² gives  cos θ = (28 μ² + √(33 μ² + 1))/(49 μ² + 1).
+
+    Examples
+    --------
+    >>> theta = disk_slips_on_ledge(0.5)
+    >>> round(float(sin(theta) / (7 * cos(theta) - 4)), 12)
+    0.5
+    """
+    c = (28 * mu**2 + sqrt(33 * mu**2 + 1)) / (49 * mu**2 + 1)
+    return arctan(mu * (7 * c - 4) / c)
 
 
 @dataclass(frozen=True)
@@ -105,12 +121,12 @@ def bar_on_ledge(m: float, L: float, b: float, mu: float, g: float = 9.81) -> Ba
     Examples
     --------
     >>> from math import tan
-    >>> round(tan(bar_on_ledge(2, 1.2, 0.0, 0.4).theta), 12)
+    >>> round(tan(float(bar_on_ledge(2, 1.2, 0.0, 0.4).theta)), 12)
     0.04
     """
     d = L / 2 - b
     k2 = L**2 / 12 + d**2
-    theta = atan(mu * (L**2 / 12) / (L**2 / 12 + 3 * d**2))
+    theta = arctan(mu * (L**2 / 12) / (L**2 / 12 + 3 * d**2))
     return BarOnLedge(
         theta,
         sqrt(2 * g * d * sin(theta) / k2),
@@ -143,7 +159,7 @@ def disk_in_cylinder(
 
     Examples
     --------
-    >>> round(disk_in_cylinder(1, 3, 1, 0.5, 0.0, g=12.0).frequency, 12)
+    >>> round(float(disk_in_cylinder(1, 3, 1, 0.5, 0.0, g=12.0).frequency), 12)
     2.0
     """
     d = R - r
@@ -154,7 +170,7 @@ def disk_in_cylinder(
         m * g * cos(theta) + m * d * square,
         m * g * abs(sin(theta)) / 3,
         sqrt(2 * g / (3 * d)),
-        pendulum_period(theta_0, sqrt(2 * g / (3 * d))),
+        nan if symbolic(theta_0) else pendulum_period(theta_0, sqrt(2 * g / (3 * d))),
     )
 
 
@@ -183,10 +199,13 @@ def falling_bar(m: float, L: float, angle: float, g: float = 9.81) -> FallingBar
 
     Examples
     --------
-    >>> round(falling_bar(2, 1.5, pi / 3).mu_limit * 128 / 15, 12) == round(sqrt(10), 12)
-    True
+    >>> from math import pi
+    >>> round(float(falling_bar(2, 1.5, pi / 3).mu_limit) * 128 / 15, 12)
+    3.162277660168
     """
-    theta = pi / 2 - angle
-    T = 3 * m * g * sin(theta) * (3 * cos(theta) - 2) / 4
-    N = m * g * (1 - 3 * cos(theta)) ** 2 / 4
-    return FallingBar(T / N, T, N, sqrt(3 * g * (1 - cos(theta)) / L), 15 * sqrt(10) / 128, acos(9 / 11))
+    s, c = cos(angle), sin(angle)
+    T = 3 * m * g * s * (3 * c - 2) / 4
+    N = m * g * (1 - 3 * c) ** 2 / 4
+    return FallingBar(
+        T / N, T, N, sqrt(3 * g * (1 - c) / L), 15 * sqrt(10 * (L / L)) / 128, arccos(9 * (L / L) / 11)
+    )

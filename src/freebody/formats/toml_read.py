@@ -19,6 +19,7 @@ from .case import Case
 from .positions import key_lines
 from .table import Document, Table
 from .toml_contacts import read_contact
+from .toml_looks import read_looks
 
 MAX_ENTITIES = 20_000  # parameters, bodies, joints, constraints, contacts and loads together
 
@@ -153,8 +154,9 @@ def _assume(root: Table, condition: str) -> None:
 
 def _body(system: System, name: str, table: Table) -> None:
     mass = _parts(table) if table.has("parts") else _solid(table)
+    shape, color = read_looks(table, SOLIDS, _solid_arguments)
     table.done()
-    table.guard(lambda: system.body(name, mass))
+    table.guard(lambda: system.body(name, mass, shape=shape, color=color))
 
 
 def _parts(table: Table) -> MassProperties:

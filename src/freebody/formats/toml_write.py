@@ -6,6 +6,7 @@ import inspect
 import json
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import sympy
@@ -16,12 +17,13 @@ from ..describe.body import Body, Point
 from ..describe.joint import Joint
 from ..describe.names import is_identifier
 from ..describe.system import System
-from ..errors import FreebodyError
+from ..errors import FormatError, FreebodyError
 from ..scalar.algebra import IDENTITY, ZERO
 from ..space import solids
 from ..space.mass import MassProperties
 from .text import expression_text, toml_number
 from .toml_contacts import written_contact
+from .toml_looks import written_looks
 from .toml_read import JOINTS, SOLIDS, case_from_text
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+\Z")
@@ -61,6 +63,12 @@ class Writer:
     """Texts of the parts of a system."""
 
     def __init__(self, system: System) -> None:
+        if system.controllers or system.names.signals:
+            names = [*system.controllers, *(one.name for one in system.names.signals)]
+            raise FormatError(
+                f"A model file has no words for controllers and signals; '{system.name}' has {', '.join(names)}. Keep "
+                "the description in Python."
+            )
         self.system = system
         self.texts = system.names.texts
 
@@ -163,14 +171,17 @@ class Writer:
     def body(self, body: Body) -> dict[str, str]:
         mass = body.mass_properties
         assert mass is not None
-        solid = self.solid(mass)
+        shape = mass.shape
+        bare = mass if shape is None or not shape.color else replace(mass, shape=replace(shape, color=""))
+        solid = self.solid(bare)
         if solid is not None:
-            return solid
+            return solid | written_looks(self, shape, SOLIDS, True)
         keys = {"mass": self.value(mass.mass)}
         if tuple(mass.center) != ZERO:
             keys["center"] = self.row(mass.center)
         if any(entry != 0 for row in mass.inertia for entry in row):
             keys["inertia"] = self.matrix(mass.inertia)
+        keys |= written_looks(self, shape, SOLIDS, False)
         return keys
 
     def solid(self, mass: MassProperties) -> dict[str, str] | None:

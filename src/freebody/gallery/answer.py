@@ -101,9 +101,12 @@ class Solved:
     plots : dict
         File name -> function that draws it to a path.
     checks : tuple of Check
+    equations : Equations, optional
+        Those that are shown, where contacts make the mode an answer; else those of the entry.
     """
 
     trajectory: fb.Trajectory
     answers: Answers
     plots: Plots
     checks: tuple[Check, ...] = ()
+    equations: Any = None

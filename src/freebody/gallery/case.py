@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -49,6 +48,10 @@ class Case:
     def having(self, **values: float) -> Case:
         """The same system at other values of some parameters."""
         return replace(self, values={**self.values, **values})
+
+    def touching(self, **modes: Any) -> Case:
+        """The same system with its contacts in other modes: ``case.touching(floor="stick")``; the rest is open."""
+        return replace(self, equations=fb.equations(self.system, modes=modes))
 
     def refuse_unless(self, name: str, holds: bool, expected: str) -> None:
         """Refuse a value of a parameter for which the answers do not exist."""
@@ -179,18 +182,20 @@ class Case:
         names = [speed.name + "'" for speed in e.model.speeds]
         return dict(zip(names, found.tolist(), strict=False))
 
-    def simulate(self, until: Any = None, **options: Any) -> fb.Trajectory:
+    def simulate(self, until: Any = None, **options: Any) -> Any:
         """The motion at this case's values and tolerance; options as of :func:`freebody.simulate`."""
         end = self.until if until is None else until
         options = {"values": self.values, "tolerance": self.tolerance, **options}
-        return fb.simulate(self.equations.model, end, **options)
+        # with contacts the modes are found on the way: the machine itself, not the one in the modes of the equations
+        machine = self.system if self.system.contacts else self.equations.model
+        return fb.simulate(machine, end, **options)
 
-    def motion(self, **options: Any) -> fb.Trajectory:
+    def motion(self, **options: Any) -> Any:
         """The motion over the run at as many times as its picture needs: no fewer than `SMOOTH`."""
         trajectory = self.simulate(**options)
         return trajectory if len(trajectory.t) >= SMOOTH else self.simulate(samples=SMOOTH, **options)
 
-    def simulate_to(self, times: Iterable[float], **options: Any) -> fb.Trajectory:
+    def simulate_to(self, times: Iterable[float], **options: Any) -> Any:
         """The motion at ``times`` only, in the order given."""
         wanted = [self._time(t) for t in times]
         return self.simulate(max([*wanted, 1e-9]), times=wanted, **options)
@@ -201,7 +206,7 @@ class Case:
             raise fb.errors.ModelError(f"Expected times of 0 s or later to answer for, got {t:g} s.")
         return t
 
-    def simulate_past(self, name: str, count: int, required: bool = True, **options: Any) -> fb.Trajectory:
+    def simulate_past(self, name: str, count: int, required: bool = True, **options: Any) -> Any:
         """A motion long enough for ``count`` events of a name after the start; it ends there if they are terminal.
 
         Raises
@@ -224,6 +229,27 @@ class Case:
             )
         return trajectory
 
+    def simulate_to_mode(self, contact: str, mode: str, **options: Any) -> tuple[Any, Any]:
+        """A motion in which a contact comes into a mode ("slip" is either sense), and the event that begins it.
+
+        Raises
+        ------
+        SimulationError
+            It does not come in a hundred times the length of the run.
+        """
+        until = self.until
+        while True:
+            trajectory = self.simulate(until, **options)
+            for event in happened(trajectory, contact):
+                if f"→ {mode}" in str(event):
+                    return trajectory, event
+            if until > 100 * self.until:
+                raise fb.errors.SimulationError(
+                    f"Expected contact '{contact}' of '{self.system.name}' to come to '{mode}', but in {until:g} s "
+                    "it does not. Choose values with which it does."
+                )
+            until *= 2
+
 
 def happened(trajectory: fb.Trajectory, name: str) -> list[Any]:
     """The events of a name after the start."""
@@ -235,6 +261,22 @@ def explain(system: fb.System, **about: str) -> None:
     for name, words in about.items():
         unit, _, what = words.partition(": ")
         system.describe(name, unit=unit, about=what)
+
+
+def angle_where(expression: Any, angle: Any) -> Any:
+    """The angle from -90 to 90 degrees at which an expression A sin + B cos is zero: atan(-B/A).
+
+    Raises
+    ------
+    ModelError
+        The expression is not of this form.
+    """
+    numerator = sympy.expand(sympy.numer(sympy.together(sympy.expand(expression))))
+    A, B = (numerator.coeff(f(angle), 1) for f in (sympy.sin, sympy.cos))
+    left = sympy.expand(numerator - A * sympy.sin(angle) - B * sympy.cos(angle))
+    if left != 0 or A.has(angle) or B.has(angle):
+        raise fb.errors.ModelError(f"Expected A sin({angle}) + B cos({angle}) = 0 to solve, got {numerator}.")
+    return sympy.atan(sympy.cancel(-B / A))
 
 
 def mass_properties(body: Any) -> fb.MassProperties:
@@ -252,15 +294,3 @@ def states(trajectory: fb.Trajectory, i: int, names: Mapping[str, str], label: s
         f"{name}({label})": Answer(f"{name} at {label}", float(trajectory[name][i]), unit, how="fb.simulate")
         for name, unit in names.items()
     }
-
-
-def small_frequencies(case: Case, at: Mapping[str, Any]) -> np.ndarray:
-    """Circular frequencies of small oscillation about an equilibrium, lowest first [rad/s].
-
-    det(K - w² M) = 0 with K_ij = d bias_i / dq_j there.
-    """
-    e = case.equations
-    M = case.numbers(e.mass_matrix, at)
-    K = np.array([[case.number(h.diff(q), at) for q in e.coordinates] for h in e.bias])
-    squares = np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real)
-    return np.array([math.sqrt(s) if s > 0 else math.nan for s in squares])

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import freebody as fb
 
-from .answer import Answer, Answers, Plots, Solved
-from .case import Case, explain, small_frequencies, states
+from .answer import Answer, Answers, Plots, Solved, same
+from .case import Case, explain, states
 from .entry import Entry
 
 START = {"theta_1": "theta_10", "theta_2": "theta_20"}
@@ -19,6 +19,7 @@ def build() -> fb.System:
     s = fb.System("double_pendulum")
     m1, m2, L1, L2, g = s.parameters(m1=2.0, m2=1.0, L1=0.8, L2=0.6, g=9.81)
     s.parameters(theta_10=0.5, theta_20=1.0, t_1=1.0, t_2=2.0)
+    s.assume(m1 > 0, m2 > 0, L1 > 0, L2 > 0, g > 0)
     theta_1, theta_2 = s.coordinates("theta_1 theta_2")
     s.gravity = (0, -g, 0)
     link_1 = s.body("link_1", fb.slender_bar(m1, L1, axis="y"))
@@ -63,11 +64,15 @@ def solve(case: Case) -> Solved:
                     "N",
                     how="fb.simulate(s, ...).reactions",
                 )
-    hanging = {"theta_1": 0, "theta_2": 0, "theta_1'": 0, "theta_2'": 0}
-    for k, frequency in enumerate(small_frequencies(case, hanging), 1):
-        answers[f"omega_{k}"] = Answer(
-            f"frequency {k} of small oscillation", float(frequency), "rad/s", how="det(K - w² M) = 0"
+    linear = fb.linearize(case.equations)
+    for k, frequency in enumerate(sorted(linear.natural_frequencies(), key=case.number), 1):
+        answers[f"omega_{k}"] = case.formula(
+            f"frequency {k} of small oscillation", frequency, "rad/s", "fb.linearize(s).natural_frequencies()"
         )
+    energy = case.simulate_to([0.0, case["t_2"]], initial=START).energy
+    checks = (
+        same("energy at t_2 against the start", energy.total[-1], energy.total[0], 1000 * case.tolerance),
+    )
     trajectory = case.motion(initial=START)
     plots: Plots = {
         "angles.png": saved(lambda: history(trajectory, title="Two links")),
@@ -75,7 +80,7 @@ def solve(case: Case) -> Solved:
         "joint.png": saved(lambda: reaction(trajectory, "J", axes="xy")),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
-    return Solved(trajectory, answers, plots)
+    return Solved(trajectory, answers, plots, checks)
 
 
 DOUBLE_PENDULUM = Entry(

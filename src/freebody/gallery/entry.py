@@ -54,7 +54,10 @@ class Outcome:
     def free_bodies(self) -> dict[str, Any]:
         """The free-body equations of the bodies that the entry shows, by name."""
         shown = self.system.bodies if self.entry.bodies is None else self.entry.bodies
-        return {name: self.equations.free_body(name) for name in shown if name != "ground"}
+        found = {name: self.equations.free_body(name) for name in shown if name != "ground"}
+        if self.entry.held:
+            found = {name: body.at(self.entry.held) for name, body in found.items()}
+        return found
 
 
 @dataclass(frozen=True)
@@ -83,6 +86,10 @@ class Entry:
         Of a machine with constraints: coordinates near which it is closed.
     bodies : tuple of str, optional
         The bodies whose free-body equations are shown with the answers; all if not given.
+    modes : mapping, optional
+        Of a machine with contacts: the modes that its equations are for, see :func:`freebody.equations`.
+    held : mapping
+        Values of coordinates, speeds and accelerations that these modes keep: the free bodies are shown with them.
     """
 
     name: str
@@ -95,6 +102,8 @@ class Entry:
     start: Mapping[str, Any] = field(default_factory=dict)
     near: Mapping[str, Any] = field(default_factory=dict)
     bodies: tuple[str, ...] | None = None
+    modes: Mapping[str, Any] | None = None
+    held: Mapping[str, Any] = field(default_factory=dict)
 
     def run(
         self, values: Mapping[str, Any] | None = None, until: Any = None, tolerance: float | None = None
@@ -122,14 +131,14 @@ class Entry:
             model.values(values),
             self.until if until is None else float(until),
             TOLERANCE if tolerance is None else tolerance,
-            fb.equations(model),
+            fb.equations(model, modes=self.modes),
         )
         found = self.solve(case)
         return Outcome(
             self,
             system,
             case.values,
-            case.equations,
+            found.equations or case.equations,
             found.trajectory,
             found.answers,
             found.plots,

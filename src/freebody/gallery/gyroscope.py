@@ -28,7 +28,7 @@ def top(name: str, axis: str = "ZXZ", angles: str = "psi theta phi", **more: Any
     """A gyroscope in Euler angles, or another sequence of angles; ``more`` are further parameters."""
     s = fb.System(name)
     m, R, L, g = s.parameters(m=1.2, R=0.06, L=0.1, g=9.81)
-    s.parameters(theta_0="60deg", Omega_zeta=300.0, **more)
+    s.parameters(**{"theta_0": "60deg", "Omega_zeta": 300.0, **more})
     s.assume(L > 0, g > 0)
     s.gravity = (0, 0, -g)
     rotor = s.body("rotor", fb.disk(m, R))

@@ -10,17 +10,18 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+import numpy as np
 import sympy
 
 import freebody as fb
 
 from ..equations.display import displayed, text
-from .answer import Answer, Answers, Plots, Solved, same
+from .answer import Answer, Answers, Check, Plots, Solved, same
 from .case import Case, explain
 from .entry import Entry
 from .gyroscope import top
 from .pictures import lines
-from .precession import between, steady_root
+from .precession import between, path_class, steady_root
 
 
 def build() -> fb.System:
@@ -158,6 +159,62 @@ def frequency(case: Case, slow: Any) -> Answer:
     )  # fmt: skip
 
 
+PARTS = 2.0 ** -np.arange(8)
+"""Sizes of the change for which the linear theory is measured, over the advance psi' sin(theta_0) of the axis."""
+
+
+def errors(case: Case, slow: Any, w_xi: float, w_eta: float) -> dict[str, np.ndarray]:
+    """Root mean square errors of the linear theory over three nutations, as arcs on the unit sphere, by size.
+
+    The change has the direction of (w_xi, w_eta), that of the nodal axis if there is none, and each of the sizes
+    ``PARTS``. A mean is smooth in the size, as a largest error is not. The errors of
+    small changes are small: the motions are those of a fine tolerance.
+    """
+    theory, theta_0 = linear_theory(), case.atoms["theta_0"]
+    rate, sine = case.number(slow), case.number(sympy.sin(theta_0))
+    period = 2 * np.pi / case.number(theory.at(theory.frequency, rate=slow))
+    t = np.linspace(0, 3 * period, 301)
+    size = float(np.hypot(w_xi, w_eta))
+    direction = (w_xi / size, w_eta / size) if size else (1.0, 0.0)
+    found: dict[str, list[float]] = {"theta": [], "psi sin(theta_0)": []}
+    for part in PARTS:
+        w = [part * abs(rate) * sine * x for x in direction]
+        changes = {"theta_rate": w[0], "psi_rate": w[1] / sine}
+        begun = start(case, slow, *changes.values())
+        exact = case.simulate_to(t, initial=begun, tolerance=min(case.tolerance, 1e-12))
+        for name, scale, errs in zip(("theta", "psi"), (1.0, sine), found.values(), strict=True):
+            x = theory.at(theory.at(getattr(theory, name), omega_n=theory.frequency, **changes), rate=slow)
+            linear = sympy.lambdify(theory.t, case.put(x, case.values), "numpy")(t)
+            errs.append(scale * float(np.sqrt(np.mean((linear - exact[name]) ** 2))))
+    return {name: np.array(errs) for name, errs in found.items()}
+
+
+def orders(found: dict[str, np.ndarray]) -> dict[str, float]:
+    """Order to which each error grows, from three sizes: the next order of the error is cancelled.
+
+    log2(e(w)/e(w/2)) = 2 + c w + O(w²), so twice that of the smaller pair less that of the larger is 2 + O(w²).
+    """
+    slopes = {name: -np.diff(np.log2(errs[4:7])) for name, errs in found.items()}
+    return {name: float(2 * slope[1] - slope[0]) for name, slope in slopes.items()}
+
+
+def growth(found: dict[str, np.ndarray]) -> Any:
+    """The errors over the size of the change, both on logarithmic scales, beside a square."""
+    from ..picture.plots import COLORS, INK, figure
+
+    ax = figure(8, 5).subplots()
+    for (name, errs), color in zip(found.items(), COLORS, strict=False):
+        ax.loglog(PARTS, errs, "o-", color=color, linewidth=1.6, label=name)
+    square = found["theta"][-1] * (PARTS / PARTS[-1]) ** 2 / 2
+    ax.loglog(PARTS, square, "--", color=INK, linewidth=1.2, label="second order")
+    ax.set_xlabel("change of the angular velocity, over psi' sin(theta_0)")
+    ax.set_ylabel("rms error over three nutations [rad]")
+    ax.grid(alpha=0.3, which="both")
+    ax.legend(frameon=False)
+    ax.set_title("Error of the linear theory", loc="left", fontweight="bold")
+    return ax
+
+
 def plots(case: Case, trajectory: fb.Trajectory, theory: dict[str, Any]) -> Plots:
     """theta and psi, linear and exact, and the path of the spin axis."""
     from ..picture.plots import energy_residual, saved
@@ -184,14 +241,36 @@ def plots(case: Case, trajectory: fb.Trajectory, theory: dict[str, Any]) -> Plot
 
 
 def solve(case: Case) -> Solved:
+    from ..picture.plots import saved
+
     slow = slow_precession(case)
     w_xi, w_eta = case.atoms["w_xi"], case.atoms["w_eta"]
     changes = (w_xi, w_eta / sympy.sin(case.atoms["theta_0"]))
     found, theory = theory_and_truth(case, slow, *changes)
     answers: Answers = {"omega_n": frequency(case, slow), **found}
     begun = start(case, slow, *changes)
+    answers["path"] = Answer(
+        "path of the axis on the unit sphere, exact",
+        path_class(case, begun),
+        "",
+        how="fb.equations(s).integrals",
+    )
+    measured = errors(case, slow, case["w_xi"], case["w_eta"])
+    order = orders(measured)
+    answers["error_order"] = Answer(
+        "order to which the error of the linear theta grows with the change", order["theta"], "1",
+        how="fb.simulate at eight sizes of the change",
+    )  # fmt: skip
     trajectory = case.motion(initial=begun)
-    return Solved(trajectory, answers, plots(case, trajectory, theory), (steadiness(case, slow),))
+    pictures = plots(case, trajectory, theory) | {"error.png": saved(lambda: growth(measured))}
+    return Solved(trajectory, answers, pictures, (steadiness(case, slow), *second_order(order)))
+
+
+def second_order(order: dict[str, float]) -> tuple[Check, ...]:
+    """The errors of theta and psi are of the second order, far from the first and the third."""
+    return tuple(
+        Check(f"order of the error of the linear {name}, and 2", abs(x - 2), 0.1) for name, x in order.items()
+    )
 
 
 def steadiness(case: Case, slow: Any) -> Any:
@@ -210,6 +289,7 @@ NUTATION = Entry(
         "frequency of the small oscillation in the linear theory",
         "theta and psi at t_1 in the linear theory",
         "theta and psi at t_1, exact (nonlinear)",
+        "path of the axis: loop, cusp or wave; order of the error of the linear theory",
     ),
     build,
     solve,

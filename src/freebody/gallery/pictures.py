@@ -52,3 +52,30 @@ def tip(trajectory: fb.Trajectory, body: str, title: str, about: Any = None) -> 
     ax.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, frameon=False)
     ax.set_title(title, loc="left", fontweight="bold")
     return ax
+
+
+def seen_in_body(
+    trajectory: fb.Trajectory,
+    body: str,
+    vectors: Any,
+    title: str,
+    remark: str,
+    view: tuple[float, float] = (22.0, 40.0),
+) -> Any:
+    """Path of the direction of vectors (times, 3) in ground axes as a body sees it, on the unit sphere of its axes."""
+    from ..picture import sphere
+
+    own = np.einsum("nji,nj->ni", trajectory.poses[body].rotation, vectors)
+    own /= np.linalg.norm(own, axis=1)[:, None]
+    ax = sphere._axes(None, view)
+    sphere._surface(ax, np.ones(3))
+    for name, end in zip("xyz", np.eye(3), strict=True):
+        ax.plot(*np.array([end, 1.1 * end]).T, color=sphere.INK, linewidth=1.2, zorder=sphere.FRONT)
+        ax.text(
+            *(1.17 * end), name, fontsize=12, color=sphere.INK, ha="center", va="center", zorder=sphere.TEXT
+        )
+    sphere._colored(ax, trajectory.t, own, np.ones(3))
+    sphere._tip(ax, own[0], "", hollow=True)
+    sphere._tip(ax, own[-1], "end")
+    sphere._heading(ax, title, remark)
+    return ax

@@ -7,6 +7,7 @@ symmetry axis; the total spin phi' + psi' cos(theta) is a constant of the motion
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import sympy
@@ -70,6 +71,48 @@ def least_spin(case: Case, theta: Any = "theta_0", spin: str = "Omega_zeta") -> 
     C, B, A = (case.put(c, {"theta": theta}) for c in (C, B, A))
     slope = B.diff(case.atoms[spin])
     return sympy.sqrt(sympy.cancel(4 * A * C / slope**2)) if case.number(A * C) > 0 else sympy.Integer(0)
+
+
+def stop(case: Case) -> tuple[Any, Any]:
+    """Energy and momentum about the vertical at a stop of the axis, theta' = psi' = 0, over cos(theta) there.
+
+    All motions of the same spin have the same two.
+    """
+    still = {"theta'": 0, "psi'": 0, "phi'": "Omega_zeta"}
+    cosine = sympy.cos(case.atoms["theta"])
+    energy, momentum = (
+        sympy.expand(case.put(case.equations.integrals[name].expression, still))
+        for name in ("energy", "momentum of psi")
+    )
+    spin = energy.subs(cosine, 0)
+    return sympy.expand((energy - spin) / cosine), sympy.expand(momentum / cosine)
+
+
+def left_at_stop(case: Case, start: Mapping[str, Any]) -> tuple[Any, Any]:
+    """Where psi' vanishes in a motion, and what is left there of the energy of theta' [J].
+
+    The momentum about the vertical gives cos(theta) where psi' = 0, E the energy that theta' has there. Is there some,
+    the path has loops; is there none, cusps; less than none, psi' never vanishes: waves.
+    """
+    weight, spin = stop(case)
+    energy, momentum = (
+        case.put(case.equations.integrals[name].expression, start) for name in ("energy", "momentum of psi")
+    )
+    still = case.put(
+        case.equations.integrals["energy"].expression,
+        {"theta": sympy.pi / 2, "theta'": 0, "psi'": 0, "phi'": "Omega_zeta"},
+    )
+    cosine = momentum / spin
+    return cosine, energy - still - weight * cosine
+
+
+def path_class(case: Case, start: Mapping[str, Any]) -> str:
+    """Loop, cusp or wave: the path of the axis on the unit sphere, from the integrals of the motion."""
+    cosine, left = (case.number(x) for x in left_at_stop(case, start))
+    weight = abs(case.number(stop(case)[0]))
+    if abs(left) <= 1e-12 * weight and abs(cosine) <= 1:
+        return "cusp"
+    return "loop" if left > 0 and abs(cosine) < 1 else "wave"
 
 
 def between(case: Case, name: str = "theta_0") -> None:

@@ -123,6 +123,7 @@ def checks(case: Case, motion: fb.Trajectory) -> tuple[Check, ...]:
 
 
 def solve(case: Case) -> Solved:
+    from ..picture.cones import cones
     from ..picture.plots import energy_residual, history, saved
     from ..picture.sphere import axis_path
 
@@ -146,11 +147,21 @@ def solve(case: Case) -> Solved:
     def omega(motion: fb.Trajectory, title: str) -> Any:
         return history(motion, ["C_wx", "C_wy", "C_wz"], title=title)
 
+    def rolling(ending: str, one: Case, title: str) -> Any:
+        # both cones once around, and no further
+        slowest = min(abs(answers[f"{name}{ending}"].value) for name in ("Omega", "precession"))
+        once = one.simulate(
+            min(2 * np.pi / slowest, case.until) if slowest else case.until, initial=START, samples=721
+        )
+        return cones(once, "body", title=title)
+
     plots: Plots = {
         "omega.png": saved(lambda: omega(flat, "(a) Flat body: angular velocity in body axes")),
         "omega_b.png": saved(lambda: omega(thin, "(b) Slender body: angular velocity in body axes")),
         "axis_3.png": saved(lambda: cone(flat, "(a) Flat body: path of axis 3")),
         "axis_3_b.png": saved(lambda: cone(thin, "(b) Slender body: path of axis 3")),
+        "cones.png": saved(lambda: rolling("_a", case, "(a) Flat body: cones")),
+        "cones_b.png": saved(lambda: rolling("_b", slender, "(b) Slender body: cones")),
         "energy.png": saved(lambda: energy_residual(flat)),
     }
     return Solved(flat, answers, plots, checks(case, flat))

@@ -6,11 +6,14 @@ falling mass centre, where no weight is felt. The spin is about y but for a smal
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 import freebody as fb
 
-from .answer import Answer, Answers, Plots, Solved
+from ..exact import torque_free
+from .answer import Answer, Answers, Check, Plots, Solved, same
 from .case import Case, explain, happened, mass_properties
 from .entry import Entry
 
@@ -45,6 +48,7 @@ def circled(case: Case, moments: np.ndarray, H: float, T: float) -> str:
 
 
 def solve(case: Case) -> Solved:
+    from ..picture.cones import cones
     from ..picture.plots import energy_residual, history, saved
     from ..picture.sphere import axis_path, polhode
 
@@ -52,12 +56,13 @@ def solve(case: Case) -> Solved:
     inertia = mass_properties(box).inertia
     moments = np.array([case.number(inertia[i][i]) for i in range(3)])
     middle = "xyz"[np.argsort(moments, kind="stable")[1]]
-    name = f"flight_w{middle} rises through 0"
-    events = [fb.event(f"flight_w{middle}", name=name, direction=1)]
+    name = f"flip of {middle}"
+    events = [fb.event(f"flight_w{middle}", name=name)]
     # a body that turns about one of its axes never tumbles
-    long = case.simulate_past(name, 2, required=False, initial=START, events=events)
+    long = case.simulate_past(name, 3, required=False, initial=START, events=events)
     turns = [event.time for event in happened(long, name)]
-    period = turns[1] - turns[0] if len(turns) > 1 else "none: it turns steadily"
+    steady = "none: it turns steadily"
+    flip, period = (turns[1] - turns[0], turns[2] - turns[0]) if len(turns) > 2 else (steady, steady)
 
     trajectory = case.motion(initial=START, events=events)
     H = np.stack([trajectory[part] for part in case.equations.momentum.angular(box.center)], axis=-1)
@@ -68,9 +73,26 @@ def solve(case: Case) -> Solved:
         "T": Answer("kinetic energy", T, "J"),
         "H": Answer("angular momentum", size, "kg m²/s"),
         "axis": Answer("axis that omega circles in the body", circled(case, moments, size, T), ""),
-        "period": Answer("period of omega in the body", period, "s"),
+        "period": Answer(
+            "period of omega in the body",
+            period,
+            "" if isinstance(period, str) else "s",
+            how="fb.simulate, event located",
+        ),
+        "flip": Answer(
+            f"time from one flip to the next: {middle} from nearly along H to nearly against it",
+            flip,
+            "" if isinstance(flip, str) else "s",
+            how="fb.simulate, events located",
+        ),
         "omega(t_1)": Answer(
             "omega in body axes at t_1", tuple(float(at[f"flight_w{axis}"][0]) for axis in "xyz"), "rad/s"
+        ),
+        "axis(t_1)": Answer(
+            f"middle axis, {middle}, in ground axes at t_1",
+            tuple(at.poses["box"].rotation[0][:, "xyz".index(middle)].tolist()),
+            "1",
+            how="fb.simulate",
         ),
         "H_change": Answer(
             "largest change of the angular momentum vector, relative",
@@ -94,16 +116,79 @@ def solve(case: Case) -> Solved:
                 title="Tumbling box: path of its middle axis",
             )
         ),
+        "cones.png": saved(lambda: cones(trajectory, "box", title="Cones of the tumbling box")),
+        "herpolhode.png": saved(lambda: herpolhode(trajectory, H[0])),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
-    return Solved(trajectory, answers, plots)
+    return Solved(trajectory, answers, plots, checks(case, trajectory, moments))
+
+
+def checks(case: Case, motion: fb.Trajectory, moments: np.ndarray) -> tuple[Check, ...]:
+    """Angular velocity and attitude against elliptic functions, as far as the data determine them.
+
+    A small error grows about the middle axis as sinh(lambda t) until the body has flipped, and with time after that.
+    """
+    exact = torque_free(moments, [case[f"w_{axis}"] for axis in "xyz"])
+    bound = 1e5 * case.tolerance
+    omega = np.stack([motion[f"flight_w{axis}"] for axis in "xyz"], axis=-1)
+    return (
+        same("omega, simulated and by elliptic functions", omega, exact.angular_velocity(motion.t), bound),
+        same(
+            "attitude, simulated and by elliptic functions",
+            motion.poses["box"].rotation,
+            exact.attitude(motion.t),
+            bound,
+        ),
+        same(
+            "herpolhode, simulated and by elliptic functions",
+            in_space(motion),
+            exact.herpolhode(motion.t),
+            bound,
+        ),
+    )
+
+
+def in_space(motion: fb.Trajectory) -> np.ndarray:
+    """Angular velocity in ground axes, shape (times, 3) [rad/s]."""
+    own = np.stack([motion[f"flight_w{axis}"] for axis in "xyz"], axis=-1)
+    return np.asarray(np.einsum("nij,nj->ni", motion.poses["box"].rotation, own))
+
+
+def herpolhode(motion: fb.Trajectory, H: np.ndarray) -> Any:
+    """Path of the tip of omega in the plane across H, between its two circles."""
+    from ..picture.plots import COLORS, INK, figure
+    from ..picture.sphere import _across
+
+    n = H / np.linalg.norm(H)
+    first, second = _across(n)
+    w = in_space(motion)
+    x, y = w @ first, w @ second
+    radius = np.hypot(x, y)
+    ax = figure(7, 6.6).subplots()
+    turn = np.linspace(0, 2 * np.pi, 361)
+    for r in (radius.min(), radius.max()):
+        ax.plot(r * np.cos(turn), r * np.sin(turn), "--", color=INK, linewidth=1.0)
+    ax.plot(x, y, color=COLORS[0], linewidth=1.3)
+    ax.plot(x[0], y[0], "o", color=COLORS[1], label="start")
+    ax.plot(0, 0, "+", color=INK, markersize=11, label="angular momentum H")
+    ax.set_aspect("equal")
+    ax.set_xlabel("omega across H [rad/s]")
+    ax.set_ylabel("[rad/s]")
+    ax.grid(alpha=0.3)
+    ax.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, frameon=False)
+    ax.set_title("Herpolhode", loc="left", fontweight="bold")
+    return ax
 
 
 TUMBLING_BODY = Entry(
     "tumbling-body",
-    (),
+    ("torque-free-triaxial", "intermediate-axis"),
     "Tumbling box: free rotation with three different moments of inertia",
-    ("energy and angular momentum, and how well they keep", "axis circled by omega, period", "omega at t_1"),
+    (
+        "energy and angular momentum, and how well they keep",
+        "axis circled by omega, period, time between flips",
+        "omega in the body and the middle axis in space at t_1",
+    ),
     build,
     solve,
     until=10.0,

@@ -98,7 +98,7 @@ def assemble(system: System) -> Model:
         joints={name: joints[name] for name in system.joints if name in joints},
         loads=dict(system.loads),
         gravity=system.gravity,
-        positive=tuple(system.positive),
+        positive=tuple(sorted(system.positive, key=str)),
         names=system.names,
         about=dict(system.about),
         order=_order(links, speeds, kinds),
@@ -106,6 +106,7 @@ def assemble(system: System) -> Model:
             **{name: closure(joint) for name, joint in system.joints.items() if joint.closes},
             **system.constraints,
         },
+        controllers=tuple(system.controllers.values()),
     )
     _check_coordinates(model)
     _check_tips(model)

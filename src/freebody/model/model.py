@@ -119,6 +119,9 @@ class Model:
     contacts: tuple[Any, ...] = ()
     """Pairs of shapes that may touch in a point, in order of declaration."""
 
+    controllers: tuple[Any, ...] = ()
+    """Sampled controllers, in order of declaration."""
+
     @property
     def n_q(self) -> int:
         """Number of coordinates."""
@@ -145,6 +148,17 @@ class Model:
     def speed_names(self) -> tuple[str, ...]:
         """Names of u, in order."""
         return tuple(speed.name for speed in self.speeds)
+
+    @property
+    def signals(self) -> tuple[Any, ...]:
+        """Signals in the machine's expressions, with their symbols."""
+        own = {parameter.name for parameter in self.parameters}
+        return tuple(one for one in self.names.signals.values() if one.symbols[0].name in own)
+
+    @property
+    def switched(self) -> bool:
+        """Whether parameters change with time: signals, or inputs of controllers."""
+        return bool(self.controllers or self.signals)
 
     def values(self, given: Mapping[Any, Any] | None = None) -> dict[str, float]:
         """Values of all parameters by name: the defaults, replaced by those given (by name or symbol).

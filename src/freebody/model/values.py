@@ -9,6 +9,8 @@ import sympy
 
 from ..describe.names import finite
 from ..errors import ModelError, nearest
+from ..scalar.algebra import floats
+from ..scalar.expression import evaluate
 
 if TYPE_CHECKING:
     from .model import Model
@@ -30,6 +32,34 @@ def parameter_values(model: Model, given: Mapping[Any, Any]) -> dict[str, float]
             f"Give a default in s.parameters, or a value: values={{'{missing[0]}': ...}}."
         )
     return {name: float(value) for name, value in by_name.items() if value is not None}
+
+
+def check_assumptions(model: Model, numbers: Mapping[str, float]) -> None:
+    """Refuse values that contradict what was assumed of the parameters.
+
+    Assumptions on coordinates, such as ``cos(theta) > 0``, are of the motion and can not be asked here.
+
+    Raises
+    ------
+    ModelError
+        The expression that is not positive, with the values in it.
+    """
+    known = {parameter.symbol: parameter.name for parameter in model.parameters}
+    values = {symbol: numbers[name] for symbol, name in known.items()}
+    for expression in sorted(model.positive, key=str):
+        if not isinstance(expression, sympy.Basic) or not expression.free_symbols <= set(known):
+            continue
+        if expression.has(sympy.core.function.AppliedUndef):
+            continue
+        value = float(evaluate(expression, values, floats))
+        if not value > 0:
+            names = sorted(known[symbol] for symbol in expression.free_symbols)
+            shown = ", ".join(f"{name} = {numbers[name]:g}" for name in names)
+            raise ModelError(
+                f"Expected {str(expression).replace('**', '^')} > 0 in '{model.name}', as s.assume or the use as a "
+                f"mass or a dimension says, but {shown} makes it {value:g}. Change the values, or take the assumption "
+                "back."
+            )
 
 
 def _number(value: Any, name: str, model: Model) -> float:

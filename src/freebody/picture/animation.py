@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..describe.constraint import Rolling, Rope
+from ..describe.contact import kind_of
 from ..describe.load import Damper, Spring
 from ..dynamics.state import State, float_state
 from ..errors import SimulationError
@@ -25,6 +26,7 @@ from .keyframes import TOLERANCE, Keyframes, keyframes
 from .palette import KINDS
 from .quantities import base64_floats, channels, charts
 from .shapes import ROD, Primitive, machine_size, rod, shapes, turned_to
+from .touching import distinct, modes, surface_parts, touching
 
 if TYPE_CHECKING:
     from ..simulate.trajectory import Trajectory
@@ -83,8 +85,11 @@ def animation(trajectory: Trajectory, tolerance: float = TOLERANCE) -> dict[str,
         "lines": _lines(model, state, names, size),
         "arrows": [_arrow(arrow, state, keys, names) for arrow in keys.arrows if arrow.key in acting],
         "channels": channels(trajectory, keys, acting),
-        "charts": charts(trajectory, keys, acting),
-        "events": [[event.time, event.name] for event in trajectory.events],
+        "charts": charts(trajectory, keys, acting, size),
+        "events": [[event.time, getattr(event, "text", "") or event.name] for event in trajectory.events],
+        "breaks": keys.breaks,
+        "modes": modes(trajectory),
+        "touching": touching(keys),
         "cones": [
             {"body": i, "apex": _apex(model, state, name)}
             for i, name in enumerate(names)
@@ -260,7 +265,7 @@ def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array)
     """Supports of the joints to the ground, the guides of its sliders, and the plane that wheels roll on."""
     parts: list[dict[str, Any]] = []
     for joint in model.joints.values():
-        if joint.parent != "ground" or joint.type == "free":
+        if joint.parent != "ground" or joint.type in ("free", "planar"):
             continue
         at = np.array(_numbers(state, joint.at))
         link = model.links[joint.links[0]]
@@ -289,12 +294,25 @@ def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array)
                         "color": STEEL,
                     }
                 )
-    plane = next((held for held in model.constraints.values() if isinstance(held, Rolling)), None)
-    result: dict[str, Any] = {"parts": parts, "plane": None}
-    if plane is not None:
-        normal = np.array(_numbers(state, plane.normal[1]))
-        result["plane"] = {"at": _numbers(state, plane.plane.components), "normal": normal.tolist()}
-    return result
+    planes: list[dict[str, Any]] = []
+    for held in model.constraints.values():
+        if isinstance(held, Rolling):
+            planes.append(
+                {"at": _numbers(state, held.plane.components), "normal": _numbers(state, held.normal[1])}
+            )
+    surfaces: list[Any] = []
+    for contact in model.contacts:
+        for shape in (contact.feature, contact.surface):
+            if shape.body.is_ground and shape not in surfaces:
+                surfaces.append(shape)
+    for shape in surfaces:
+        if kind_of(shape) == "plane":
+            planes.append({"at": _numbers(state, shape.at), "normal": _numbers(state, shape.normal)})
+        else:
+            reach = (float(keys.position[:, :, 0].min()) - size, float(keys.position[:, :, 0].max()) + size)
+            for one in surface_parts(state, shape, reach, size):
+                parts.append({**(one if isinstance(one, dict) else part(one, size)), "color": STEEL})
+    return {"parts": parts, "planes": distinct(planes, size)}
 
 
 def _fixed_ends(held: Any) -> Iterable[tuple[Any, Any]]:
@@ -336,6 +354,8 @@ def _arrow(arrow: Arrow, state: State, keys: Keyframes, names: list[str]) -> dic
         "channel": arrow.key,
         "color": _rgb(KINDS[arrow.role][0]),
     }
+    if arrow.contact is not None and keys.touched is not None:
+        result["path"] = base64_floats(keys.touched.place[:, arrow.contact])
     wheel = arrow.wheel
     if wheel is not None:  # it touches the plane at c - r (n - (n·a) a) / |...|
         from ..space.quaternion import matrix_from_quaternion

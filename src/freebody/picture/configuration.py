@@ -7,7 +7,7 @@ that are not named get values at which nothing lies in one line; machines with l
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,23 +15,32 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from ..dynamics.constrained import closed_coordinates, independent_rows
+from ..dynamics.constrained import closed_coordinates, constrained_loading, independent_rows
 from ..dynamics.constraints import rows
+from ..dynamics.contact import contact_layout, touches
 from ..dynamics.kinematics import Posture, point_position, poses
-from ..dynamics.motion import motion
+from ..dynamics.motion import Motion, motion
 from ..dynamics.newton_euler import reactions
 from ..dynamics.state import State, float_state
 from ..equations.equations import Equations, equations
-from ..errors import ModelError, SimulationError
+from ..errors import FreebodyError, ModelError, SimulationError
+from ..model.contact import Touching, in_modes
 from ..model.model import Model
 from ..simulate.closing import _held
 from ..simulate.initial import named_state, number
+from ..simulate.path import observe
 from .shapes import machine_size
 
 Array = NDArray[np.float64]
 
 ANGLES = (35.0, 62.0, 48.0, 20.0, 75.0, 55.0)
 """Angles of the coordinates that are not named, one after another [deg]."""
+
+NEAR = 1e-6
+"""Gap of bodies that touch, in parts of the size of the machine."""
+
+MOST_CLOSED = 12
+"""Contacts that are closed, one after another, to draw a machine of which no modes are given."""
 
 SLIDE = 0.45
 """Displacements of the coordinates that are not named, in parts of the size of the machine."""
@@ -75,18 +84,67 @@ class Configuration:
         return p + R @ np.array([float(self.state(x)) for x in components])
 
 
-def equations_at(system: Any, trajectory: Any = None, at: Any = None) -> Equations:
-    """The equations that a drawing is made from: those given, or of the system; with contacts, in the modes that they
-    have at the moment of the motion that is drawn."""
+def equations_at(
+    system: Any, trajectory: Any = None, at: Any = None, modes: Mapping[str, Any] | None = None
+) -> Equations:
+    """The equations that a drawing is made from: those given, or of the system; with contacts, in the modes given, or
+    those that they have at the moment of the motion that is drawn.
+
+    Raises
+    ------
+    ModelError
+        Modes for equations that have theirs, or for a motion, which has its own.
+    SimulationError
+        A motion that knows no modes of its contacts, of method "timestepping".
+    """
+    if modes is not None and (isinstance(system, Equations) or trajectory is not None):
+        owner = "the equations given" if isinstance(system, Equations) else "a motion"
+        raise ModelError(f"Expected no modes= with {owner}, whose contacts have theirs, got {modes!r}.")
     if isinstance(system, Equations):
         return system
+    if trajectory is None or not trajectory.kernels.model.contacts:
+        return equations(system, modes=modes)
     changes = getattr(trajectory, "modes", None)
-    if not changes:
-        return equations(system)
+    if changes is None:
+        raise SimulationError(
+            f"A motion of '{trajectory.name}' by method='timestepping' has means over steps and no modes of contacts, "
+            "so that no free-body diagram can be drawn of a moment. Simulate with method='auto', or draw with modes=."
+        )
     t = _moment(trajectory, at)
     begun = [change for change in changes if change.start <= t]
-    options: dict[str, Any] = {"modes": {change.contact: change.mode for change in begun}}
-    return equations(system, **options)
+    return equations(system, modes={change.contact: change.mode for change in begun})
+
+
+def _touched(model: Model) -> list[Touching]:
+    return [one for one in model.constraints.values() if isinstance(one, Touching)]
+
+
+def _standing(
+    model: Model, q: list[float], t: float, values: dict[str, float], held: Any, size: float
+) -> Any:
+    """Coordinates near ``q`` at which bodies stand on what they may touch: each contact in turn, while all others stay
+    outside of each other."""
+    chosen: dict[str, Any] = {}
+    best = None
+    for contact in model.contacts[:MOST_CLOSED]:
+        mode = "slip" if contact.frictionless else "slip+" if contact.planar is not None else ("slip", (1, 0))
+        wanted = {**chosen, contact.name: mode}
+        try:
+            found = closed_coordinates(in_modes(model, wanted), q if best is None else best, t, values, held)
+        except FreebodyError:
+            continue
+        if _apart(model, float_state(model, found, None, t, values), size, wanted):
+            chosen, best = wanted, found
+    return q if best is None else best
+
+
+def _apart(model: Model, state: State, size: float, closed: Iterable[str]) -> bool:
+    """Whether no bodies are inside of each other, and those that are closed within the ends of their sides."""
+    for contact, one in zip(model.contacts, touches(model, state), strict=True):
+        within = all(float(x) >= -NEAR * size for x in one.reach)
+        if (float(one.gap) < -NEAR * size and within) or (contact.name in closed and not within):
+            return False
+    return True
 
 
 def configuration(
@@ -130,6 +188,10 @@ def configuration(
     guessed, guess_named = named_state(model, numbers, near or {}, "near")
     size = machine_size(model, numbers)
     problem: Exception | None = None
+    closed = {one.contact.name for one in _touched(model)}
+    inside: Configuration | None = (
+        None  # where bodies are in each other, as the coordinates given may want it
+    )
     for attempt in range(4):
         q = _telling(model, size, attempt)
         for i in range(model.n_q):
@@ -138,6 +200,9 @@ def configuration(
             elif i in guess_named:
                 q[i] = float(guessed[i])
         try:
+            if model.contacts and not _touched(model):
+                held = _held(model, {i for i in named if i < model.n_q})
+                q = _standing(model, q, t, numbers, held, size)
             if model.constraints:
                 held = _held(model, {i for i in named if i < model.n_q})
                 # what is near is so at the beginning; a drive takes it on from there
@@ -147,9 +212,14 @@ def configuration(
                 q = closed_coordinates(model, q, t, numbers, held)
             state = float_state(model, q, None, t, numbers)
             poses(model, state)
-            return Configuration(model, state, numbers, False, _lookup(model, state))
+            found = Configuration(model, state, numbers, False, _lookup(model, state))
+            if not model.contacts or _apart(model, state, size, closed):
+                return found
+            inside = inside or found
         except ModelError as error:
             problem = error
+    if inside is not None:
+        return inside
     raise ModelError(
         f"'{model.name}' can not be drawn at these coordinates: {problem} Name coordinates near= a closed position."
     )
@@ -177,7 +247,7 @@ def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
     values = dict(trajectory.values)
     state = float_state(model, now.q.tolist(), now.u.tolist(), time, values)
     active = independent_rows(model, state) if model.constraints else None
-    moving = motion(model, state, active)
+    moving = _determined(model, state, motion(model, state, active), trajectory, time)
     lookup = _lookup(model, state)
     for speed, value in zip(model.speeds, moving.udot, strict=True):
         lookup[speed.acceleration] = float(value)
@@ -185,6 +255,27 @@ def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
         lookup[sympy.Symbol(row.name, real=True)] = float(value)
     transmitted = reactions(model, state, moving.udot, loads=moving.loads)
     return Configuration(model, state, values, True, lookup, transmitted)
+
+
+def _determined(model: Model, state: State, moving: Motion, trajectory: Any, time: float) -> Motion:
+    """With contact forces as the trajectory has them: those that no motion determines are least in norm."""
+    segments = getattr(trajectory.path, "segments", None)
+    if segments is None or not _touched(model):
+        return moving
+    segment = segments[int(trajectory.path.places(np.array([time]))[0])]
+    if segment.loose is None or not np.any(segment.loose):
+        return moving
+    program = segment.kernels.contact()
+    layout = contact_layout(model.contacts)
+    forces = observe(
+        program.address("force"), len(layout), np.array([time]), segment.path.sample(np.array([time])),
+        program.constants(segment.kernels.parameters(trajectory.values)),
+    )[0]  # fmt: skip
+    known = {row.name: float(force) for row, force in zip(layout, forces, strict=True)}
+    multipliers = tuple(
+        known.get(row.name, float(value)) for row, value in zip(rows(model), moving.multipliers, strict=True)
+    )
+    return Motion(moving.udot, multipliers, constrained_loading(model, state, multipliers))
 
 
 def _lookup(model: Model, state: State) -> dict[Any, float]:
@@ -223,7 +314,9 @@ def _telling(model: Model, size: float, attempt: int) -> list[float]:
             and link.displacement.has(coordinate.symbol)
         }
         if kinds == {"slider"}:
-            q[i] = SLIDE * size * (1 + 0.25 * slid + 0.3 * attempt)
+            # where something stands on a side, nearer and nearer to its middle
+            far = (1.0, 0.5, 0.25, 0.1)[attempt] if model.contacts else 1 + 0.3 * attempt
+            q[i] = SLIDE * size * (far + 0.25 * slid * (1 if not model.contacts else far))
             slid += 1
         else:
             q[i] = math.radians(ANGLES[turned % len(ANGLES)] + 37 * attempt)

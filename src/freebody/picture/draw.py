@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 
 from ..describe.system import System
 from ..dynamics.kinematics import link_postures
-from ..equations.equations import Equations, equations
+from ..equations.equations import Equations
 from ..equations.latex import latex_name
 from ..model.closure import Closure
 from ..model.model import Link, Model
 from ..simulate.trajectory import Trajectory
 from . import symbols
-from .configuration import Configuration, configuration
+from .configuration import Configuration, configuration, equations_at
 from .draw_coordinates import ground_axes, mark_coordinates, mark_dimensions
 from .draw_forces import gravity, loads, springs
-from .draw_ground import gears, guides, rolling_planes, ropes, surfaces
+from .draw_ground import feet, gears, guides, rolling_planes, ropes, surfaces
 from .drawing import Drawing
 from .outlines import outlines, polygon
 from .palette import GREY, INK
@@ -42,6 +42,7 @@ def draw(
     trajectory: Trajectory | None = None,
     values: Mapping[Any, Any] | None = None,
     near: Mapping[Any, Any] | None = None,
+    modes: Mapping[str, Any] | None = None,
     coordinates: bool = True,
     dimensions: bool = True,
     names: bool = True,
@@ -63,6 +64,9 @@ def draw(
         Of parameters, in place of their defaults.
     near : mapping, optional
         Of a machine with loops: coordinates near which it is closed.
+    modes : mapping, optional
+        Of contacts, ``{"floor": "stick"}``: those that are not open are drawn closed. Without modes, bodies stand on
+        what they may touch.
     coordinates, dimensions, names : bool
         Whether the coordinates, the lengths, and the names of bodies and joints are written.
     axonometric : bool
@@ -88,7 +92,7 @@ def draw(
     >>> fb.draw(s, at={"theta": "30deg"}).svg.count('data-joint="pin"')
     1
     """
-    e = system if isinstance(system, Equations) else equations(system)
+    e = equations_at(system, None, None, modes)
     now = configuration(e.model, at, trajectory=trajectory, values=values, near=near)
     view = view_of(e.model, e, now.values, axonometric)
     maker = Machine(e, now, view)
@@ -137,6 +141,7 @@ class Machine:
         for name in self._from_behind():
             self._body(name)
         gears(self)
+        feet(self)
         self._joint_symbols()
         springs(self)
         loads(self)

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from ..describe.constraint import Gear, Rolling, Rope
 from ..dynamics.constraints import _arm
+from ..dynamics.contact import touches
 from ..equations.latex import latex_name
 from . import symbols
+from .configuration import NEAR
 from .palette import GREEN, GREY, INK
 from .sheet import Circle, Line, Style, arc
 
@@ -67,6 +69,17 @@ def surfaces(m: Machine) -> None:
                 _edge(m, start, end, m.view(_fixed(m, shape.normal)))
             elif kind in ("circle", "cylinder", "sphere") and m.view.planar:
                 _wall_round(m, shape)
+
+
+def feet(m: Machine) -> None:
+    """The points in which bodies touch."""
+    if not m.model.contacts:
+        return
+    size = m.wide / m.scale
+    for contact, one in zip(m.model.contacts, touches(m.model, m.now.state), strict=True):
+        if abs(float(one.gap)) < NEAR * size and all(float(x) >= -NEAR * size for x in one.reach):
+            at = m.page(np.array([float(x) for x in one.on_feature]))
+            m.add([Circle(at, 2.2, Style(INK, 0.8, (), INK))], class_="contact", data_contact=contact.name)
 
 
 def _fixed(m: Machine, components: Any) -> Array:

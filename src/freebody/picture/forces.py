@@ -38,7 +38,7 @@ class Arrow:
     group : str
         ``force`` (loads and weights) or ``reaction``.
     role : str
-        ``weight``, ``load``, ``spring``, ``damper``, ``motor``, ``reaction`` or ``contact``; its colour.
+        ``weight``, ``load``, ``spring``, ``damper``, ``motor``, ``reaction``, ``contact`` or ``friction``; its colour.
     kind : str
         ``force`` [N] or ``moment`` [N m].
     body : str
@@ -49,6 +49,8 @@ class Arrow:
         Of the two ends of a spring and the like.
     wheel : Rolling, optional
         Of the force of a rolling contact, which is drawn where the wheel touches.
+    contact : int, optional
+        Number of the contact whose normal force or friction it is, drawn where the bodies touch.
     """
 
     name: str
@@ -59,6 +61,7 @@ class Arrow:
     role: str
     number: int = 0
     wheel: Rolling | None = None
+    contact: int | None = None
 
     @property
     def key(self) -> str:
@@ -67,7 +70,7 @@ class Arrow:
 
 
 def arrows(kernels: Kernels) -> tuple[Arrow, ...]:
-    """All arrows of a machine: its loads in the order of :func:`applied`, then its reactions."""
+    """All arrows of a machine: its loads in the order of :func:`applied`, its reactions, the forces of its contacts."""
     model = kernels.model
     result = [arrow for arrow, _ in _loads(model, None)]
     for name, on, _ in kernels.transmitting:
@@ -79,6 +82,14 @@ def arrows(kernels: Kernels) -> tuple[Arrow, ...]:
         if not isinstance(held, Closure) and model.joints[name].type == "free":
             continue
         result += [Arrow(name, "reaction", kind, on, at, "reaction") for kind in ("force", "moment")]
+    for k, contact in enumerate(model.contacts):
+        on = contact.feature.body.name
+        names = [(contact.normal_name, "reaction")]
+        if not contact.frictionless:  # two components in space make one arrow
+            only = len(contact.tangent_names) == 1
+            names.append((contact.tangent_names[0] if only else f"T_{contact.name}", "friction"))
+        for name, role in names:
+            result.append(Arrow(name, "reaction", "force", on, (0, 0, 0), role, contact=k))
     return tuple(result)
 
 

@@ -21,10 +21,11 @@ from ..errors import ModelError, nearest
 from ..model.model import Model
 from ..simulate.trajectory import Trajectory
 from .configuration import Configuration, configuration, equations_at
+from .contact_states import contact_states
 from .drawing import Drawing
 from .labels import size_of
 from .marks import Mark, Marks
-from .palette import BLUE, GREY, INK, PAIRS
+from .palette import GREY, INK, PAIRS
 from .panel import LONGEST, Panel
 from .placing import Placer
 from .shapes import Primitive, attachments, fill_of, shapes
@@ -51,6 +52,7 @@ def free_body_diagram(
     mode: str | None = None,
     values: Mapping[Any, Any] | None = None,
     near: Mapping[Any, Any] | None = None,
+    modes: Mapping[str, Any] | None = None,
     angles: bool = True,
     dimensions: bool = False,
     kinetic: bool | None = None,
@@ -78,6 +80,8 @@ def free_body_diagram(
         Of parameters, in place of their defaults.
     near : mapping, optional
         Of a machine with loops: coordinates near which it is closed.
+    modes : mapping, optional
+        Of contacts, as of :func:`freebody.equations`: ``{"floor": "stick"}``; of a motion, those of its moment.
     angles, dimensions : bool
         Whether the angle of the body and the distances of its points are marked (planar machines).
     kinetic : bool, optional
@@ -110,7 +114,7 @@ def free_body_diagram(
     >>> fb.free_body_diagram(s, "bar").svg.count('class="force"')
     5
     """
-    e = equations_at(system, trajectory, at)
+    e = equations_at(system, trajectory, at, modes)
     model = e.model
     mode = _mode(mode, trajectory)
     name = body.name if isinstance(body, Body) else body
@@ -172,7 +176,8 @@ class _Maker:
         self.pieces = shapes(now.model, now.values)
         owners = dict.fromkeys(mark.owner for acting, _ in found.values() for mark in acting if mark.owner)
         exploded = len(found) > 1
-        self.colors = {owner: PAIRS[i % len(PAIRS)] if exploded else BLUE for i, owner in enumerate(owners)}
+        # of a body alone, the colour says what kind of force it is
+        self.colors = {owner: PAIRS[i % len(PAIRS)] for i, owner in enumerate(owners)} if exploded else {}
         self.greatest = {False: 0.0, True: 0.0}
         for acting, moving in found.values():
             for mark in (*acting, *moving):
@@ -356,6 +361,9 @@ class _Maker:
                 lines.append(tex)
         if left:
             lines.append(f"in the equations of the free body, too long for here: {', '.join(left)}")
+        if self.mode != "blank":
+            names = list(self.found) if len(self.found) > 1 else [next(iter(self.found))]
+            lines += contact_states(self.e, self.now, names)
         where = dict.fromkeys(mark.where_tex for mark in marks if mark.where_tex)
         if where:
             lines.append(f"drawn for ${', '.join(where)}$")
@@ -370,7 +378,7 @@ class _Maker:
         for mark in marks:
             unit = r"\mathrm{N\,m}" if mark.couple else r"\mathrm{N}"
             label, value = mark.label, mark.value
-            if label.startswith("-") and (mark.kind == "reaction" or mark.law):
+            if label.startswith("-") and (mark.kind in ("reaction", "friction") or mark.law):
                 label, value = label[1:], -(value or 0.0)
             tex = f"${label} = {_number(value)}\\ {unit}$"
             if tex not in rows:

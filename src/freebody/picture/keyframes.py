@@ -1,7 +1,9 @@
 """Moments of a motion between which a page interpolates: as many as its accuracy takes, and no more.
 
 Positions and vectors go in straight lines between two moments, rotations at a constant rate about one axis. An
-interval is halved while the true motion in its middle is farther from that than the tolerance.
+interval is halved while the true motion in its middle is farther from that than the tolerance. Where speeds jump (a
+blow, an impact) or the forces do (a contact that closes, sticks or slips) there are two moments at one time, before
+and after, and nothing is interpolated between them.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from ..dynamics import State, poses
 from ..dynamics.kinematics import angular_velocity
 from ..simulate.path import observe
 from ..simulate.trajectory import quaternions
+from .contacts import Contacts, Touched
 from .forces import Arrow, applied, arrows
 
 if TYPE_CHECKING:
@@ -59,6 +62,10 @@ class Keyframes:
         ``kinetic``, ``potential``, ``total`` and, where loads without potential or drives do work, ``work`` [J].
     residual : ndarray (n,)
         What the energy ledger fails to balance [J].
+    part : ndarray of int (n,)
+        Number of the phase that each moment belongs to; between two phases the motion jumps.
+    touched : Touched or None
+        Of machines with contacts: forces, gaps and places of all contacts.
     tolerance : float
         Of the interpolation.
     """
@@ -72,7 +79,14 @@ class Keyframes:
     states: Array
     energy: Mapping[str, Array]
     residual: Array
+    part: Places
+    touched: Touched | None
     tolerance: float
+
+    @property
+    def breaks(self) -> list[int]:
+        """Numbers of the first moments of phases, but for the first of all."""
+        return [int(k) + 1 for k in np.flatnonzero(np.diff(self.part))]
 
 
 def keyframes(trajectory: Trajectory, tolerance: float = TOLERANCE) -> Keyframes:
@@ -90,48 +104,46 @@ def keyframes(trajectory: Trajectory, tolerance: float = TOLERANCE) -> Keyframes
     Keyframes
     """
     source = _Source(trajectory)
-    t = _start(trajectory)
-    found = source(t)
+    t, part = source.start()
+    found = source(t, part)
     # a body that turns far between two moments could seem to turn the other way
     spin = np.linalg.norm(found.spin, axis=2).max(axis=1, initial=0.0)
     fastest = np.maximum(spin[:-1], spin[1:])
-    parts = np.maximum(1, np.ceil(np.diff(t) * fastest / TURN)).astype(int)
-    if np.any(parts > 1):
+    turns = np.where(np.diff(part) == 0, np.diff(t) * fastest, 0.0)
+    pieces = np.maximum(1, np.ceil(turns / TURN)).astype(int)
+    if np.any(pieces > 1):
         t = np.concatenate(
-            [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(t[:-1], t[1:], parts, strict=True)]
+            [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(t[:-1], t[1:], pieces, strict=True)]
             + [t[-1:]]
         )
-        found = source(t)
+        part = np.concatenate([np.repeat(part[:-1], pieces), part[-1:]])
+        found = source(t, part)
     span = float(t[-1] - t[0])
-    unsure = np.ones(len(t) - 1, dtype=bool)
+    unsure = np.ones(len(found.t) - 1, dtype=bool)
     for _ in range(ROUNDS):
-        unsure &= np.diff(t) > 1e-6 * span
+        unsure &= (np.diff(found.t) > 1e-6 * span) & (np.diff(found.part) == 0)
         if not unsure.any():
             break
         at = np.flatnonzero(unsure)
-        middle = source((t[at] + t[at + 1]) / 2)
+        middle = source((found.t[at] + found.t[at + 1]) / 2, found.part[at])
         wrong = at[source.error(found, at, middle) > tolerance]
-        chosen = np.isin(at, wrong)
-        t = np.insert(t, wrong + 1, middle.t[chosen])
-        found = found.joined(middle, wrong + 1, chosen)
-        unsure = np.zeros(len(t) - 1, dtype=bool)
+        found = found.joined(middle, wrong + 1, np.isin(at, wrong))
+        unsure = np.zeros(len(found.t) - 1, dtype=bool)
         left = wrong + np.arange(len(wrong))
         unsure[left] = unsure[left + 1] = True
     return source.finished(found, tolerance)
 
 
-def _start(trajectory: Trajectory) -> Array:
-    """The steps of the run, which resolve its motion, no fewer than FEWEST, and the events."""
-    path = trajectory.path
+def _moments(path: Any, events: Array, fewest: float, resolved: bool) -> Array:
+    """The steps of a phase, which resolve its motion, no farther apart than ``fewest``, and its events."""
     first, last = min(path.start, path.end), max(path.start, path.end)
-    known = [
-        path.times,
-        np.linspace(first, last, FEWEST),
-        np.array([event.time for event in trajectory.events]),
-    ]
+    if last == first:
+        return np.array([first, first + 1e-9 * max(1.0, abs(first))])
+    count = max(2, 1 + int(np.ceil((last - first) / fewest))) if fewest > 0 else 2
+    known = [np.linspace(first, last, count), events[(events >= first) & (events <= last)]]
+    if resolved:
+        known.append(path.times)
     t: Array = np.unique(np.clip(np.concatenate(known), first, last))
-    if len(t) < 2:
-        return np.array([first, first + 1e-9 * max(1.0, abs(first))]) if last == first else t
     near = np.concatenate([[True], np.diff(t) > 1e-9 * (last - first)])
     near[-1] = True
     return np.asarray(t[near])
@@ -139,21 +151,24 @@ def _start(trajectory: Trajectory) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class _Sample:
-    """Values at some moments; ``rest`` holds all that is interpolated in straight lines, but for positions."""
+    """Values at some moments; ``rest`` holds all that is interpolated in straight lines, but for positions; ``extra``
+    what is shown and not asked how straight it is."""
 
     t: Array
+    part: Places
     states: Array
     position: Array
     rotation: Array
     spin: Array
     rest: Array
+    extra: Array
 
     def joined(self, other: _Sample, places: Places, chosen: Places) -> _Sample:
         """With those chosen of the other inserted."""
         return _Sample(
             *(
                 np.insert(getattr(self, name), places, getattr(other, name)[chosen], axis=0)
-                for name in ("t", "states", "position", "rotation", "spin", "rest")
+                for name in ("t", "part", "states", "position", "rotation", "spin", "rest", "extra")
             )
         )
 
@@ -169,6 +184,10 @@ class _Source:
         self.arrows = arrows(kernels)
         self.loads = [arrow for arrow in self.arrows if arrow.group == "force"]
         self.count = len(model.bodies)
+        self.phases = phases_of(trajectory)
+        self.contacts = Contacts(trajectory) if model.contacts else None
+        # of steps of a given length, forces are means over a step: they jump from each to the next
+        self.stepped = not hasattr(trajectory.path, "segments") and self.contacts is not None
 
         def scene(state: State) -> dict[str, Any]:
             found = poses(model, state)
@@ -181,25 +200,69 @@ class _Source:
             loads = [x for _, vector in applied(model, state) for x in vector]
             return {"pose": pose, "spin": spins, "loads": loads}
 
-        self.scene = kernels.program("scene", scene)
+        self.scene = kernels.program("keyframes", scene)
         # 3 components of each reaction's force and moment; arrows take them from here
         self.joints = {name: i for i, (name, _, _) in enumerate(kernels.transmitting)}
 
-    def __call__(self, t: Array) -> _Sample:
+    def start(self) -> tuple[Array, Places]:
+        """Moments to begin with, and the phases that they belong to."""
+        path = self.trajectory.path
+        events = np.array([event.time for event in self.trajectory.events], dtype=float)
+        longest = abs(path.end - path.start) / (FEWEST - 1)
+        times = [
+            _moments(phase.path, events if len(self.phases) == 1 else events[:0], longest, not self.stepped)
+            for phase in self.phases
+        ]
+        return np.concatenate(times), np.repeat(np.arange(len(times)), [len(one) for one in times])
+
+    def __call__(self, t: Array, part: Places) -> _Sample:
         trajectory, kernels = self.trajectory, self.trajectory.kernels
-        low, high = sorted((trajectory.path.start, trajectory.path.end))
-        t = np.clip(t, low, high)
-        states = trajectory.path.sample(t)
+        rows = [self._of_phase(k, t, part) for k in np.unique(part)]
+        order = np.argsort(np.concatenate([chosen for chosen, *_ in rows]), kind="stable")
+        states, reactions, ledger = (np.concatenate([row[i] for row in rows])[order] for i in (1, 2, 3))
         pose = self._observed(self.scene, "pose", t, states).reshape(len(t), self.count, 12)
         spin = self._observed(self.scene, "spin", t, states).reshape(len(t), self.count, 3)
         loads = self._observed(self.scene, "loads", t, states)
-        reactions = self._observed(kernels.reactions(), "reactions", t, states)
         energy = self._observed(kernels.motion(), "energy", t, states)
+        extra = np.zeros((len(t), 0))
+        touched = extra
+        if self.contacts is not None:
+            forces = np.concatenate([row[4] for row in rows])[order]
+            touched, extra = forces, self.contacts.geometry(t, states)
+            if self.stepped:
+                touched, extra = forces[:, :0], np.concatenate([forces, extra], axis=1)
         n = self.model.n_q + self.model.n_u
-        work = states[:, n:] if kernels.works else np.zeros((len(t), 1))
-        rest = np.concatenate([loads, reactions, energy, work, states[:, :n]], axis=1)
+        rest = np.concatenate([loads, reactions, energy, ledger, states[:, :n], touched], axis=1)
         rotation = pose[:, :, 3:].reshape(len(t), self.count, 3, 3)
-        return _Sample(t, states, pose[:, :, :3], rotation, spin, rest)
+        return _Sample(t, part, states, pose[:, :, :3], rotation, spin, rest, extra)
+
+    def _of_phase(self, k: int, t: Array, part: Places) -> tuple[Any, ...]:
+        """(which moments, states, reactions, work and heat, contact forces) of those in a phase."""
+        trajectory = self.trajectory
+        chosen = np.flatnonzero(part == k)
+        phase = self.phases[k]
+        low, high = sorted((phase.path.start, phase.path.end))
+        times = np.clip(t[chosen], low, high)
+        states = phase.path.sample(times)
+        if self.stepped:
+            reactions = np.zeros((len(times), 6 * len(self.joints)))  # not known of steps
+        else:
+            reactions = self._observed(phase.kernels.reactions(), "reactions", times, states)
+        n = self.model.n_q + self.model.n_u
+        ledger = np.zeros((len(times), 2))
+        if self.stepped:
+            stepping: Any = trajectory
+            ledger[:, 0] = stepping.work_until(times)[:, 0]
+        else:
+            if trajectory.kernels.works or states.shape[1] > n:
+                ledger[:, 0] = states[:, n]
+            ledger[:, 0] += phase.impulses
+            if states.shape[1] > n + 1:
+                ledger[:, 1] = states[:, n + 1]
+        forces = (
+            np.zeros((len(times), 0)) if self.contacts is None else self.contacts.forces(phase, times, states)
+        )
+        return chosen, states, reactions[:, : 6 * len(self.joints)], ledger, forces
 
     def _observed(self, program: Any, function: str, t: Array, states: Array) -> Array:
         constants = program.constants(self.parameters)
@@ -232,15 +295,25 @@ class _Source:
     def finished(self, found: _Sample, tolerance: float) -> Keyframes:
         n_loads, n_joints = 3 * len(self.loads), 6 * len(self.joints)
         loads, reactions = found.rest[:, :n_loads], found.rest[:, n_loads : n_loads + n_joints]
-        T, V, W = found.rest[:, n_loads + n_joints : n_loads + n_joints + 3].T
+        T, V, W, heat = found.rest[:, n_loads + n_joints : n_loads + n_joints + 4].T
         vectors = {arrow.key: loads[:, 3 * i : 3 * i + 3] for i, arrow in enumerate(self.loads)}
         for arrow in self.arrows:
-            if arrow.group == "reaction":
+            if arrow.group == "reaction" and arrow.contact is None:
                 first = 6 * self.joints[arrow.name] + 3 * (arrow.kind == "moment")
                 vectors[arrow.key] = reactions[:, first : first + 3]
         energy = {"kinetic": T, "potential": V, "total": T + V}
-        if self.trajectory.kernels.works:
+        if self.trajectory.kernels.works or hasattr(self.trajectory.path, "segments") or self.stepped:
             energy["work"] = W
+        if np.any(heat):
+            energy["heat of friction"] = heat
+        touched = None
+        if self.contacts is not None:
+            width = self.contacts.rows
+            forces = found.extra[:, :width] if self.stepped else found.rest[:, -width:]
+            touched = self.contacts.touched(forces, found.extra[:, width * self.stepped :])
+            for arrow in self.arrows:
+                if arrow.contact is not None:
+                    vectors[arrow.key] = touched.force(arrow.contact, arrow.role == "friction")
         shape = (len(found.t), self.count, 4)
         turns = [quaternions(found.rotation[:, i]) for i in range(self.count)]
         return Keyframes(
@@ -253,8 +326,31 @@ class _Source:
             found.states,
             energy,
             T + V - (T[0] + V[0]) - (W - W[0]),
+            found.part,
+            touched,
             tolerance,
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Phase:
+    """Part of a motion in which nothing jumps; ``impulses`` is the work of all jumps before it [J]."""
+
+    path: Any
+    kernels: Any
+    impulses: float = 0.0
+    modes: tuple[str, ...] = ()
+
+
+def phases_of(trajectory: Trajectory) -> list[Phase]:
+    """The phases of a motion, without those too short to be seen."""
+    path: Any = trajectory.path
+    segments = getattr(path, "segments", None)
+    if segments is None:
+        return [Phase(path, trajectory.kernels)]
+    least = 1e-9 * abs(path.end - path.start)
+    long = [one for one in segments if abs(one.path.end - one.path.start) > least] or segments[-1:]
+    return [Phase(one.path, one.kernels, one.impulses, tuple(one.modes)) for one in long]
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ from ..equations.free_body import Action, FreeBody
 from ..equations.latex import latex_name
 from ..equations.planar import Plane, plane_of
 from ..equations.reaction import unknowns
+from ..model.contact import Touching
 from ..scalar.algebra import ZERO, Vector, add, apply_transpose, cross, dot, floats, subtract
 from ..scalar.element import Polynomial, element
 from ..scalar.expression import evaluate
@@ -116,6 +117,12 @@ class Marks:
                     self._numbers[c.symbol] = float(np.dot(direction, [float(x) for x in of]))
         for row in rows(equations.model):
             self.owners[row.name] = row.owner
+        self.frictions: set[str] = set()
+        for one in equations.model.constraints.values():
+            if isinstance(one, Touching):
+                names = {*one.contact.tangent_names, one.contact.normal_name.replace("N", "T", 1)}
+                self.frictions |= names
+                self.owners.update(dict.fromkeys(names, one.contact.name))
 
     def text(self, x: Any) -> str:
         """An expression as text, printed once."""
@@ -150,7 +157,8 @@ class Marks:
                 found += self._resolved(action.name, action.kind, False, action.force, action.at, body)
             if action.moment != ZERO:
                 found += self._resolved(action.name, action.kind, True, action.moment, action.at, body)
-            result += [replace(mark, by=action.by) for mark in found]
+            rubs = action.kind == "friction" or action.name in self.frictions
+            result += [replace(mark, by=action.by, kind="friction" if rubs else mark.kind) for mark in found]
         return result
 
     def kinetic(self, body: FreeBody) -> list[Mark]:

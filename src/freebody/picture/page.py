@@ -21,8 +21,9 @@ SCRIPTS = (
     "renderer.js",
     "motion.js",
     "ornaments.js",
-    "player.js",
     "charts.js",
+    "timeline.js",
+    "player.js",
     "page.js",
 )
 """Files of the folder ``page`` that make the page's script, in this order."""

@@ -3,6 +3,7 @@
     history           quantities over time, events marked           (trajectory.plot)
     phase             a coordinate against its rate
     reaction          force of a joint over time
+    friction_margin   what friction has left at each contact; contact_forces, contact_gaps
     energy            the energy ledger; energy_residual: what it leaves unbalanced
     axis_path         path of a body axis on the unit sphere
     polhode           path of the angular velocity on the ellipsoid of its energy
@@ -17,6 +18,7 @@ Each gives matplotlib axes and draws into those of ``ax=``; nothing opens a wind
 from __future__ import annotations
 
 from .cones import cones
+from .contact_plots import contact_forces, contact_gaps, friction_margin
 from .linear_plots import bifurcation, mode_shapes, root_locus
 from .plots import energy, energy_residual, history, phase, reaction
 from .sphere import axis_path, polhode
@@ -25,8 +27,11 @@ __all__ = [
     "axis_path",
     "bifurcation",
     "cones",
+    "contact_forces",
+    "contact_gaps",
     "energy",
     "energy_residual",
+    "friction_margin",
     "history",
     "mode_shapes",
     "phase",

@@ -89,24 +89,54 @@ def history(
     for panel, group in zip(panels, groups.values(), strict=True):
         handles = []
         for name in group:
-            (curve,) = panel.plot(
-                trajectory.t,
-                trajectory[name],
-                color=next(color),
-                linewidth=1.6,
-                label=_text(trajectory, name),
-            )
-            handles.append(curve)
-            _mark(panel, trajectory, name, kinds, curve.get_color())
+            values, shade = trajectory[name], next(color)
+            for k, chosen in enumerate(pieces(trajectory, name)):
+                (curve,) = panel.plot(
+                    trajectory.t[chosen],
+                    values[chosen],
+                    color=shade,
+                    linewidth=1.6,
+                    label=_text(trajectory, name) if k == 0 else "_nolegend_",
+                )
+                if k == 0:
+                    handles.append(curve)
+            _mark(panel, trajectory, name, kinds, shade)
         units = {_unit(trajectory, name) for name in group}
         _finish(panel, _text(trajectory, group[0]) if len(group) == 1 else "", units)
         _legend(
-            panel, (handles if len(group) > 1 else []) + (_event_handles(kinds) if panel is panels[0] else [])
+            panel,
+            (handles if len(group) > 1 else [])
+            + (_event_handles(kinds, trajectory) if panel is panels[0] else []),
         )
     panels[-1].set_xlabel("time [s]")
     if title:
         _title(panels[0], title)
     return panels[0] if len(panels) == 1 else np.array(panels, dtype=object)
+
+
+def pieces(trajectory: Trajectory, name: Any = None) -> list[Any]:
+    """Numbers of the output times between which a quantity does not jump; a coordinate never does.
+
+    At a blow or an impact speeds jump, where a contact changes its mode accelerations and forces do.
+    """
+    path: Any = trajectory.path
+    whole = [np.arange(len(trajectory.t))]
+    segments = getattr(path, "segments", None)
+    if segments is None or name in trajectory.kernels.model.coordinate_names:
+        return whole
+    places = path.places(trajectory.t)
+    if name is not None and _text(trajectory, name) in trajectory.names:
+        # of speeds only the moments at which they jump
+        k = trajectory.place(name)
+        jumps = [
+            i + 1
+            for i, (a, b) in enumerate(zip(segments, segments[1:], strict=False))
+            if abs(b.path.states[0][k] - a.path.states[-1][k])
+            > 1e-9 * max(abs(float(a.path.states[-1][k])), abs(float(b.path.states[0][k])))
+        ]
+        places = np.searchsorted(jumps, places, side="right")
+    cuts = np.flatnonzero(np.diff(places)) + 1
+    return [chosen for chosen in np.split(whole[0], cuts) if len(chosen)]
 
 
 def reaction(trajectory: Trajectory, joint: str, ax: Axes | None = None, *, axes: str = "xyz") -> Any:
@@ -127,17 +157,59 @@ def reaction(trajectory: Trajectory, joint: str, ax: Axes | None = None, *, axes
     found = trajectory.reactions[joint]
     ax = figure(8, 4).subplots() if ax is None else ax
     for axis, color in zip(axes, COLORS, strict=False):
-        ax.plot(
-            trajectory.t,
-            found.force[:, "xyz".index(axis)],
-            color=color,
-            linewidth=1.6,
-            label=f"{joint}_{axis}",
-        )
+        for k, chosen in enumerate(pieces(trajectory)):
+            ax.plot(
+                trajectory.t[chosen],
+                found.force[chosen, "xyz".index(axis)],
+                color=color,
+                linewidth=1.6,
+                label=f"{joint}_{axis}" if k == 0 else "_nolegend_",
+            )
     _finish(ax, f"force on {found.on}", {"N"})
     _legend(ax, ax.get_legend_handles_labels()[0] if len(axes) > 1 else [])
     ax.set_xlabel("time [s]")
     _title(ax, f"Reaction of joint {joint}, on {found.on}")
+    return ax
+
+
+def contact_forces(trajectory: Any, names: Any = None, ax: Axes | None = None) -> Any:
+    """Forces of contacts over time: N in full lines, friction T in broken ones; none while a contact is open.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        Of a machine with contacts.
+    names : name or sequence of names, optional
+        All contacts if not given.
+    ax : Axes, optional
+
+    Returns
+    -------
+    Axes
+    """
+    ax = figure(8, 4).subplots() if ax is None else ax
+    chosen = [names] if isinstance(names, str) else list(names or trajectory.contacts)
+    for name, color in zip(chosen, COLORS * len(chosen), strict=False):
+        found = trajectory.contacts[name]
+        closed = found.mode != "open"
+        ax.plot(
+            trajectory.t,
+            np.where(closed, found.normal, np.nan),
+            color=color,
+            linewidth=1.6,
+            label=f"N_{name}",
+        )
+        tangential = found.tangential.reshape(len(trajectory.t), -1)
+        if np.nanmax(np.abs(tangential[closed]), initial=0) > 0:
+            letters = ("T",) if tangential.shape[1] == 1 else ("T1", "T2")
+            for letter, T, dash in zip(letters, tangential.T, ("--", ":"), strict=False):
+                shown = np.where(closed, T, np.nan)
+                ax.plot(trajectory.t, shown, dash, color=color, linewidth=1.4, label=f"{letter}_{name}")
+    _finish(ax, "forces of contacts", {"N"})
+    _legend(ax, ax.get_legend_handles_labels()[0])
+    ax.set_xlim(trajectory.t[0], trajectory.t[-1])
+    ax.set_xlabel("time [s]")
+    _title(ax, "Forces of contacts")
     return ax
 
 
@@ -178,11 +250,15 @@ def energy(trajectory: Trajectory, ax: Axes | None = None) -> Any:
     """
     ledger = trajectory.energy
     curves = {"kinetic T": ledger.kinetic, "potential V": ledger.potential, "T + V": ledger.total}
-    if trajectory.kernels.works:
+    if trajectory.kernels.works or np.any(ledger.work):
         curves["work W"] = ledger.work
     ax = figure(8, 4).subplots() if ax is None else ax
     for (label, values), color, dashes in zip(curves.items(), COLORS, ("-", "-", "--", ":"), strict=False):
-        ax.plot(trajectory.t, values, color=color, linewidth=1.6, linestyle=dashes, label=label)
+        for k, chosen in enumerate(pieces(trajectory)):
+            name = label if k == 0 else "_nolegend_"
+            ax.plot(
+                trajectory.t[chosen], values[chosen], color=color, linewidth=1.6, linestyle=dashes, label=name
+            )
     _finish(ax, "energy", {"J"})
     _legend(ax, ax.get_legend_handles_labels()[0])
     ax.set_xlabel("time [s]")
@@ -231,7 +307,8 @@ def phase(
             )
     x, y = trajectory[chosen], trajectory[against]
     ax = figure(5.6, 5).subplots() if ax is None else ax
-    ax.plot(x, y, color=COLORS[0], linewidth=1.4)
+    for chosen in pieces(trajectory, against):
+        ax.plot(x[chosen], y[chosen], color=COLORS[0], linewidth=1.4)
     for i, face in ((0, "white"), (-1, COLORS[0])):
         ax.plot(
             x[i], y[i], marker="o", markersize=6.5, markerfacecolor=face, markeredgecolor=COLORS[0], zorder=3
@@ -245,7 +322,7 @@ def phase(
                 [state[text] for state in found], [state[other] for state in found], linestyle="none", marker=marker,
                 markersize=5, markerfacecolor="white", markeredgecolor=INK, zorder=3,
             )  # fmt: skip
-        _legend(ax, _event_handles(kinds))
+        _legend(ax, _event_handles(kinds, trajectory))
     for label, put in ((text, ax.set_xlabel), (other, ax.set_ylabel)):
         unit = _unit(trajectory, label)
         put(f"{label} [{unit}]" if unit and unit != "1" else label, fontsize=11)
@@ -330,7 +407,7 @@ def _mark(ax: Any, trajectory: Trajectory, name: Any, kinds: dict[str, str], col
         )  # fmt: skip
 
 
-def _event_handles(kinds: dict[str, str]) -> list[Any]:
+def _event_handles(kinds: dict[str, str], trajectory: Trajectory) -> list[Any]:
     from matplotlib.lines import Line2D
 
     style: dict[str, Any] = {
@@ -339,7 +416,11 @@ def _event_handles(kinds: dict[str, str]) -> list[Any]:
         "markerfacecolor": "white",
         "markeredgecolor": INK,
     }
-    return [Line2D([], [], marker=marker, label=kind, **style) for kind, marker in kinds.items()]
+    contacts = {contact.name for contact in trajectory.kernels.model.contacts}
+    return [
+        Line2D([], [], marker=marker, label=f"change at {kind}" if kind in contacts else kind, **style)
+        for kind, marker in kinds.items()
+    ]
 
 
 def body_rotation(trajectory: Trajectory, body: str) -> Array:

@@ -16,9 +16,11 @@ from ..equations.equations import equations as equations_of
 from ..errors import ModelError, SimulationError
 from ..formats.files import replacing
 from ..model.assemble import assemble
+from ..model.model import Model
 from .animation import animation
 from .keyframes import TOLERANCE
 from .page import page
+from .phases_drawn import lasting
 
 if TYPE_CHECKING:
     from ..simulate.trajectory import Trajectory
@@ -130,7 +132,6 @@ def document(
             "Simulate the system as it is described now."
         )
     scene = animation(trajectory, tolerance)
-    e = equations_of(model)
     shown = model.n_u <= LARGEST if equations is None else equations
     parts = [
         f"<h1>{escape(title or s.name)}</h1>",
@@ -138,7 +139,7 @@ def document(
         '<div id="player"></div>',
         _answers(answers or {}),
         "<h2>Plots</h2>\n" + charts(scene),
-        _equations(e, trajectory) if shown else _withheld(),
+        _phases(trajectory) if shown else _withheld(),
         _model(s, trajectory),
         _figures(figures or {}),
         _footer(trajectory, scene),
@@ -215,12 +216,38 @@ def _withheld() -> str:
     )
 
 
-def _equations(e: Equations, trajectory: Trajectory) -> str:
-    parts = [_drawings(e, trajectory), "<h2>Free-body equations</h2>"]
+def _phases(trajectory: Trajectory) -> str:
+    """Drawing, diagrams and equations; of a motion with contacts in the modes that lasted longest, one after another."""
+    model = trajectory.kernels.model
+    sets = lasting(trajectory)
+    if not sets:
+        return _equations(equations_of(model), trajectory)
+    parts = []
+    for modes, time in sets:
+        words = ", ".join(f"{name} {mode}" for name, mode in _by_owner(modes, model).items())
+        heading = f" <small>({escape(words)}; {time:.4g} s of the motion)</small>"
+        parts.append(_equations(equations_of(model, modes=modes), trajectory, heading, not parts))
+    return "\n".join(parts)
+
+
+def _by_owner(modes: Mapping[str, str], model: Model) -> dict[str, str]:
+    """Modes of contacts; where all elements of one are in the same mode, once."""
+    elements: dict[str, list[str]] = {}
+    for contact in model.contacts:
+        elements.setdefault(contact.owner, []).append(contact.name)
+    result: dict[str, str] = {}
+    for owner, names in elements.items():
+        same = len({modes[name] for name in names}) == 1
+        result |= {owner: modes[names[0]]} if same else {name: modes[name] for name in names}
+    return result
+
+
+def _equations(e: Equations, trajectory: Trajectory, heading: str = "", drawing: bool = True) -> str:
+    parts = [_drawings(e, trajectory, heading, drawing), f"<h2>Free-body equations{heading}</h2>"]
     for name in e.model.bodies:
         parts.append(f"<h3>{escape(name)}</h3>")
         parts.append(formulas(e.free_body(name).mathml()))
-    parts += ["<h2>Equations of motion</h2>", formulas(e.mathml())]
+    parts += [f"<h2>Equations of motion{heading}</h2>", formulas(e.mathml())]
     return "\n".join(parts)
 
 
@@ -259,6 +286,16 @@ def _model(s: System, trajectory: Trajectory) -> str:
     ]
     if joints:
         parts.append(_table(("Joint", "Type", "Between"), joints))
+    if model.contacts:
+        touching = [
+            (
+                contact.name,
+                f"{contact.feature.body.name} – {contact.surface.body.name}",
+                *(f"{float(state(x)):.6g}" for x in (contact.friction, contact.restitution)),
+            )
+            for contact in model.contacts
+        ]
+        parts.append(_table(("Contact", "Between", "Friction", "Restitution"), touching))
     others = [(name, type(one).__name__) for name, one in (*s.loads.items(), *s.constraints.items())]
     if others:
         parts.append(_table(("Load or constraint", "Type"), others))
@@ -271,17 +308,17 @@ def _model(s: System, trajectory: Trajectory) -> str:
     return "\n".join(parts)
 
 
-def _drawings(e: Equations, trajectory: Trajectory) -> str:
+def _drawings(e: Equations, trajectory: Trajectory, heading: str, drawing: bool) -> str:
     """The machine and its free-body diagrams, in the configuration that shows most."""
     from .draw import draw
     from .free_body_diagram import free_body_diagram
 
-    whole = draw(e.model, values=trajectory.values)
-    parts = [
-        f"<h2>Drawing</h2>\n<figure>{whole.svg}</figure>",
-        "<h2>Free-body diagrams</h2>",
-        '<div class="figures">',
-    ]
+    parts = []
+    if drawing:
+        parts.append(
+            f"<h2>Drawing</h2>\n<figure>{draw(trajectory.kernels.model, values=trajectory.values).svg}</figure>"
+        )
+    parts += [f"<h2>Free-body diagrams{heading}</h2>", '<div class="figures">']
     for name in e.model.bodies:
         drawing = free_body_diagram(e, name, values=trajectory.values)
         parts.append(f"<figure>{drawing.svg}<figcaption>{escape(name)}</figcaption></figure>")

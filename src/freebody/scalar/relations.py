@@ -23,7 +23,7 @@ from typing import Any
 from flint import fmpz_mpoly_vec
 
 # Buchberger's completion stops beyond this: (relations, terms of one, bits of a coefficient).
-# Elements stay correct then; only the promise of one form is given up for these generators.
+# Elements stay correct then; only the promise of one form is given up for these generators (`zero` still decides).
 LIMITS = (60, 400, 512)
 
 
@@ -47,6 +47,7 @@ class Relations:
         self.square: dict[int, Any] = {}  # bit of g -> g² - P
         self.introduces: dict[int, int] = {}  # bit of g -> generators of P
         self.general: list[Relation] = []
+        self.unfinished = False  # whether a completion was stopped: see `zero`
 
     def promote(self) -> None:
         """Carry all relations over to the ring's new context."""
@@ -86,6 +87,7 @@ class Relations:
         vector = fmpz_mpoly_vec([r.polynomial for r in new + taken], self.ring.context)
         basis, complete = vector.buchberger_naive(limits=LIMITS)
         if not complete:
+            self.unfinished = True
             self.general += new
             return
         kept = {str(p) for p in self.square.values()}

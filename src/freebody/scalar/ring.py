@@ -8,8 +8,10 @@ means up to relations among such generators, and equal canonical arguments give 
 
 Limits of "canonical", all of them only for what is listed: products of square roots whose
 radicands have a common factor not known to be positive; inverse trigonometric functions among
-each other; sines of pi/n for n outside 1, 2, 3, 4, 6, 12; multiples of an angle beyond 24-fold
-(``sin(1.2345*theta)`` is not related to ``sin(theta)``).
+each other; inverses of expressions of three and more angles with symbols for their lengths, such
+as that of a spring's length (`relations.LIMITS`; `zero.is_zero` decides exactly there too); sines of
+pi/n for n outside 1, 2, 3, 4, 6, 12; multiples of an angle beyond 24-fold (``sin(1.2345*theta)`` is
+not related to ``sin(theta)``).
 """
 
 from __future__ import annotations

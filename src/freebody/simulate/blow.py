@@ -115,18 +115,25 @@ def _located(kernels: Kernels, one: Blow) -> bool:
     )
 
 
-def watching_blows(
-    kernels: Kernels, parameters: Array, specs: Sequence[EventSpec], blows: Sequence[Blow]
-) -> Watch | None:
+def watching_specs(
+    kernels: Kernels, specs: Sequence[EventSpec], blows: Sequence[Blow]
+) -> tuple[EventSpec, ...]:
     """The events of the user and, after them, those that call for a blow."""
-    located = [one for one in blows if _located(kernels, one)]
     calls = [
         replace(
             one.when if isinstance(one.when, EventSpec) else event(one.when), name=one.name, terminal=True
         )
-        for one in located
+        for one in blows
+        if _located(kernels, one)
     ]
-    everything = (*specs, *calls)
+    return (*specs, *calls)
+
+
+def watching_blows(
+    kernels: Kernels, parameters: Array, specs: Sequence[EventSpec], blows: Sequence[Blow]
+) -> Watch | None:
+    """The compiled functions of these."""
+    everything = watching_specs(kernels, specs, blows)
     if not everything:
         return None
     observer = kernels.expressions(expressions_of(kernels.model, everything))
@@ -142,7 +149,7 @@ def watching_blows(
 def struck_path(
     kernels: Kernels,
     numbers: Mapping[str, float],
-    advance: Callable[..., Path],
+    advance: Callable[..., Path | Phases],
     state: Any,
     begin: float,
     end: float,
@@ -153,7 +160,7 @@ def struck_path(
 
     Parameters
     ----------
-    advance              (state, from, to) -> Path
+    advance              (state, from, to, work of the blows until then) -> Path, or Phases of a driven machine
     specs                events of the user, which stand before those of the blows
     """
     if end < begin:
@@ -180,17 +187,20 @@ def struck_path(
     repeated = 0
     while True:
         target = timed[0][0] if timed else end
-        path = advance(y, t, target)
+        path = advance(y, t, target, work)
         mine = [c for c in path.crossings if c.number >= asked]
-        shown = tuple(c for c in path.crossings if c.number < asked)
-        segments.append(Segment(replace(path, crossings=shown), kernels, work))
+        legs = path.segments if isinstance(path, Phases) else (Segment(path, kernels, work),)
+        for leg in legs:
+            shown = tuple(c for c in leg.path.crossings if c.number < asked)
+            segments.append(replace(leg, path=replace(leg.path, crossings=shown)))
+        work = legs[-1].impulses
         stopped = path.status == TERMINAL
         now = [
             located[c.number - asked]
             for c in mine
             if stopped and abs(c.time - path.end) <= 1e-12 * max(1.0, abs(path.end))
         ]
-        y, t = path.states[-1].copy(), path.end
+        y, t = legs[-1].path.states[-1].copy(), path.end
         if path.status == FINISHED and timed:
             while timed and timed[0][0] == target:
                 now.append(timed.pop(0)[2])
@@ -217,7 +227,7 @@ def struck_path(
             status = TERMINAL if user_stop else FINISHED
             tail = Path(path.rates, np.array([t]), np.empty(0), y[None], (), status, 0, 0, 0)
             if now:
-                segments.append(Segment(tail, kernels, work))
+                segments.append(Segment(tail, kernels, work, parameters=segments[-1].parameters))
             return Phases(tuple(segments), status), tuple(happenings)
 
 

@@ -14,9 +14,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..dynamics import coordinate_rates
+from ..dynamics.state import float_state
 from .complementarity import SMALL
 from .contact_scene import Snapshot
-from .contact_state import ContactRun
+from .contact_state import LOW, ContactRun
 from .path import Array
 
 
@@ -85,22 +87,65 @@ def cycle(work: ContactRun, t: float, y: Array, seen: Snapshot) -> tuple[Array, 
 
 
 def settled(work: ContactRun, t: float, y: Array, seen: Snapshot, contacts: frozenset[int]) -> Array:
-    """Normal speeds of the contacts taken away, with the least change of motion; and their slip, if the last
-    impact of each left none."""
-    rows = [work.scene.first[k] for k in sorted(contacts)]
+    """Normal speeds of the contacts taken away, and their slip, if the last impact of each left none.
+
+    The bounces that are left press with the sum of the weights less the normal momentum that is taken away here: where
+    a contact slips, so much less friction acts, -μ d per unit of normal impulse. What sticks stays.
+    """
+    m = work.scene.rows
+    rows: list[int] = []
+    columns: list[Array] = []
+
+    def take(i: int, column: Array) -> None:
+        rows.append(i)
+        columns.append(column)
+
+    identity = np.eye(m)
     for k in sorted(contacts):
+        at, n = work.scene.first[k], work.scene.tangents[k]
         last = next((b for b in reversed(work.bounces) if k in b.contacts), None)
-        if last is not None and last.stuck and not work.model.contacts[k].frictionless:
-            rows += range(work.scene.first[k] + 1, work.scene.first[k] + 1 + work.scene.tangents[k])
-    closed = [
-        work.scene.first[k]
-        for k in work.closed(seen, y)
-        if k not in contacts and abs(seen.rate[work.scene.first[k]]) <= work.still(y)
-    ]
-    rows += closed
-    A = seen.A[np.ix_(rows, rows)]
-    impulses = np.linalg.lstsq(A, -seen.rate[rows], rcond=SMALL)[0]
+        rough = n > 0 and not work.smooth(seen, k)
+        if rough and last is not None and last.stuck:
+            take(at, identity[at])
+            for i in range(at + 1, at + 1 + n):
+                take(i, identity[i])
+            continue
+        column = identity[at].copy()
+        v = work.slip(seen, k)
+        speed = float(np.linalg.norm(v))
+        if rough and speed > work.still(y):
+            column[at + 1 : at + 1 + n] = -seen.friction[k] * v / speed
+        take(at, column)
+    for k in work.closed(t, seen, y):
+        at = work.scene.first[k]
+        if k not in contacts and abs(seen.rate[at]) <= work.still(y):
+            take(at, identity[at])
+    F = np.array(columns).T
+    impulses = F @ np.linalg.lstsq(seen.A[rows] @ F, -seen.rate[rows], rcond=SMALL)[0]
     after = y.copy()
-    after[work.n : work.n + work.model.n_u] += impulses @ seen.responses[rows]
-    work.impulses += float(impulses @ (2 * seen.rate[rows] + A @ impulses)) / 2
+    after[work.n : work.n + work.model.n_u] += impulses @ seen.responses
+    work.impulses += float(impulses @ (2 * seen.rate + seen.A @ impulses)) / 2
     return after
+
+
+def lifted(work: ContactRun, t: float, y: Array) -> Array:
+    """The state with contacts that leave from below zero, as far as they count as closed, at zero.
+
+    From there their return is a zero of the gap; from below, it would be none.
+    """
+    seen = work.look(t, y)
+    low = LOW * (1 + work.size(y))
+    closed = work.closed(t, seen, y)
+    first = work.scene.first
+    if not any(seen.gap[k] < -low and seen.rate[first[k]] > work.still(y) for k in closed):
+        return y
+    rows = [first[k] for k in closed]
+    gaps = np.array([min(seen.gap[k], 0.0) for k in closed])
+    step = np.linalg.lstsq(seen.A[np.ix_(rows, rows)], -gaps, rcond=SMALL)[0] @ seen.responses[rows]
+    state = float_state(work.model, y[: work.n].tolist(), step.tolist(), t, work.values)
+    still = float_state(work.model, y[: work.n].tolist(), None, t, work.values)
+    moved = [float(x) for x in coordinate_rates(work.model, state)]
+    driven = [float(x) for x in coordinate_rates(work.model, still)]
+    result = y.copy()
+    result[: work.n] += np.array(moved) - np.array(driven)
+    return result

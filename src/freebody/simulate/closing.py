@@ -66,6 +66,26 @@ def closed_start(
     return y, active
 
 
+NEARLY = 0.05
+"""Ratio of singular values of the conditions, at unit length, below which a run that stopped has locked up."""
+
+
+def nearly_dependent(model: Model, state: Any, active: tuple[int, ...]) -> tuple[str, ...]:
+    """Names of the conditions that are nearly dependent on each other at a state; none where all are well apart."""
+    G = np.array([[float(x) for x in row] for row in linearized(model, state).matrix])[list(active)]
+    M = np.array([[float(x) for x in row] for row in mass_matrix(model, state)])
+    if not (np.isfinite(G).all() and np.isfinite(M).all()):
+        return ()
+    W = G / np.sqrt(M.diagonal())
+    W /= np.linalg.norm(W, axis=1, keepdims=True)
+    U, s, _ = np.linalg.svd(W)
+    if not s.size or s[-1] > NEARLY * s[0]:
+        return ()
+    parts = np.abs(U[:, -1])
+    names = [row.name for row in rows(model)]
+    return tuple(names[active[k]] for k in np.flatnonzero(parts > 0.1 * parts.max()))
+
+
 def check_redundant(kernels: Kernels, program: Program, path: Path) -> None:
     """Conditions that were redundant at the start must hold along the whole motion.
 

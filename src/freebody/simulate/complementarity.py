@@ -11,7 +11,7 @@ so a solution is exact to round-off and its residual is returned. All combinatio
 solutions with different motions (Painlevé), are found as such.
 
 Sources: C. Glocker, F. Pfeiffer, Multibody Dynamics with Unilateral Contacts (1996), chapters 5-8;
-Y. Hurmuzlu, F. Génot, B. Brogliato (2001), §5, on Painlevé's examples.
+F. Génot, B. Brogliato, New results on Painlevé paradoxes (1999).
 """
 
 from __future__ import annotations

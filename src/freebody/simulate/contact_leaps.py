@@ -44,7 +44,7 @@ def onset(
     ]
     if not starting or one is None:
         return t, y
-    chosen = [k for k in work.closed(seen, y) if seen.rate[work.scene.first[k]] <= work.still(y)]
+    chosen = [k for k in work.closed(t, seen, y) if seen.rate[work.scene.first[k]] <= work.still(y)]
     rows = [
         i
         for k in chosen

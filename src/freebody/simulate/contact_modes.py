@@ -24,7 +24,7 @@ from .complementarity import (
     painleve,
     solutions,
 )
-from .contact_scene import Modes, Snapshot
+from .contact_scene import SMOOTH, Modes, Snapshot
 from .contact_state import ContactRun
 from .path import observe
 
@@ -39,14 +39,14 @@ def modes_at(work: ContactRun, t: float, y: Array, current: Modes) -> tuple[Mode
     """
     seen = work.look(t, y)
     still = work.still(y)
-    chosen = [k for k in work.closed(seen, y) if seen.rate[work.scene.first[k]] <= still]
+    chosen = [k for k in work.closed(t, seen, y) if seen.rate[work.scene.first[k]] <= still]
     if not chosen:
         return (OPEN,) * len(work.names), None, seen
     A, rows, responses, contacts = work.part(seen, chosen, y)
     found = solutions(A, seen.c[rows], contacts)
-    kept = [one for one in found if lasts(work, t, y, chosen, contacts, one)]
+    kept = [one for one in found if lasts(work, t, y, seen, chosen, contacts, one)]
     if not kept:  # those at the limit of friction that others hold, with no slip to come
-        kept = [one for one in found if lasts(work, t, y, chosen, contacts, one, True)]
+        kept = [one for one in found if lasts(work, t, y, seen, chosen, contacts, one, True)]
     kept = _held(kept, contacts)
     groups = distinct(kept, responses, alike=work.alike(contacts, seen, chosen, y))
     if len(groups) != 1:
@@ -62,13 +62,20 @@ def modes_at(work: ContactRun, t: float, y: Array, current: Modes) -> tuple[Mode
         return (not begins, -sticking if begins else sticking, pressing, same, -one.rank_lack)
 
     best = max(groups[0], key=worth)
+    off = work.begins_to_leave(t, y, seen, chosen, seen.free + best.forces @ responses)
+    if off:  # from rest at the end of its side: from now on it is the corner that touches
+        work.left.update(off)
+        return modes_at(work, t, y, current)
     return named(work, chosen, contacts, best), best, seen
 
 
 def named(work: ContactRun, chosen: Sequence[int], contacts: Sequence[Touching], one: Solution) -> Modes:
     modes = [OPEN] * len(work.names)
     for k, contact, (mode, d) in zip(chosen, contacts, one.modes, strict=True):
-        if mode == SLIP and contact.tangents == 1 and not work.model.contacts[k].frictionless:
+        rough = not work.model.contacts[k].frictionless
+        if mode == SLIP and rough and smooth(contact):
+            modes[k] = SMOOTH
+        elif mode == SLIP and contact.tangents == 1 and rough:
             modes[k] = "slip-" if d[0] < 0 else "slip+"
         else:
             modes[k] = mode
@@ -83,6 +90,7 @@ def lasts(
     work: ContactRun,
     t: float,
     y: Array,
+    seen: Snapshot,
     chosen: Sequence[int],
     contacts: Sequence[Touching],
     one: Solution,
@@ -97,7 +105,7 @@ def lasts(
         for c, (mode, _) in zip(contacts, one.modes, strict=True)
     ):
         return True  # in space, slip from rest has no derivative before it has a direction
-    phase = work.scene.phase(modes, t, y, work.values)
+    phase = work.scene.phase(modes, seen)
     program = phase.contact_rates()
     m = work.scene.rows
     slopes = observe(

@@ -77,7 +77,7 @@ def touching_motion(
         },
     )
     y = np.concatenate([state[:n], [0.0, 0.0]])
-    phase = work.scene.phase(("open",) * len(model.contacts), begin, y, values)
+    phase = work.scene.phase(("open",) * len(model.contacts))
     program = phase.motion()
     energies = observe(
         program.address("energy"), 2, np.array([begin]), y[None], program.constants(work.parameters)

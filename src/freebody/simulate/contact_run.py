@@ -20,13 +20,13 @@ from typing import Any
 import numpy as np
 
 from ..errors import SimulationError
-from .bounces import limit
+from .bounces import lifted, limit
 from .bounces import settled as taken_away
 from .complementarity import OPEN, Solution
 from .contact_leaps import halt, onset
 from .contact_modes import modes_at
 from .contact_scene import Ending, Modes, Phase, Snapshot
-from .contact_state import ENDLESS, LOW, ContactRun
+from .contact_state import CROWD, ENDLESS, LOW, PHASES, ContactRun
 from .integrate import integrate
 from .path import FINISHED, TERMINAL, Array, Path, Rates, observe
 from .phases import Phases, Segment
@@ -71,23 +71,29 @@ def run(
             f"deep. Begin with every gap at zero or above."
         )
     while True:
-        crowded = crowded + 1 if t - last <= 1e-13 * max(1.0, abs(t)) else 0
+        work.left.clear()
+        crowded = crowded + 1 if t - last <= CROWD else 0
         last = t
-        if crowded > ENDLESS:
+        if crowded > ENDLESS or len(work.segments) > PHASES:
+            states = ", ".join(f"{a}: {b}" for a, b in zip(work.names, current, strict=True))
             raise SimulationError(
-                f"Contacts of '{work.model.name}' change their modes again and again at t = {t:.9g} s "
-                f"({', '.join(f'{a}: {b}' for a, b in zip(work.names, current, strict=True))}), {ENDLESS} times. "
-                "Impacts that end in a finite time only together (restitution of several contacts at once) do this."
+                f"Contacts of '{work.model.name}' change their modes again and again at t = {t:.9g} s ({states}), "
+                f"{len(work.segments)} phases so far. Impacts that end in a finite time only together (restitution of "
+                f"several contacts at once) do this."
             )
         seen = work.look(t, y)
         y, hit = work.collide(t, y, seen)
+        if crowded in (ENDLESS // 4, ENDLESS // 2):
+            y = _quieted(work, t, y)
         settled = limit(work, t, y) if hit else None
         if settled is not None:
-            t, y, current, past, stop = _rest(work, t, y, settled, current, past, end, between)
+            settled = (_quieted(work, t, settled[0]), *settled[1:])
+            t, y, current, past, reasons, stop = _rest(work, t, y, settled, current, past, end, between)
             if stop:
                 status = stop
                 break
-            reasons = dict.fromkeys(settled[2], "end of the bounces, the limit of a geometric series")
+            continue
+        y = lifted(work, t, y)
         modes, one, seen = modes_at(work, t, y, current)
         phase, rates, _, _ = work.setup(modes, t, y, seen)
         low = LOW * (1 + work.size(y))
@@ -130,7 +136,7 @@ def _agree(
     """Normal forces that no motion determines must not decide the motion by their friction."""
     if one is None or not one.rank_lack:
         return
-    chosen = [k for k in work.closed(seen, y) if seen.rate[work.scene.first[k]] <= work.still(y)]
+    chosen = [k for k in work.closed(t, seen, y) if seen.rate[work.scene.first[k]] <= work.still(y)]
     rows = [
         i
         for k in chosen
@@ -178,7 +184,13 @@ def _phase(
     stopped = []
     for c in mine:
         ending = endings[c.number - asked]
-        reasons[ending.contact] = _why(work, phase, ending, t_new, y_new)
+        reasons[ending.contact] = why = _why(work, phase, ending, t_new, y_new)
+        if ending.law in (
+            "reach",
+            "side",
+        ):  # the corner takes over from its side, or the side from the corner
+            here = (ending.contact, ending.place)
+            reasons.update((j, why) for j, sides in work.scene.ends.items() if here in sides)
         if ending.law == "slip" and work.scene.tangents[ending.contact] == 2:
             stopped.append(ending.contact)
     for k in stopped:
@@ -186,9 +198,28 @@ def _phase(
     return path, t_new, y_new, reasons, ""
 
 
+def _quieted(work: ContactRun, t: float, y: Array) -> Array:
+    """Where bounces end, or events crowd at one moment: all contacts that bounce no higher than 1e-12 m are at rest."""
+    seen = work.look(t, y)
+    low = 1e-12 * (1 + work.size(y))
+    quiet = frozenset(
+        k
+        for k in work.closed(t, seen, y)
+        for v, a in ((seen.rate[work.scene.first[k]], -seen.c[work.scene.first[k]]),)
+        if a > 0 and abs(v) > work.still(y) and v * v / (2 * a) < low
+    )
+    if not quiet:
+        return y
+    y = taken_away(work, t, y, seen, quiet)
+    names = ", ".join(work.names[k] for k in sorted(quiet))
+    work.tell(t, "rest", y, y, f"{names}: bounces lower than {low:.0e} m end here")
+    work.bounces.clear()
+    return y
+
+
 def _rest(
     work: ContactRun, t: float, y: Array, settled: Any, current: Modes, past: Modes, end: float, between: Any
-) -> tuple[float, Array, Modes, Modes, str]:
+) -> tuple[float, Array, Modes, Modes, dict[int, str], str]:
     """The time that is left to bounces too low to follow, as motion in contact."""
     y, left, contacts = settled
     modes, one, seen = modes_at(work, t, y, current)
@@ -199,14 +230,16 @@ def _rest(
         work, t, y, past, phase.shown, dict.fromkeys(contacts, "bounces below what numbers resolve"), True
     )
     y = work.projected(t, y, rates)
-    if until > t:
-        _, t, y, _, stop = _phase(work, phase, rates, watch, endings, t, y, until, modes, between)
-        if stop and stop != FINISHED:
-            return t, y, modes, phase.shown, stop
-    if until < end or t < end:
-        work.tell(t, "rest", y, y, f"{names}: the bounces end here, the limit of their geometric series")
     work.bounces.clear()
-    return t, y, modes, phase.shown, FINISHED if t >= end else ""
+    reasons: dict[int, str] = {}
+    if until > t:
+        _, t, y, reasons, stop = _phase(work, phase, rates, watch, endings, t, y, until, modes, between)
+        if stop and (stop != FINISHED or t >= end):
+            return t, y, modes, phase.shown, {}, stop
+    if not reasons:  # else another event came before the end of the bounces
+        work.tell(t, "rest", y, y, f"{names}: the bounces end here, the limit of their geometric series")
+        reasons = dict.fromkeys(contacts, "end of the bounces, the limit of a geometric series")
+    return t, y, modes, phase.shown, reasons, ""
 
 
 def _why(work: ContactRun, phase: Phase, ending: Ending, t: float, y: Array) -> str:
@@ -215,7 +248,9 @@ def _why(work: ContactRun, phase: Phase, ending: Ending, t: float, y: Array) -> 
     if ending.law == "normal":
         return "N reached 0"
     if ending.law == "reach":
-        return "the end of the surface"
+        return "the end of the side"
+    if ending.law == "side":
+        return "the foot came onto the side"
     if ending.law == "slip":
         return "the slip stopped"
     program = phase.contact()
@@ -278,6 +313,14 @@ def _check_depth(work: ContactRun, path: Path, modes: Modes) -> None:
     if not np.isfinite(y).all():
         return
     seen = work.look(path.end, y)
+    slow = 1e3 * work.still(y)
+    for k, mode in enumerate(modes):
+        v = float(seen.rate[work.scene.first[k] + 1]) if mode in ("slip+", "slip-") else 0.0
+        if (v < -slow and mode == "slip+") or (v > slow and mode == "slip-"):
+            raise SimulationError(
+                f"Contact '{work.names[k]}' of '{work.model.name}' changed its sense of slip between {path.start:.9g} "
+                f"and {path.end:.9g} s within less than a step, and was passed over. Give a shorter max_step."
+            )
     for k, mode in enumerate(modes):
         if mode == OPEN and seen.gap[k] < -work.near(y) and seen.reach[k] > 0 and path.start < path.end:
             before = work.look(path.start, path.states[0])

@@ -15,7 +15,6 @@ from typing import Any, cast
 import numpy as np
 
 from ..dynamics import State, coordinate_rates, kinetic_energy, potential_energy
-from ..dynamics.constrained import independent_rows
 from ..dynamics.constraints import linearized, rows
 from ..dynamics.contact import contact_layout, contact_rows, touches
 from ..dynamics.contact_motion import contact_forces, contact_problem, friction_power, in_modes
@@ -23,8 +22,10 @@ from ..dynamics.linear import Factorization
 from ..dynamics.motion import Motion, motion, total_power
 from ..dynamics.state import float_state
 from ..model import Model
+from ..model.contact import Contact
 from ..scalar.derivative import forward
 from ..scalar.trace import Tape
+from .complementarity import SMALL
 from .kernels import Kernels, Program
 from .path import Array, observe
 
@@ -33,7 +34,10 @@ STOPPED = 1e-8
 _STOPPED_SQUARE = Fraction(1, 10**16)
 
 Modes = tuple[str, ...]
-"""Mode of every contact: open, stick, slip+, slip- or slip."""
+"""Mode of every contact: open, stick, slip+, slip-, slip or smooth."""
+
+SMOOTH = "smooth"
+"""Mode of a closed contact whose coefficients of friction are zero in this run: its slip has no sense to watch."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,24 @@ def scene_of_layout(model: Model) -> tuple[list[int], list[int], int]:
     return [kinds.index((k, "N")) for k in count], [kinds.count((k, "T")) for k in count], len(layout)
 
 
+def _ends(model: Model) -> dict[int, list[tuple[int, int]]]:
+    """Of each corner that ends a side: the side's element, and which of its reaches is zero there."""
+    names = {c.name: k for k, c in enumerate(model.contacts)}
+    result: dict[int, list[tuple[int, int]]] = {}
+    for k, c in enumerate(model.contacts):
+        side = names.get(c.owner, k)
+        if side != k:
+            result[k] = [(side, k - side - 1)]
+    return result
+
+
+def _described(contact: Contact, mode: str) -> Any:
+    """A mode in the words of `in_modes`."""
+    if mode != SMOOTH:
+        return mode
+    return "slip+" if contact.tangents == 1 else ("slip", (1, 0))
+
+
 class Scene:
     """The contacts of a model as numbers, by one compiled kernel."""
 
@@ -71,6 +93,7 @@ class Scene:
         self._phases: dict[Any, Phase] = {}
         self._moded: dict[Modes, Model] = {}
         self._reaching: list[int] = []
+        self.ends = _ends(self.model)
 
     def _functions(self, state: State) -> Mapping[str, Sequence[Any]]:
         model = self.model
@@ -126,23 +149,46 @@ class Scene:
         n = self.model.n_q
         return float_state(self.model, y[:n].tolist(), y[n : n + self.model.n_u].tolist(), t)
 
-    def phase(self, modes: Modes, t: float, y: Array, values: Mapping[str, float]) -> Phase:
-        """The equations of a set of modes; dependent conditions are found at the state."""
+    def phase(self, modes: Modes, seen: Snapshot | None = None) -> Phase:
+        """The equations of a set of modes; conditions of contacts that follow from others are found in ``seen``."""
         if modes not in self._moded:
             named = {
-                c.name: mode for c, mode in zip(self.model.contacts, modes, strict=True) if mode != "open"
+                c.name: _described(c, mode)
+                for c, mode in zip(self.model.contacts, modes, strict=True)
+                if mode != "open"
             }
             self._moded[modes] = in_modes(self.model, named) if named else self.model
         model = self._moded[modes]
         active = self.kernels.active
-        if any(mode != "open" for mode in modes):
-            n = model.n_q
-            state = float_state(model, y[:n].tolist(), y[n : n + model.n_u].tolist(), t, values)
-            active = independent_rows(model, state)
+        if seen is not None:
+            active = (*active, *self._independent(modes, seen.A))
         key = (modes, active)
         if key not in self._phases:
             self._phases[key] = Phase(self, model, modes, active)
         return self._phases[key]
+
+    def _independent(self, modes: Modes, A: Array) -> list[int]:
+        """Conditions of closed contacts that are independent, the earlier ones kept: by pivots of A (Cholesky)."""
+        held = [
+            i
+            for k, mode in enumerate(modes)
+            if mode != "open"
+            for i in range(self.first[k], self.first[k] + 1 + (self.tangents[k] if mode == "stick" else 0))
+        ]
+        kept: list[int] = []
+        L = np.zeros((len(held), len(held)))
+        for place, i in enumerate(held):
+            count = len(kept)
+            row = np.array([A[i, held[j]] for j in kept])
+            for j in range(count):
+                row[j] = (row[j] - L[j, :j] @ row[:j]) / L[j, j]
+            left = A[i, i] - row @ row
+            if left > SMALL * A[i, i]:
+                L[count, :count] = row
+                L[count, count] = np.sqrt(left)
+                kept.append(place)
+        own = len(rows(self.model))
+        return [own + place for place in kept]
 
 
 @dataclass(frozen=True)
@@ -150,8 +196,9 @@ class Ending:
     """A function that ends a phase when it falls through zero: of which contact, and what it means."""
 
     contact: int
-    law: str  # gap, normal, cone, slip, reach
+    law: str  # gap, normal, cone, slip, reach, side
     sign: int = 0
+    place: int = 0  # of the end of a side, among its reaches
 
 
 class Phase(Kernels):
@@ -269,6 +316,13 @@ class Phase(Kernels):
 
         return self._program("slopes", functions)
 
+    def _elsewhere(self, k: int) -> bool:
+        """Whether the foot is on the side that this corner ends, or on a corner of this side."""
+        ends = self.scene.ends
+        return any(self.modes[side] != "open" for side, _ in ends.get(k, ())) or any(
+            self.modes[j] != "open" and (k, place) in ends[j] for j in ends for place in (0, 1)
+        )
+
     def watching(
         self, expressions: Sequence[Any], dead: frozenset[int] = frozenset()
     ) -> tuple[Program, tuple[Ending, ...]]:
@@ -284,21 +338,23 @@ class Phase(Kernels):
             values: list[Any] = [state(e) for e in expressions]
             endings.clear()
 
-            def end(value: Any, contact: int, law: str, sign: int = 0) -> None:
+            def end(value: Any, contact: int, law: str, sign: int = 0, place: int = 0) -> None:
                 values.append(value)
-                endings.append(Ending(contact, law, sign))
+                endings.append(Ending(contact, law, sign, place))
 
             for k, (contact, mode) in enumerate(zip(self.model.contacts, self.modes, strict=True)):
                 at, n = self.scene.first[k], self.scene.tangents[k]
                 if mode == "open":
-                    if k not in dead:
+                    if k not in dead and not self._elsewhere(k):
                         end(found["gap"][k], k, "gap")
                     continue
                 N, T = found["force"][at], found["force"][at + 1 : at + 1 + n]
                 v = found["rate"][at + 1 : at + 1 + n]
                 end(N, k, "normal")
-                for x in seen[k].reach:
-                    end(x, k, "reach")
+                for place, x in enumerate(seen[k].reach):
+                    end(x, k, "reach", place=place)
+                for side, place in self.scene.ends.get(k, ()):
+                    end(-seen[side].reach[place], side, "side", place=place)
                 if mode == "stick":
                     mu = state(contact.static_friction)
                     if n == 1:

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from ..dynamics.contact import reaches_along
+from ..dynamics.state import float_state
 from ..errors import SimulationError
-from .complementarity import OPEN, SMALL, STICK, Touching
-from .contact_scene import Modes, Phase, Snapshot, scene_of
+from .complementarity import OPEN, SLIP, SMALL, STICK, Touching
+from .contact_scene import SMOOTH, Modes, Phase, Snapshot, scene_of
 from .event import EventSpec
 from .impacts import impact
 from .kernels import Kernels
@@ -25,6 +27,10 @@ LOW = 1e-15
 """Height of a flight, relative to 1 m or the greatest coordinate, that round-off hides."""
 NUDGE = 1e-9
 """Speed of slip given to one that begins in space without acceleration [m/s]."""
+CROWD = 1e-7
+"""Time between two events that counts as none where they crowd [s]."""
+PHASES = 100_000
+"""Phases of one run at most."""
 ENDLESS = 200
 """Changes of mode at one moment before they are refused as endless."""
 
@@ -69,6 +75,7 @@ class ContactRun:
         self._setups: dict[Any, Any] = {}
         self._constants = self.scene.program.constants(self.parameters)
         self.rates: Rates | None = None
+        self.left: set[int] = set()  # contacts that begin to leave the end of their side at this moment
 
     # -- numbers ---------------------------------------------------------------------------------
 
@@ -88,9 +95,40 @@ class ContactRun:
         at = self.scene.first[k]
         return seen.rate[at + 1 : at + 1 + self.scene.tangents[k]]
 
-    def closed(self, seen: Snapshot, y: Array) -> list[int]:
+    def closed(self, t: float, seen: Snapshot, y: Array) -> list[int]:
+        """Contacts whose gap is zero and whose foot is within its side: on it, or at its end and not leaving it.
+
+        At the end of a side, what is round touches the side or the corner, never both.
+        """
         near = self.near(y)
-        return [k for k in range(len(self.names)) if seen.gap[k] <= near and seen.reach[k] >= -near]
+        found = [k for k in range(len(self.names)) if seen.gap[k] <= near and seen.reach[k] >= -near]
+        at_end = [k for k in found if seen.reach[k] <= near]
+        gone = {k for k in at_end if k in self.left or self._leaves(t, y, k)}
+        found = [k for k in found if k not in gone]
+        return [k for k in found if not any(side in found for side, _ in self.scene.ends.get(k, ()))]
+
+    def _leaves(self, t: float, y: Array, k: int, udot: Array | None = None) -> bool:
+        """Whether the foot of a contact at the end of its side moves off it; with ``udot``, also where it begins to."""
+        state = float_state(self.model, y[: self.n].tolist(), self.u(y).tolist(), t, self.values)
+        still = self.still(y)
+        given = np.zeros(self.model.n_u) if udot is None else udot
+        for value, rate, growth in reaches_along(self.model, state, self.model.contacts[k], given.tolist()):
+            if abs(value) > self.near(y):
+                continue
+            if rate < -still or (udot is not None and abs(rate) <= still and growth < -SMALL):
+                return True
+        return False
+
+    def begins_to_leave(
+        self, t: float, y: Array, seen: Snapshot, chosen: Sequence[int], udot: Array
+    ) -> list[int]:
+        """Contacts at rest at the end of their side that these accelerations take off it."""
+        near = self.near(y)
+        return [k for k in chosen if seen.reach[k] <= near and self._leaves(t, y, k, udot)]
+
+    def smooth(self, seen: Snapshot, k: int) -> bool:
+        """Whether the coefficients of friction are zero in this run."""
+        return bool(seen.friction[k] == seen.static[k] == 0)
 
     def touching(self, seen: Snapshot, k: int, still: float) -> Touching:
         v = self.slip(seen, k)
@@ -125,7 +163,7 @@ class ContactRun:
     def collide(self, t: float, y: Array, seen: Snapshot) -> tuple[Array, bool]:
         """State after the impact of the contacts that approach, if any does."""
         still = self.still(y)
-        closed = self.closed(seen, y)
+        closed = self.closed(t, seen, y)
         speeds = {k: float(seen.rate[self.scene.first[k]]) for k in closed}
         if not any(v < -still for v in speeds.values()):
             return y, False
@@ -176,7 +214,7 @@ class ContactRun:
         self, modes: Modes, t: float, y: Array, seen: Snapshot
     ) -> tuple[Phase, Rates, Watch | None, Any]:
         """Compiled equations of the modes, and the functions to watch."""
-        phase = self.scene.phase(modes, t, y, self.values)
+        phase = self.scene.phase(modes, seen)
         dead = self.dead(modes, seen, y)
         key = (id(phase), dead)
         if key not in self._setups:
@@ -209,7 +247,8 @@ class ContactRun:
             self._setups[key] = (phase, rates, watch, endings)
         phase.loose = self.loose_forces(modes, dead, seen)
         phase.shown = tuple(
-            STICK if k in dead and mode in ("slip+", "slip-") else mode for k, mode in enumerate(modes)
+            STICK if k in dead and mode in ("slip+", "slip-") else SLIP if mode == SMOOTH else mode
+            for k, mode in enumerate(modes)
         )
         return self._setups[key]
 
@@ -231,7 +270,7 @@ class ContactRun:
                 columns[-1] = (
                     columns[-1] - seen.friction[k] * (1 if mode == "slip+" else -1) * seen.responses[at + 1]
                 )
-            elif n == 2 and not self.model.contacts[k].frictionless:
+            elif mode == SLIP and n == 2 and not self.model.contacts[k].frictionless:
                 v = self.slip(seen, k)
                 speed = float(np.linalg.norm(v))
                 if speed > 0:

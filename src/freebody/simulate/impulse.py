@@ -20,6 +20,7 @@ from ..equations.vocabulary import Vocabulary
 from ..errors import ModelError, nearest
 from ..model.assemble import assemble
 from ..model.model import Model
+from ..model.values import check_assumptions
 from ..scalar.algebra import ZERO, Vector, apply
 from ..space.rotation import Rotation
 from .closing import closed_start
@@ -109,6 +110,7 @@ def impulse(
         jumps = exact_jumps(e, state)
     else:
         numbers = model.values(values)
+        check_assumptions(model, numbers)
         begin = 0.0 if t is None else number(model, numbers, t, "t")
         y, active = closed_start(model, numbers, initial or {}, near or {}, begin, False)
         state = float_state(model, y[: model.n_q].tolist(), y[model.n_q :].tolist(), begin, values)

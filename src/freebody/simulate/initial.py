@@ -71,7 +71,7 @@ def named_state(
         raise SimulationError(f"Expected {where} values by name, such as {{'theta': 0.1}}, got {initial!r}.")
     names = [*model.coordinate_names, *model.speed_names]
     place = {name: i for i, name in enumerate(names)}
-    turned = _quaternions_by_joint(model)
+    turned = quaternions_by_joint(model)
     y = np.array([*rest_coordinates(model), *([0.0] * model.n_u)], dtype=float)
     begun: set[int] = set()  # quaternions of which single components were given
     given: dict[int, Any] = {}
@@ -112,7 +112,29 @@ def named_state(
     return y, set(given)
 
 
-def _quaternions_by_joint(model: Model) -> dict[str, int]:
+def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
+    """Whether a value of a parameter, or of the start, has an axis of lanes; four components of a quaternion are none."""
+
+    def many(value: Any, own: int) -> bool:
+        if isinstance(value, str) or not isinstance(value, list | tuple | np.ndarray):
+            return False
+        if len(value) and isinstance(value[0], Rotation):
+            return True
+        try:
+            return np.ndim(value) > own
+        except ValueError:
+            return True
+
+    turned = quaternions_by_joint(model)
+    given = values.values() if isinstance(values, Mapping) else ()
+    start = initial.items() if isinstance(initial, Mapping) else ()
+    return any(many(value, 0) for value in given) or any(
+        many(value, int(str(key) in turned)) for key, value in start
+    )
+
+
+def quaternions_by_joint(model: Model) -> dict[str, int]:
+    """Place of the quaternion of each ball and free joint among the coordinates."""
     return {
         link.joint: link.q + (3 if link.kind == "free" else 0)
         for link in model.links

@@ -256,6 +256,7 @@ def _parts(system: System) -> tuple[Any, ...]:
         *system.loads.values(),
         *system.constraints.values(),
         *system.contacts.values(),
+        *system.controllers.values(),
         *system.about.values(),
         system.gravity,
     )

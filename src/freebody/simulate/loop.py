@@ -38,6 +38,8 @@ SOURCES = {
 }
 """Modules that a method is made of, besides the shared ones."""
 CALLED = ("advance", "sample", "observe")
+LANES = " lanes"
+"""After the name of a method: with the loop over lanes, which adds ``lanes`` to what is called."""
 LIBRARIES = frozenset(
     ("pow", "exp", "exp2", "log", "log2", "fma", "floor", "ceil", "memcpy", "memset", "memmove")
 )
@@ -94,14 +96,17 @@ def loop(method: str = "dop853") -> Loop:
 def _loop(method: str = "dop853") -> Loop:
     key = _key(method)
     found = disk.load(key)
-    loaded = None if found is None else _loaded(*found)
+    loaded = None if found is None else _loaded(*found, _called(method))
     if loaded is not None:
         return Loop(*loaded, True)
-    compiled = importlib.import_module(f".{method}", __package__).FUNCTIONS
-    alone = _standalone(compiled)
-    loaded = None if alone is None else _loaded(*alone)
+    if method.endswith(LANES):
+        compiled = importlib.import_module(".lanes", __package__).functions(method.removesuffix(LANES))
+    else:
+        compiled = importlib.import_module(f".{method}", __package__).FUNCTIONS
+    alone = _standalone(compiled, _called(method))
+    loaded = None if alone is None else _loaded(*alone, _called(method))
     if alone is None or loaded is None:  # numba holds what the code needs besides
-        called = {name: compiled[name] for name in CALLED}
+        called = {name: compiled[name] for name in _called(method)}
         functions = {
             name: Function(int(made.code.address), made.arguments, made.result)
             for name, made in called.items()
@@ -111,9 +116,16 @@ def _loop(method: str = "dop853") -> Loop:
     return Loop(*loaded, False)
 
 
-def _loaded(header: dict[str, Any], code: bytes) -> tuple[dict[str, Function], native.Library] | None:
+def _called(method: str) -> tuple[str, ...]:
+    """What Python calls of a method."""
+    return (*CALLED, "lanes") if method.endswith(LANES) else CALLED
+
+
+def _loaded(
+    header: dict[str, Any], code: bytes, names: Sequence[str] = CALLED
+) -> tuple[dict[str, Function], native.Library] | None:
     """Functions in object code; None if it is not what it should be."""
-    if set(header) != {"functions", "needed"} or set(header["functions"]) != set(CALLED):
+    if set(header) != {"functions", "needed"} or set(header["functions"]) != set(names):
         return None
     if not all(map(llvm.address_of_symbol, header["needed"])):  # LLVM would end the process for want of one
         return None
@@ -130,7 +142,9 @@ def _loaded(header: dict[str, Any], code: bytes) -> tuple[dict[str, Function], n
     return functions, library
 
 
-def _standalone(compiled: Mapping[str, Any]) -> tuple[dict[str, Any], bytes] | None:
+def _standalone(
+    compiled: Mapping[str, Any], names: Sequence[str] = CALLED
+) -> tuple[dict[str, Any], bytes] | None:
     """Header and object code of numba's functions; None if they need numba or Python to run."""
     context = llvm.create_context()
     once = {id(f): f for f in compiled.values()}  # a method may use one function in two places
@@ -141,7 +155,7 @@ def _standalone(compiled: Mapping[str, Any]) -> tuple[dict[str, Any], bytes] | N
     needed = outside(text)
     if not LIBRARIES.issuperset(needed):
         return None
-    called = {name: compiled[name] for name in CALLED}
+    called = {name: compiled[name] for name in names}
     functions = {name: (made.code.native_name, made.arguments, made.result) for name, made in called.items()}
     header = {"needed": needed, "functions": functions}
     return header, native.object_code(text)
@@ -167,7 +181,8 @@ def _key(method: str = "dop853") -> str:
     """Hash of the source of the loop and of what compiles it."""
     digest = hashlib.sha256(f"loop {method} {disk.VERSION} {native.version()}\n".encode())
     here = Path(__file__).parent
-    for name in (*SHARED, *SOURCES[method]):
+    more = ("lanes.py", "lanes_layout.py") if method.endswith(LANES) else ()
+    for name in (*SHARED, *SOURCES[method.removesuffix(LANES)], *more):
         digest.update((here / name).read_bytes())
     # numba's version without an import of numba, which takes longer than a run
     numba = importlib.util.find_spec("numba")

@@ -30,7 +30,7 @@ from .path import STIFF, Path, Rates
 METHODS = ("auto", "dop853", "dop54", "radau", "gauss", "taylor", "structure", "timestepping")
 
 
-_FINE = 1e-14
+FINE = 1e-14
 """Tolerances below it are left to compensated sums."""
 
 
@@ -79,7 +79,7 @@ def run(
         return integrate(
             _equipped(kernels, parameters, method, rates), *arguments, method=method, step=step, **options
         )
-    if np.min(options["relative"]) < _FINE:
+    if np.min(options["relative"]) < FINE:
         return integrate(rates, *arguments, method="gauss", **options)
     path = integrate(rates, *arguments, until_stiff=True, **options)
     if path.status != STIFF:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .event import Event
-from .path import Array, Crossing, Path, Rates
+from .path import Array, Crossing, Path, Rates, observe
 from .trajectory import Energy, Trajectory
 
 
@@ -29,6 +29,7 @@ class Segment:
     ``impulses``  work of all blows and impacts up to its start [J]
     ``modes``     of every contact
     ``loose``     which contact forces the motion does not determine
+    ``parameters``  values of the model's parameters, where they are not those of the whole run
     """
 
     path: Path
@@ -36,6 +37,7 @@ class Segment:
     impulses: float = 0.0
     modes: tuple[Any, ...] = ()
     loose: Any = None
+    parameters: Any = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +50,15 @@ class Phases:
     @property
     def rates(self) -> Rates:
         return self.segments[-1].path.rates
+
+    @property
+    def method(self) -> str:
+        """Of the last segment."""
+        return self.segments[-1].path.method
+
+    @property
+    def stiff(self) -> int:
+        return sum(s.path.stiff for s in self.segments)
 
     @property
     def blame(self) -> int:
@@ -171,6 +182,18 @@ class PhasedTrajectory(Trajectory):
         both = [(event.time, 0, i, event) for i, event in enumerate(asked)]
         both += [(event.time, 1, i, event) for i, event in enumerate(self.happenings)]
         return EventList(event for *_, event in sorted(both, key=lambda entry: entry[:3]))
+
+    def _observed(self, program: Any, function: str, times: Array, states: Array) -> Array:
+        """With the constants of each segment."""
+        if all(s.parameters is None for s in self.path.segments):
+            return super()._observed(program, function, times, states)
+        result = np.empty((len(times), program.outputs(function)))
+        for k, chosen in self.path.split(times):
+            constants = program.constants(self.path.segments[k].parameters)
+            result[chosen] = observe(
+                program.address(function), result.shape[1], times[chosen], states[chosen], constants
+            )
+        return result
 
     @cached_property
     def energy(self) -> Energy:

@@ -19,17 +19,20 @@ from numpy.typing import ArrayLike
 from ..dynamics.mobility import check_bodies, massless_motion
 from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
+from ..model.values import check_assumptions
 from . import path as runs
-from .blow import blows_of, struck_path, watching_blows
-from .closing import check_redundant, closed_start
+from .blow import blows_of, struck_path, watching_blows, watching_specs
+from .closing import check_redundant, closed_start, nearly_dependent
 from .contact_motion import touching_motion
+from .driven import Drives, at_time, check_signals, driven_path, refuse_switched
 from .event import expressions_of, specs_of
-from .initial import initial_state, number
+from .initial import asks_for_many, initial_state, number
 from .kernels import Kernels, kernels_of
 from .methods import check_method, check_method_of_contacts, run
 from .path import Path, Rates, Watch, observe
 from .phases import PhasedTrajectory
 from .progress import Progress
+from .sensitivity import sensitive_motion
 from .timestepping import stepped_motion
 from .trajectory import Trajectory
 
@@ -57,8 +60,12 @@ def simulate(
     max_step: float | None = None,
     max_steps: int | None = None,
     progress: bool | Callable[[float], Any] | None = None,
-) -> Trajectory:
-    """The motion of a machine from an initial state.
+    outputs: Any = None,
+    store: Any = None,
+    threads: int | None = None,
+    sensitivities: Any = None,
+) -> Any:
+    """The motion of a machine from an initial state, or many motions from arrays of initial states and parameters.
 
     Parameters
     ----------
@@ -112,11 +119,26 @@ def simulate(
     progress : bool or function, optional
         Whether to show a progress bar once a second has passed (on a terminal, if not given). A function is
         called several times a second with the part of the run that is done.
+    outputs : name, expression, sequence or mapping of them, optional
+        Of a batch: quantities at the output times (all coordinates and speeds if not given), and single numbers of
+        the whole run, "max(theta)", "min(...)", "range(...)", "initial(...)", "final(...)".
+    store : path, optional
+        Of a batch: netCDF file that takes the results as they come. Where it exists and holds the same runs, those
+        that are missing are run.
+    threads : int, optional
+        Of a batch: how many share the lanes; all processors if not given. Results do not depend on it.
+    sensitivities : sequence of names, optional
+        Parameters, and coordinates and speeds at the start, by which the motion is differentiated:
+        ``trajectory.sensitivity["theta", "m"]``. The control of the step covers the derivatives.
 
     Returns
     -------
     Trajectory
         Flagged ``interrupted`` when the keyboard (Ctrl-C) stopped it.
+    xarray.Dataset
+        Of a batch, which arrays in ``values`` or ``initial`` (entry k is of lane k), ``outputs`` or ``store`` ask for:
+        the outputs over ``lane`` and ``time`` (101 times if none are given), first and last times of events, and
+        ``status`` of each lane. A lane that fails is no error: its values are nan from there on.
 
     Raises
     ------
@@ -136,12 +158,30 @@ def simulate(
     >>> motion
     Trajectory of 'pendulum': t = 0 to 10 s, 1 coordinate, 9 events, finished
     """
-    check_method(method, step)
     kernels = kernels_of(s)
     model = kernels.model
+    if outputs is not None or store is not None or asks_for_many(model, initial, values):
+        from .batch import simulate_batch
+
+        if sensitivities is not None:
+            raise SimulationError("Expected one motion for sensitivities=, got a batch. Leave one out.")
+        if tuple(impulses if isinstance(impulses, list | tuple) else [impulses]):
+            raise SimulationError(
+                "Expected a batch without impulses=, which change the speeds between steps. Run such motions one by one."
+            )
+        return simulate_batch(
+            s, until, initial=initial, near=near, project=project, values=values, tolerance=tolerance, events=events,
+            method=method, step=step, times=times, samples=samples, start=start, max_step=max_step,
+            max_steps=max_steps, progress=progress, outputs=outputs, store=store, threads=threads,
+        )  # fmt: skip
+    if model.contacts and method != "timestepping":
+        check_method_of_contacts(method, step)
+    check_method(method, step)
     numbers = model.values(values)
-    check_bodies(model, numbers)
     begin = number(model, numbers, start, "start")
+    numbers = at_time(model, numbers, begin)
+    check_bodies(model, numbers)
+    check_assumptions(model, numbers)
     end = number(model, numbers, until, "until")
     if times is not None and samples is not None:
         raise SimulationError("Expected times= or samples=, got both. Leave one out.")
@@ -152,6 +192,7 @@ def simulate(
         raise SimulationError(f"Expected a longest step greater than 0 s, got max_step={max_step!r}.")
     specs = specs_of(events)
     expressions = expressions_of(model, specs)
+    check_signals(model)
     if model.constraints:
         state, active = closed_start(model, numbers, initial or {}, near or {}, begin, project)
         kernels = kernels.holding(active)
@@ -159,14 +200,28 @@ def simulate(
         state = initial_state(model, numbers, initial or {})
     tolerances = _tolerances(kernels, tolerance)
 
+    if sensitivities is not None:
+        refuse_switched(model, "sensitivities=")
+        if tuple(impulses if isinstance(impulses, list | tuple) else [impulses]):
+            raise SimulationError("Expected a motion without impulses= for sensitivities=. Leave one out.")
+        with Progress(begin, end, progress) as between:
+            sensitive = sensitive_motion(
+                kernels, numbers, sensitivities, initial or {}, state, begin, end, specs, expressions, tolerances,
+                wanted, samples, method=method, step=step, max_step=max_step, max_steps=max_steps, project=project,
+                between=between,
+            )  # fmt: skip
+        if sensitive.path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.DIVERGED, runs.TOO_MANY_STEPS):
+            raise _failure(sensitive, sensitive.path, kernels, end)
+        return sensitive
     if method == "timestepping":
+        refuse_switched(model, 'method="timestepping"')
         with Progress(begin, end, progress) as between:
             return stepped_motion(
                 kernels, numbers, state, begin, end, specs, expressions, tolerances, wanted, samples,
                 step=step, impulses=impulses, between=between,
             )  # fmt: skip
     if model.contacts:
-        check_method_of_contacts(method, step)
+        refuse_switched(model, "a machine with contacts")
         with Progress(begin, end, progress) as between:
             return touching_motion(
                 kernels, numbers, state, begin, end, specs, expressions, tolerances, wanted, samples,
@@ -201,28 +256,36 @@ def simulate(
     if blows:
         watch = watching_blows(kernels, parameters, specs, blows)
     with Progress(begin, end, progress) as between:
-        advance = partial(
+        leg = partial(
             run,
             kernels,
-            parameters,
-            method,
-            step,
-            rates,
             relative=tolerances,
             absolute=absolute,
-            watch=watch,
             max_step=math.inf if max_step is None else float(max_step),
             max_steps=max_steps,
             between=between,
         )
         happenings: tuple[Any, ...] = ()
         path: Any
+        drives = Drives(kernels, numbers, begin, end) if model.switched else None
+        given = method
+
+        def advance(y: Any, t0: float, t1: float, work: float = 0.0) -> Any:
+            if drives is None:
+                return leg(parameters, method, step, rates, y, t0, t1, watch=watch)
+
+            def interval(p: Any, here: Rates, *span: Any, method: str | None = None, **more: Any) -> Path:
+                return leg(p, method or given, step, here, *span, **more)
+
+            every = watching_specs(kernels, specs, blows)
+            return driven_path(drives, interval, rates, watch, every, y, t0, t1, work)
+
         if blows:
             path, happenings = struck_path(kernels, numbers, advance, state, begin, end, specs, blows)
         else:
             path = advance(state, begin, end)
     parts = (kernels, numbers, path, specs, tolerances, wanted, samples)
-    trajectory = PhasedTrajectory(*parts, happenings=happenings) if blows else Trajectory(*parts)
+    trajectory = PhasedTrajectory(*parts, happenings=happenings) if blows or drives else Trajectory(*parts)
     if path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.DIVERGED, runs.TOO_MANY_STEPS):
         raise _failure(trajectory, path, kernels, end)
     if model.constraints:
@@ -298,6 +361,22 @@ def _massless(path: Path, kernels: Kernels, trajectory: Trajectory) -> tuple[str
     return massless_motion(kernels.model, state)
 
 
+def _locked(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
+    """What is said of constraints where the step collapsed: which of them depend on each other there, if any do."""
+    n_q, n_u = kernels.model.n_q, kernels.model.n_u
+    y = path.states[-1]
+    state = float_state(
+        kernels.model, y[:n_q].tolist(), y[n_q : n_q + n_u].tolist(), path.end, trajectory.values
+    )
+    found = nearly_dependent(kernels.model, state, kernels.active)
+    if not found:
+        return " So do constraints that end: bars that come into line, points of a rope that meet."
+    return (
+        f" The machine locks up there: {' and '.join(map(repr, found))} are all but dependent on each other, as where "
+        "bars come into line, and no motion goes on from it. Stop before with a terminal event, or change the lengths."
+    )
+
+
 def _failure(trajectory: Trajectory, path: Path, kernels: Kernels, end: float) -> SimulationError:
     name = kernels.names[_culprit(path, kernels)]
     idle = _massless(path, kernels, trajectory) if path.status == runs.NOT_FINITE else ()
@@ -320,7 +399,7 @@ def _failure(trajectory: Trajectory, path: Path, kernels: Kernels, end: float) -
             "event, or loosen the tolerance."
         )
         if kernels.model.constraints:
-            what += " So do constraints that end: bars that come into line, points of a rope that meet."
+            what += _locked(path, kernels, trajectory)
         if path.method in ("dop853", "dop54"):
             what += ' If a spring or damper is very stiff, method="radau" follows it.'
     elif path.status == runs.DIVERGED:

@@ -101,6 +101,20 @@ class SteppedTrajectory(Trajectory):
         ends = self.path.times[1:]
         return np.clip(np.searchsorted(ends, times, side="left"), 0, max(len(ends) - 1, 0))
 
+    def mean_forces(self, times: Array) -> Array:
+        """Contact forces, means over the step that ends at or after each time, in the order of the layout [N]."""
+        lengths = np.diff(self.path.times)
+        if not len(lengths):
+            return np.zeros((len(times), self._impulses.shape[1]))
+        k = self._step_of(times)
+        return np.asarray(self._impulses[k] / lengths[k, None])
+
+    def work_until(self, times: Array) -> Array:
+        """Work done since the start, and of that by contacts, shape (n, 2) [J]."""
+        total = np.concatenate([[[0.0, 0.0]], np.cumsum(self._works, axis=0)])
+        columns = [np.interp(times, self.path.times, column) for column in total.T]
+        return np.column_stack([columns[0] + columns[1], columns[0]])
+
     @cached_property
     def contacts(self) -> dict[str, ContactMotion]:
         """Gap, mean forces over the step, slip and mode of every contact, by name."""

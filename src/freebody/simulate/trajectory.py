@@ -249,7 +249,8 @@ class Trajectory:
         times = np.concatenate([[self.path.start], self.t])
         states = np.concatenate([self.path.states[:1], self.states])
         both = self._observed(self.kernels.motion(), "energy", times, states)
-        work = states[:, -1] if self.kernels.works else np.zeros(len(times))
+        n = self.kernels.size - 1
+        work = states[:, n] if self.kernels.works else np.zeros(len(times))
         residual = both.sum(axis=1) - both[0].sum() - work
         return Energy(both[1:, 0], both[1:, 1], work[1:], residual[1:])
 
@@ -455,7 +456,11 @@ def quaternions(rotation: Array) -> Array:
 
 def unit_of(trajectory: Trajectory, name: str) -> str:
     """Unit of a coordinate or speed: as described, else that of the joint it moves."""
-    model = trajectory.kernels.model
+    return unit_of_name(trajectory.kernels.model, name)
+
+
+def unit_of_name(model: Any, name: str) -> str:
+    """Unit of a coordinate or speed of a model."""
     base = name.rstrip("'")
     unit = model.about.get(base, ("", ""))[0] or _unit(model, name, base)
     return f"{unit}/s" if name.endswith("'") and unit else unit

@@ -5,7 +5,7 @@ const COLORS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#8a6d00", "#3b8ea5"
 const DASHES = ["", "7 3", "2 3", "9 3 2 3", "12 4", "4 2"];
 const WIDTH = 720, HEIGHT = 230, LEFT = 62, RIGHT = 14, TOP = 26, BOTTOM = 34;
 
-function chart(root, motion, spec, units, events, seek) {
+function chart(root, motion, spec, units, { events, breaks = [] }, seek) {
   const svg = drawing("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "chart", role: "img" }, root);
   drawing("title", {}, svg, spec.title);
   const curves = spec.curves.map(([key, component, label]) => ({ ...motion.channels[key], component, label, unit: units[key] }));
@@ -15,8 +15,8 @@ function chart(root, motion, spec, units, events, seek) {
       low = Math.min(low, values[i]);
       high = Math.max(high, values[i]);
     }
-  if (!(high - low > 1e-6 * Math.max(Math.abs(low), Math.abs(high)))) {
-    const room = 0.5 * Math.max(Math.abs(low), Math.abs(high)) || 1;
+  if (!(high - low > Math.max(1e-6 * Math.max(Math.abs(low), Math.abs(high)), spec.least || 0))) {
+    const room = Math.max(0.5 * Math.max(Math.abs(low), Math.abs(high)), spec.least || 0) || 1;
     [low, high] = [low - room, high + room];
   }
   const margin = 0.05 * (high - low);
@@ -41,10 +41,13 @@ function chart(root, motion, spec, units, events, seek) {
   const unit = curves.every((curve) => curve.unit === curves[0].unit) && curves[0].unit;
   if (unit && unit !== "1") drawing("text", { x: 4, y: 15 }, svg, `[${unit}]`);
   const labels = curves.map((curve, i) => {
-    const d = [];
-    for (let k = 0; k < motion.t.length; k++)
-      d.push(`${x(motion.t[k]).toFixed(1)},${y(curve.values[k * curve.width + curve.component]).toFixed(1)}`);
-    drawing("polyline", { points: d.join(" "), stroke: COLORS[i], "stroke-dasharray": DASHES[i], class: "curve" }, svg);
+    const ends = [0, ...breaks, motion.t.length]; // no line through a jump
+    for (let n = 0; n + 1 < ends.length; n++) {
+      const d = [];
+      for (let k = ends[n]; k < ends[n + 1]; k++)
+        d.push(`${x(motion.t[k]).toFixed(1)},${y(curve.values[k * curve.width + curve.component]).toFixed(1)}`);
+      drawing("polyline", { points: d.join(" "), stroke: COLORS[i], "stroke-dasharray": DASHES[i], class: "curve" }, svg);
+    }
     return curve.label;
   });
   const cursor = drawing("line", { y1: TOP, y2: HEIGHT - BOTTOM, class: "cursor" }, svg);
@@ -93,7 +96,7 @@ function plots(root, scene, shown) {
     let update = null;
     const open = () => {
       if (update || !fold.open) return;
-      update = chart(place, shown.motion, spec, units, scene.events, seek);
+      update = chart(place, shown.motion, spec, units, scene, seek);
       shown.listen(() => fold.open && update());
       update();
     };

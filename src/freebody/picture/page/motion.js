@@ -22,12 +22,13 @@ class Motion {
     let low = 0, high = t.length - 1;
     while (high - low > 1) {
       const middle = (low + high) >> 1;
-      if (t[middle] <= time) low = middle;
+      if (t[middle] <= time) low = middle; // at a jump itself: what is after it
       else high = middle;
     }
     this.now = time;
     this.index = low;
-    this.part = high > low ? Math.min(1, Math.max(0, (time - t[low]) / (t[high] - t[low]))) : 0;
+    // where the motion jumps there are two moments at one time
+    this.part = t[high] > t[low] ? Math.min(1, Math.max(0, (time - t[low]) / (t[high] - t[low]))) : 0;
   }
 
   vector(values, width = 3) {

@@ -7,12 +7,12 @@ const AXES = [[0.84, 0.22, 0.15], [0.1, 0.58, 0.25], [0.12, 0.36, 0.75]];
 const DARK = [0.25, 0.25, 0.28], PALE = [0.85, 0.86, 0.88];
 const SWITCHES = {
   trails: "Trails", frames: "Frames", names: "Names", forces: "Forces", reactions: "Reactions",
-  cones: "Cones", follow: "Follow", repeat: "Repeat",
+  contacts: "Contacts", cones: "Cones", follow: "Follow", repeat: "Repeat",
 };
 
 function player(root, scene, options = {}) {
   const motion = new Motion(scene), listeners = [];
-  const on = { trails: true, frames: false, names: false, forces: false, reactions: false, cones: false, follow: false, repeat: true };
+  const on = { trails: true, frames: false, names: false, forces: false, reactions: false, contacts: true, cones: false, follow: false, repeat: true };
   let playing = false, speed = 1, arrowSize = 1, last = null, drawn = 0;
 
   // -- what stands on the page
@@ -27,12 +27,14 @@ function player(root, scene, options = {}) {
   const clock = element("output", { class: "clock" }, bar);
   const rate = element("select", { class: "speed", "aria-label": "Speed" }, bar);
   for (const x of SPEEDS) element("option", { value: x }, rate, `× ${x}`);
+  const strip = timeline(root, slider, scene, motion, (time) => (pause(), seek(time)));
   const panel = element("div", { class: "bar switches" }, root);
   const boxes = {};
   const present = {
     forces: scene.arrows.some((arrow) => arrow.group === "force"),
     reactions: scene.arrows.some((arrow) => arrow.group === "reaction"),
     cones: scene.cones.length > 0,
+    contacts: scene.touching.length > 0,
   };
   for (const [name, text] of Object.entries(SWITCHES)) {
     if (present[name] === false) continue;
@@ -76,8 +78,10 @@ function player(root, scene, options = {}) {
   const trails = scene.bodies.map((body, i) => trail(motion, i, body.center, 0.0015 * bounds.reach, renderer));
   on.trails = bodies.length <= 12; // of more, they hide the machine
   const cones = scene.cones.map((cone) => conePair(motion, cone, 0.6 * size, renderer));
-  const plane = scene.ground.plane && grid(scene.ground.plane, bounds, size);
-  if (plane) plane.path = renderer.path(plane.points);
+  const planes = scene.ground.planes.map((one) => renderer.path(grid(one, bounds, size).points));
+  const ball = renderer.surface(triangles({ kind: "ellipsoid", radii: [1, 1, 1], at: [0, 0, 0] }, 1));
+  const touching = scene.touching.map(({ path, closed }) => ({ path: floats(path), closed: floats(closed) }));
+  const struck = impacts(motion, scene, touching);
   const loose = {}; // polylines that change with time, by name
   const dynamic = (name, points) => (loose[name] = renderer.path(new Float32Array(points.flat()), loose[name]));
   const paths = scene.arrows.map((arrow) => arrow.path && floats(arrow.path));
@@ -160,7 +164,7 @@ function player(root, scene, options = {}) {
     camera.light = unit(add(camera.back, add(scale(0.7, camera.top), scale(-0.45, camera.right))));
     const texts = [];
     renderer.begin(camera);
-    if (plane) renderer.line(plane.path, PALE, 1);
+    for (const path of planes) renderer.line(path, PALE, 1);
     for (const { color, surface } of ground) renderer.solid(surface, placed([1, 0, 0, 0], [0, 0, 0]), color);
     const poses = bodies.map((_, i) => motion.pose(i));
     bodies.forEach((groups, i) => groups.forEach(({ color, surface }) => renderer.solid(surface, poses[i], color)));
@@ -174,6 +178,7 @@ function player(root, scene, options = {}) {
     if (on.names) scene.bodies.forEach((body, i) => texts.push([point(poses[i], body.center), body.name, DARK]));
     if (on.forces || on.reactions) drawArrows(poses, texts);
     if (on.cones) drawCones(poses);
+    if (on.contacts) drawContacts();
     renderer.end();
     write(texts, camera, ratio);
     drawn++;
@@ -207,8 +212,8 @@ function player(root, scene, options = {}) {
       const long = (0.55 * size * arrowSize * l) / (greatest[arrow.kind] || 1);
       if (!(long > 2e-3 * size)) return;
       const tail = paths[i] ? motion.vector(paths[i]) : at(poses, arrow), n = scale(1 / l, v);
-      const tip = drawArrow(tail, n, long, arrow.kind === "moment", arrow.color, shown.length <= 40);
-      if (shown.length <= 14) texts.push([add(tip, scale(0.05 * size, n)), `${arrow.label} ${digits(l)} ${arrow.kind === "force" ? "N" : "N m"}`, arrow.color]);
+      const tip = drawArrow(tail, n, long, arrow.kind === "moment", arrow.color, shown.length <= 120);
+      if (shown.length <= 14) texts.push([add(tip, scale(0.05 * size, n)), `${arrow.label} ${digits(l)} ${arrow.kind === "force" ? "N" : "N m"}`, arrow.color, tail]);
     });
   }
   const at = (poses, { body, at: p }) => (body < 0 ? p : point(poses[body], p));
@@ -219,6 +224,14 @@ function player(root, scene, options = {}) {
     renderer.solid(shaft, along(n, tail, Math.min(thick, 0.4 * wide), long - tip), color, 1, through);
     for (const k of heads) renderer.solid(head, along(n, add(end, scale(-k * tip, n)), wide, tip), color, 1, through);
     return end;
+  }
+  // Where bodies touch, a dark dot; where they struck each other before, a red one.
+  function drawContacts() {
+    const r = 0.014 * size;
+    touching.forEach(({ path, closed }) => {
+      if (closed[motion.index] > 0) renderer.solid(ball, along([0, 0, 1], motion.vector(path), r, r), DARK, 1, true);
+    });
+    for (const [time, p] of struck) if (time <= motion.now) renderer.solid(ball, along([0, 0, 1], p, r, r), [0.84, 0.37, 0], 1, true);
   }
   function drawCones(poses) {
     for (const { body, apex, space, own } of cones) {
@@ -237,11 +250,13 @@ function player(root, scene, options = {}) {
     pen.textBaseline = "middle";
     pen.lineJoin = "round";
     const m = camera.matrix, taken = [];
-    for (const [p, text, color] of texts) {
+    const across = (p) => ((1 + point(m, p)[0] / (m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15])) * overlay.width) / 2;
+    for (const [p, text, color, tail] of texts) {
       const w = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
       if (w <= 0 || !text) continue;
-      const [x, y] = point(m, p), wide = pen.measureText(text).width, line = 15 * ratio;
-      const px = ((1 + x / w) * overlay.width) / 2 + 3 * ratio;
+      const [, y] = point(m, p), wide = pen.measureText(text).width, line = 15 * ratio, x = across(p);
+      const left = tail && x < across(tail) - 4 * ratio; // beyond the tip of an arrow to the left
+      const px = left ? x - wide - 3 * ratio : x + 3 * ratio;
       let py = ((1 - y / w) * overlay.height) / 2;
       const hit = () => taken.some((b) => px < b[0] + b[2] && b[0] < px + wide && Math.abs(py - b[1]) < line);
       const first = py;
@@ -260,6 +275,7 @@ function player(root, scene, options = {}) {
     motion.seek(Math.min(motion.last, Math.max(motion.first, time)));
     slider.value = (motion.now - motion.first) / (motion.last - motion.first || 1);
     clock.textContent = `${motion.now.toFixed(places)} s`;
+    strip();
     draw();
     for (const listener of listeners) listener(motion.now);
   }
@@ -348,7 +364,7 @@ function player(root, scene, options = {}) {
   }, { passive: false, signal });
   canvas.addEventListener("dblclick", () => look("fit"), { signal });
   canvas.addEventListener("webglcontextrestored", () => location.reload(), { signal });
-  const watch = new ResizeObserver(() => draw());
+  const watch = new ResizeObserver(() => (strip(), draw()));
   watch.observe(stage);
 
   for (const [name, box] of Object.entries(boxes)) box.checked = on[name];

@@ -1,0 +1,116 @@
+"""``freebody sweep``: the motion of a model at every combination of some of its values."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import click
+
+from .model import Number, Setting, find, settings_of
+from .table import Grid, significant
+
+MOST = 12  # rows of the table
+
+
+class Range(click.ParamType):
+    """``name=from:to:count`` or ``name=a,b,c`` on the command line."""
+
+    name = "name=from:to:count"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, list[float]]:
+        if isinstance(value, tuple):
+            return value
+        name, sign, given = value.partition("=")
+        if not sign or not name.strip() or not given.strip():
+            self.fail(f"Expected name=from:to:count or name=a,b,c, got '{value}'.", param, ctx)
+        if ":" not in given:
+            return name.strip(), [Number().convert(x, param, ctx) for x in given.split(",")]
+        parts = given.split(":")
+        if len(parts) != 3 or not parts[2].strip().isdigit() or int(parts[2]) < 2:
+            self.fail(f"Expected name=from:to:count, with a count of at least 2, got '{value}'.", param, ctx)
+        first, last = (Number().convert(x, param, ctx) for x in parts[:2])
+        count = int(parts[2])
+        return name.strip(), [first + (last - first) * k / (count - 1) for k in range(count)]
+
+
+@click.command()
+@click.argument("model")
+@click.option("--vary", type=Range(), multiple=True, required=True, metavar="NAME=FROM:TO:COUNT",
+              help="Parameter, or coordinate or speed at the start; also NAME=A,B,C. May be repeated: all combinations.")  # fmt: skip
+@click.option("--until", type=Number(), required=True, metavar="T", help="Length of the runs [s].")
+@click.option("--output", "outputs", multiple=True, metavar="WHAT",
+              help="Such as theta, 'L*sin(theta)', 'max(theta)', 'final(theta)'; may be repeated. All coordinates and speeds if none.")  # fmt: skip
+@click.option("--event", "events", multiple=True, metavar="EXPRESSION",
+              help="Whose first and last passage through zero are kept; may be repeated.")  # fmt: skip
+@click.option("--samples", type=int, default=None, metavar="N", help="Number of output times (101).")
+@click.option("--tolerance", type=Number(), default=None, metavar="TOL", help="Of the integration (1e-9).")
+@click.option("--set", "settings", type=Setting(), multiple=True, metavar="NAME=VALUE",
+              help="Value of a parameter in all runs; may be repeated.")  # fmt: skip
+@click.option("-o", "--out", "store", type=click.Path(path_type=Path, dir_okay=False), default=None, metavar="FILE",
+              help="netCDF file for the results; a sweep that was stopped goes on where it was.")  # fmt: skip
+def sweep(
+    model: str,
+    vary: tuple[tuple[str, list[float]], ...],
+    until: float,
+    outputs: tuple[str, ...],
+    events: tuple[str, ...],
+    samples: int | None,
+    tolerance: float | None,
+    settings: tuple[tuple[str, float], ...],
+    store: Path | None,
+) -> None:
+    """Simulate MODEL at every combination of values, and write the motions to one file."""
+    from ..study.sweep import sweep as run
+
+    entry = find(model)
+    system = entry.build()
+    values = settings_of(system, settings)
+    grid: dict[str, list[float]] = {}
+    for name, numbers in vary:
+        if name in grid:
+            raise click.BadParameter(f"'{name}' is varied twice.", param_hint="--vary")
+        grid[name] = numbers
+    near = {} if entry.near is None else dict(entry.near)
+    start = {name: value for name, value in dict(entry.start or {}).items() if name not in grid}
+    data = run(
+        system, grid, until, outputs=list(outputs) or None, initial=start, near=near, values=values,
+        events=list(events), samples=samples, tolerance=1e-9 if tolerance is None else tolerance, store=store,
+    )  # fmt: skip
+    show(data, grid)
+    waiting = int((data.status == "waiting").sum())
+    if store is not None:
+        click.echo(f"wrote {store}")
+    else:
+        click.echo("Add -o FILE.nc to keep the motions.")
+    if waiting:
+        more = "the same command goes on with them" if store is not None else "add -o to be able to go on"
+        click.echo(f"Stopped by the keyboard: {waiting} runs are left; {more}.", err=True)
+        raise click.exceptions.Exit(130)
+
+
+def show(data: Any, grid: dict[str, list[float]]) -> None:
+    """How the runs ended, and the range of every output over all of them."""
+    size = 1
+    for numbers in grid.values():
+        size *= len(numbers)
+    table = Grid("Output", "Smallest", "Largest", "Unit", title=f"{size} runs of {data.attrs['title'][11:]}")
+    for name, variable in list(data.data_vars.items())[:MOST]:
+        if name in ("status", "blame", "steps", "event_count"):
+            continue
+        low, high = (float(x(variable)) for x in (_least, _most))
+        table.row(name, significant(low), significant(high), variable.attrs.get("units", ""))
+    table.print()
+    ended = Counter(data.status.values.ravel().tolist())
+    click.echo(", ".join(f"{count} {status}" for status, count in ended.most_common()))
+
+
+def _least(variable: Any) -> Any:
+    return variable.min()
+
+
+def _most(variable: Any) -> Any:
+    return variable.max()

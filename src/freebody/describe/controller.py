@@ -1,0 +1,137 @@
+"""Controllers: Python functions that are asked once per sample, and whose answers hold until the next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from ..errors import ModelError, nearest
+from .names import check_name
+
+if TYPE_CHECKING:
+    from .system import System
+
+
+@dataclass(frozen=True, eq=False)
+class Controller:
+    """A sampled controller. Made by :meth:`System.controller`.
+
+    ``inputs``   names of the parameters that it sets
+    ``sensors``  (name, expression) of what it is told besides coordinates, speeds and parameters
+    """
+
+    name: str
+    function: Callable[..., Any]
+    period: Any
+    inputs: tuple[str, ...]
+    sensors: tuple[tuple[str, Any], ...]
+
+
+def controller(
+    system: System,
+    function: Callable[..., Any],
+    period: Any,
+    inputs: Any,
+    *,
+    sensors: Mapping[str, Any] | None = None,
+    name: str | None = None,
+) -> Controller:
+    """A sampled controller: a Python function that sets parameters, called once per sample.
+
+    At t = start + k ``period``, k = 0, 1, ..., the function is called with the time and the state; what it returns
+    holds until the next sample (zero-order hold).
+
+    Parameters
+    ----------
+    function : callable
+        ``function(t, x)``: the time [s] and the state, ``x["theta"]``, ``x["theta'"]``: coordinates, speeds,
+        parameters (inputs with the value held up to now) and sensors, by name. It returns the number for the input; of
+        several inputs a mapping by name, or one number for each in their order. If it has a method ``reset``, that is
+        called when a run begins.
+    period : expression
+        Between two samples [s]: a number, or an expression of parameters.
+    inputs : str, symbol or list of them
+        Parameters that it sets; they may stand in loads and in gravity.
+    sensors : mapping of str to expression, optional
+        What else it is told, computed in machine code: expressions of coordinates, speeds, time and parameters.
+    name : str, optional
+        For errors; that of the function if not given.
+
+    Raises
+    ------
+    ModelError
+        Inputs that are no parameters of this system or that another controller sets, a period that is not positive.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("cart")
+    >>> push = s.parameters(push=0.0)
+    >>> cart = s.body("cart", fb.particle(2))
+    >>> rail = s.slider("rail", s.ground, cart, axis="x", coordinate="x")
+    >>> motor = s.force("motor", rail, push)
+    >>> held = s.controller(lambda t, x: 4 * (1 - x["x"]) - 4 * x["x'"], 0.01, "push", name="pd")
+    >>> motion = fb.simulate(s, until=20)
+    >>> round(motion.at(20)["x"], 6), round(float(motion["push"][0]), 6)
+    (1.0, 4.0)
+    """
+    if not callable(function) or isinstance(function, sympy.Basic):
+        raise ModelError(
+            f"Expected a Python function of (t, state) for a controller, got {function!r}. A law without samples is an "
+            "expression: s.torque('motor', joint, '-k*theta')."
+        )
+    label = name or getattr(function, "__name__", type(function).__name__)
+    label = check_name("controller" if label == "<lambda>" else label, "controller")
+    what = f"controller '{label}'"
+    if label in system.controllers:
+        raise ModelError(f"There is already a {what} in this system. Pass another name=.")
+    period = system.expression(period, f"the period of {what}")
+    moving = system.names.depends(period, "coordinate", "speed", "time")
+    if moving:
+        raise ModelError(f"The period of {what} must be constant, but it depends on {', '.join(moving)}.")
+    if not isinstance(period, sympy.Basic) and not 0 < float(period) < math.inf:
+        raise ModelError(f"Expected a period greater than 0 s for {what}, got {period}.")
+    names = _inputs(system, inputs, what)
+    told = []
+    for key, value in (sensors or {}).items():
+        check_name(key, "sensor")
+        if key in system.names.kinds:
+            raise ModelError(
+                f"Sensor '{key}' of {what} has the name of a {system.names.kinds[key]} of this system. Choose another."
+            )
+        told.append((key, system.expression(value, f"sensor '{key}' of {what}")))
+    made = Controller(label, function, period, names, tuple(told))
+    system.controllers[label] = made
+    return made
+
+
+def _inputs(system: System, inputs: Any, what: str) -> tuple[str, ...]:
+    if isinstance(inputs, str):
+        inputs = inputs.replace(",", " ").split()
+    elif not isinstance(inputs, Sequence):
+        inputs = [inputs]
+    known = {parameter.name for parameter in system.parameter_list}
+    result = []
+    for one in inputs:
+        text = one if isinstance(one, str) else system.names.texts.get(one, str(one))
+        if text not in known or system.names.kinds[text] != "parameter":
+            plain = sorted(name for name in known if system.names.kinds[name] == "parameter")
+            raise ModelError(
+                f"Expected parameters of this system as the inputs of {what}, got '{text}'; {nearest(text, plain)} "
+                f"An input is declared first: {text if text.isidentifier() else 'tau'} = s.parameters(...=0)."
+            )
+        for other in system.controllers.values():
+            if text in other.inputs:
+                raise ModelError(
+                    f"Parameter '{text}' is already set by controller '{other.name}', not also by {what}."
+                )
+        if text in result:
+            raise ModelError(f"Parameter '{text}' stands twice among the inputs of {what}.")
+        result.append(text)
+    if not result:
+        raise ModelError(f"Expected at least one input for {what}, such as inputs='tau'.")
+    return tuple(result)

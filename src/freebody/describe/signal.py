@@ -1,0 +1,227 @@
+"""Signals: functions of time given by samples, in pieces that are polynomials.
+
+    s(t) = c0 + c1 (t - a) + c2 (t - a)² + c3 (t - a)³        between two break points, a the first of them
+
+In the expressions of a machine a signal is this polynomial. Its coefficients and a are constants like the parameters,
+and have other values in the next piece: so a signal has derivatives of any order in formulas, costs a few products in
+machine code, and no step of an integration crosses a break point.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import ModelError
+
+Array = NDArray[np.float64]
+
+KINDS = {"previous": 0, "linear": 1, "cubic": 3}
+"""Kind of a signal and the degree of its pieces."""
+ENDS = ("not-a-knot", "natural", "clamped")
+_unnamed = itertools.count(1)
+
+
+class Signal(sympy.Dummy):
+    """A function of time given by samples. Made by :func:`signal`; stands in expressions like a symbol.
+
+    Attributes
+    ----------
+    times : ndarray (n,)
+        Break points [s].
+    interpolation : str
+    """
+
+    times: Array
+    interpolation: str
+    smooth: bool
+    _coefficients: Array
+    _outside: str
+
+    def pieces(self, t: ArrayLike) -> tuple[Array, Array]:
+        """Starts (k,) and coefficients (k, degree + 1) of the pieces that hold at the times; at a break point, the
+        piece that begins there.
+
+        Raises
+        ------
+        ModelError
+            A time outside of the signal.
+        """
+        wanted = np.atleast_1d(np.asarray(t, dtype=float))
+        first, last = self.times[0], self.times[-1]
+        if self._outside == "error":
+            late = ~((wanted >= first) & ((wanted <= last) | (self.interpolation == "previous")))
+            if late.any():
+                raise ModelError(
+                    f"Signal '{self.name}' is given from {first:g} to {last:g} s, and was asked for at "
+                    f't = {wanted[late][0]:g} s. Give samples for that time too, or pass outside="hold", which keeps '
+                    "the first and the last value."
+                )
+        k = np.searchsorted(self.times, wanted, side="right")
+        if self._outside == "error" and self.interpolation != "previous":
+            k = np.where(wanted == last, len(self.times) - 1, k)
+        starts = np.where(k == 0, first, self.times[np.maximum(k - 1, 0)])
+        return starts, self._coefficients[k]
+
+    def __call__(self, t: ArrayLike) -> Any:
+        """The value at a time, or at an array of times."""
+        times = np.asarray(t, dtype=float)
+        flat = np.atleast_1d(times).reshape(-1)
+        starts, c = self.pieces(flat)
+        x = flat - starts
+        value = np.zeros(flat.shape)
+        for column in c.T[::-1]:
+            value = value * x + column
+        return float(value[0]) if times.ndim == 0 else value.reshape(times.shape)
+
+    @property
+    def degree(self) -> int:
+        """Of the polynomials."""
+        return KINDS[self.interpolation]
+
+
+def signal(
+    times: ArrayLike,
+    values: ArrayLike,
+    kind: str = "linear",
+    *,
+    name: str | None = None,
+    outside: str = "error",
+    ends: str = "not-a-knot",
+) -> Signal:
+    """A function of time given by samples, for any load, drive or condition of a machine.
+
+    Parameters
+    ----------
+    times : array (n,)
+        Increasing [s].
+    values : array (n,)
+        In the unit of what the signal stands for.
+    kind : {"linear", "previous", "cubic"}
+        Straight lines between the samples; each sample held until the next; or a cubic spline, twice differentiable,
+        as a prescribed displacement needs it.
+    name : str, optional
+        By which text expressions know it, once it has been used in one, and errors speak of it.
+    outside : {"error", "hold"}
+        Outside of the times: an error, or the first and the last value. (A "previous" signal always holds its last.)
+    ends : {"not-a-knot", "natural", "clamped"}
+        Of a cubic spline: one polynomial for the two pieces at either end; no curvature there; no slope there.
+
+    Returns
+    -------
+    Signal
+        ``sig(t)`` gives values.
+
+    Raises
+    ------
+    ModelError
+        Times that do not increase, values that are not finite, unequal numbers of both, an unknown kind.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> ramp = fb.signal([0, 1, 3], [0, 2, 2], name="thrust")
+    >>> ramp(0.25)
+    0.5
+    >>> s = fb.System("cart")
+    >>> cart = s.body("cart", fb.particle(2))
+    >>> rail = s.slider("rail", s.ground, cart, axis="x", coordinate="x")
+    >>> push = s.force("push", cart, (2 * ramp, 0, 0))
+    >>> motion = fb.simulate(s, until=3)
+    >>> round(motion.at(3)["x'"], 12)
+    5.0
+
+    Reference: de Boor, A Practical Guide to Splines (1978), chapter IV.
+    """
+    if kind not in KINDS:
+        raise ModelError(f"Expected kind 'linear', 'previous' or 'cubic' for a signal, got {kind!r}.")
+    if outside not in ("error", "hold"):
+        raise ModelError(f"Expected outside='error' or 'hold' for a signal, got {outside!r}.")
+    if ends not in ENDS or (ends != "not-a-knot" and kind != "cubic"):
+        raise ModelError(
+            f"Expected ends= to be one of {', '.join(map(repr, ENDS))}, and of a signal of kind 'cubic' only; got "
+            f"{ends!r} with kind {kind!r}."
+        )
+    label = f"signal_{next(_unnamed)}" if name is None else name
+    if not isinstance(label, str) or not label.isidentifier():
+        raise ModelError(f"Expected a name (letters, digits, underscores) for a signal, got {name!r}.")
+    t, v = _samples(times, "times", label), _samples(values, "values", label)
+    if t.size != v.size:
+        raise ModelError(f"Expected as many values as times for signal '{label}', got {v.size} and {t.size}.")
+    if t.size < (1 if kind == "previous" else 2):
+        raise ModelError(
+            f"Expected at least two samples for signal '{label}' of kind '{kind}', got {t.size}."
+        )
+    still = np.flatnonzero(~(np.diff(t) > 0))
+    if still.size:
+        k = int(still[0])
+        raise ModelError(
+            f"Expected times that increase for signal '{label}', but times[{k + 1}] = {t[k + 1]:g} s comes after "
+            f"times[{k}] = {t[k]:g} s. For a jump use kind='previous'."
+        )
+    made = Signal(label, real=True)
+    made.times, made.interpolation, made._outside = t, kind, outside
+    made.smooth = kind == "cubic" and (outside == "error" or ends == "clamped")
+    inner = _inner(t, v, kind, ends)
+    held = np.zeros((2, inner.shape[1]))
+    held[:, 0] = v[0], v[-1]
+    # row k: after k break points; the first and the last are outside
+    made._coefficients = np.vstack([held[:1], inner, held[1:]])
+    return made
+
+
+def _samples(given: ArrayLike, what: str, label: str) -> Array:
+    try:
+        x = np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        raise ModelError(f"Expected numbers for the {what} of signal '{label}', got {given!r}.") from None
+    if x.ndim != 1:
+        raise ModelError(
+            f"Expected a list of {what} for signal '{label}', got an array of shape {x.shape}. A "
+            "vector is three signals."
+        )
+    if not np.isfinite(x).all():
+        raise ModelError(
+            f"Expected finite {what} for signal '{label}', got {x[~np.isfinite(x)][0]} at place "
+            f"{int(np.flatnonzero(~np.isfinite(x))[0])}."
+        )
+    return x
+
+
+def _inner(t: Array, v: Array, kind: str, ends: str) -> Array:
+    """Coefficients (n - 1, degree + 1) of the pieces between break points."""
+    if kind == "previous":
+        return v[:-1, None]
+    if kind == "linear":
+        return np.stack([v[:-1], np.diff(v) / np.diff(t)], axis=1)
+    from scipy.interpolate import CubicSpline
+
+    return np.ascontiguousarray(CubicSpline(t, v, bc_type=ends).c[::-1].T)
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A signal in a system: the symbols of its piece, and the expression that they make."""
+
+    signal: Signal
+    symbols: tuple[Any, ...]  # the start of the piece (unless its degree is 0), then the coefficients
+    expression: Any
+
+    def settings(self, t: float) -> dict[str, float]:
+        """Values of the symbols, by name, in the piece that begins at or holds at t."""
+        starts, c = self.signal.pieces(t)
+        return dict(zip((symbol.name for symbol in self.symbols), self._row(starts, c)[0], strict=True))
+
+    def columns(self, t: ArrayLike) -> dict[str, Any]:
+        """The same at several times, arrays of shape (k,)."""
+        return dict(
+            zip((symbol.name for symbol in self.symbols), self._row(*self.signal.pieces(t)).T, strict=True)
+        )
+
+    def _row(self, starts: Array, c: Array) -> Array:
+        return c if self.signal.degree == 0 else np.column_stack([starts, c])

@@ -1,0 +1,76 @@
+"""Rotors: outermost bodies on hinges that look the same however far they have turned.
+
+Where a body's mass is symmetric about its hinge, and nothing acts on it but its weight and the hinge, neither its
+inertia nor its momentum depends on the angle. Vectors of such a link may be written in axes that do not turn with it:
+the angle then stands in no equation, as an ignorable coordinate, and the products that would turn inertias are spared.
+
+    R = E instead of E R(n, y)        velocities and accelerations as before
+
+Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §9.1 (any axes will do, at an instant).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..model.model import Link, Model
+from ..scalar.algebra import Matrix, Vector
+from ..space.spatial import Spatial
+from .state import State
+
+
+class Unturned(State):
+    """A state in which the rotors have axes that do not turn with them."""
+
+    turning: tuple[Link, ...] = ()
+
+    def _evaluate_joint(self, link: Link) -> tuple[Matrix, Vector, Spatial]:
+        if any(link is one for one in self.turning):
+            n, rate = self.vector(link.axis), self.rate(link)
+            x, y, z = n
+            return (
+                self.matrix(link.rotation),
+                self.vector(link.position),
+                ((rate * x, rate * y, rate * z), (0, 0, 0)),
+            )
+        return super()._evaluate_joint(link)
+
+
+def unturned(model: Model, state: State, wrenches: Any) -> State:
+    """The state for an algorithm that never looks at the attitude of a rotor; the same one if there are none.
+
+    Parameters
+    ----------
+    wrenches : mapping by link
+        Loads on the links, whose components are in axes that turn.
+    """
+    parents = {link.parent for link in model.links}
+    found = [
+        link
+        for i, link in enumerate(model.links)
+        if i not in parents and i not in wrenches and is_symmetric(link)
+    ]
+    if not found:
+        return state
+    result = Unturned(model, state.field, state.t, state.q, state.u, state.values)
+    result._memo = state._memo  # values of expressions, which are the same
+    result.turning = tuple(found)
+    return result
+
+
+def is_symmetric(link: Link) -> bool:
+    """Whether the mass of a hinged link is symmetric about its hinge, by its description."""
+    if link.kind != "hinge":
+        return False
+    live = [k for k in range(3) if link.axis[k] != 0]
+    if len(live) != 1 or link.axis[live[0]] not in (1, -1):
+        return False
+    k = live[0]
+    a, b = (i for i in range(3) if i != k)
+    J = link.inertia
+    return (
+        link.center[a] == 0
+        and link.center[b] == 0
+        and J[a][a] == J[b][b]
+        and all(J[i][j] == 0 for i in range(3) for j in range(3) if i != j)
+    )

@@ -1,0 +1,70 @@
+"""Rotors: the whirl of a Jeffcott rotor, the swing of a gyrocompass. Numbers or SymPy expressions.
+
+Sources: Genta, *Dynamics of Rotating Systems*, section 2.4; Magnus, *Kreisel: Theorie und Anwendungen*, chapter 14.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .elementary import arctan2, cos, sin, sqrt
+
+
+class Whirl(NamedTuple):
+    """Radius of the whirl [m], angle behind the mass centre [rad], torque on the shaft [N m]."""
+
+    radius: Any
+    lag: Any
+    torque: Any
+
+
+def jeffcott(m: Any, e: Any, k: Any, d: Any, omega: Any) -> Whirl:
+    """Steady whirl of a disk whose mass centre is at e from a flexible shaft that turns at omega.
+
+    With z = x + i y, m z'' + d z' + k z = m e ω² exp(i ω t) has z = r exp(i (ω t - δ))::
+
+        r = m e ω² / |k - m ω² + i d ω|,    δ = arg(k - m ω² + i d ω)
+
+    and the damping takes the power d (r ω)², which the torque d ω r² brings.
+
+    Examples
+    --------
+    >>> round(jeffcott(5.0, 2e-4, 2e5, 60.0, 200.0).radius, 12)
+    0.003333333333
+    """
+    stiff, loss = k - m * omega**2, d * omega
+    square = stiff**2 + loss**2
+    radius = m * e * omega**2 / sqrt(square)
+    return Whirl(radius, arctan2(loss, stiff), d * omega * (m * e * omega**2) ** 2 / square)
+
+
+def jeffcott_start(m: float, e: float, k: float, d: float, omega: float, t: Any) -> tuple[Any, Any]:
+    """Deflection x, y of the rotor of :func:`jeffcott` at time t, from rest in the middle.
+
+    The whirl, and two decaying terms exp(s t), m s² + d s + k = 0, that cancel its start.
+    """
+    Z = m * e * omega**2 / complex(k - m * omega**2, d * omega)
+    s_1, s_2 = np.roots([m, d, k]).astype(complex)
+    # Z + a + b = 0, i ω Z + s_1 a + s_2 b = 0
+    a = Z * (s_2 - 1j * omega) / (s_1 - s_2)
+    b = -Z - a
+    z = Z * np.exp(1j * omega * np.asarray(t)) + a * np.exp(s_1 * t) + b * np.exp(s_2 * t)
+    return z.real, z.imag
+
+
+def gyrocompass(theta: Any, theta_rate: Any, *, M: Any, c: Any, H: Any, I_T: Any, horizontal: Any) -> Any:
+    """Acceleration of a gyrocompass at the angle theta from north.
+
+        M θ'' + c θ' + H w sin(θ) - I_T w² sin(θ) cos(θ) = 0
+
+    w is the horizontal component of the angular velocity of the Earth, H the spin momentum, I_T the transverse moment
+    of inertia of the rotor, M that of rotor and ring about the vertical.
+
+    Returns
+    -------
+    theta'' [rad/s²]
+    """
+    pull = H * horizontal * sin(theta) - I_T * horizontal**2 * sin(theta) * cos(theta)
+    return -(c * theta_rate + pull) / M

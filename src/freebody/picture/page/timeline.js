@@ -1,0 +1,76 @@
+"use strict";
+// Under the time bar: the modes of the contacts as strips, and a mark for every event.
+
+const MODE_COLORS = { open: "#e3e6ea", stick: "#0072B2", slip: "#E69F00" };
+const ROWS = 6, ROW = 13;
+
+// A function that moves the cursor to the time of the motion. Without events and contacts there is nothing to show.
+function timeline(root, slider, scene, motion, seek) {
+  const { modes, events } = scene, first = motion.first, span = motion.last - motion.first || 1;
+  if (!modes.length && !events.length) return () => {};
+  const rows = modes.slice(0, ROWS), width = 1000, x = (t) => (width * (t - first)) / span;
+  const box = element("div", { class: "timeline" }, root), names = element("div", { class: "names" }, box);
+  const high = ROW * rows.length + 10;
+  const svg = drawing("svg", { viewBox: `0 0 ${width} ${high}`, preserveAspectRatio: "none", style: `height:${high}px` }, box);
+  element("span", { style: "height:10px" }, names, "");
+  rows.forEach(({ contact, spans }, i) => {
+    element("span", { title: contact }, names, contact);
+    for (const [mode, from, to, text] of spans) {
+      const kind = mode.replace(/[+-]$/, ""), y = 10 + ROW * i;
+      const bar = drawing("rect", { x: x(from), y: y + 2, width: Math.max(0.5, x(to) - x(from)), height: ROW - 4, fill: MODE_COLORS[kind] || "#999", class: `mode ${kind}` }, svg);
+      drawing("title", {}, bar, text);
+      // in print without colour: slip has a white line along it, stick has none
+      if (kind === "slip") drawing("line", { x1: x(from), x2: x(to), y1: y + ROW / 2, y2: y + ROW / 2, stroke: "#fff", "stroke-dasharray": "6 4" }, svg);
+    }
+  });
+  for (const [t, text] of events.slice(0, 400)) {
+    const mark = drawing("path", { d: `M${x(t) - 4},0h8l-4,8z`, class: "mark" }, svg);
+    drawing("title", {}, mark, text.startsWith("t =") ? text : `t = ${digits(t)} s: ${text}`);
+  }
+  const cursor = drawing("line", { y1: 0, y2: high, class: "cursor" }, svg);
+  if (rows.length) {
+    const legend = element("div", { class: "key" }, root);
+    const used = new Set(rows.flatMap(({ spans }) => spans.map(([mode]) => mode.replace(/[+-]$/, ""))));
+    for (const [kind, color] of Object.entries(MODE_COLORS)) {
+      if (!used.has(kind)) continue;
+      const entry = element("span", {}, legend);
+      const swatch = drawing("svg", { viewBox: "0 0 20 9", class: "swatch" }, entry);
+      drawing("rect", { x: 0, y: 0, width: 20, height: 9, fill: color }, swatch);
+      if (kind === "slip") drawing("line", { x1: 0, x2: 20, y1: 4.5, y2: 4.5, stroke: "#fff", "stroke-dasharray": "6 4" }, swatch);
+      entry.append(` ${kind}`);
+    }
+    if (modes.length > ROWS) element("span", {}, legend, `and ${modes.length - ROWS} more contacts`);
+  }
+  const pick = (event) => {
+    const r = svg.getBoundingClientRect();
+    seek(first + (span * (event.clientX - r.left)) / r.width);
+  };
+  svg.addEventListener("pointerdown", (event) => (svg.setPointerCapture(event.pointerId), pick(event)));
+  svg.addEventListener("pointermove", (event) => event.buttons & 1 && pick(event));
+  let wide = 0;
+  return () => {
+    const room = slider.getBoundingClientRect(), whole = box.getBoundingClientRect();
+    if (room.width && room.width !== wide) { // under the time bar, the names before it
+      wide = room.width;
+      names.style.width = `${Math.max(0, room.left - whole.left - 8)}px`;
+      svg.style.width = `${wide}px`;
+    }
+    const at = x(motion.now);
+    cursor.setAttribute("x1", at);
+    cursor.setAttribute("x2", at);
+  };
+}
+
+// Time and place of the first impacts, one for each contact that an impact names.
+function impacts(motion, scene, touching) {
+  const found = [], names = scene.touching.map(({ name }) => name);
+  for (const [time, text] of scene.events) {
+    const at = text.indexOf(": impact");
+    const i = at < 0 ? -1 : names.indexOf(text.slice(0, at));
+    if (i < 0 || found.length >= 100) continue;
+    let k = 0;
+    while (k + 1 < motion.t.length && motion.t[k + 1] <= Math.fround(time)) k++;
+    found.push([time, Array.from(touching[i].path.subarray(3 * k, 3 * k + 3))]);
+  }
+  return found;
+}

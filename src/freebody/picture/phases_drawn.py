@@ -1,0 +1,35 @@
+"""Which modes of contacts a motion is drawn and written in: those that last longest."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..equations.equations import Equations, equations
+
+MOST = 3
+"""Sets of modes that a report shows."""
+
+
+def lasting(trajectory: Any) -> list[tuple[dict[str, str], float]]:
+    """The sets of modes of a motion that lasted longest, with how long [s], in the order in which they began.
+
+    Empty for motions that know no modes: of machines without contacts, and of method "timestepping".
+    """
+    names = [contact.name for contact in trajectory.kernels.model.contacts]
+    segments = getattr(trajectory.path, "segments", ())
+    if not names or not segments or not hasattr(trajectory, "modes"):
+        return []
+    found: dict[tuple[str, ...], float] = {}
+    for one in segments:
+        found[one.modes] = found.get(one.modes, 0.0) + abs(one.path.end - one.path.start)
+    kept = sorted(found, key=lambda modes: -found[modes])[:MOST]
+    return [(dict(zip(names, modes, strict=True)), found[modes]) for modes in found if modes in kept]
+
+
+def most_lasting(e: Equations, trajectory: Any) -> Equations:
+    """The equations in the modes in which a motion was longest with a contact closed, or those given."""
+    sets = [(modes, time) for modes, time in lasting(trajectory) if set(modes.values()) != {"open"}]
+    if not sets:
+        return e
+    modes, _ = max(sets, key=lambda one: one[1])
+    return equations(trajectory.kernels.model, modes=modes)

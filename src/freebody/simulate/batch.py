@@ -1,0 +1,500 @@
+"""Many runs of one machine at once: arrays in place of numbers, one dataset as the answer.
+
+    lane k:  y' = f(t, y, c(p_k)),   y(t₀) = y_k
+
+Every lane is integrated as a run alone would be, with its own steps and events, in one compiled loop (`lanes`); threads
+share the lanes. Only what is asked for is kept.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..dynamics.mobility import check_bodies
+from ..errors import MassError, SimulationError
+from . import lanes_layout as at
+from . import layout, loop
+from .batch_kernels import BatchProgram, batch_program
+from .batch_start import Lanes, lanes_of
+from .batch_store import Store, dataset_of
+from .driven import refuse_switched
+from .event import EventSpec, expressions_of, specs_of
+from .initial import number
+from .kernels import Kernels, kernels_of
+from .outputs import Output, outputs_of
+from .progress import Progress
+
+if TYPE_CHECKING:
+    import xarray
+
+Array = NDArray[np.float64]
+
+METHODS = ("auto", "dop853", "dop54", "gauss", "radau")
+SAMPLES = 101
+"""Output times when none are asked for."""
+
+STATUS = {
+    -1: "waiting",
+    layout.FINISHED: "finished",
+    layout.TERMINAL: "terminal event",
+    layout.NOT_FINITE: "not finite",
+    layout.COLLAPSED: "step collapsed",
+    layout.DIVERGED: "iteration diverged",
+    at.TOO_MANY: "too many steps",
+    at.LEFT: "constraints contradicted",
+    9: "no start",
+}
+"""How a lane may end."""
+NO_START = 9
+_PIECE = 0.25  # seconds between two looks at the keyboard
+_ROOM = 64  # steps between two looks at the output times
+_BLOCK = 1 << 26  # bytes of results that are held before they go to the store
+
+
+def simulate_batch(
+    s: Any,
+    until: Any,
+    *,
+    initial: Mapping[Any, Any] | None = None,
+    near: Mapping[Any, Any] | None = None,
+    project: bool = False,
+    values: Mapping[Any, Any] | None = None,
+    tolerance: Any = 1e-9,
+    events: Any = (),
+    method: str = "auto",
+    step: Any = None,
+    times: Any = None,
+    samples: int | None = None,
+    start: Any = 0,
+    max_step: float | None = None,
+    max_steps: int | None = None,
+    progress: bool | Callable[[float], Any] | None = None,
+    outputs: Any = None,
+    store: Any = None,
+    threads: int | None = None,
+    executor: Any = None,
+) -> xarray.Dataset:
+    """See :func:`freebody.simulate`, whose arguments these are; here some are arrays of one length.
+
+    ``executor``, with ``submit`` as those of ``concurrent.futures``, runs blocks of lanes in other processes.
+    """
+    asked = dict(
+        near=near, project=project, tolerance=tolerance, events=events, method=method, step=step, times=times,
+        samples=samples, start=start, max_step=max_step, max_steps=max_steps, outputs=outputs,
+    )  # fmt: skip
+    job = job_of(s, until, initial=initial, values=values, threads=threads, **asked)
+    given = job.given
+    kept = None if store is None else Store(store, job)
+    if kept is None:
+        _check_memory(job)
+    results = Results.of(job, 0, given.count) if kept is None else None
+    part = None
+    with Progress(0.0, float(given.count), progress) as between:
+        try:
+            if executor is not None:
+                for part in _elsewhere(job, kept, s, until, asked, executor):
+                    if kept is not None:
+                        kept.write(part)
+                    elif results is not None:
+                        results.take(part)
+                    between(float(part.high))
+            else:
+                for low, high in _blocks(job, kept):
+                    part = Results.of(job, low, high) if results is None else results
+                    job.run(part, between)
+                    if kept is not None:
+                        kept.write(part)
+        except KeyboardInterrupt:  # what is done is kept
+            if kept is not None and part is not None:
+                kept.write(part)
+    return dataset_of(job, results) if kept is None else kept.dataset()
+
+
+def _elsewhere(
+    job: Job, kept: Any, s: Any, until: Any, asked: Mapping[str, Any], executor: Any
+) -> Iterator[Results]:
+    """Results of blocks of lanes that an executor runs."""
+    if not hasattr(executor, "submit"):
+        raise SimulationError(
+            f"Expected an executor with submit(), such as concurrent.futures.ProcessPoolExecutor(), got {executor!r}."
+        )
+    tasks = []
+    for first, last in _blocks(job, kept):
+        size = max(1, min(last - first, -(-job.given.count // 64)))
+        for low in range(first, last, size):
+            high = min(low + size, last)
+            lanes = np.arange(low, high)
+            values, initial = job.given.part(lanes)
+            tasks.append(
+                executor.submit(_block, s, until, {**asked, "values": values, "initial": initial}, low)
+            )
+    try:
+        for task in tasks:
+            yield task.result()
+    finally:
+        for task in tasks:
+            task.cancel()
+
+
+def _block(s: Any, until: Any, options: dict[str, Any], low: int) -> Results:
+    """Some lanes, in another process."""
+    job = job_of(s, until, threads=1, **options)
+    part = Results.of(job, 0, job.given.count)
+    job.run(part, lambda _: None)
+    return replace(part, low=low, high=low + job.given.count)
+
+
+def job_of(
+    s: Any,
+    until: Any,
+    *,
+    initial: Mapping[Any, Any] | None,
+    near: Mapping[Any, Any] | None,
+    project: bool,
+    values: Mapping[Any, Any] | None,
+    tolerance: Any,
+    events: Any,
+    method: str,
+    step: Any,
+    times: Any,
+    samples: int | None,
+    start: Any,
+    max_step: float | None,
+    max_steps: int | None,
+    outputs: Any,
+    threads: int | None,
+) -> Job:
+    """What is to be run, checked."""
+    from .simulate import _times, _tolerances
+
+    kernels = kernels_of(s)
+    model = kernels.model
+    refuse_switched(model, "a batch")
+    if model.contacts:
+        raise SimulationError(
+            f"Expected a machine without contacts for a batch, but '{model.name}' has "
+            f"{', '.join(map(repr, model.contacts))}. Simulate them one by one."
+        )
+    if method not in METHODS:
+        raise SimulationError(
+            f"Expected one of {', '.join(map(repr, METHODS))} for a batch, got method={method!r}."
+        )
+    if step is not None and (isinstance(step, bool) or not 0 < step < math.inf or method == "auto"):
+        raise SimulationError(
+            f"Expected a length of steps greater than 0 s, with a method that is named, got step={step!r} with "
+            f"method={method!r}."
+        )
+    if max_step is not None and not max_step > 0:
+        raise SimulationError(f"Expected a longest step greater than 0 s, got max_step={max_step!r}.")
+    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
+        raise SimulationError(f"Expected a number of threads of at least 1, got {threads!r}.")
+    if times is not None and samples is not None:
+        raise SimulationError("Expected times= or samples=, got both. Leave one out.")
+    given = lanes_of(model, values or {}, initial or {})
+    begin = _common(model, given, start, "start")
+    end = _common(model, given, until, "until")
+    wanted = _times(times, begin, end)
+    if wanted is None:
+        count = SAMPLES if samples is None else samples
+        if isinstance(count, bool) or int(count) != count or count < 2:
+            raise SimulationError(f"Expected a number of samples of at least 2, got {samples!r}.")
+        wanted = np.linspace(begin, end, int(count)) if begin != end else np.array([begin])
+    specs = specs_of(events)
+    expressions = expressions_of(model, specs)
+    asked = outputs_of(model, outputs)
+    _check_bodies(kernels, given)
+    states, failed, active = given.states(near or {}, begin, project)
+    if model.constraints:
+        kernels = kernels.holding(active)
+    tolerances = _tolerances(kernels, tolerance)
+    return Job(
+        kernels, given, states, failed, begin, end, wanted, specs, expressions, asked, tolerances, method, step,
+        math.inf if max_step is None else float(max_step), max_steps, threads or _processors(),
+    )  # fmt: skip
+
+
+def _processors() -> int:
+    """Those that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _common(model: Any, given: Lanes, value: Any, what: str) -> float:
+    """A time that is the same in all lanes."""
+    if np.ndim(value) > 0:
+        raise SimulationError(
+            f"Expected one number for {what}, the same for all lanes, got an array of shape {np.shape(value)}. "
+            "A terminal event ends each lane at a time of its own."
+        )
+    first, *others = (number(model, given.values_of(k), value, what) for k in given.extremes)
+    if any(x != first for x in others):
+        raise SimulationError(
+            f"Expected {what} to be the same for all lanes, but '{value}' depends on parameters that differ."
+        )
+    return first
+
+
+def _check_bodies(kernels: Kernels, given: Lanes) -> None:
+    """Refuse impossible bodies, with the lane."""
+    for lane in given.suspects():
+        try:
+            check_bodies(kernels.model, given.values_of(lane))
+        except MassError as error:
+            raise MassError(f"Lane {lane}: {error}" if given.count > 1 else str(error)) from None
+
+
+def _check_memory(job: Job) -> None:
+    """Refuse results that this computer can not hold, before anything is computed."""
+    size = job.bytes_per_lane * job.given.count
+    if hasattr(os, "sysconf") and size > 0.8 * os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"):
+        raise SimulationError(
+            f"Expected results that fit into memory, but {job.given.count} lanes of {len(job.asked.timed)} outputs at "
+            f'{job.wanted.size} times take {size / 2**30:.3g} GiB. Pass store="lanes.nc", which writes them to a '
+            "file as they come, or ask for fewer outputs= or times=."
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """What is to be run: everything but the memory for the results."""
+
+    kernels: Kernels
+    given: Lanes
+    states: Array
+    failed: Mapping[int, str]
+    begin: float
+    end: float
+    wanted: Array
+    specs: tuple[EventSpec, ...]
+    expressions: tuple[Any, ...]
+    asked: Output
+    tolerances: Array
+    method: str
+    step: float | None
+    longest: float
+    max_steps: int | None
+    threads: int
+
+    @property
+    def bytes_per_lane(self) -> int:
+        times = self.wanted.size if self.asked.timed else 0
+        return 8 * (times * len(self.asked.timed) + 4 * len(self.asked.reduced) + 3 * len(self.specs) + 6)
+
+    def run(self, part: Results, between: Callable[[float], None]) -> None:
+        """Run lanes, and those that turn out to be stiff once more."""
+        first = "dop853" if self.method == "auto" else self.method
+        if self.method == "auto" and self.tolerances.size and self.tolerances.min() < 1e-14:
+            first = "gauss"
+        todo = np.array(
+            [k for k in range(part.low, part.high) if k not in self.failed], dtype=np.int64
+        ) if self.failed else None  # fmt: skip
+        for lane in self.failed:
+            if part.low <= lane < part.high:
+                part.kept[lane - part.low, 0] = NO_START
+        _Loop(self, first, part, self.method == "auto" and first == "dop853").run(todo, between)
+        stiff = np.flatnonzero(part.kept[:, 0] == layout.STIFF)
+        if stiff.size:
+            part.clear(stiff)
+            _Loop(self, "radau", part, False).run(stiff + part.low, between)
+            part.by_radau[stiff] = True
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """What lanes ``low`` to ``high`` - 1 left."""
+
+    low: int
+    high: int
+    values: Array
+    reduced: Array
+    event_times: Array
+    counts: NDArray[np.int64]
+    kept: NDArray[np.int64]
+    ends: Array
+    by_radau: NDArray[np.bool_]
+
+    @staticmethod
+    def of(job: Job, low: int, high: int) -> Results:
+        n, asked, m = high - low, job.asked, len(job.specs)
+        times = job.wanted.size if asked.timed else 0
+        kept = np.zeros((n, at.KEPT), dtype=np.int64)
+        kept[:, 0] = -1
+        return Results(
+            low, high, np.full((n, times, len(asked.timed)), math.nan),
+            np.full((n, len(asked.reduced), at.EXTREMES), math.nan), np.full((n, m, 2), math.nan),
+            np.zeros((n, m), dtype=np.int64), kept, np.full(n, job.begin), np.zeros(n, dtype=bool),
+        )  # fmt: skip
+
+    def take(self, part: Results) -> None:
+        """Put in place what some of the lanes left."""
+        rows = slice(part.low - self.low, part.high - self.low)
+        for name in ("values", "reduced", "event_times", "counts", "kept", "ends", "by_radau"):
+            getattr(self, name)[rows] = getattr(part, name)
+
+    def clear(self, rows: Any) -> None:
+        """Forget what lanes left."""
+        for array in (self.values, self.reduced, self.event_times):
+            array[rows] = math.nan
+        self.counts[rows] = 0
+        self.kept[rows] = (-1, 0, 0, 0)
+
+    @property
+    def waiting(self) -> NDArray[np.bool_]:
+        return self.kept[:, 0] == -1
+
+
+def _blocks(job: Job, kept: Any) -> Any:
+    """Ranges of lanes whose results are held at once; without a store, all."""
+    n = job.given.count
+    if kept is None:
+        yield 0, n
+        return
+    size = max(1, min(n, _BLOCK // job.bytes_per_lane, 1 << 14))
+    for low in range(0, n, size):
+        high = min(low + size, n)
+        # runs of lanes that are still waiting
+        waiting = np.flatnonzero(np.concatenate([[0], np.diff(kept.waiting(low, high), prepend=0, append=0)]))
+        for first, last in zip(waiting[::2], waiting[1::2], strict=True):
+            yield low + int(first) - 1, low + int(last) - 1
+
+
+class _Loop:
+    """The compiled loop over lanes, ready to run."""
+
+    def __init__(self, job: Job, method: str, part: Results, until_stiff: bool) -> None:
+        self.job, self.method, self.part = job, method, part
+        kernels, given, model = job.kernels, job.given, job.kernels.model
+        program: BatchProgram = batch_program(
+            kernels, job.asked.timed_values, job.asked.reduced_values, job.expressions, method == "radau"
+        )
+        self.program = program
+        n = kernels.size
+        self.n, self.w = n, layout.padded(n)
+        m, watched = len(job.specs), program.watched
+        outputs = len(job.asked.timed)
+        times = job.wanted.size if outputs else 0
+        self.addresses = np.array(
+            [
+                program.compiled._prologue.address, program.address("rates"), program.address("energy"),
+                program.address("outputs"), program.address("reduced"), program.address("watched"),
+                program.address("dropped"),
+            ],
+            dtype=np.int64,
+        )  # fmt: skip
+        sizes = np.zeros(at.SIZES, dtype=np.int64)
+        sizes[at.N], sizes[at.WIDTH_OF_ROW] = n, self.w
+        sizes[at.N_WORK] = layout.rows(method, n) * self.w
+        sizes[at.N_QUATERNIONS], sizes[at.N_PARAMETERS] = len(model.quaternions), len(model.parameters)
+        sizes[at.N_EVENTS], sizes[at.N_WATCHED] = m, watched
+        sizes[at.N_OUTPUTS], sizes[at.N_TIMES], sizes[at.N_REDUCED] = outputs, times, len(job.asked.reduced)
+        sizes[at.ROOM] = _ROOM
+        sizes[at.LIMIT] = (1 << 62) if job.max_steps is None else job.max_steps
+        sizes[at.WORKS], sizes[at.STIFF_ASKED] = kernels.works, until_stiff
+        sizes[at.N_DROPPED] = program.dropped
+        self.sizes = sizes
+        span = abs(job.end - job.begin)
+        options = np.zeros(at.OPTIONS)
+        options[at.T0], options[at.T1], options[at.LONGEST] = job.begin, job.end, job.longest
+        options[at.ORDER] = layout.ORDERS[method]
+        if job.step is not None and span > 0:
+            longest = min(job.longest, span)
+            options[at.FIRST_STEP] = span / math.ceil(span / min(job.step, longest) * (1 - 1e-12))
+        self.options = options
+        # the kernels of a method follow the quaternions; its constants are those of the rates
+        projection = program.address("projection")
+        self.quaternions = np.array(
+            [*model.quaternions, projection, model.n_q + model.n_u if projection else 0, 0, program.address("tangent")],
+            dtype=np.int64,
+        )  # fmt: skip
+        self.relative = job.tolerances
+        self.directions = np.array([*(x.direction for x in job.specs), *[0] * (watched - m)], dtype=np.int64)
+        self.terminal = np.array([*(x.terminal for x in job.specs), *[0] * (watched - m)], dtype=np.int64)
+        backwards = job.end < job.begin
+        self.order = np.argsort(-job.wanted if backwards else job.wanted, kind="stable")
+        self.wanted = job.wanted[self.order]
+        loop.loop(method + loop.LANES)
+        self.function = loop.loop(method + loop.LANES).functions["lanes"]
+        self.given = given
+
+    def memory(self) -> tuple[Any, ...]:
+        """Of one thread: in the order of the arguments, in three groups."""
+        n, w, m = self.n, self.w, self.program.watched
+        size = int(self.sizes[at.N_WORK])
+        events = layout.most_events(m)
+        largest = max(2, len(self.job.asked.reduced), self.program.dropped)
+        return (
+            np.zeros(size), np.zeros(size), np.zeros(max(1, self.program.compiled.hoisted)), np.zeros(max(n, 1)),
+            np.zeros(_ROOM + 1), np.zeros(_ROOM + 1), np.zeros((_ROOM + 1) * max(n, 1)),
+            np.zeros(max(m, 1), dtype=np.int64), np.zeros((layout.PARTS + 3) * (m + 1)), np.zeros(max(m, 1)),
+            np.zeros(max(1, events) * layout.FOUND), np.zeros((_ROOM + events + 1) * layout.LOGGED),
+            np.zeros((_ROOM + events + 1) * max(n, 1)), np.zeros(max(1, self.wanted.size) * max(n, 1)),
+            np.zeros(largest), np.zeros(layout.REALS), np.zeros(layout.INTEGERS, dtype=np.int64),
+            np.zeros(layout.INTEGERS, dtype=np.int64),
+        )  # fmt: skip
+
+    def chunk(self, lanes: Any, memory: tuple[Any, ...]) -> None:
+        """Run some lanes, given by number, and put what they left where it belongs."""
+        job, part, n = self.job, self.part, len(lanes)
+        rows = lanes - part.low
+        initial = np.zeros((n, max(self.n, 1)))
+        if self.n:
+            initial = np.zeros((n, self.n))
+            initial[:, : job.states.shape[1]] = job.states[lanes] if len(job.states) > 1 else job.states
+        parameters = self.given.parameters(lanes)
+        new = Results.of(job, 0, n)
+        self.function(
+            0, n, self.addresses, self.sizes, self.options, initial, parameters, self.wanted, self.quaternions,
+            self.relative, job.tolerances, self.directions, self.terminal, *memory, new.values, new.reduced,
+            new.event_times, new.counts, new.kept, new.ends,
+        )  # fmt: skip
+        if new.values.size:
+            part.values[rows[:, None], self.order] = new.values
+        part.reduced[rows], part.event_times[rows], part.counts[rows] = (
+            new.reduced,
+            new.event_times,
+            new.counts,
+        )
+        part.ends[rows] = new.ends
+        part.kept[rows] = new.kept
+
+    def run(self, todo: Any, between: Callable[[float], None]) -> None:
+        """All lanes of the part, or those given by number."""
+        lanes = np.arange(self.part.low, self.part.high, dtype=np.int64) if todo is None else todo
+        threads = max(1, min(self.job.threads, len(lanes)))
+        rooms = [self.memory() for _ in range(threads)]
+        size, place, done = 1, 0, 0
+        largest = max(1, _BLOCK // (8 * self.job.bytes_per_lane))
+        if threads == 1:
+            while place < len(lanes):
+                clock = perf_counter()
+                self.chunk(lanes[place : place + size], rooms[0])
+                place += size
+                size = _next(size, perf_counter() - clock, largest)
+                between(float(self.part.low + min(place, len(lanes))))
+            return
+        with ThreadPoolExecutor(threads, thread_name_prefix="freebody") as pool:
+            while place < len(lanes):
+                clock = perf_counter()
+                size = min(size, -(-(len(lanes) - place) // threads))
+                tasks = []
+                for room in rooms:
+                    tasks.append(pool.submit(self.chunk, lanes[place : place + size], room))
+                    place += size
+                for task in tasks:
+                    task.result()
+                done = min(place, len(lanes))
+                size = _next(size, perf_counter() - clock, largest)
+                between(float(self.part.low + done))
+
+
+def _next(size: int, seconds: float, largest: int) -> int:
+    """Lanes of the next chunk: about as many as fit between two looks at the keyboard."""
+    return int(max(1, min(4 * size, largest, 1 + size * _PIECE / max(seconds, 1e-6))))

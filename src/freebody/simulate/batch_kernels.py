@@ -1,0 +1,111 @@
+"""The machine code of a batch: everything that one lane asks for, with one set of constants per lane.
+
+One program holds the rates, the energy, the projection, what is asked for at the output times, the quantities whose
+extremes are sought and their rates dx/dt = ∂x/∂t + ∂x/∂q q' + ∂x/∂u u', and the events. Its constants depend on the
+parameters only; they are computed in the loop, once per lane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..compile.kernels import KernelSet, compile_tape
+from ..dynamics import State, coordinate_rates, kinetic_energy, potential_energy, traced_state
+from ..dynamics.motion import motion, total_power
+from ..scalar.derivative import forward
+from ..scalar.trace import Tape
+from .kernels import Kernels
+
+ENERGIES = ("kinetic_energy", "potential_energy", "energy", "work", "work_rate")
+"""Outputs that are no expressions of the machine's names: of all bodies [J], and the power behind ``work`` [W]."""
+
+
+@dataclass(frozen=True)
+class BatchProgram:
+    """Kernels of a batch.
+
+    ``compiled``   rates, energy, outputs, reduced, watched and, where there are any, projection, dropped, tangent
+    ``watched``    number of event functions: those asked for, then rates of the quantities with extremes
+    ``dropped``    number of residuals that must stay zero
+    """
+
+    compiled: KernelSet
+    watched: int
+    dropped: int
+
+    def address(self, name: str) -> int:
+        return int(self.compiled[name].address) if name in self.compiled.kernels else 0
+
+
+def batch_program(
+    kernels: Kernels, outputs: Sequence[Any], reduced: Sequence[Any], events: Sequence[Any], tangent: bool
+) -> BatchProgram:
+    """The program of a batch; compiled once for the same questions.
+
+    Parameters
+    ----------
+    outputs, reduced : sequence of expressions, or names among ENERGIES
+        Asked for at the output times; asked for as extremes.
+    events : sequence of expressions
+    tangent : bool
+        Whether the derivative of the rates along a direction is needed (`radau`).
+    """
+    key = ("batch", tuple(outputs), tuple(reduced), tuple(events), tangent)
+    if key not in kernels._programs:
+        kernels._programs[key] = _recorded(kernels, outputs, reduced, events, tangent)  # type: ignore[assignment]
+    return kernels._programs[key]  # type: ignore[return-value]
+
+
+def _recorded(
+    kernels: Kernels, outputs: Sequence[Any], reduced: Sequence[Any], events: Sequence[Any], tangent: bool
+) -> BatchProgram:
+    model, tape = kernels.model, Tape()
+    state = traced_state(model, tape)
+    moving = motion(model, state, kernels.active)
+    power = total_power(model, state, moving)
+    energy = [kinetic_energy(model, state), potential_energy(model, state)]
+    y = [*state.q, *state.u]
+    rates = [*coordinate_rates(model, state), *moving.udot]
+    work: Any = 0
+    if kernels.works:
+        work = tape.input("work done")
+        y.append(work)
+        rates.append(power)
+    named = dict(zip(ENERGIES, (*energy, energy[0] + energy[1], work, power), strict=True))
+
+    def value(expression: Any) -> Any:
+        return named[expression] if isinstance(expression, str) else state(expression)
+
+    quantities = [value(x) for x in reduced]
+    turning = forward(tape, quantities, [state.t, *y], [1, *rates])
+    watched = [*map(value, events), *(x for x in turning if not (isinstance(x, int) and x == 0))]
+    functions: dict[str, Sequence[Any]] = {
+        "rates": rates,
+        "energy": energy,
+        "outputs": [value(x) for x in outputs],
+        "reduced": quantities,
+        "watched": watched,
+    }
+    if kernels.active:
+        functions["projection"] = kernels._projected(state)
+    left = kernels._dropped(state) if model.constraints else {}
+    if left:
+        functions["dropped"] = [x for pair in left.values() for x in pair]
+    inputs = list(y)
+    if tangent:
+        along = [tape.input(f"direction {i}") for i in range(len(y))]
+        functions["tangent"] = forward(tape, rates, y, along)
+        inputs += along
+    parameters = [state.values[parameter.symbol] for parameter in model.parameters]
+    compiled = compile_tape(tape, functions, state.t, inputs, parameters)
+    return BatchProgram(compiled, len(watched), 2 * len(left))
+
+
+def state_of(model: Any, field: Any, columns: Mapping[str, Any]) -> State:
+    """A state at rest of any field, from values of the parameters by name."""
+    from ..dynamics import rest_coordinates
+
+    values = {parameter.symbol: columns[parameter.name] for parameter in model.parameters}
+    return State(model, field, 0, rest_coordinates(model), [0] * model.n_u, values)

@@ -1,0 +1,305 @@
+"""Results of a batch as a dataset, in memory or in a file that is filled lane by lane.
+
+The file is laid out whole before the first lane runs: every variable has its place and its size, filled with nan. Later
+only numbers are written into these places, first the results of a lane and then how it ended; a run that is stopped, even
+by force, leaves a file that can be read, and goes on with the lanes that are still waiting.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import SimulationError
+from .trajectory import unit_of_name
+
+if TYPE_CHECKING:
+    import xarray
+
+
+_SMALL = 1 << 28  # bytes that are read at once
+
+
+def _variables(job: Any) -> dict[str, tuple[tuple[str, ...], Any, dict[str, str]]]:
+    """Name -> dimensions, type, attributes of everything that depends on the lane."""
+    model, asked = job.kernels.model, job.asked
+    result: dict[str, Any] = {}
+    for name in asked.timed:
+        result[name] = (("lane", "time"), "f8", _about(model, name))
+    for name, (how, place) in asked.numbers.items():
+        result[name] = (("lane",), "f8", {"long_name": f"{how} of {asked.reduced[place]}"})
+    if job.specs:
+        first = "first time of each event; nan where it did not happen"
+        result["event_time"] = (("lane", "event"), "f8", {"units": "s", "long_name": first})
+        result["event_last"] = (
+            ("lane", "event"),
+            "f8",
+            {"units": "s", "long_name": "last time of each event"},
+        )
+        result["event_count"] = (("lane", "event"), "i8", {"long_name": "how often each event happened"})
+    result["end"] = (("lane",), "f8", {"units": "s", "long_name": "time at which the run ended"})
+    result["steps"] = (("lane",), "i8", {"long_name": "accepted steps"})
+    result["blame"] = (("lane",), "i8", {"long_name": "component of the state that stopped a failed lane"})
+    result["status"] = (("lane",), "i1", {"long_name": "how the run ended"})
+    return result
+
+
+def _about(model: Any, name: str) -> dict[str, str]:
+    if name in model.coordinate_names or name in model.speed_names:
+        return {"units": unit_of_name(model, name), "long_name": name}
+    if name in ("kinetic_energy", "potential_energy", "energy", "work"):
+        return {"units": "J", "long_name": name.replace("_", " ")}
+    return {"long_name": name}
+
+
+def _coordinates(job: Any) -> dict[str, Any]:
+    """Coordinates of the dataset: lane, time, events, and what was varied."""
+    given = job.given
+    result: dict[str, Any] = {"lane": ("lane", np.arange(given.count))}
+    if job.asked.timed:
+        result["time"] = ("time", job.wanted, {"units": "s", "long_name": "time"})
+    if job.specs:
+        result["event"] = ("event", np.array([spec.name for spec in job.specs], dtype=object))
+    for name in given.varied[0]:
+        result[name] = ("lane", np.asarray(given.columns[name]), {"long_name": f"parameter {name}"})
+    model = job.kernels.model
+    names = [*model.coordinate_names, *model.speed_names]
+    for name in given.varied[1]:
+        if name in names:
+            about = {"units": unit_of_name(model, name), "long_name": f"{name} at the start"}
+            result[f"{name}_start"] = ("lane", np.asarray(given.initial[name], dtype=float), about)
+    return result
+
+
+def _attributes(job: Any) -> dict[str, Any]:
+    from .. import __version__
+
+    model, given = job.kernels.model, job.given
+    fixed = {name: x for name, x in given.values_of(0).items() if name not in given.varied[0]}
+    return {
+        "title": f"Motions of {model.name}",
+        "method": job.method,
+        "tolerance": float(np.min(job.tolerances)) if len(job.tolerances) else 0.0,
+        "start": job.begin,
+        "until": job.end,
+        "parameters": json.dumps(fixed),
+        "source": f"freebody {__version__}",
+    }
+
+
+def _parts(job: Any, part: Any) -> dict[str, Any]:
+    """Arrays of a part by the names of the variables; how a lane ended comes last."""
+    result: dict[str, Any] = {name: part.values[:, :, i] for i, name in enumerate(job.asked.timed)}
+    for name in job.asked.numbers:
+        result[name] = job.asked.number(name, part.reduced)
+    if job.specs:
+        result["event_time"], result["event_last"] = part.event_times[..., 0], part.event_times[..., 1]
+        result["event_count"] = part.counts
+    result["end"], result["steps"], result["blame"] = part.ends, part.kept[:, 1], part.kept[:, 3]
+    result["status"] = part.kept[:, 0]
+    return result
+
+
+def dataset_of(job: Any, part: Any) -> xarray.Dataset:
+    """Results in memory."""
+    import xarray
+
+    found = _parts(job, part)
+    variables = {
+        name: (dims, found[name], about)
+        for name, (dims, _, about) in _variables(job).items()
+        if name != "status"
+    }
+    data = xarray.Dataset(variables, coords=_coordinates(job), attrs=_attributes(job))
+    return _told(data, found["status"], found["blame"], job)
+
+
+def _told(data: xarray.Dataset, codes: Any, blame: Any, job: Any) -> xarray.Dataset:
+    """With statuses and names in place of numbers."""
+    from .batch import STATUS
+
+    widest = max(map(len, STATUS.values()))
+    words = np.full(len(codes), "", dtype=f"<U{widest}")
+    for code in np.unique(codes):
+        words[codes == code] = STATUS[int(code)]
+    data["status"] = ("lane", words, {"long_name": "how the run ended"})
+    names = np.array([*job.kernels.names, ""], dtype=str)
+    good = np.isin(codes, (-1, 1, 2, 9))
+    data["blame"] = (
+        "lane", names[np.where(good, len(names) - 1, np.minimum(blame, len(names) - 1))],
+        {"long_name": "coordinate or speed that stopped a failed lane"},
+    )  # fmt: skip
+    waiting = int((codes == -1).sum())
+    if waiting:
+        data.attrs["interrupted"] = f"{waiting} of {len(codes)} lanes were not run"
+    if job.failed:
+        data.attrs["no_start"] = json.dumps({str(k): v for k, v in list(job.failed.items())[:20]})
+    return data
+
+
+class Store:
+    """A netCDF file that is filled lane by lane.
+
+    Raises
+    ------
+    SimulationError
+        No such folder; a file of other runs, or no netCDF file at all.
+    """
+
+    def __init__(self, path: Any, job: Any) -> None:
+        self.path, self.job = Path(path), job
+        self.mark = _mark(job)
+        if not self.path.parent.is_dir():
+            raise SimulationError(
+                f"Can not write '{self.path}': there is no folder '{self.path.parent}'. Make it, or choose another path."
+            )
+        if self.path.exists():
+            self._check()
+        else:
+            self._create()
+
+    def _check(self) -> None:
+        import h5py
+
+        try:
+            with h5py.File(self.path, "r") as file:
+                mark = file.attrs.get("runs", "")
+        except OSError as error:
+            raise SimulationError(
+                f"Expected results of a batch in '{self.path}', but it can not be read: {error}. Choose another path."
+            ) from None
+        mark = mark.decode() if isinstance(mark, bytes) else str(mark)
+        if mark != self.mark:
+            raise SimulationError(
+                f"Expected '{self.path}' to hold results of the same runs, to go on with them, but it holds those of "
+                "another machine, other values, times, outputs or tolerances. Choose another path, or remove the file."
+            )
+
+    def _create(self) -> None:
+        import h5netcdf
+
+        from .batch import STATUS
+
+        job = self.job
+        new = self.path.with_name(f".{self.path.name}.{os.getpid()}.new")
+        try:
+            with h5netcdf.File(new, "w") as file:
+                sizes = {"lane": job.given.count}
+                if job.asked.timed:
+                    sizes["time"] = job.wanted.size
+                if job.specs:
+                    sizes["event"] = len(job.specs)
+                file.dimensions = sizes
+                for name, (dims, values, *about) in _coordinates(job).items():
+                    values = np.asarray(values)
+                    if values.dtype == object:
+                        import h5py
+
+                        made = file.create_variable(name, (dims,), dtype=h5py.string_dtype())
+                        made[:] = values
+                    else:
+                        file.create_variable(name, (dims,), data=values)
+                    for key, text in (about[0] if about else {}).items():
+                        file[name].attrs[key] = text
+                beside = [name for name in _coordinates(job) if name not in sizes]
+                for name, (dims, kind, about) in _variables(job).items():
+                    # a first number takes the whole place in the file, filled
+                    empty = np.nan if kind == "f8" else -1
+                    made = file.create_variable(_escaped(name), dims, dtype=kind, fillvalue=empty)
+                    made[(0,) * len(dims)] = empty
+                    for key, text in about.items():
+                        made.attrs[key] = text
+                    if beside:
+                        made.attrs["coordinates"] = " ".join(beside)
+                codes = {code: text for code, text in STATUS.items() if code >= 0}
+                file["status"].attrs["flag_values"] = np.array(list(codes), dtype="i1")
+                file["status"].attrs["flag_meanings"] = " ".join(x.replace(" ", "_") for x in codes.values())
+                for key, value in _attributes(job).items():
+                    file.attrs[key] = value
+                file.attrs["runs"] = self.mark
+            os.replace(new, self.path)
+        finally:
+            new.unlink(missing_ok=True)
+
+    def waiting(self, low: int, high: int) -> Any:
+        """Which lanes of a range were not run, as 0 or 1."""
+        import h5py
+
+        with h5py.File(self.path, "r") as file:
+            return (file["status"][low:high] == -1).astype(np.int64)
+
+    def write(self, part: Any) -> None:
+        """Results of lanes; those that were not run stay as they are."""
+        import h5py
+
+        found = _parts(self.job, part)
+        done = np.flatnonzero(found["status"] != -1)
+        if not done.size:
+            return
+        try:
+            opened = h5py.File(self.path, "r+")
+        except OSError as error:
+            raise SimulationError(
+                f"Can not write results to '{self.path}': {error}. Close the dataset that was read from it."
+            ) from None
+        with opened as file:
+            for name, array in found.items():
+                if name == "status":
+                    file.flush()
+                if array.size:
+                    for first, last in _runs(done):
+                        file[_escaped(name)][part.low + first : part.low + last] = array[first:last]
+
+    def dataset(self) -> xarray.Dataset:
+        """What the file holds: read into memory, or from the file as it is used where it is large."""
+        import xarray
+
+        opened = xarray.open_dataset(self.path, engine="h5netcdf", mask_and_scale=False, decode_times=False)
+        if opened.nbytes < _SMALL:
+            opened.load()
+            opened.close()
+        codes, blame = opened["status"].values, opened["blame"].values
+        opened.attrs.pop("runs", None)
+        data = _told(opened.drop_vars(["status", "blame"]), codes, blame, self.job)
+        data.set_close(opened.close)
+        return data
+
+
+def _runs(places: Any) -> list[tuple[int, int]]:
+    """Ranges of consecutive numbers."""
+    breaks = np.flatnonzero(np.diff(places) > 1) + 1
+    return [(int(x[0]), int(x[-1]) + 1) for x in np.split(places, breaks)]
+
+
+def _escaped(name: str) -> str:
+    """A name without the separator of groups."""
+    return name.replace("/", "÷")
+
+
+def _mark(job: Any) -> str:
+    """Hash of everything that the results depend on."""
+    from .batch_kernels import batch_program
+
+    digest = hashlib.sha256()
+    program = batch_program(
+        job.kernels, job.asked.timed_values, job.asked.reduced_values, job.expressions, False
+    ).compiled
+    digest.update(repr(program.operations).encode())
+    for parameter in job.kernels.model.parameters:
+        digest.update(np.asarray(job.given.columns[parameter.name], dtype=float).tobytes())
+    for array in (job.states, job.wanted, job.tolerances):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    said = (
+        job.kernels.model.name, job.kernels.names, job.begin, job.end, job.method, job.step, job.longest,
+        job.max_steps, job.asked.timed, tuple(map(str, job.asked.timed_values)), job.asked.reduced,
+        sorted(job.asked.numbers.items()),
+        [(x.name, str(x.expression), x.direction, x.terminal) for x in job.specs], job.given.count,
+        sorted(job.failed),
+    )  # fmt: skip
+    digest.update(repr(said).encode())
+    return digest.hexdigest()

@@ -1,0 +1,35 @@
+"""What the loop over lanes and Python agree on: places of addresses, counts and numbers."""
+
+from __future__ import annotations
+
+# addresses of kernels: constants of the parameters, and functions of (t, y)
+PROLOGUE, RATES, ENERGY, OUTPUTS, REDUCED, WATCHED, DROPPED = 0, 1, 2, 3, 4, 5, 6
+ADDRESSES = 7
+
+# counts: of components, of numbers in a row of the work array and in all of it, of quaternions, parameters, constants,
+# events asked for, events watched (rates of extremes are the rest), outputs at a time, times, quantities with extremes,
+# steps between two looks at the outputs, steps at most, whether the work is the last component, whether a stiff lane
+# stops, residuals of the conditions that were redundant at the start
+N, WIDTH_OF_ROW, N_WORK, N_QUATERNIONS, N_PARAMETERS, N_CONSTANTS, N_EVENTS, N_WATCHED = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+)
+N_OUTPUTS, N_TIMES, N_REDUCED, ROOM, LIMIT, WORKS, STIFF_ASKED, N_DROPPED = 8, 9, 10, 11, 12, 13, 14, 15
+SIZES = 16
+
+# numbers: start and end of the run, longest step, length of all steps or 0, order of the method
+T0, T1, LONGEST, FIRST_STEP, ORDER = 0, 1, 2, 3, 4
+OPTIONS = 5
+
+EXTREMES = 4  # numbers kept of a quantity: greatest, smallest, first, last
+KEPT = 4  # integers kept of a lane: how it ended, steps, rejected steps, component to blame
+
+# how a lane ends, besides what `layout` names
+ENDED = 1  # as layout.FINISHED
+TOO_MANY, LEFT = 7, 8

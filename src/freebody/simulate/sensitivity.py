@@ -1,0 +1,410 @@
+"""How a motion changes with parameters and with its start: the variational equations, integrated beside it.
+
+    y' = f(t, y, p),    s_j = ∂y/∂p_j:    s_j' = (∂f/∂y) s_j + ∂f/∂p_j,    s_j(t₀) = ∂y₀/∂p_j
+
+f and its derivatives along the s_j come from one trace and are one kernel. The s_j are components of the state: the
+control of the step covers them, with the same tolerance, |error| <= ε (1 + |s|). Of a quaternion the four components
+have derivatives, tangent to the unit sphere: e · ∂e/∂p = 0.
+
+Of a machine with constraints s_j begins on the linearized constraints, Φ_q δq + Φ_p = 0 and so for the speeds, where
+what the user named stays as named.
+
+Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), section I.14.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from ..compile.kernels import compile_tape
+from ..dynamics import State, coordinate_rates, kinetic_energy, potential_energy, traced_state
+from ..dynamics.motion import motion, total_power
+from ..errors import ExpressionError, SimulationError, nearest
+from ..model import Model
+from ..scalar.derivative import forward
+from ..scalar.trace import Tape
+from .initial import named_state, quaternions_by_joint
+from .integrate import integrate
+from .kernels import Kernels, Program
+from .methods import FINE
+from .path import Rates, Watch, observe
+from .trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """What is varied: a parameter, or a coordinate or speed at the start (``place`` in the state)."""
+
+    name: str
+    symbol: Any = None
+    place: int = -1
+
+
+def unknowns_of(model: Model, names: Any, initial: Mapping[Any, Any], what: str) -> tuple[Unknown, ...]:
+    """Parameters and initial values by name.
+
+    Raises
+    ------
+    SimulationError
+        An unknown name, one that is given twice, or an initial value that is an expression of parameters.
+    """
+    if isinstance(names, str | sympy.Basic):
+        names = [names]
+    texts = model.names.texts
+    parameters = {p.name: p.symbol for p in model.parameters}
+    by_symbol = {p.symbol: p.name for p in model.parameters}
+    starts = [*model.coordinate_names, *model.speed_names]
+    result: list[Unknown] = []
+    for key in names:
+        name = key if isinstance(key, str) else by_symbol.get(key, texts.get(key, str(key)))
+        if any(one.name == name for one in result):
+            raise SimulationError(f"'{name}' is named twice in {what}. Leave one out.")
+        if name in parameters:
+            result.append(Unknown(name, parameters[name]))
+        elif name in starts:
+            result.append(Unknown(name, None, starts.index(name)))
+        else:
+            raise SimulationError(f"Unknown name '{name}' in {what}; {nearest(name, [*parameters, *starts])}")
+    if not result:
+        raise SimulationError(f"Expected at least one parameter or initial value in {what}, got none.")
+    for one in result:
+        for key, value in initial.items():
+            name = key if isinstance(key, str) else texts.get(key, str(key))
+            if name != one.name or one.symbol is not None:
+                continue
+            expression = model.names.expression(value, f"the initial value of '{name}'")
+            if isinstance(expression, sympy.Basic) and expression.free_symbols:
+                raise SimulationError(
+                    f"Expected a number for the initial value of '{name}', since its derivative is asked for in "
+                    f"{what}, got '{value}'. Ask for the derivatives by {', '.join(map(str, sorted(expression.free_symbols, key=str)))}."
+                )
+    return tuple(result)
+
+
+class Variation:
+    """The programs of a machine and of its variational equations."""
+
+    def __init__(self, kernels: Kernels, unknowns: Sequence[Unknown]) -> None:
+        self.kernels, self.unknowns = kernels, tuple(unknowns)
+
+    @property
+    def size(self) -> int:
+        """Number of components of the state and of all derivatives."""
+        return self.kernels.size * (1 + len(self.unknowns))
+
+    def _traced(self) -> tuple[Tape, State, list[Any], list[list[Any]], list[Any]]:
+        """Tape, state, y, the s_j, parameters."""
+        model, tape = self.kernels.model, Tape()
+        state = traced_state(model, tape)
+        y = [*state.q, *state.u]
+        if self.kernels.works:
+            y.append(tape.input("work done"))
+        rows = [[tape.input(f"derivative {i} by {one.name}") for i in range(len(y))] for one in self.unknowns]
+        return tape, state, y, rows, [state.values[p.symbol] for p in model.parameters]
+
+    def _along(
+        self, tape: Tape, state: State, y: list[Any], rows: list[list[Any]], outputs: Sequence[Any]
+    ) -> list[list[Any]]:
+        """Derivatives of outputs by every unknown."""
+        result = []
+        for one, row in zip(self.unknowns, rows, strict=True):
+            inputs, seeds = list(y), list(row)
+            if one.symbol is not None:
+                inputs.append(state.values[one.symbol])
+                seeds.append(1)
+            result.append(forward(tape, outputs, inputs, seeds))
+        return result
+
+    def program(self) -> Program:
+        """Functions ``rates`` of (y, s_1, s_2, ...), ``energy`` and, of a constrained machine, ``projection``: of y
+        onto the constraints and of the s_j onto the linearized ones."""
+        key = ("variation", tuple(one.name for one in self.unknowns))
+        programs = self.kernels._programs
+        if key not in programs:
+            tape, state, y, rows, parameters = self._traced()
+            model, active = self.kernels.model, self.kernels.active
+            moving = motion(model, state, active)
+            rates = [*coordinate_rates(model, state), *moving.udot]
+            if self.kernels.works:
+                rates.append(total_power(model, state, moving))
+            functions: dict[str, Sequence[Any]] = {
+                "rates": [*rates, *(x for row in self._along(tape, state, y, rows, rates) for x in row)],
+                "energy": [kinetic_energy(model, state), potential_energy(model, state)],
+            }
+            if active:
+                moved = self.kernels._projected(state)
+                if self.kernels.works:
+                    moved = [*moved, y[-1]]
+                functions["projection"] = [
+                    *moved, *(x for row in self._along(tape, state, y, rows, moved) for x in row)
+                ]  # fmt: skip
+            inputs = [*y, *(x for row in rows for x in row)]
+            programs[key] = Program(compile_tape(tape, functions, state.t, inputs, parameters))
+        return programs[key]
+
+    def expression(self, expression: Any) -> Program:
+        """Function ``values``: derivatives of an expression by every unknown."""
+        key = ("variation of", tuple(one.name for one in self.unknowns), expression)
+        programs = self.kernels._programs
+        if key not in programs:
+            tape, state, y, rows, parameters = self._traced()
+            value = [state(expression)]
+            given = {"values": [row[0] for row in self._along(tape, state, y, rows, value)]}
+            inputs = [*y, *(x for row in rows for x in row)]
+            programs[key] = Program(compile_tape(tape, given, state.t, inputs, parameters))
+        return programs[key]
+
+    def start(self, y: Array, values: Mapping[str, float], initial: Mapping[Any, Any]) -> Array:
+        """The s_j at the start of a machine without constraints, shape (unknowns, n)."""
+        model = self.kernels.model
+        result = np.zeros((len(self.unknowns), self.kernels.size))
+        names = [*model.coordinate_names, *model.speed_names]
+        texts, turned = model.names.texts, quaternions_by_joint(model)
+        symbols = {p.symbol: values[p.name] for p in model.parameters}
+        raw = y.copy()  # quaternions as they were given, before they were made unit
+        for key, value in initial.items():
+            name = key if isinstance(key, str) else texts.get(key, str(key))
+            parts = [(names.index(name), value)] if name in names else []
+            if name in turned and not hasattr(value, "as_quaternion"):
+                parts = [(turned[name] + k, x) for k, x in enumerate(value)]
+            for i, part in parts:
+                expression = model.names.expression(part, f"the initial value of '{name}'")
+                if not isinstance(expression, sympy.Basic):
+                    raw[i] = float(expression)
+                    continue
+                raw[i] = float(expression.subs(symbols))
+                for j, one in enumerate(self.unknowns):
+                    if one.symbol is not None:
+                        result[j, i] = float(expression.diff(one.symbol).subs(symbols))
+        for j, one in enumerate(self.unknowns):
+            if one.symbol is None:
+                result[j, one.place] = 1.0
+        for i in model.quaternions:  # e = r/|r|: de = (1 - e eᵀ) dr/|r|
+            e, length = y[i : i + 4], np.linalg.norm(raw[i : i + 4])
+            turn = result[:, i : i + 4]
+            result[:, i : i + 4] = (turn - np.outer(turn @ e, e)) / length
+        return result
+
+    def closed_start(
+        self, y: Array, values: Mapping[str, float], initial: Mapping[Any, Any], t: float, project: bool
+    ) -> Array:
+        """The s_j at the start of a machine with constraints.
+
+        What is named moves as asked; the rest follows, moving least, from the linearized constraints.
+        """
+        from ..dynamics.constraints import linearized
+
+        if project:
+            raise SimulationError(
+                "Expected a start on the constraints for sensitivities=, got project=True, which moves what was named. "
+                "Name fewer coordinates and speeds: the others follow."
+            )
+        model, kernels = self.kernels.model, self.kernels
+        key = ("conditions", tuple(one.name for one in self.unknowns))
+        if key not in kernels._programs:
+            tape, state, inputs, rows, parameters = self._traced()
+            given = linearized(model, state)
+            missed = [*given.residual, *given.rate]
+            along = self._along(tape, state, inputs, rows, missed)
+            listed = [*inputs, *(x for row in rows for x in row)]
+            kernels._programs[key] = Program(
+                compile_tape(tape, {"missed": [x for row in along for x in row]}, state.t, listed, parameters)
+            )
+        program = kernels._programs[key]
+        constants = program.constants(kernels.parameters(values))
+        begun = self.start(y, values, initial)
+        _, named = named_state(model, values, initial)
+        n, k = kernels.size, len(self.unknowns)
+        held = named | {one.place for one in self.unknowns if one.symbol is None}
+        free = [i for i in range(model.n_q + model.n_u) if i not in held]
+        count = program.outputs("missed") // k
+
+        def missed_by(rows: Array) -> Array:
+            full = np.concatenate([y, np.zeros(n - y.size), rows.ravel()])
+            found = observe(program.address("missed"), k * count, np.array([t]), full[None], constants)
+            return found[0].reshape(k, count)
+
+        # the conditions are linear in s: their matrix, column by column
+        offset = missed_by(begun)
+        zero = missed_by(np.zeros((k, n)))
+        columns = []
+        for i in free:
+            unit = np.zeros((k, n))
+            unit[:, i] = 1.0
+            columns.append((missed_by(unit) - zero)[0])
+        extra = []  # quaternions keep their length
+        for i in model.quaternions:
+            row = np.zeros(n)
+            row[i : i + 4] = y[i : i + 4]
+            extra.append(row)
+        E = np.array(extra).reshape(-1, n)
+        A = np.concatenate([np.array(columns).reshape(len(free), count).T, E[:, free]])
+        result = begun.copy()
+        for j, one in enumerate(self.unknowns):
+            b = -np.concatenate([offset[j], E @ begun[j]])
+            step, *_ = np.linalg.lstsq(A, b, rcond=1e-11)
+            if np.abs(A @ step - b).max(initial=0) > 1e-7 * (1 + np.abs(b).max(initial=0)):
+                raise SimulationError(
+                    f"The start can not follow a change of '{one.name}': the constraints of '{model.name}' hold what is "
+                    f"named in initial ({', '.join(map(str, initial)) or 'nothing'}). Name less, so that the rest can "
+                    "follow, or use near=."
+                )
+            result[j, free] += step
+        return result
+
+
+METHODS = ("auto", "dop853", "dop54", "gauss")
+
+
+def sensitive_motion(
+    kernels: Kernels,
+    numbers: Mapping[str, float],
+    given: Any,
+    initial: Mapping[Any, Any],
+    state: Array,
+    begin: float,
+    end: float,
+    specs: Sequence[Any],
+    expressions: Sequence[Any],
+    tolerances: Array,
+    wanted: Any,
+    samples: int | None,
+    *,
+    method: str,
+    step: float | None,
+    max_step: float | None,
+    max_steps: int | None,
+    project: bool,
+    between: Any,
+) -> SensitiveTrajectory:
+    """The motion with its derivatives; arguments as those of :func:`freebody.simulate`, checked."""
+    model = kernels.model
+    if model.contacts:
+        raise SimulationError(
+            f"Expected a machine without contacts for sensitivities=, but '{model.name}' has "
+            f"{', '.join(map(repr, model.contacts))}: their events move with the parameters."
+        )
+    if method not in METHODS:
+        raise SimulationError(
+            f"Expected one of {', '.join(map(repr, METHODS))} for sensitivities=, got method={method!r}."
+        )
+    variation = Variation(kernels, unknowns_of(model, given, initial, "sensitivities"))
+    program, parameters = variation.program(), kernels.parameters(numbers)
+    if model.constraints:
+        rows = variation.closed_start(state, numbers, initial, begin, project)
+    else:
+        rows = variation.start(state, numbers, initial)
+    n, k = kernels.size, len(variation.unknowns)
+    y = np.concatenate([state, np.zeros(n - state.size), rows.ravel()])
+    rates = Rates(
+        program.address("rates"), y.size, program.constants(parameters), tuple(model.quaternions), program
+    )
+    if model.constraints and kernels.active:
+        rates = replace(rates, projection=program.address("projection"), projected=y.size)
+    relative, absolute = np.tile(tolerances, 1 + k), np.tile(tolerances, 1 + k)
+    if kernels.works:
+        first = observe(program.address("energy"), 2, np.array([begin]), y[None], rates.constants)[0]
+        energy = float(np.max(np.abs(first)))
+        absolute[n - 1 :: n] *= energy if 0 < energy < math.inf else 1.0
+    watch = None
+    if specs:
+        observer = kernels.expressions(tuple(expressions))
+        watch = Watch(
+            observer.address("values"), tuple(spec.direction for spec in specs),
+            tuple(spec.terminal for spec in specs), observer.constants(parameters), observer,
+        )  # fmt: skip
+    if method == "auto":
+        method = "gauss" if np.min(relative) < FINE else "dop853"
+    path = integrate(
+        rates, y, begin, end, relative=relative, absolute=absolute, watch=watch, method=method, step=step,
+        max_step=math.inf if max_step is None else float(max_step), max_steps=max_steps, between=between,
+    )  # fmt: skip
+    return SensitiveTrajectory(variation, kernels, numbers, path, specs, tolerances, wanted, samples)
+
+
+class SensitiveTrajectory(Trajectory):
+    """A trajectory with its derivatives by parameters and initial values.
+
+    ``trajectory.sensitivity["theta", "m"]`` is ∂theta/∂m at the output times; the first may be any coordinate, speed or
+    expression of the machine's names, whose own dependence on the parameter counts.
+    """
+
+    def __init__(self, variation: Variation, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self.variation = variation
+
+    @cached_property
+    def sensitivity(self) -> Sensitivity:
+        """Derivatives at the output times, by (quantity, parameter or initial value)."""
+        return Sensitivity(self)
+
+
+class Sensitivity(Mapping[Any, Array]):
+    """Derivatives of quantities by unknowns at the output times; iterates over coordinates and speeds."""
+
+    def __init__(self, trajectory: SensitiveTrajectory) -> None:
+        self._trajectory = trajectory
+        self.unknowns = tuple(one.name for one in trajectory.variation.unknowns)
+
+    def __getitem__(self, key: Any) -> Array:
+        if not isinstance(key, tuple) or len(key) != 2:
+            raise SimulationError(f"Expected a quantity and an unknown, such as ['theta', 'm'], got {key!r}.")
+        column = self._place(key[1])
+        trajectory = self._trajectory
+        model = trajectory.kernels.model
+        text = key[0] if isinstance(key[0], str) else model.names.texts.get(key[0])
+        n = trajectory.kernels.size
+        if text in trajectory.names:
+            return trajectory.states[:, n * (1 + column) + trajectory.names.index(text)]
+        return self.of(key[0])[:, column]
+
+    def of(self, quantity: Any) -> Array:
+        """Derivatives of a quantity by all unknowns, shape (times, unknowns)."""
+        trajectory = self._trajectory
+        model = trajectory.kernels.model
+        text = quantity if isinstance(quantity, str) else model.names.texts.get(quantity)
+        n, k = trajectory.kernels.size, len(self.unknowns)
+        if text in trajectory.names:
+            i = trajectory.names.index(text)
+            return trajectory.states[:, [n * (1 + j) + i for j in range(k)]]
+        try:
+            expression = model.names.expression(quantity, "trajectory.sensitivity[...]")
+        except ExpressionError as error:
+            raise SimulationError(
+                f"Expected a coordinate, a speed or an expression of them. {error}"
+            ) from None
+        program = trajectory.variation.expression(expression)
+        return trajectory._observed(program, "values", trajectory.t, trajectory.states)
+
+    def _place(self, unknown: Any) -> int:
+        model = self._trajectory.kernels.model
+        name = unknown
+        if not isinstance(unknown, str):
+            by_symbol = {p.symbol: p.name for p in model.parameters}
+            name = by_symbol.get(unknown, model.names.texts.get(unknown, str(unknown)))
+        if name not in self.unknowns:
+            raise SimulationError(
+                f"Unknown name '{name}' in trajectory.sensitivity; {nearest(name, self.unknowns)} "
+                "Name it in sensitivities= of fb.simulate."
+            )
+        return self.unknowns.index(name)
+
+    def __iter__(self) -> Any:
+        return iter((name, unknown) for name in self._trajectory.names for unknown in self.unknowns)
+
+    def __len__(self) -> int:
+        return len(self._trajectory.names) * len(self.unknowns)
+
+    def __repr__(self) -> str:
+        names, by = ", ".join(self._trajectory.names), ", ".join(self.unknowns)
+        return f"<Derivatives of {names} by {by} at {len(self._trajectory.t)} times>"

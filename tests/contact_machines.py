@@ -1,0 +1,123 @@
+"""Machines with contacts that drawings and pages are tested on, each with the modes it is drawn in."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import freebody as fb
+
+
+def sliding_body() -> fb.System:
+    """A body on two feet, pulled."""
+    s = fb.System("sliding_body")
+    m, a, b, h, mu, F, g = s.parameters(m=10, a=0.5, b=0.6, h=0.7, mu=0.3, F=50, g=9.81)
+    s.gravity = (0, -g, 0)
+    box = s.body("box", fb.box(m, (1.4, h, 0.4)))
+    s.planar("plane", s.ground, box, coordinate="x y phi")
+    floor = s.ground.plane(at=(0, -h / 2, 0), normal="y")
+    s.contact("A", box.point(-a, -h / 2, 0), floor, friction=mu)
+    s.contact("B", box.point(b, -h / 2, 0), floor, friction=mu)
+    s.force("F", box.point(-0.7, h / 4, 0), (F, 0, 0))
+    return s
+
+
+def pulled_disk() -> fb.System:
+    """A disk pulled above its centre."""
+    s = fb.System("pulled_disk")
+    m, R, mu, F, g = s.parameters(m=10, R=0.3, mu=0.2, F=30, g=9.81)
+    s.gravity = (0, -g, 0)
+    disk = s.body("disk", fb.disk(m, R))
+    s.planar("plane", s.ground, disk, coordinate="x y phi")
+    s.force("F", disk.origin, (F, 0, 0))
+    s.contact(
+        "floor", disk.circle(R), s.ground.plane(normal="y", at=(0, -R, 0)), friction=mu, restitution=0.5
+    )
+    return s
+
+
+def ladder() -> fb.System:
+    """A ladder on a floor and a wall."""
+    s = fb.System("ladder")
+    m, L, mu, g = s.parameters(m=12, L=3, mu=0.4, g=9.81)
+    s.gravity = (0, -g, 0)
+    bar = s.body("ladder", fb.slender_bar(m, L, axis="y"))
+    s.planar("plane", s.ground, bar, coordinate="x y phi")
+    s.contact("floor", bar.point(0, -L / 2, 0), s.ground.plane(), friction=mu)
+    s.contact("wall", bar.point(0, L / 2, 0), s.ground.plane(normal="x"), friction=mu)
+    return s
+
+
+def bar_in_cylinder() -> fb.System:
+    """A bar in a smooth hollow cylinder."""
+    s = fb.System("bar_in_cylinder")
+    m, L, R, g = s.parameters(m=3, L=1.2, R=1, g=9.81)
+    s.gravity = (0, -g, 0)
+    bar = s.body("bar", fb.slender_bar(m, L, axis="x"))
+    s.planar("plane", s.ground, bar, coordinate="x y phi")
+    hollow = s.ground.circle(R, inside=True)
+    s.contact("A", bar.point(-L / 2, 0, 0), hollow)
+    s.contact("B", bar.point(L / 2, 0, 0), hollow)
+    return s
+
+
+def falling_rod() -> fb.System:
+    """A rod that falls over on a rough floor."""
+    s = fb.System("falling_rod")
+    m, L, mu, g = s.parameters(m=2, L=1, mu=0.3, g=9.81)
+    s.gravity = (0, -g, 0)
+    rod = s.body("rod", fb.slender_bar(m, L, axis="y"))
+    s.planar("plane", s.ground, rod, coordinate="x y phi")
+    s.contact("O", rod.point(0, -L / 2, 0), s.ground.plane(), friction=mu)
+    return s
+
+
+def block_on_incline() -> fb.System:
+    """A block on an inclined plane."""
+    s = fb.System("block_on_incline")
+    m, a, h, mu, beta, g = s.parameters(m=2, a=0.3, h=0.3, mu=0.3, beta="25deg", g=9.81)
+    s.gravity = (0, -g, 0)
+    block = s.body("block", fb.box(m, (2 * a, h, 0.2)))
+    s.planar("plane", s.ground, block, coordinate="x y phi")
+    plane = s.ground.plane(normal=("-sin(beta)", "cos(beta)", 0))
+    s.contact("feet", block.corners((-a, -h / 2, 0), (a, -h / 2, 0)), plane, friction=mu)
+    return s
+
+
+def ball_on_plane() -> fb.System:
+    """A ball on a plane, in space."""
+    s = fb.System("ball_on_plane")
+    m, R, mu, g = s.parameters(m=1, R=0.1, mu=0.3, g=9.81)
+    s.gravity = (0, 0, -g)
+    ball = s.body("ball", fb.sphere(m, R))
+    s.free("flight", s.ground, ball)
+    s.contact("floor", ball.sphere(R), s.ground.plane(normal="z"), friction=mu)
+    return s
+
+
+def seesaw() -> fb.System:
+    """A block that slides on a hinged board: both sides of a contact move."""
+    s = fb.System("seesaw")
+    M, m, L, h, mu, g = s.parameters(M=8, m=2, L=2, h=0.2, mu=0.4, g=9.81)
+    s.gravity = (0, -g, 0)
+    board = s.body("board", fb.slender_bar(M, L, axis="x"))
+    s.hinge("pin", s.ground, board, axis="z", coordinate="beta")
+    block = s.body("block", fb.box(m, (2 * h, h, h)))
+    s.planar("plane", s.ground, block, coordinate="x y phi")
+    top = board.segment((-L / 2, 0, 0), (L / 2, 0, 0), normal="y")
+    s.contact("feet", block.corners((-h, -h / 2, 0), (h, -h / 2, 0)), top, friction=mu)
+    return s
+
+
+DRAWN: list[tuple[Any, dict[str, Any]]] = [
+    (sliding_body, {"A": "slip+", "B": "slip+"}),
+    (pulled_disk, {"floor": "stick"}),
+    (pulled_disk, {"floor": "slip+"}),
+    (ladder, {"floor": "slip+", "wall": "slip-"}),
+    (bar_in_cylinder, {"A": "slip", "B": "slip"}),
+    (falling_rod, {"O": "stick"}),
+    (falling_rod, {"O": "slip-"}),
+    (block_on_incline, {"feet": "stick"}),
+    (seesaw, {"feet": "slip-"}),
+    (ball_on_plane, {"floor": "stick"}),
+    (ball_on_plane, {"floor": ("slip", ("0.6", "0.8"))}),
+]

@@ -1,0 +1,59 @@
+"""What was assumed positive is asked of the values that are given."""
+
+from __future__ import annotations
+
+import pytest
+
+import freebody as fb
+from freebody.errors import ModelError
+
+
+def oscillator():
+    s = fb.System("oscillator")
+    m, k, c = s.parameters(m=1, k=2, c=3)
+    s.assume(c > k)
+    block = s.body("block", fb.particle(m))
+    guide = s.slider("guide", s.ground, block, axis="x", coordinate="x")
+    s.spring("spring", guide, stiffness=c - k)
+    return s
+
+
+ASKED = {
+    "simulate": lambda s, values: fb.simulate(s, 1, values=values),
+    "linearize": lambda s, values: fb.linearize(s, values=values),
+    "numeric": lambda s, values: fb.linearize(s).numeric(values),
+    "steady motions": lambda s, values: fb.steady_motions(s, values=values).states,
+    "where": lambda s, values: fb.linearize(s, where={"c": f"{values['c']}"}, values={}),
+    "impulse": lambda s, values: fb.impulse(s, at=s.bodies["block"].origin, impulse=(1, 0, 0), values=values),
+}
+
+
+@pytest.mark.parametrize("how", ASKED)
+@pytest.mark.parametrize("c", [1, 2])
+def test_values_that_contradict_an_assumption(how, c):
+    with pytest.raises(
+        ModelError,
+        match=rf"Expected c - k > 0 in 'oscillator', as s\.assume or the use as a mass or a dimension says, but "
+        rf"c = {c}, k = 2 makes it {c - 2}\. Change the values, or take the assumption back\.",
+    ):
+        ASKED[how](oscillator(), {"c": c})
+
+
+@pytest.mark.parametrize("how", ASKED)
+def test_values_that_agree(how):
+    ASKED[how](oscillator(), {"c": 2.5})
+
+
+def test_a_dimension_turned_round():
+    s = fb.System("tube")
+    outer, inner = s.parameters(outer=2, inner=1)
+    s.free("air", s.ground, s.body("tube", fb.tube(1, inner, outer, 1)))
+    fb.simulate(s, 0.1)
+    with pytest.raises(ModelError):
+        fb.simulate(s, 0.1, values={"inner": 3})
+
+
+def test_assumptions_on_the_motion_are_not_asked():
+    s = oscillator()
+    s.assume(s.names.atoms["x"] + 1 > 0)
+    fb.simulate(s, 0.1)

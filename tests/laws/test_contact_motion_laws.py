@@ -1,0 +1,66 @@
+"""Laws of motion with contact, on boxes thrown at random: the ledger closes, energy falls, nothing enters the floor."""
+
+import numpy as np
+import pytest
+
+import freebody as fb
+
+G = 9.81
+
+
+@pytest.fixture(scope="module")
+def box():
+    s = fb.System("box")
+    g, mu, e = s.parameters(g=G, mu=0.5, e=0.3)
+    s.gravity = (0, -g, 0)
+    body = s.body("box", fb.box(3, (0.3, 0.5, 1)))
+    s.planar("rail", s.ground, body, coordinate="x y theta")
+    floor = s.ground.plane(normal="y")
+    s.contact("foot", body.corners(size=(0.3, 0.5)), floor, friction=mu, restitution=e, impact="poisson")
+    return s
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_thrown_box(box, seed):
+    rng = np.random.default_rng(seed)
+    values = {"mu": rng.choice([0.0, 0.2, 0.6, 1.0]), "e": rng.choice([0.0, 0.3, 0.6])}
+    start = {
+        "y": 1.0, "theta": rng.uniform(-3, 3), "x'": 2 * rng.normal(), "theta'": 4 * rng.normal(),
+    }  # fmt: skip
+    motion = fb.simulate(box, 3, initial=start, values=values, samples=1501)
+    # a thousand steps at 1e-9 each, with room
+    assert motion.energy.relative_residual < 1e-7
+    total = motion.energy.total
+    assert np.diff(total).max() < 1e-7 * total[0]
+    assert (np.diff(motion.energy.impulses) <= 1e-15).all()
+    assert (np.diff(motion.energy.friction) <= 1e-9).all()
+    down = np.zeros(len(motion.t))
+    for one in motion.contacts.values():
+        assert one.gap.min() > -1e-12
+        N, T = one.least[:, 0], one.least[:, 1]
+        size = 3 * G
+        assert N.min() >= -1e-9 * size
+        assert (np.abs(T) <= values["mu"] * N + 1e-7 * size).all()
+        open_ = one.mode == "open"
+        assert (N[open_] == 0).all()
+        assert np.abs(one.gap[~open_]).max(initial=0) < 1e-12
+        assert np.abs(one.slip[one.mode == "stick"]).max(initial=0) < 1e-9
+        sliding = np.isin(one.mode, ["slip+", "slip-"]) & (np.abs(one.slip) > 1e-6)
+        assert (T[sliding] * one.slip[sliding] <= 1e-12).all()
+        down += N
+    # where nothing turns any more, the floor carries the weight
+    still = np.abs(motion["theta'"]) < 1e-13
+    resting = still & np.any([one.mode != "open" for one in motion.contacts.values()], axis=0)
+    np.testing.assert_allclose(down[resting], 3 * G, rtol=1e-9)
+
+
+def test_output_times_and_terminal_events_of_the_user(box):
+    times = [0, 0.1, 0.25, 1.5]
+    motion = fb.simulate(
+        box, 2, initial={"y": 0.5, "x'": 1.0}, times=times, events=[fb.event("x - 0.2", terminal=True)]
+    )
+    assert motion.status == "terminal event"
+    assert list(motion.t) == [0, 0.1]
+    assert motion.at(motion.path.end)["x"] == pytest.approx(0.2, abs=1e-12)
+    with pytest.raises(fb.errors.SimulationError, match="Expected times within the run"):
+        motion.at(1.9)

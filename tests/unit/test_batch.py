@@ -1,0 +1,270 @@
+"""Many runs at once: every lane is the run that it would be alone."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import freebody as fb
+from freebody.errors import MassError, ModelError, SimulationError
+
+
+def pendulum() -> fb.System:
+    s = fb.System("pendulum")
+    m, L, g, c = s.parameters(m=1.0, L=2.0, g=9.81, c=0.0)
+    s.gravity = (0, -g, 0)
+    bar = s.body("bar", fb.slender_bar(m, L, axis="y"))
+    pin = s.hinge("pin", s.ground, bar, to=(0, L / 2, 0), axis="z", coordinate="theta")
+    s.damper("c", pin, damping=c)
+    return s
+
+
+def free_body() -> fb.System:
+    s = fb.System("stone")
+    m = s.parameters(m=2.0)
+    s.gravity = (0, 0, -9.81)
+    s.free("turn", s.ground, s.body("stone", fb.box(m, (0.1, 0.2, 0.4))))
+    return s
+
+
+def four_bar() -> fb.System:
+    s = fb.System("four-bar")
+    s.gravity = (0, -9.81, 0)
+    a, b, c = (s.body(name, fb.slender_bar(1, L, axis="x")) for name, L in (("a", 1), ("b", 3), ("c", 2)))
+    s.hinge("A", s.ground, a, to=(-0.5, 0, 0), axis="z", coordinate="q1")
+    s.hinge("B", a, b, at=(0.5, 0, 0), to=(-1.5, 0, 0), axis="z", coordinate="q2")
+    s.hinge("D", s.ground, c, at=(3, 0, 0), to=(-1, 0, 0), axis="z", coordinate="q3")
+    s.hinge("C", b, c, at=(1.5, 0, 0), to=(1, 0, 0), axis="z")
+    return s
+
+
+THETA = np.array([0.1, 1.0, 2.0, 3.0, -0.5])
+
+
+@pytest.mark.parametrize("method", ["auto", "dop54", "gauss", "radau"])
+def test_each_lane_is_the_run_alone_to_the_last_bit(method: str) -> None:
+    s = pendulum()
+    options = dict(method=method, tolerance=1e-7, events=["theta'"], times=[0.3, 0.0, 2.0, 1.7, 0.3])
+    lengths, damping = np.linspace(1, 3, 5), np.linspace(0, 0.5, 5)
+    data = fb.simulate(
+        s,
+        2,
+        initial={"theta": THETA, "theta'": "c"},
+        values={"L": lengths, "c": damping},
+        threads=2,
+        **options,
+    )
+    assert data.sizes == {"lane": 5, "time": 5, "event": 1}
+    for k in range(5):
+        values = {"L": lengths[k], "c": damping[k]}
+        alone = fb.simulate(s, 2, initial={"theta": THETA[k], "theta'": damping[k]}, values=values, **options)
+        assert np.array_equal(data["theta"][k], alone["theta"])
+        assert np.array_equal(data["theta'"][k], alone["theta'"])
+        assert int(data.steps[k]) == alone.steps
+        times = [event.time for event in alone.events]
+        assert int(data.event_count[k, 0]) == len(times)
+        if times:
+            assert (data.event_time[k, 0], data.event_last[k, 0]) == (times[0], times[-1])
+    assert set(data.status.values) == {"finished"}
+    assert np.array_equal(data.L, lengths) and np.array_equal(data.theta_start, THETA)
+
+
+def test_quaternions_and_constraints_are_as_alone() -> None:
+    s = free_body()
+    turns = [fb.Rotation.axis_angle((1, 0, 0), a) for a in (0.1, 0.7)]
+    rates = np.array([1.0, 2.0])
+    data = fb.simulate(s, 1, initial={"turn": turns, "turn_wx": rates, "turn_wy": 3}, samples=3)
+    by_array = fb.simulate(
+        s, 1, initial={"turn": np.array([r.as_quaternion() for r in turns]), "turn_wx": rates, "turn_wy": 3}, samples=3
+    )  # fmt: skip
+    for k in range(2):
+        alone = fb.simulate(s, 1, initial={"turn": turns[k], "turn_wx": rates[k], "turn_wy": 3}, samples=3)
+        for name in alone.names:
+            assert np.array_equal(data[name][k], alone[name]), name
+            assert np.array_equal(by_array[name][k], alone[name]), name
+    s = four_bar()
+    near = {"q1": 1.0, "q2": -0.7, "q3": 1.2}
+    speeds = np.array([1.0, 4.0])
+    data = fb.simulate(s, 1, initial={"q1": 1.0, "q1'": speeds}, near=near, samples=4)
+    for k in range(2):
+        alone = fb.simulate(s, 1, initial={"q1": 1.0, "q1'": speeds[k]}, near=near, samples=4)
+        for name in alone.names:
+            assert np.array_equal(data[name][k], alone[name]), name
+
+
+def test_extremes_are_those_of_the_motion_and_not_of_the_output_times() -> None:
+    """The pendulum let go at rest returns to where it began; its greatest speed follows from the energy."""
+    s = pendulum()
+    asked = ["max(theta)", "min(theta)", "max(theta')", "final(theta)", "range(theta)", "initial(theta)"]
+    data = fb.simulate(s, 9.7, initial={"theta": THETA[:3]}, tolerance=1e-11, outputs=asked)
+    assert "time" not in data.dims
+    fastest = np.sqrt(3 * 9.81 / 2 * (1 - np.cos(THETA[:3])))  # (m L²/6) θ'² = m g (L/2) (1 - cos θ)
+    assert np.allclose(data["max(theta)"], THETA[:3], rtol=0, atol=1e-8)
+    assert np.allclose(data["min(theta)"], -THETA[:3], rtol=0, atol=1e-8)
+    assert np.allclose(data["max(theta')"], fastest, rtol=1e-8, atol=0)
+    assert np.allclose(data["range(theta)"], 2 * THETA[:3], rtol=0, atol=1e-8)
+    assert np.array_equal(data["initial(theta)"], THETA[:3])
+    alone = fb.simulate(s, 9.7, initial={"theta": THETA[1]}, tolerance=1e-11, times=[9.7])
+    assert abs(float(data["final(theta)"][1]) - alone["theta"][0]) < 1e-8
+
+
+def test_outputs_are_expressions_and_energies() -> None:
+    s = pendulum()
+    data = fb.simulate(
+        s, 2, initial={"theta": 1.0}, values={"c": [0.0, 0.3], "m": [1.0, 2.0]}, samples=3,
+        outputs={"height": "-L/2*cos(theta)", "energy": "energy", "work": "work", "deepest": "min(-L/2*cos(theta))"},
+    )  # fmt: skip
+    alone = fb.simulate(s, 2, initial={"theta": 1.0}, values={"c": 0.3, "m": 2}, samples=3)
+    assert np.allclose(data["height"][1], -np.cos(alone["theta"]), rtol=0, atol=1e-15)
+    assert np.allclose(data["energy"][1], alone.energy.total, rtol=0, atol=1e-14)
+    assert np.array_equal(data["work"][1], alone["work"])
+    assert float(data["deepest"][0]) == pytest.approx(-1, abs=1e-12)
+    drift = data["energy"] - data["energy"][:, :1] - data["work"]
+    assert float(abs(drift).max()) < 1e-7
+
+
+def test_a_terminal_event_ends_a_lane_and_leaves_nan_behind() -> None:
+    s = pendulum()
+    stop = fb.event("theta", name="bottom", terminal=True)
+    data = fb.simulate(s, 3, initial={"theta": [0.2, 0.0], "theta'": [0.0, 7.0]}, events=[stop], samples=31)
+    assert list(data.status.values) == ["terminal event", "finished"]
+    quarter = float(data.event_time[0, 0])
+    w = math.sqrt(1.5 * 9.81 / 2)
+    period = (
+        2 * math.pi / w * (1 + 0.2**2 / 16 + 11 * 0.2**4 / 3072)
+    )  # of amplitude 0.2; the next term is 4e-8
+    assert quarter == float(data.end[0]) == pytest.approx(period / 4, rel=1e-7)
+    known = np.isfinite(data["theta"][0])
+    assert np.array_equal(known, data.time <= quarter)
+
+
+def test_a_lane_that_fails_is_reported_and_the_others_go_on() -> None:
+    s = fb.System("repelled")
+    a = s.parameters(a=1.0)
+    s.slider("rail", s.ground, s.body("bead", fb.particle(1)), axis="x", coordinate="x")
+    s.generalized_force("x", "a*sqrt(x)")
+    data = fb.simulate(s, 2, initial={"x": [1.0, 1.0, 0.5], "x'": [0.0, -3.0, 0.0]}, samples=5)
+    assert list(data.status.values) == ["finished", "not finite", "finished"]
+    assert str(data.blame.values[1]) in ("x'", "x", "work") and data.blame.values[0] == ""
+    assert 0 < float(data.end[1]) < 2
+    assert np.isfinite(data["x"][0]).all() and np.isnan(data["x"][1]).any()
+    few = fb.simulate(s, 2, initial={"x": [1.0, 2.0]}, max_steps=3, samples=2)
+    assert set(few.status.values) == {"too many steps"}
+
+
+def test_a_stiff_lane_is_run_by_radau() -> None:
+    s = fb.System("stiff cart")
+    k, c = s.parameters(k=1.0, c=1.0)
+    guide = s.slider("guide", s.ground, s.body("cart", fb.particle(2)), axis="x", coordinate="x")
+    s.spring("spring", guide, stiffness=k)
+    s.damper("damper", guide, damping=c)
+    stiffness, damping = np.array([1.0, 1e6]), np.array([1.0, 1e5])
+    data = fb.simulate(
+        s, 10, initial={"x": 1.0}, values={"k": stiffness, "c": damping}, tolerance=1e-7, samples=3
+    )
+    assert set(data.status.values) == {"finished"} and int(data.steps[1]) < 1000
+    for lane in range(2):
+        alone = fb.simulate(
+            s,
+            10,
+            initial={"x": 1.0},
+            values={"k": stiffness[lane], "c": damping[lane]},
+            tolerance=1e-7,
+            samples=3,
+        )
+        assert np.array_equal(data["x"][lane], alone["x"])
+
+
+def test_results_do_not_depend_on_threads_and_backward_runs_work() -> None:
+    s = pendulum()
+    many = np.linspace(-3, 3, 97)
+    one, two = (fb.simulate(s, -2, initial={"theta": many}, samples=5, threads=n) for n in (1, 2))
+    assert one.equals(two)
+    assert list(one.time.values) == [0, -0.5, -1, -1.5, -2]
+    forward = fb.simulate(s, 2, initial={"theta": many}, samples=5)
+    assert np.allclose(forward["theta"], one["theta"], atol=1e-7)  # from rest: even in time
+
+
+def test_a_store_goes_on_where_it_was_left(tmp_path, monkeypatch) -> None:
+    from freebody.simulate import batch
+
+    s, many = pendulum(), np.linspace(0.1, 3, 50)
+    options = dict(
+        initial={"theta": many},
+        outputs=["theta", "max(theta)"],
+        times=[1.0, 2.0],
+        events=["theta"],
+        threads=1,
+    )
+    whole = fb.simulate(s, 2, **options)
+    path = tmp_path / "x.nc"
+    calls = {"n": 0}
+
+    def stop(part: float) -> None:
+        calls["n"] += 1
+        if calls["n"] == 2:
+            raise KeyboardInterrupt
+
+    first = fb.simulate(s, 2, store=path, progress=stop, **options)
+    done = (first.status != "waiting").values
+    assert 0 < done.sum() < 50 and "interrupted" in first.attrs
+    first.close()
+    run: list[int] = []
+    chunk = batch._Loop.chunk
+    monkeypatch.setattr(
+        batch._Loop, "chunk", lambda self, lanes, m: (run.extend(lanes), chunk(self, lanes, m))
+    )
+    second = fb.simulate(s, 2, store=path, **options)
+    assert sorted(run) == list(np.flatnonzero(~done))
+    for name in ("theta", "max(theta)", "event_time", "event_count", "status", "end", "steps"):
+        assert np.array_equal(second[name].values, whole[name].values, equal_nan=name == "event_time"), name
+    second.close()
+    with pytest.raises(SimulationError, match="hold results of the same runs, .* Choose another path"):
+        fb.simulate(s, 2, store=path, **{**options, "times": [1.0, 1.5]})
+    path.write_text("nothing")
+    with pytest.raises(SimulationError, match="can not be read"):
+        fb.simulate(s, 2, store=path, **options)
+    with pytest.raises(SimulationError, match="there is no folder"):
+        fb.simulate(s, 2, store=tmp_path / "no" / "x.nc", **options)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"initial": {"theta": [1, 2]}, "values": {"m": [1, 2, 3]}}, "one length, got 3 values of 'm' and 2 initial values of 'theta'"),
+        ({"initial": {"theta": [[1, 2]]}}, r"shape \(lanes,\) for the initial values of 'theta', got shape \(1, 2\).*fb.sweep"),
+        ({"initial": {"theta": [1, float("nan")]}}, "Expected finite numbers for the initial values of 'theta', got .* in lane 1"),
+        ({"initial": {"theta": []}}, "at least one lane"),
+        ({"initial": {"thet": [1, 2]}}, "Unknown name 'thet' in initial; did you mean 'theta'"),
+        ({"initial": {"theta": [1, 2]}, "outputs": ["thet"]}, "Expected a coordinate, .* 'thet'"),
+        ({"initial": {"theta": [1, 2]}, "outputs": []}, "at least one output"),
+        ({"initial": {"theta": [1, 2]}, "outputs": ["theta", "theta"]}, "'theta' is asked for twice"),
+        ({"initial": {"theta": [1, "x"]}}, "Expected an array of numbers for the initial values of 'theta'"),
+        ({"initial": {"theta": [1, 2]}, "method": "structure"}, "for a batch, got method='structure'"),
+        ({"initial": {"theta": [1, 2]}, "threads": 0}, "at least 1, got 0"),
+        ({"initial": {"theta": [1, 2]}, "samples": 1}, "at least 2, got 1"),
+        ({"initial": {"theta": [1, 2]}, "impulses": ["x"]}, "without impulses="),
+        ({"initial": {"theta": "log(m - 1)"}, "values": {"m": [2.0, 1.0]}}, "has no value in lane 1"),
+        ({"until": "m", "values": {"m": [2.0, 1.0]}}, "until to be the same for all lanes, but 'm' depends"),
+        ({"until": [1, 2], "values": {"m": [2.0, 1.0]}}, "one number for until"),
+        ({"initial": {"theta": [1, 2]}, "times": [99]}, "Expected output times from 0 to 2 s, got 99"),
+    ],
+)  # fmt: skip
+def test_refusals(options: dict, message: str) -> None:
+    options = {"until": 2, **options}
+    with pytest.raises(SimulationError, match=message):
+        fb.simulate(pendulum(), options.pop("until"), **options)
+
+
+def test_impossible_parameters_name_the_lane() -> None:
+    with pytest.raises(MassError, match="Lane 2: Body 'bar'"):
+        fb.simulate(pendulum(), 1, values={"m": [1.0, 2.0, -1.0]})
+    with pytest.raises(ModelError, match="Unknown parameter 'M'"):
+        fb.simulate(pendulum(), 1, values={"M": [1.0, 2.0]})
+
+
+def test_results_larger_than_the_memory_are_refused_before_they_are_computed() -> None:
+    with pytest.raises(SimulationError, match=r'GiB. Pass store="lanes.nc"'):
+        fb.simulate(pendulum(), 1, initial={"theta": np.zeros(10**6)}, samples=10**6)
