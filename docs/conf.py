@@ -13,7 +13,14 @@ author = "The freebody authors"
 copyright = "The freebody authors, MIT License"
 version = release = fb.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "gallery_pages", "reference_pages"]
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "gallery_pages",
+    "reference_pages",
+    "bibliography_page",
+]
 source_suffix = {".md": "markdown"}
 exclude_patterns = ["_build", "_ext"]
 myst_enable_extensions = ["colon_fence"]

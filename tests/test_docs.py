@@ -105,23 +105,6 @@ def test_the_two_commands() -> None:
     assert re.search(r'^step "\$bin/pytest"', ci, re.MULTILINE)
 
 
-@pytest.mark.parametrize(
-    "page",
-    [
-        "README.md",
-        "CONTRIBUTING.md",
-        "docs/conventions.md",
-        "docs/decisions.md",
-        "docs/model-files.md",
-        "docs/analysis.md",
-        "docs/constraints.md",
-        "docs/integrators.md",
-        "docs/contact.md",
-        "docs/plots.md",
-        "docs/report.md",
-        "docs/contact-simulation.md",
-    ],
-)
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", *PAGES])
 def test_links_lead_somewhere(page: str) -> None:
     """Pages that the build makes are for its own warnings to watch."""

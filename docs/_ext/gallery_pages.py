@@ -66,13 +66,15 @@ def index() -> str:
             "and plots are what the library gives. `freebody run NAME` prints the same.\n",
             *rows,
             "\n```{toctree}\n:hidden:\n",
-            *(
-                f"{entry.aliases[0]} ({name}) <{name}>" if entry.aliases else name
-                for name, entry in entries().items()
-            ),
+            *(f"{short(entry)} <{entry.name}>" for entry in entries().values()),
             "```\n",
         ]
     )
+
+
+def short(entry: Any) -> str:
+    """What the list of pages calls an entry."""
+    return f"{entry.aliases[0]} ({entry.name})" if entry.aliases else entry.name
 
 
 def _begin(path: list[str]) -> None:
@@ -162,20 +164,27 @@ class Page:
         from freebody.cli.table import significant
         from freebody.equations.show import mathml_of
 
-        rows, meant = [], {}
+        rows: list[str] = []
+        meant: dict[str, Any] = {}
         for key, answer in self.outcome.answers.items():
             of_motion = answer.formula is not None and not answer.unit and isinstance(answer.value, str)
-            formula = "" if answer.formula is None else _math(mathml_of(answer.formula))
-            if len(formula) > LONGEST:
-                formula = f"<code>{escape(answer.text)}</code>"
             shown = (
                 ""
                 if of_motion
                 else f"{significant(answer.value)} {answer.unit if answer.unit != '1' else ''}"
             )
-            rows.append((f"<code>{escape(key)}</code>", escape(answer.question), formula, escape(shown)))
+            rows.append(
+                f"<tr><td><code>{escape(key)}</code></td><td>{escape(answer.question)}</td><td>{escape(shown)}</td></tr>"
+            )
+            if answer.formula is not None:
+                formula = _math(mathml_of(answer.formula))
+                if len(formula) > LONGEST:
+                    formula = f"<code>{escape(answer.text)}</code>"
+                rows.append(f'<tr class="formula"><td></td><td colspan="2"><div>{formula}</div></td></tr>')
             meant |= answer.where
-        parts = ["## Answers\n", _table(("Key", "Question", "Formula", "Value"), rows, number=3)]
+        head = "<thead><tr><th>Key</th><th>Question</th><th>Value</th></tr></thead>"
+        body = "\n".join(rows)
+        parts = ["## Answers\n", _html(f'<table class="answers">{head}<tbody>\n{body}\n</tbody></table>')]
         if meant:
             lines = [
                 _math(f"{_named(name)}<mo>=</mo>{mathml_of(x)}", block=True) for name, x in meant.items()
@@ -281,6 +290,7 @@ def _html(text: str) -> str:
 
 
 def _math(inside: str, block: bool = False) -> str:
+    inside = inside.replace("<mo>-</mo>", "<mo>−</mo>")
     display = ' display="block"' if block else ' displaystyle="true"'
     return f"<math{display}><mrow>{inside}</mrow></math>"
 

@@ -68,8 +68,10 @@ def write_pages(app: Any) -> None:
         made.add(write(folder / f"{room}.md", page(SUBJECTS.get(room, room.capitalize()), room, names)))
         listed.append(room)
     text = "# Reference\n\nEvery public name, from its own documentation; `import freebody as fb`.\n\n"
-    made.add(write(folder / "index.md", text + "```{toctree}\n" + "\n".join(listed) + "\n```\n"))
-    finish(folder, stamp, made)
+    made.add(
+        write(folder / "index.md", text + "```{toctree}\n" + "\n".join([*listed, "bibliography"]) + "\n```\n")
+    )
+    finish(folder, stamp, {*made, folder / "bibliography.md"})
 
 
 def by_subject() -> dict[str, list[str]]:
@@ -129,8 +131,7 @@ def readable(app: Any, what: str, name: str, value: Any, options: Any, lines: li
     Markup signs in their prose are escaped, and indented paragraphs before the first section become literal.
     """
     result: list[str] = []
-    literal = False
-    section = False
+    literal = section = session = False
     for i, line in enumerate(lines):
         below = lines[i + 1].strip() if i + 1 < len(lines) else ""
         if below and set(below) == {"-"} and line.strip():
@@ -139,11 +140,13 @@ def readable(app: Any, what: str, name: str, value: Any, options: Any, lines: li
         if not section:
             starts = line.startswith("    ") and (i == 0 or not lines[i - 1].strip())
             if starts and not literal:
-                result += ["::", ""]
+                before = next((one for one in reversed(result) if one.strip()), "")
+                result += [] if before.endswith("::") else ["::", ""]
                 literal = True
             elif not blank and not line.startswith("    "):
                 literal = False
-        result.append(line if literal or line.lstrip().startswith((">>>", "...")) else _escaped(line))
+        session = bool(line.strip()) and (session or line.lstrip().startswith(">>>"))
+        result.append(line if literal or session else _escaped(line))
     lines[:] = result
 
 
