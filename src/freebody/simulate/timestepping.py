@@ -34,7 +34,7 @@ from .event import EventSpec
 from .initial import number
 from .kernels import Kernels, Program
 from .loop import LIBRARIES, Function, outside
-from .path import FINISHED, INTERRUPTED, Array, Crossing, Path, Rates, observe
+from .path import FINISHED, INTERRUPTED, TERMINAL, Array, Crossing, Path, Rates, observe
 from .phases import EventList
 from .trajectory import Energy, Trajectory, _ByName
 
@@ -230,8 +230,6 @@ def stepped_motion(
         )
     if impulses:
         raise SimulationError("impulses= are not applied by method='timestepping'. Take method='auto'.")
-    if any(spec.terminal for spec in specs):
-        raise SimulationError("method='timestepping' does not stop at terminal events. Take method='auto'.")
     check_coefficients(model, values)
     different = [
         c.name
@@ -279,6 +277,7 @@ def _march(
     mu, e = coefficient("friction"), coefficient("restitution")
     blocks: list[tuple[Array, Array, Array]] = []
     done, status = 0, FINISHED
+    stop: Crossing | None = None
     march = loop()
     depth = observe(
         _gaps(kernels).address("contact"), E + m, np.array([begin]), y[None],
@@ -290,7 +289,8 @@ def _march(
             f"The initial state of '{model.name}' has contact '{model.contacts[worst].name}' {-depth[worst]:.6g} m "
             f"deep. Begin with every gap at zero or above."
         )
-    block = max(1, min(1000, count))
+    terminal = [i for i, spec in enumerate(specs) if spec.terminal]
+    block = max(1, min(100 if terminal else 1000, count))
     try:
         while done < count:
             size = min(block, count - done)
@@ -309,6 +309,14 @@ def _march(
                     f"after {SWEEPS} sweeps a law is still missed by {report[3]:.3g} of the greatest speed (to reach: "
                     f"{RESIDUAL:g}). A shorter step, or masses less far apart, need fewer."
                 )
+            if terminal:
+                whole = np.concatenate([y0[None] if len(blocks) == 1 else blocks[-2][0][-1:], blocks[-1][0]])
+                moments = begin + h * np.arange(done - got, done + 1, dtype=np.float64)
+                passed = _crossings(kernels, values, specs, expressions, moments, whole)
+                stop = next((c for c in passed if c.number in terminal), None)
+                if stop is not None:
+                    status = TERMINAL
+                    break
             if between is not None:
                 between(begin + done * h)
     except KeyboardInterrupt:
@@ -316,10 +324,22 @@ def _march(
     states = np.concatenate([y0[None], *(b[0] for b in blocks)])
     impulses = np.concatenate([np.empty((0, m)), *(b[1] for b in blocks)])
     works = np.concatenate([np.empty((0, 2)), *(b[2] for b in blocks)])
-    moments: Array = begin + h * np.arange(len(states), dtype=np.float64)
+    moments = begin + h * np.arange(len(states), dtype=np.float64)
+    if stop is not None:  # within a step: its part up to the event
+        k = int(np.searchsorted(moments, stop.time, side="left"))
+        part = (stop.time - moments[k - 1]) / h
+        states, moments = np.concatenate([states[:k], stop.state[None]]), np.append(moments[:k], stop.time)
+        impulses, works = impulses[:k].copy(), works[:k].copy()
+        impulses[-1] *= part
+        works[-1] *= part
     rates = Rates(0, n_q + n, constants, tuple(model.quaternions), program)
     crossings = _crossings(kernels, values, specs, expressions, moments, states)
-    lengths = np.full(len(states) - 1, h)
+    if stop is not None:  # the last state is the event itself
+        earlier = (
+            c for c in crossings if c.time < moments[-2] or (c.time < stop.time and c.number != stop.number)
+        )
+        crossings = (*earlier, stop)
+    lengths = np.diff(moments)
     path = Steps(rates, moments, lengths, states, crossings, status, 0, 0, len(states))
     return SteppedTrajectory(
         kernels, values, path, specs, tolerances, times, samples, impulses=impulses, works=works,
