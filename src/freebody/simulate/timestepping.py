@@ -36,11 +36,13 @@ from .kernels import Kernels, Program
 from .loop import LIBRARIES, Function, outside
 from .path import FINISHED, INTERRUPTED, TERMINAL, Array, Crossing, Path, Rates, observe
 from .phases import EventList
+from .polish import polished
 from .trajectory import Energy, Trajectory, _ByName
 
 RESIDUAL = 1e-12
 """Speed by which a contact may miss its laws, in parts of the greatest free speed in the problem of a step."""
-SWEEPS = 200_000
+SWEEPS = 2_000
+"""Sweeps of one problem; what is not solved then is handed to Newton's method (`polish`)."""
 _PIECE = 0.1
 
 
@@ -271,13 +273,14 @@ def _march(
         ("X", width * n), ("A", width * width), ("b", width), ("x", width), ("memory", width),
     )}  # fmt: skip
     rows, kinds = np.zeros(width, dtype=np.int64), np.zeros(width, dtype=np.int64)
-    coefficients, v, report = np.zeros(width), np.zeros(n), np.zeros(4)
+    coefficients, v, report = np.zeros(width), np.zeros(n), np.zeros(5)
     sizes = np.array(tangents, dtype=np.int64)
     quaternions = np.array(model.quaternions, dtype=np.int64)
     mu, e = coefficient("friction"), coefficient("restitution")
     blocks: list[tuple[Array, Array, Array]] = []
     done, status = 0, FINISHED
     stop: Crossing | None = None
+    tried = -1
     march = loop()
     depth = observe(
         _gaps(kernels).address("contact"), E + m, np.array([begin]), y[None],
@@ -303,11 +306,18 @@ def _march(
             )  # fmt: skip
             blocks.append((states[:got], impulses[:got], works[:got]))
             done += got
+            stuck = got < size and np.isfinite(y).all()
+            solved = stuck and (got > 0 or done != tried)
+            if solved:
+                tried = done
+                solved = _by_newton(reals, rows, kinds, coefficients, int(report[4]))
+            if solved:
+                continue
             if got < size or not np.isfinite(y).all():
                 raise SimulationError(
                     f"The contacts of '{model.name}' were not solved in the step at t = {begin + done * h:.9g} s: "
-                    f"after {SWEEPS} sweeps a law is still missed by {report[3]:.3g} of the greatest speed (to reach: "
-                    f"{RESIDUAL:g}). A shorter step, or masses less far apart, need fewer."
+                    f"after {SWEEPS} sweeps, and Newton's method, a law is still missed by {report[3]:.3g} of the "
+                    f"greatest speed (to reach: {RESIDUAL:g}). A shorter step, or masses less far apart, need fewer."
                 )
             if terminal:
                 whole = np.concatenate([y0[None] if len(blocks) == 1 else blocks[-2][0][-1:], blocks[-1][0]])
@@ -346,6 +356,22 @@ def _march(
         residual=float(report[0]), depth=float(report[2]), sweeps=float(report[1]) / max(done, 1),
         scene=(first, tangents),
     )  # fmt: skip
+
+
+def _by_newton(reals: Mapping[str, Array], rows: Any, kinds: Any, coefficients: Array, count: int) -> bool:
+    """Solve the problem on which the sweeps stopped; its impulses are what the next try begins with."""
+    if count == 0:
+        return False
+    width = len(reals["x"])
+    A, b = reals["A"].reshape(width, width)[:count, :count], reals["b"][:count]
+    x = polished(
+        A.copy(), b.copy(), kinds[:count], coefficients[:count], reals["x"][:count].copy(), RESIDUAL / 10
+    )
+    if x is None:
+        return False
+    reals["memory"][:] = 0.0
+    reals["memory"][rows[:count]] = x
+    return True
 
 
 def _crossings(
