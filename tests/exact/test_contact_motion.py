@@ -356,8 +356,8 @@ def test_refusals_of_contact():
         SimulationError, match='got step=0.001. Steps of one length are those of method="timestepping"'
     ):
         fb.simulate(s, 1, initial={"y": 0.3}, step=1e-3)
-    with pytest.raises(SimulationError, match="impulses= is for machines without contacts"):
-        fb.simulate(s, 1, initial={"y": 0.3}, impulses=[fb.blow(0.5, impulse=(1, 0, 0))])
+    with pytest.raises(SimulationError, match="time of 'late' within the run, 0 to 1 s, got 2 s"):
+        fb.simulate(s, 1, initial={"y": 0.3}, impulses=[fb.blow(2, impulse=(1, 0, 0), name="late")])
 
 
 def test_newtons_law_that_would_make_energy_is_refused():
@@ -394,3 +394,30 @@ def test_four_legs_on_a_floor_are_indeterminate_and_said_to_be():
     assert sum(one.least[0, 0] for one in motion.contacts.values()) == pytest.approx(2 * G)
     with pytest.raises(SimulationError, match="are statically indeterminate, and each distribution moves"):
         fb.simulate(s, 1, initial={"f_z": 0.1, "f_vx": 2.0, "f_wz": 5.0})
+
+
+def test_blows_on_a_disk_that_rolls():
+    s = disk(0.2)
+    body = s.bodies["disk"]
+    blows = [
+        fb.blow(0.5, at=body.origin, impulse=(20, 0, 0), name="kick"),
+        fb.blow(1.5, at=body.origin, impulse=(0, 5, 0), name="lift"),
+        fb.blow("x - 2", at=body.origin, impulse=(-3, -1, 0), name="wall", count=1),
+    ]
+    motion = fb.simulate(s, 3, initial={"y": 0.3}, impulses=blows)
+    # the kick: v = 2 and no spin, then slip for v/(3 mu g), after which 2/3 of v is left
+    first, second = motion.modes[1:3]
+    assert (first.mode, first.start, first.why) == ("slip+", 0.5, "a blow")
+    assert second.start == pytest.approx(0.5 + 2 / (3 * 0.2 * G), abs=1e-12)
+    assert motion.at(1.2)["x'"] == pytest.approx(4 / 3, rel=1e-12)
+    # the lift: a throw of 2 v/g
+    landing = [m for m in motion.modes if m.start > 1.5 and m.why == "the gap closed"][0]
+    assert landing.start == pytest.approx(1.5 + 2 * 0.5 / G, abs=1e-12)
+    # the wall: down with 0.1, which the floor takes up at once, and back by 0.3, two thirds of which are kept
+    strike = happened(motion, "wall")[0]
+    assert strike.state["x"] == pytest.approx(2, abs=1e-12)
+    assert [e.name for e in motion.events if e.time == strike.time][:2] == ["wall", "impact"]
+    assert motion.at(3)["x'"] == pytest.approx(4 / 3 - 2 / 3 * 0.3, rel=1e-11)
+    assert motion.energy.relative_residual < 1e-13
+    last = fb.simulate(s, 0.5, initial={"y": 0.3}, impulses=blows[:1])
+    assert last.at(0.5)["x'"] == pytest.approx(2)

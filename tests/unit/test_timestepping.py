@@ -131,7 +131,6 @@ def test_refusals():
     for options, text in (
         ({}, "Expected the length of a step"),
         ({"step": 0}, "Expected a step greater than 0 s"),
-        ({"step": 1e-2, "events": [fb.event("x", terminal=True)]}, "does not stop at terminal events"),
     ):
         with pytest.raises(SimulationError, match=text):
             fb.simulate(s, 1, initial={"y": 0.1}, method="timestepping", **options)
@@ -143,3 +142,22 @@ def test_refusals():
     free.slider("rail", free.ground, free.body("b", fb.particle(1)), axis="x", coordinate="x")
     with pytest.raises(SimulationError, match="for machines with contacts"):
         fb.simulate(free, 1, method="timestepping", step=0.01)
+
+
+def test_a_terminal_event_stops_between_two_steps():
+    s = fb.System("disk")
+    R, m, g, mu = s.parameters(R=0.3, m=10, g=9.81, mu=0.2)
+    s.gravity = (0, -g, 0)
+    body = s.body("disk", fb.disk(m, R))
+    s.planar("rail", s.ground, body, coordinate="x y turn")
+    s.contact("floor", body.circle(R), s.ground.plane(normal="y"), friction=mu)
+    events = [fb.event("x - 2.0005", terminal=True), fb.event("x - 1")]
+    options = {"initial": {"y": 0.3, "x'": 3}, "events": events}
+    motion = fb.simulate(s, 3, method="timestepping", step=1e-3, **options)
+    assert motion.status == "terminal event"
+    assert len(motion.events) == 2
+    assert motion["x"][-1] == pytest.approx(2.0005, abs=1e-12)
+    # of first order in the step
+    assert motion.t[-1] == pytest.approx(fb.simulate(s, 3, **options).path.end, abs=1e-3)
+    assert motion.contacts["floor"].normal[-1] == pytest.approx(98.1, rel=1e-9)
+    assert abs(motion.energy.residual[-1]) < 1e-3 * 45

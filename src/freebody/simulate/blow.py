@@ -104,7 +104,7 @@ def blows_of(given: Any) -> tuple[Blow, ...]:
     return given
 
 
-def _located(kernels: Kernels, one: Blow) -> bool:
+def located(kernels: Kernels, one: Blow) -> bool:
     """Whether the moment of a blow is to be found on the way."""
     if isinstance(one.when, EventSpec):
         return True
@@ -115,18 +115,35 @@ def _located(kernels: Kernels, one: Blow) -> bool:
     )
 
 
+def call_of(one: Blow) -> EventSpec:
+    """The event that calls for a blow."""
+    given = one.when if isinstance(one.when, EventSpec) else event(one.when)
+    return replace(given, name=one.name, terminal=True)
+
+
+def scheduled(
+    kernels: Kernels, numbers: Mapping[str, float], blows: Sequence[Blow], begin: float, end: float
+) -> tuple[list[tuple[float, Blow]], list[Blow]]:
+    """(time, blow) of those at given times, in their order, and those that events call for."""
+    called = [one for one in blows if located(kernels, one)]
+    timed = [
+        (number(kernels.model, numbers, one.when, f"the time of '{one.name}'"), one)
+        for one in blows
+        if one not in called
+    ]
+    for time, one in timed:
+        if not begin <= time <= end:
+            raise SimulationError(
+                f"Expected the time of '{one.name}' within the run, {begin:g} to {end:g} s, got {time:g} s."
+            )
+    return sorted(timed, key=lambda entry: entry[0]), called
+
+
 def watching_specs(
     kernels: Kernels, specs: Sequence[EventSpec], blows: Sequence[Blow]
 ) -> tuple[EventSpec, ...]:
     """The events of the user and, after them, those that call for a blow."""
-    calls = [
-        replace(
-            one.when if isinstance(one.when, EventSpec) else event(one.when), name=one.name, terminal=True
-        )
-        for one in blows
-        if _located(kernels, one)
-    ]
-    return (*specs, *calls)
+    return (*specs, *(call_of(one) for one in blows if located(kernels, one)))
 
 
 def watching_blows(
@@ -165,22 +182,9 @@ def struck_path(
     """
     if end < begin:
         raise SimulationError("Blows have no way back: a run with impulses= needs until later than start.")
-    model, asked = kernels.model, len(specs)
-    located = [one for one in blows if _located(kernels, one)]
-    timed = sorted(
-        (
-            (number(model, numbers, one.when, f"the time of '{one.name}'"), i, one)
-            for i, one in enumerate(blows)
-            if one not in located
-        ),
-        key=lambda entry: entry[:2],
-    )
-    for time, _, one in timed:
-        if not begin <= time <= end:
-            raise SimulationError(
-                f"Expected the time of '{one.name}' within the run, {begin:g} to {end:g} s, got {time:g} s."
-            )
-    left = {id(one): np.inf if one.times is None else one.times for one in located}
+    asked = len(specs)
+    timed, called = scheduled(kernels, numbers, blows, begin, end)
+    left = {id(one): np.inf if one.times is None else one.times for one in called}
     segments: list[Segment] = []
     happenings: list[Happening] = []
     t, y, work, last = begin, np.array(state, dtype=float), 0.0, -np.inf
@@ -196,14 +200,14 @@ def struck_path(
         work = legs[-1].impulses
         stopped = path.status == TERMINAL
         now = [
-            located[c.number - asked]
+            called[c.number - asked]
             for c in mine
             if stopped and abs(c.time - path.end) <= 1e-12 * max(1.0, abs(path.end))
         ]
         y, t = legs[-1].path.states[-1].copy(), path.end
         if path.status == FINISHED and timed:
             while timed and timed[0][0] == target:
-                now.append(timed.pop(0)[2])
+                now.append(timed.pop(0)[1])
         elif not stopped:
             return Phases(tuple(segments), path.status), tuple(happenings)
         user_stop = stopped and any(
@@ -213,7 +217,7 @@ def struck_path(
         for one in now:
             if id(one) in left:
                 left[id(one)] -= 1
-            y, gained, told = _strike(kernels, numbers, t, y, one)
+            y, gained, told = strike(kernels, numbers, t, y, one)
             work += gained
             happenings.append(told)
         repeated = repeated + 1 if t - last <= 1e-12 * max(1.0, abs(t)) else 0
@@ -231,7 +235,7 @@ def struck_path(
             return Phases(tuple(segments), status), tuple(happenings)
 
 
-def _strike(
+def strike(
     kernels: Kernels, numbers: Mapping[str, float], t: float, y: Any, one: Blow
 ) -> tuple[Any, float, Happening]:
     """State after a blow, the work it does, and what is told of it."""

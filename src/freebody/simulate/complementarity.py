@@ -116,7 +116,7 @@ def _staged(A: Array, c: Array, contacts: Sequence[Touching], choices: Any) -> l
     whether the solutions found are all.
     """
     known = [[(mode, d) for mode, d in one if not (mode == SLIP and d is None)] for one in choices]
-    near = _relaxed(A, c, contacts, 2000)
+    near = relaxed(A, c, contacts, 2000)
     guess, every = [], []
     for contact, one in zip(contacts, choices, strict=True):
         at, n = contact.row, contact.tangents
@@ -193,10 +193,8 @@ def _starts(A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int]
     """Directions to begin the search with: where relaxation arrives, against the force that would hold, then around
     the circle."""
     if len(sought) > 1:
-        relaxed = _relaxed(A, c, contacts)
-        yield np.array(
-            [np.arctan2(-relaxed[contacts[i].row + 2], -relaxed[contacts[i].row + 1]) for i in sought]
-        )
+        near = relaxed(A, c, contacts)
+        yield np.array([np.arctan2(-near[contacts[i].row + 2], -near[contacts[i].row + 1]) for i in sought])
     held = [(STICK, None) if i in sought else mode for i, mode in enumerate(modes)]
     one = _linear(A, c, contacts, held)
     first = []
@@ -209,13 +207,20 @@ def _starts(A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int]
         yield np.array(first) + 2 * np.pi * np.array(shifts) / turns
 
 
-def _relaxed(A: Array, c: Array, contacts: Sequence[Touching], sweeps: int = 200) -> Array:
-    """Forces near a solution with exact cones, by Gauss-Seidel sweeps with projection; only to begin a search."""
+def relaxed(
+    A: Array, c: Array, contacts: Sequence[Touching], sweeps: int = 200, least: Array | None = None
+) -> Array:
+    """Forces near a solution with exact cones, by Gauss-Seidel sweeps with projection; only to begin a search.
+
+    ``least`` are normal forces that act in any case.
+    """
     x = np.zeros(len(c))
+    low = np.zeros(len(contacts)) if least is None else least
     for _ in range(sweeps):
-        for one in contacts:
+        last = x.copy()
+        for one, bound in zip(contacts, low, strict=True):
             at, n = one.row, one.tangents
-            x[at] = max(0.0, x[at] - (A[at] @ x + c[at]) / A[at, at]) if A[at, at] > 0 else 0.0
+            x[at] = max(bound, x[at] - (A[at] @ x + c[at]) / A[at, at]) if A[at, at] > 0 else bound
             if not n:
                 continue
             rows = slice(at + 1, at + 1 + n)
@@ -223,6 +228,8 @@ def _relaxed(A: Array, c: Array, contacts: Sequence[Touching], sweeps: int = 200
             T = x[rows] - (A[rows] @ x + c[rows]) / step if step > 0 else np.zeros(n)
             length, limit = float(np.linalg.norm(T)), one.friction * x[at]
             x[rows] = T * (limit / length) if length > limit else T
+        if np.abs(x - last).max(initial=0) <= 1e-10 * np.abs(x).max(initial=0):
+            break
     return x
 
 
@@ -292,30 +299,42 @@ def _linear(
                 rows.append(contact.row + 1 + k)
     forces, lack = np.zeros(m), 0
     if rows:
-        B = np.array(columns).T
-        S = A[rows] @ B
-        size = np.sqrt(np.abs(A.diagonal()[rows]))
-        if not (size > 0).all():
+        found = balanced(A, c, contacts, np.array(columns).T, rows, forces)
+        if found is None:
             return None
-        scaled = S / np.outer(size, size)
-        x, _, rank, _ = np.linalg.lstsq(scaled, -c[rows] / size, rcond=SMALL)
-        lack = len(rows) - int(rank)
-        if lack:  # N least in the norm of forces, then T in Σ |T|²/N
-            x = np.linalg.pinv(S, rcond=SMALL) @ -c[rows]
-            weights = np.ones(len(rows))
-            for contact in contacts:
-                at = [j for j, row in enumerate(rows) if contact.row < row <= contact.row + contact.tangents]
-                if at:
-                    weights[at] = max(float((B @ x)[contact.row]), 0.0)
-            if (weights > 0).all():
-                root = np.sqrt(weights)
-                x = root * (np.linalg.pinv(S * root, rcond=SMALL) @ -c[rows])
-        else:
-            x = x / size
-            x = x - np.linalg.solve(S, S @ x + c[rows])
-        forces = B @ x
+        forces, lack = found
     rates = A @ forces + c
     return _judged(A, c, contacts, tuple(modes), forces, rates, rows, lack)
+
+
+def balanced(
+    A: Array, c: Array, contacts: Sequence[Touching], B: Array, rows: list[int], base: Array
+) -> tuple[Array, int] | None:
+    """Forces base + B x with which the ``rows`` of the rates vanish, and how many of them the rates leave open.
+
+    Of these, N is least in the norm of forces, then T in Σ |T|²/N.
+    """
+    size = np.sqrt(np.abs(A.diagonal()[rows]))
+    if not (size > 0).all():
+        return None
+    goal = -(c + A @ base)[rows]
+    S = A[rows] @ B
+    x, _, rank, _ = np.linalg.lstsq(S / np.outer(size, size), goal / size, rcond=SMALL)
+    lack = len(rows) - int(rank)
+    if lack:
+        x = np.linalg.pinv(S, rcond=SMALL) @ goal
+        weights = np.ones(len(rows))
+        for contact in contacts:
+            at = [j for j, row in enumerate(rows) if contact.row < row <= contact.row + contact.tangents]
+            if at:
+                weights[at] = max(float((base + B @ x)[contact.row]), 0.0)
+        if (weights > 0).all():
+            root = np.sqrt(weights)
+            x = root * (np.linalg.pinv(S * root, rcond=SMALL) @ goal)
+    else:
+        x = x / size
+        x = x - np.linalg.solve(S, S @ x - goal)
+    return base + B @ x, lack
 
 
 def _judged(

@@ -17,6 +17,9 @@ from .contact_state import NUDGE, ContactRun
 from .path import FINISHED, Array, Path, Rates, observe
 from .phases import Segment
 
+LONGEST = 1e-6
+"""Length of a straight step at most: a slip that would take longer to get under way is nudged [s]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Leap(Path):
@@ -55,7 +58,7 @@ def onset(
         float(np.linalg.norm((seen.A[:, rows] @ one.forces + seen.c)[work.scene.first[k] + 1 :][:2]))
         for k in starting
     )
-    if pull <= SMALL * (float(np.abs(seen.c).max(initial=0)) + 1e-300):
+    if pull <= SMALL * (float(np.abs(seen.c).max(initial=0)) + 1e-300) or pull * LONGEST < 4 * STOPPED:
         return t, nudged(work, t, y, starting, chosen, modes, one, seen)
     step = min(max(4 * STOPPED / pull, 1e-9), end - t)
     y_after = y.copy()

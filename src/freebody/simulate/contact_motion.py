@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from ..errors import SimulationError, nearest
+from .blow import blows_of, scheduled
 from .contact_run import run
 from .contact_state import ContactRun
 from .contact_trajectory import ContactTrajectory
@@ -49,16 +50,12 @@ def touching_motion(
     model = kernels.model
     if order not in ORDERS:
         raise SimulationError(f"Unknown order of impacts {order!r}; {nearest(str(order), ORDERS)}")
-    if impulses:
-        raise SimulationError(
-            "impulses= is for machines without contacts, whose impacts come by themselves. To strike one, end the run "
-            "with a terminal event, call fb.impulse(s, initial=trajectory, ...), and go on from its .initial."
-        )
     if end < begin:
         raise SimulationError(
             "Friction and impacts have no way back: a run with contacts needs until later than start."
         )
     check_coefficients(model, values)
+    timed, called = scheduled(kernels, values, blows_of(impulses), begin, end)
     n = model.n_q + model.n_u
     relative = np.concatenate([tolerances[:n], [tolerances[:n].max(initial=1e-12)] * 2])
     absolute = relative.copy()
@@ -75,6 +72,8 @@ def touching_motion(
             "max_step": math.inf if max_step is None else float(max_step),
             "max_steps": max_steps,
         },
+        timed,
+        called,
     )
     y = np.concatenate([state[:n], [0.0, 0.0]])
     phase = work.scene.phase(("open",) * len(model.contacts))

@@ -71,6 +71,12 @@ def run(
             f"deep. Begin with every gap at zero or above."
         )
     while True:
+        if status:
+            if status != FINISHED or not work.blows_due(t):
+                break
+            y, status = work.struck(t, y), ""
+            reasons = dict.fromkeys(range(len(work.names)), "a blow")
+        target = work.target(end)
         work.left.clear()
         crowded = crowded + 1 if t - last <= CROWD else 0
         last = t
@@ -88,10 +94,7 @@ def run(
         settled = limit(work, t, y) if hit else None
         if settled is not None:
             settled = (_quieted(work, t, settled[0]), *settled[1:])
-            t, y, current, past, reasons, stop = _rest(work, t, y, settled, current, past, end, between)
-            if stop:
-                status = stop
-                break
+            t, y, current, past, reasons, status = _rest(work, t, y, settled, current, past, target, between)
             continue
         y = lifted(work, t, y)
         modes, one, seen = modes_at(work, t, y, current)
@@ -108,22 +111,19 @@ def run(
         shown_now = phase.shown
         _note_modes(work, t, y, past, shown_now, reasons, hit)
         current, past = modes, shown_now
-        if t >= end:
+        if t >= target:
             status = FINISHED
             tail = Path(rates, np.array([t]), np.empty(0), y[None], (), FINISHED, 0, 0, 0)
             work.segments.append(Segment(tail, phase, work.impulses, phase.shown, phase.loose))
-            break
-        t, y = onset(work, t, y, modes, one, seen, end)
-        if t >= end:
+            continue
+        t, y = onset(work, t, y, modes, one, seen, target)
+        if t >= target:
             status = FINISHED
-            break
+            continue
         phase, rates, watch, endings = work.setup(modes, t, y, seen)
         y = work.projected(t, y, rates)
         _agree(work, t, y, rates, one, seen, modes)
-        path, t, y, reasons, stop = _phase(work, phase, rates, watch, endings, t, y, end, modes, between)
-        if stop:
-            status = stop
-            break
+        path, t, y, reasons, status = _phase(work, phase, rates, watch, endings, t, y, target, modes, between)
     for change in work.changes:
         if change[3] is None:
             change[3] = t
@@ -169,7 +169,7 @@ def _phase(
     _check_depth(work, path, modes)
     asked = len(work.specs)
     mine = [c for c in path.crossings if c.number >= asked]
-    shown_ = tuple(c for c in path.crossings if c.number < asked)
+    shown_ = tuple(c for c in path.crossings if c.number < work.asked)
     work.segments.append(
         Segment(replace(path, crossings=shown_), phase, work.impulses, phase.shown, phase.loose)
     )
@@ -178,9 +178,15 @@ def _phase(
     if path.status != TERMINAL:
         return path, path.end, path.states[-1], {}, path.status
     t_new, y_new = path.end, path.states[-1].copy()
-    if any(c.time == path.end and c.number < asked and work.specs[c.number].terminal for c in path.crossings):
+    if any(
+        c.time == path.end and c.number < work.asked and work.specs[c.number].terminal for c in path.crossings
+    ):
         return path, t_new, y_new, {}, TERMINAL
     reasons: dict[int, str] = {}
+    for c in path.crossings:
+        if work.asked <= c.number < asked and c.time == path.end:
+            y_new = work.struck_by(c.number - work.asked, t_new, y_new)
+            reasons = dict.fromkeys(range(len(work.names)), "a blow")
     stopped = []
     for c in mine:
         ending = endings[c.number - asked]

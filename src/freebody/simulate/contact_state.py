@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,9 +12,10 @@ import numpy as np
 from ..dynamics.contact import reaches_along
 from ..dynamics.state import float_state
 from ..errors import SimulationError
+from .blow import Blow, call_of, strike
 from .complementarity import OPEN, SLIP, SMALL, STICK, Touching
 from .contact_scene import SMOOTH, Modes, Phase, Snapshot, scene_of
-from .event import EventSpec
+from .event import EventSpec, expressions_of
 from .impacts import impact
 from .kernels import Kernels
 from .path import Array, Rates, Watch, observe
@@ -56,12 +58,20 @@ class ContactRun:
         absolute: Array,
         order: str,
         options: Mapping[str, Any],
+        blows: Sequence[tuple[float, Blow]] = (),
+        called: Sequence[Blow] = (),
     ) -> None:
         self.kernels, self.values = kernels, values
         self.model = kernels.model
         self.scene = scene_of(kernels)
         self.parameters = kernels.parameters(values)
-        self.expressions, self.specs = tuple(expressions), tuple(specs)
+        # events of the user, then those that call for a blow
+        self.asked = len(specs)
+        calls = tuple(call_of(one) for one in called)
+        self.specs = (*specs, *calls)
+        self.expressions = (*expressions, *expressions_of(kernels.model, calls))
+        self.blows, self.called = list(blows), tuple(called)
+        self.counts = [math.inf if one.times is None else one.times for one in called]
         self.relative, self.absolute = relative, absolute
         self.order, self.options = order, options
         self.names = [c.name for c in self.model.contacts]
@@ -206,7 +216,34 @@ class ContactRun:
             )
         )
 
-    # -- modes -----------------------------------------------------------------------------------
+    # -- blows -----------------------------------------------------------------------------------
+
+    def target(self, end: float) -> float:
+        """The time up to which nothing strikes from outside."""
+        return self.blows[0][0] if self.blows else end
+
+    def blows_due(self, t: float) -> bool:
+        return bool(self.blows) and self.blows[0][0] <= t
+
+    def struck(self, t: float, y: Array) -> Array:
+        """The state after all blows that are due. Contacts that approach then collide, as after any impact."""
+        while self.blows_due(t):
+            y = self._strike(t, y, self.blows.pop(0)[1])
+        return y
+
+    def struck_by(self, which: int, t: float, y: Array) -> Array:
+        """The state after a blow that was called for."""
+        if not self.counts[which] > 0:
+            return y
+        self.counts[which] -= 1
+        return self._strike(t, y, self.called[which])
+
+    def _strike(self, t: float, y: Array, one: Blow) -> Array:
+        after, gained, told = strike(self.kernels, self.values, t, y, one)
+        self.impulses += gained
+        self.happenings.append(told)
+        self.bounces.clear()
+        return np.asarray(after)
 
     # -- phases ----------------------------------------------------------------------------------
 

@@ -15,15 +15,32 @@ Sources: J. J. Moreau (1988); C. Glocker, F. Pfeiffer (1996), chapter 8.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ..errors import SimulationError
-from .complementarity import OPEN, SLIP, STICK, Array, Solution, Touching, distinct, newton, solutions
+from .complementarity import (
+    OPEN,
+    SLIP,
+    STICK,
+    WHOLE,
+    Array,
+    Solution,
+    Touching,
+    balanced,
+    distinct,
+    newton,
+    relaxed,
+    solutions,
+)
 
+Kind = tuple[bool, str, Any]
+"""Of a contact in expansion: whether it is held, whether it sticks or slips, and the direction of slip."""
+ALIKE = 1e-8
+"""Relative difference up to which two outcomes are one."""
 ORDERS = ("simultaneous", "sequential")
 _PASSES = 100_000
 
@@ -74,102 +91,99 @@ def impact(
                 + " collide at once, some by Newton's and some by Poisson's law. Give them one law: impact='newton' "
                 "or 'poisson'."
             )
-        return _poisson(A, before, contacts, restitution, responses)
+        return _poisson(A, before, contacts, restitution, responses, still)
     c = before.copy()
     for one, e, moving in zip(contacts, restitution, approaching, strict=True):
         if moving:
             c[one.row] += e * before[one.row]
-    chosen = _only(solutions(A, c, contacts), responses, contacts, before, "Newton's law of impact")
+    chosen = _only(solutions(A, c, contacts), responses, contacts, before, "Newton's law of impact", still)
     return _checked(A, before, chosen.forces, contacts, "newton")
 
 
 def _poisson(
-    A: Array, before: Array, contacts: Sequence[Touching], restitution: Sequence[float], responses: Array
-) -> Impact:
-    compressed = _only(solutions(A, before, contacts), responses, contacts, before, "the compression")
+    A: Array, before: Array, contacts: Sequence[Touching], restitution: Sequence[float], responses: Array,
+    still: float,
+) -> Impact:  # fmt: skip
+    compressed = _only(solutions(A, before, contacts), responses, contacts, before, "the compression", still)
     middle = A @ compressed.forces + before
     given = np.array([e * compressed.forces[c.row] for c, e in zip(contacts, restitution, strict=True)])
     found = _expansions(A, middle, contacts, given)
     size = float(np.abs(compressed.forces @ responses).max(initial=0))
-    expanded = _only(found, responses, contacts, before, "the expansion", size)
+    expanded = _only(found, responses, contacts, before, "the expansion", still, size)
     return _checked(A, before, compressed.forces + expanded.forces, contacts, "poisson")
 
 
 def _expansions(A: Array, c: Array, contacts: Sequence[Touching], given: Array) -> list[Solution]:
     """Solutions in which the impulses ``given`` act in any case: λ_N = given + x, 0 <= x ⟂ r_N >= 0.
 
-    With x as the unknown this is the problem of `solutions` but for friction, which also acts on what is given: each
-    contact that lets go (x = 0) sticks or slips under it, so these are tried as loads, one combination at a time.
+    Each contact is held (r_N = 0) or lets go (x = 0), and sticks or slips; all combinations are tried. Of several
+    contacts in space: those that do not slip, and the one that relaxation points to; of two, all if these are none.
     """
-    result: list[Solution] = []
-    kinds: list[list[tuple[str, Any]]] = []
+    choices: list[list[Kind]] = []
     for contact, p in zip(contacts, given, strict=True):
         plain = contact.tangents == 0 or contact.friction == 0
         directions: list[Any] = [None] if contact.tangents == 2 else [np.array([1.0]), np.array([-1.0])]
-        kinds.append([("held", None)])
-        if p > 0:
-            kinds[-1] += (
-                [("free", np.zeros(contact.tangents))]
-                if plain
-                else [("stuck", None), *(("dragged", d) for d in directions)]
-            )
-        else:
-            kinds[-1].append(("off", None))
-    for combination in itertools.product(*kinds):
-        result += _expansion(A, c, contacts, given, combination)
-    return result
-
-
-def _expansion(
-    A: Array, c: Array, contacts: Sequence[Touching], given: Array, kinds: Sequence[tuple[str, Any]]
-) -> list[Solution]:
-    """Solutions in which each contact is held, or lets go and sticks ("stuck"), slips ("dragged") or is free."""
-    held = [contact for contact, (kind, _) in zip(contacts, kinds, strict=True) if kind == "held"]
-    modes: list[list[tuple[str, Any]]] = []
-    for contact in held:
-        if contact.tangents == 0 or contact.friction == 0:
-            modes.append([(SLIP, np.zeros(contact.tangents))])
-        elif contact.tangents == 2:
-            modes.append([(STICK, None), (SLIP, None)])
-        else:
-            modes.append([(STICK, None), (SLIP, np.array([1.0])), (SLIP, np.array([-1.0]))])
-    found = []
-    for one in itertools.product(*modes):
-        found += _expanded(A, c, contacts, given, kinds, held, one)
+        rough = [(STICK, None), *((SLIP, d) for d in directions)]
+        modes = [(SLIP, np.zeros(contact.tangents))] if plain else rough
+        choices.append([(True, *mode) for mode in modes])
+        choices[-1] += [(False, *mode) for mode in modes] if p > 0 else [(False, OPEN, None)]
+    sought = sum(any(mode == SLIP and d is None for _, mode, d in one) for one in choices)
+    near = relaxed(A, c, contacts, 300, given) if sought else given
+    whole = itertools.product(*choices)
+    if sought <= 1:
+        return [one for kinds in whole for one in _expanded(A, c, contacts, given, kinds, near)]
+    guess: list[Kind] = []
+    for contact, p, one in zip(contacts, given, choices, strict=True):
+        at, n = contact.row, contact.tangents
+        drawn, pressed = float(np.linalg.norm(near[at + 1 : at + 1 + n])), float(near[at])
+        wanted = SLIP if drawn >= (1 - 1e-6) * contact.friction * pressed else STICK
+        same = [kind for kind in one if kind[0] == (pressed > p * (1 + 1e-6) + 1e-12 * float(near.max()))]
+        guess.append(next((kind for kind in same if kind[1] == wanted), same[0]))
+    steady = [[kind for kind in one if not (kind[1] == SLIP and kind[2] is None)] for one in choices]
+    found = [
+        one
+        for kinds in [tuple(guess), *itertools.product(*steady)]
+        for one in _expanded(A, c, contacts, given, kinds, near)
+    ]
+    if not found and sought <= WHOLE:
+        found = [one for kinds in whole for one in _expanded(A, c, contacts, given, kinds, near)]
     return found
 
 
 def _expanded(
-    A: Array, c: Array, contacts: Sequence[Touching], given: Array, kinds: Sequence[tuple[str, Any]],
-    held: Sequence[Touching], modes: Sequence[tuple[str, Any]],
-) -> list[Solution]:  # fmt: skip
-    stuck = [c_ for c_, (kind, _) in zip(contacts, kinds, strict=True) if kind == "stuck"]
-    rows = [one.row + 1 + k for one in stuck for k in range(one.tangents)]
-    inverse = np.linalg.pinv(A[np.ix_(rows, rows)], rcond=1e-12) if rows else np.zeros((0, 0))
-    # with the tangential impulses of what sticks eliminated, r_T = 0 there
-    left = A - A[:, rows] @ inverse @ A[rows] if rows else A
-    sought = [i for i, (kind, d) in enumerate(kinds) if kind == "dragged" and d is None]
+    A: Array, c: Array, contacts: Sequence[Touching], given: Array, kinds: Sequence[Kind], near: Array
+) -> list[Solution]:
+    """Solutions of one combination; directions of slip in space are sought by Newton's method from several starts."""
+    sought = [i for i, (_, mode, d) in enumerate(kinds) if mode == SLIP and d is None]
 
-    def moved(angles: Array) -> tuple[Array, Array, Solution] | None:
-        """Forces and rates for given directions of slip of those that let go in space."""
-        loads = np.zeros(len(c))
-        for i, (contact, (kind, d)) in enumerate(zip(contacts, kinds, strict=True)):
-            if kind in ("free", "dragged", "stuck"):
-                loads[contact.row] = given[i]
-            if kind == "dragged":
+    def moved(angles: Array) -> tuple[Array, Array, int] | None:
+        """Impulses and speeds for given directions of slip, and how many impulses they leave open."""
+        base = np.zeros(len(c))
+        columns: list[Array] = []
+        rows: list[int] = []
+        for i, (contact, (held, mode, d)) in enumerate(zip(contacts, kinds, strict=True)):
+            if mode == OPEN:
+                continue
+            e = np.zeros(len(c))
+            e[contact.row] = 1.0
+            if mode == SLIP:
                 if i in sought:
                     angle = angles[sought.index(i)]
                     d = np.array([np.cos(angle), np.sin(angle)])
-                loads[contact.row + 1 : contact.row + 1 + contact.tangents] = -contact.friction * given[i] * d
-        base = c + A @ loads
-        base = base - A[:, rows] @ inverse @ base[rows] if rows else base
-        solved = solutions(left, base, held, [tuple(modes)])
-        if not solved:
-            return None
-        forces = solved[0].forces + loads
-        if rows:
-            forces[rows] -= inverse @ (c + A @ forces)[rows]
-        return forces, c + A @ forces, solved[0]
+                e[contact.row + 1 : contact.row + 1 + contact.tangents] = -contact.friction * d
+            if held:
+                columns.append(e)
+                rows.append(contact.row)
+            else:
+                base += given[i] * e
+            if mode == STICK:
+                for k in range(contact.row + 1, contact.row + 1 + contact.tangents):
+                    columns.append(np.eye(len(c))[k])
+                    rows.append(k)
+        if not rows:
+            return base, A @ base + c, 0
+        found = balanced(A, c, contacts, np.array(columns).T, rows, base)
+        return None if found is None else (found[0], A @ found[0] + c, found[1])
 
     def across(angles: Array) -> Array | None:
         one = moved(angles)
@@ -180,19 +194,30 @@ def _expanded(
             [one[1][k + 2] * np.cos(x) - one[1][k + 1] * np.sin(x) for k, x in zip(at, angles, strict=True)]
         )
 
+    def starts() -> Iterator[Array]:
+        for x, sign in ((near, -1), (c, 1)):
+            first = np.array(
+                [np.arctan2(sign * x[contacts[i].row + 2], sign * x[contacts[i].row + 1]) for i in sought]
+            )
+            turns = 4 if sign > 0 and len(sought) <= WHOLE else 1
+            for shifts in itertools.product(range(turns), repeat=len(sought)):
+                yield first + 2 * np.pi / turns * np.array(shifts)
+
     results: list[Solution] = []
-    first = np.array([np.arctan2(c[contacts[i].row + 2], c[contacts[i].row + 1]) for i in sought])
-    for shifts in itertools.product(range(4), repeat=len(sought)):
-        angles = newton(across, first + np.pi / 2 * np.array(shifts)) if sought else first
+    for start in starts():
+        angles = newton(across, start) if sought else start
         one = None if angles is None else moved(angles)
         if one is None or angles is None:
             continue
-        forces, rates, solved = one
+        forces, rates, lack = one
         turned = list(kinds)
         for i, angle in zip(sought, angles, strict=True):
-            turned[i] = ("dragged", np.array([np.cos(angle), np.sin(angle)]))
+            turned[i] = (turned[i][0], SLIP, np.array([np.cos(angle), np.sin(angle)]))
         if _fits(contacts, given, turned, forces, rates, A, c):
-            results.append(Solution(tuple(turned), forces, rates, solved.residual, (), solved.rank_lack))
+            modes = tuple(
+                (mode if held or mode == OPEN else f"let go, {mode}", d) for held, mode, d in turned
+            )
+            results.append(Solution(modes, forces, rates, 0.0, (), lack))
             if not sought or len(contacts) > 1:  # of one contact all directions are looked for
                 break
         if not sought:
@@ -205,16 +230,17 @@ def _fits(
 ) -> bool:
     scale_f = max(float(np.abs(forces).max(initial=0)), 1e-300)
     scale_r = max(float(np.abs(c).max(initial=0)), float((np.abs(A) @ np.abs(forces)).max(initial=0)))
-    for contact, p, (kind, d) in zip(contacts, given, kinds, strict=True):
+    for contact, p, (held, mode, d) in zip(contacts, given, kinds, strict=True):
         at, n = contact.row, contact.tangents
         T = float(np.linalg.norm(forces[at + 1 : at + 1 + n]))
-        if kind != "held" and rates[at] < -1e-10 * scale_r:
+        off = float(np.abs(rates[at + 1 : at + 1 + n]).max(initial=0))
+        if rates[at] < -1e-10 * scale_r or (held and rates[at] > 1e-10 * scale_r):
             return False
-        if kind == "held" and forces[at] < p - 1e-10 * scale_f:
+        if held and forces[at] < p - 1e-10 * scale_f:
             return False
-        if n and kind in ("held", "stuck") and contact.friction * forces[at] + 1e-10 * scale_f < T:
+        if mode == STICK and (contact.friction * forces[at] + 1e-10 * scale_f < T or off > 1e-10 * scale_r):
             return False
-        if kind == "dragged" and n and d is not None and d @ rates[at + 1 : at + 1 + n] < -1e-10 * scale_r:
+        if mode == SLIP and n and d is not None and d @ rates[at + 1 : at + 1 + n] < -1e-10 * scale_r:
             return False
     return True
 
@@ -235,7 +261,7 @@ def _one_by_one(
         i = int(np.argmin(speeds))
         if speeds[i] >= -max(still, 1e-13 * size):
             return _checked(A, before, total, contacts, "sequential")
-        hit = impact(A, v, [contacts[i]], [restitution[i]], [laws[i]], responses)
+        hit = impact(A, v, [contacts[i]], [restitution[i]], [laws[i]], responses, still=still)
         total, v = total + hit.impulses, hit.after
     names = ", ".join(f"'{c.name}'" for c in contacts)
     raise SimulationError(
@@ -250,14 +276,16 @@ def _only(
     contacts: Sequence[Touching],
     before: Array,
     what: str,
+    still: float,
     size: float = 0.0,
 ) -> Solution:
+    """The one solution; speeds that differ by less than ``still``, in which a contact counts as at rest, are one."""
     names = ", ".join(f"'{c.name}' ({before[c.row]:.6g} m/s)" for c in contacts)
     if not found:
         raise SimulationError(
             f"No impulses satisfy {what} with Coulomb friction at contacts {names} (approach speed along the normal)."
         )
-    groups = distinct(found, responses, size)
+    groups = distinct(found, responses, max(size, still / ALIKE), ALIKE)
     if len(groups) > 1:
         modes = "; ".join(
             ", ".join(f"{c.name}: {m[0]}" for c, m in zip(contacts, g[0].modes, strict=True)) for g in groups

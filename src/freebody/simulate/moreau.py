@@ -173,7 +173,8 @@ def march(
 
     ``out`` of ``kernel``: M (n n), f (n), gap (E), W over G (m + held rows of n), w over g, φ (held). ``out`` of
     ``moving``: q' (n_q), power of loads. Row k of ``states``, ``impulses``, ``works`` (contacts, loads) belongs to
-    the end of step k. ``clock``: time, length of a step, tolerance. ``report``: greatest residual, sweeps, greatest depth after a step, residual of the last.
+    the end of step k. ``clock``: time, length of a step, tolerance. ``report``: greatest residual, sweeps, greatest depth after a step, residual of the last,
+    rows of the problem of speeds that was not solved.
     """
     t, h, tolerance = clock[0], clock[1], clock[2]
     at_f, at_gap, width = n * n, n * n + n, m + held
@@ -211,6 +212,7 @@ def march(
             z[n_q + n + a] = before
         couple(out, at_W, X, A, L, rows, count, n, width)
         used = 0
+        report[4] = count
         if count > 0:
             used = sweep(A, b, x, kinds, coefficient, count, width, tolerance, most, report, 3)
             if used < 0:
@@ -233,6 +235,7 @@ def march(
                 lost += 0.5 * x[a] * (z[n_q + n + a] + after)
         for r in range(m):
             impulses[done * m + r] = memory[r]
+        report[4] = 0.0
         # positions, with the mean of the speeds
         for i in range(n):
             z[n_q + i] = 0.5 * (y[n_q + i] + v[i])

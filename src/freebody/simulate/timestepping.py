@@ -34,13 +34,15 @@ from .event import EventSpec
 from .initial import number
 from .kernels import Kernels, Program
 from .loop import LIBRARIES, Function, outside
-from .path import FINISHED, INTERRUPTED, Array, Crossing, Path, Rates, observe
+from .path import FINISHED, INTERRUPTED, TERMINAL, Array, Crossing, Path, Rates, observe
 from .phases import EventList
+from .polish import polished
 from .trajectory import Energy, Trajectory, _ByName
 
 RESIDUAL = 1e-12
 """Speed by which a contact may miss its laws, in parts of the greatest free speed in the problem of a step."""
-SWEEPS = 200_000
+SWEEPS = 2_000
+"""Sweeps of one problem; what is not solved then is handed to Newton's method (`polish`)."""
 _PIECE = 0.1
 
 
@@ -244,8 +246,6 @@ def stepped_motion(
         )
     if impulses:
         raise SimulationError("impulses= are not applied by method='timestepping'. Take method='auto'.")
-    if any(spec.terminal for spec in specs):
-        raise SimulationError("method='timestepping' does not stop at terminal events. Take method='auto'.")
     check_coefficients(model, values)
     different = [
         c.name
@@ -287,12 +287,14 @@ def _march(
         ("X", width * n), ("A", width * width), ("b", width), ("x", width), ("memory", width),
     )}  # fmt: skip
     rows, kinds = np.zeros(width, dtype=np.int64), np.zeros(width, dtype=np.int64)
-    coefficients, v, report = np.zeros(width), np.zeros(n), np.zeros(4)
+    coefficients, v, report = np.zeros(width), np.zeros(n), np.zeros(5)
     sizes = np.array(tangents, dtype=np.int64)
     quaternions = np.array(model.quaternions, dtype=np.int64)
     mu, e = coefficient("friction"), coefficient("restitution")
     blocks: list[tuple[Array, Array, Array]] = []
     done, status = 0, FINISHED
+    stop: Crossing | None = None
+    tried = -1
     march = loop()
     depth = observe(
         _gaps(kernels).address("contact"), E + m, np.array([begin]), y[None],
@@ -304,7 +306,8 @@ def _march(
             f"The initial state of '{model.name}' has contact '{model.contacts[worst].name}' {-depth[worst]:.6g} m "
             f"deep. Begin with every gap at zero or above."
         )
-    block = max(1, min(1000, count))
+    terminal = [i for i, spec in enumerate(specs) if spec.terminal]
+    block = max(1, min(100 if terminal else 1000, count))
     try:
         while done < count:
             size = min(block, count - done)
@@ -317,12 +320,27 @@ def _march(
             )  # fmt: skip
             blocks.append((states[:got], impulses[:got], works[:got]))
             done += got
+            stuck = got < size and np.isfinite(y).all()
+            solved = stuck and (got > 0 or done != tried)
+            if solved:
+                tried = done
+                solved = _by_newton(reals, rows, kinds, coefficients, int(report[4]))
+            if solved:
+                continue
             if got < size or not np.isfinite(y).all():
                 raise SimulationError(
                     f"The contacts of '{model.name}' were not solved in the step at t = {begin + done * h:.9g} s: "
-                    f"after {SWEEPS} sweeps a law is still missed by {report[3]:.3g} of the greatest speed (to reach: "
-                    f"{RESIDUAL:g}). A shorter step, or masses less far apart, need fewer."
+                    f"after {SWEEPS} sweeps, and Newton's method, a law is still missed by {report[3]:.3g} of the "
+                    f"greatest speed (to reach: {RESIDUAL:g}). A shorter step, or masses less far apart, need fewer."
                 )
+            if terminal:
+                whole = np.concatenate([y0[None] if len(blocks) == 1 else blocks[-2][0][-1:], blocks[-1][0]])
+                moments = begin + h * np.arange(done - got, done + 1, dtype=np.float64)
+                passed = _crossings(kernels, values, specs, expressions, moments, whole)
+                stop = next((c for c in passed if c.number in terminal), None)
+                if stop is not None:
+                    status = TERMINAL
+                    break
             if between is not None:
                 between(begin + done * h)
     except KeyboardInterrupt:
@@ -330,16 +348,44 @@ def _march(
     states = np.concatenate([y0[None], *(b[0] for b in blocks)])
     impulses = np.concatenate([np.empty((0, m)), *(b[1] for b in blocks)])
     works = np.concatenate([np.empty((0, 2)), *(b[2] for b in blocks)])
-    moments: Array = begin + h * np.arange(len(states), dtype=np.float64)
+    moments = begin + h * np.arange(len(states), dtype=np.float64)
+    if stop is not None:  # within a step: its part up to the event
+        k = int(np.searchsorted(moments, stop.time, side="left"))
+        part = (stop.time - moments[k - 1]) / h
+        states, moments = np.concatenate([states[:k], stop.state[None]]), np.append(moments[:k], stop.time)
+        impulses, works = impulses[:k].copy(), works[:k].copy()
+        impulses[-1] *= part
+        works[-1] *= part
     rates = Rates(0, n_q + n, constants, tuple(model.quaternions), program)
     crossings = _crossings(kernels, values, specs, expressions, moments, states)
-    lengths = np.full(len(states) - 1, h)
+    if stop is not None:  # the last state is the event itself
+        earlier = (
+            c for c in crossings if c.time < moments[-2] or (c.time < stop.time and c.number != stop.number)
+        )
+        crossings = (*earlier, stop)
+    lengths = np.diff(moments)
     path = Steps(rates, moments, lengths, states, crossings, status, 0, 0, len(states))
     return SteppedTrajectory(
         kernels, values, path, specs, tolerances, times, samples, impulses=impulses, works=works,
         residual=float(report[0]), depth=float(report[2]), sweeps=float(report[1]) / max(done, 1),
         scene=(first, tangents),
     )  # fmt: skip
+
+
+def _by_newton(reals: Mapping[str, Array], rows: Any, kinds: Any, coefficients: Array, count: int) -> bool:
+    """Solve the problem on which the sweeps stopped; its impulses are what the next try begins with."""
+    if count == 0:
+        return False
+    width = len(reals["x"])
+    A, b = reals["A"].reshape(width, width)[:count, :count], reals["b"][:count]
+    x = polished(
+        A.copy(), b.copy(), kinds[:count], coefficients[:count], reals["x"][:count].copy(), RESIDUAL / 10
+    )
+    if x is None:
+        return False
+    reals["memory"][:] = 0.0
+    reals["memory"][rows[:count]] = x
+    return True
 
 
 def _crossings(
