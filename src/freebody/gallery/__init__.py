@@ -65,6 +65,7 @@ def entries() -> Gallery:
     from .nutation import NUTATION
     from .projectile import PROJECTILE
     from .pulled_disk import PULLED_DISK
+    from .rattleback import RATTLEBACK
     from .rocking_block import ROCKING_BLOCK
     from .rolling_disk import ROLLING_DISK
     from .rolling_down import ROLLING_DOWN
@@ -88,5 +89,5 @@ def entries() -> Gallery:
         DISK_IN_CYLINDER, FALLING_BAR,
         DUMBBELL, CYLINDER_ON_SHAFT, DOUBLE_PENDULUM, SATELLITE, MOTORCYCLE, TURBOPROP, PROJECTILE, STRUCK_GYROSCOPE,
         TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS, BLOCK_AND_TACKLE, WHIPPLE_BICYCLE,
-        BOUNCING_BALL, ROCKING_BLOCK, TURNTABLE, TIPPE_TOP,
+        BOUNCING_BALL, ROCKING_BLOCK, TURNTABLE, TIPPE_TOP, RATTLEBACK,
     )  # fmt: skip
