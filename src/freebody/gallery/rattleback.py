@@ -27,7 +27,7 @@ def build() -> fb.System:
     """The body's origin is its mass centre, which lies h below the centre of the ellipsoid."""
     s = fb.System("rattleback")
     m, a, b, c, h, g = s.parameters(m=1.0, a=0.2, b=0.03, c=0.02, h=0.01, g=9.81)
-    A, B, C, D = s.parameters(A=2e-4, B=1.6e-3, C=1.7e-3, D=-2e-5)
+    A, B, C, D = s.parameters(A=2e-4, B=1.6e-3, C=1.6e-3, D=-2e-5)
     s.parameters(lean="0.5deg", spin=-5.0, t_1=8.0)
     s.gravity = (0, 0, -g)
     stone = s.body("stone", fb.MassProperties(m, (0, 0, 0), ((A, D, 0), (D, B, 0), (0, 0, C))))
