@@ -53,7 +53,7 @@ CONTACTS = {
     "two planes": (
         lambda s, disk, bar: (disk.plane(), bar.plane()),
         {},
-        "The plane and the plane of contact 'c' are not a supported pair. A plane may touch a point, sphere, circle, segment",
+        "The plane and the plane of contact 'c' are not a supported pair. A plane may touch a point, sphere, ellipsoid, circle, segment",
     ),
     "disk on a hill": (
         lambda s, disk, bar: (disk.circle(1), s.ground.heightline("x^2")),

@@ -1,4 +1,4 @@
-"""Bouncing ball, rocking block, ball on a turntable, tippe top: their answers against closed forms and laws."""
+"""Bouncing ball, rocking block, ball on a turntable, tippe top, rattleback: answers against closed forms and laws."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ import math
 import numpy as np
 import pytest
 import sympy
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
 
 from chapter_answers import check_formulas, check_numbers, compare, outcome
 from freebody.errors import ModelError
 from freebody.exact.elementary import arctan, cos, sin, sqrt
+from freebody.gallery.rattleback import vertical_spin
 
 
 def bouncing_ball(p):
@@ -138,3 +139,43 @@ def test_tippe_top_rises_and_keeps_jelletts_integral():
 def test_slow_tippe_top_does_not_rise():
     found = outcome("tippe-top", spin=30.0)
     assert found.answers["rises"].value == "no" and found.answers["t_half"].value == "none: it does not rise"
+
+
+def rolling_stone(p, spin, times):
+    """Angular velocity about the vertical of a rolling ellipsoid: its own equations for ω and the vertical γ.
+
+    In body axes, with r from the mass centre to the foot, F the force of the table:  v = -ω × r,  γ' = γ × ω,
+    m (v' + ω × v) = F - m g γ,  I ω' + ω × I ω = r × F.
+    """
+    squares = np.array([p["a"], p["b"], p["c"]]) ** 2
+    inertia = np.array([[p["A"], p["D"], 0], [p["D"], p["B"], 0], [0, 0, p["C"]]])
+
+    def rates(_, y):
+        w, up = y[:3], y[3:]
+        root = math.sqrt(up @ (squares * up))
+        r = np.array([0, 0, p["h"]]) - squares * up / root
+        turning = np.cross(up, w)
+        r_rate = -squares * turning / root + squares * up * (up @ (squares * turning)) / root**3
+        # F = m (-ω' × r - ω × r' - ω × (ω × r) + g γ)
+        free = p["m"] * (-np.cross(w, r_rate) - np.cross(w, np.cross(w, r)) + p["g"] * up)
+        mass = inertia + p["m"] * (r @ r * np.eye(3) - np.outer(r, r))
+        return [*np.linalg.solve(mass, np.cross(r, free) - np.cross(w, inertia @ w)), *turning]
+
+    up = np.array([-math.sin(p["lean"]), 0, math.cos(p["lean"])])
+    end = solve_ivp(rates, (0, times[-1]), [*(spin * up), *up], "DOP853", times, rtol=1e-11, atol=1e-12).y
+    return np.sum(end[:3] * end[3:], axis=0)
+
+
+def test_rattleback_reverses_one_way_only():
+    found = outcome("rattleback")
+    answers = found.answers
+    assert answers["reverses"].value == "yes" and answers["reverses_back"].value == "no"
+    motion = found.trajectory
+    chosen = slice(None, None, 50)
+    expected = rolling_stone(found.values, found.values["spin"], motion.t[chosen])
+    np.testing.assert_allclose(vertical_spin(motion)[chosen], expected, atol=1e-5)
+    mirrored = outcome("rattleback", D=2e-5, spin=5.0).answers
+    assert mirrored["reverses"].value == "yes"
+    assert mirrored["t_0"].value == pytest.approx(answers["t_0"].value, rel=1e-6)
+    symmetric = outcome("rattleback", D=0.0).answers
+    assert symmetric["reverses"].value == symmetric["reverses_back"].value == "no"

@@ -15,6 +15,7 @@ from freebody.dynamics import float_state
 from freebody.dynamics.contact import touches
 from freebody.dynamics.contact_motion import contact_forces, in_modes
 from freebody.dynamics.motion import motion
+from freebody.errors import ModelError
 
 PAGE = (Path(__file__).parents[2] / "docs" / "contact.md").read_text(encoding="utf-8")
 
@@ -47,6 +48,7 @@ def test_every_pair_of_the_table_is_made_of_elements_with_a_gap():
     make = {
         "point": lambda b: b.point(0.1, 0.2, 0),
         "sphere": lambda b: b.sphere(0.3),
+        "ellipsoid": lambda b: b.ellipsoid((0.3, 0.2, 0.4)),
         "circle": lambda b: b.circle(0.3),
         "cylinder": lambda b: b.cylinder(0.3),
         "plane": lambda b: b.plane(normal="y"),
@@ -149,6 +151,39 @@ def test_the_lowest_point_of_a_tilted_disk():
     (it,) = touches(model, float_state(model, q))
     assert it.gap == pytest.approx(1 - 0.5 * np.sin(theta))
     assert np.array(it.on_feature) == pytest.approx([0, -0.5 * np.cos(theta), 1 - 0.5 * np.sin(theta)])
+
+
+def test_the_lowest_point_of_a_turned_ellipsoid():
+    """The point that is deepest among all of the surface; with equal half axes that of a sphere."""
+    s = fb.System("egg")
+    egg = s.body("egg", fb.sphere(1, 0.1))
+    s.ball("turn", s.ground, egg)
+    s.contact(
+        "floor", egg.ellipsoid((0.3, 0.2, 0.4), at=(0.05, 0, 0.1)), s.ground.plane(at=(0, 0, -1), normal="z")
+    )
+    s.contact("ball", egg.sphere(0.25), s.ground.plane(at=(0, 0, -1), normal="z"))
+    s.contact("round", egg.ellipsoid((0.25, 0.25, 0.25)), s.ground.plane(at=(0, 0, -1), normal="z"))
+    model = fb.assemble(s)
+    q = np.array([0.5, -0.3, 0.7, 0.2])
+    q /= np.linalg.norm(q)
+    it, ball, same = touches(model, float_state(model, q.tolist()))
+    e0, e = q[0], q[1:]
+    R = (e0 * e0 - e @ e) * np.eye(3) + 2 * np.outer(e, e) + 2 * e0 * np.cross(np.eye(3), e)
+    theta, phi = np.meshgrid(np.linspace(0, np.pi, 801), np.linspace(0, 2 * np.pi, 1601), indexing="ij")
+    ball_points = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
+    height = (ball_points * (0.3, 0.2, 0.4) + (0.05, 0, 0.1)) @ R[2]
+    assert float(it.gap) == pytest.approx(1 + height.min(), abs=1e-5)
+    assert float(it.gap) < 1 + height.min()
+    np.testing.assert_allclose(np.array(it.on_feature, float)[2], float(it.gap) - 1, atol=1e-15)
+    assert float(same.gap) == pytest.approx(float(ball.gap), abs=1e-15)
+    with pytest.raises(
+        ModelError, match=r"Expected three half axes \(a, b, c\) for the ellipsoid of body 'egg', got 0\.3"
+    ):
+        egg.ellipsoid(0.3)
+    with pytest.raises(
+        ModelError, match="ellipsoid and the point of contact 'no' are not a supported pair. A ellipsoid may"
+    ):
+        s.contact("no", egg.ellipsoid((1, 1, 1)), s.ground.point(0, 0, 0))
 
 
 def test_a_round_feature_rolls_over_the_end_of_a_side():

@@ -49,6 +49,7 @@ class Body:
     # -- shapes to touch with: one function each in `shapes` ---------------------------------------
 
     sphere = _shapes.sphere
+    ellipsoid = _shapes.ellipsoid
     circle = _shapes.circle
     cylinder = _shapes.cylinder
     plane = _shapes.plane

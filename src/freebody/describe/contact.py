@@ -26,6 +26,16 @@ class Ball:
 
 
 @dataclass(frozen=True)
+class Ellipsoid:
+    """The surface of an ellipsoid, its axes along those of the body."""
+
+    body: Body
+    at: Components
+    half_axes: Components
+    kind = "ellipsoid"
+
+
+@dataclass(frozen=True)
 class Circle:
     """The edge of a disk at right angles to ``axis``; against round shapes and points, the wall of a cylinder."""
 

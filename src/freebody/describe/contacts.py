@@ -12,6 +12,7 @@ from .contact import (
     ContactPair,
     Corners,
     Cylinder,
+    Ellipsoid,
     Heightline,
     Plane,
     Segment,
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from .system import System
 
 SHAPES = (
-    "body.point, body.sphere, body.circle, body.cylinder, body.plane, body.segment, body.corners or "
+    "body.point, body.sphere, body.ellipsoid, body.circle, body.cylinder, body.plane, body.segment, body.corners or "
     "body.heightline"
 )
 IMPACTS = ("newton", "poisson")
@@ -52,7 +53,8 @@ def contact(
     name : str
         The forces are ``N_name`` and ``T_name`` (in 3-D ``T1_name``, ``T2_name``).
     feature, surface : shapes of two bodies
-        From ``body.point, sphere, circle, segment, corners, plane, cylinder, heightline``; the ground has them too.
+        From ``body.point, sphere, ellipsoid, circle, segment, corners, plane, cylinder, heightline``; the ground
+        has them too.
         Which of the two is the feature only sets the sense of the forces.
     friction : expression of parameters, optional
         Coefficient of kinetic friction μ_k, and of static friction if ``static_friction`` is not given.
@@ -121,11 +123,12 @@ ROUND = ("point", "sphere", "circle", "cylinder")
 SUPPORTED = {
     "point": ("sphere", "circle", "cylinder", "plane", "segment", "heightline"),
     "sphere": ("point", "sphere", "circle", "cylinder", "plane", "segment"),
+    "ellipsoid": ("plane",),
     "circle": ("point", "sphere", "circle", "cylinder", "plane", "segment"),
     "cylinder": ("point", "sphere", "circle", "cylinder", "segment"),
     "segment": ("point", "sphere", "circle", "cylinder", "plane"),
     "corners": ("sphere", "circle", "cylinder", "plane", "segment", "heightline"),
-    "plane": ("point", "sphere", "circle", "segment", "corners"),
+    "plane": ("point", "sphere", "ellipsoid", "circle", "segment", "corners"),
     "heightline": ("point", "corners"),
 }
 """The shapes that each shape may touch, in either order."""
@@ -136,8 +139,8 @@ def _check_pair(feature: Any, surface: Any, what: str) -> None:
     if b not in SUPPORTED[a] and a not in SUPPORTED[b]:
         known = [kind for kind in SUPPORTED if kind in SUPPORTED[a] or a in SUPPORTED[kind]]
         raise ModelError(
-            f"The {a} and the {b} of {what} are not a supported pair. A {a} may touch a {', '.join(known[:-1])} or "
-            f"{known[-1]}."
+            f"The {a} and the {b} of {what} are not a supported pair. A {a} may touch a "
+            f"{', '.join(known[:-1]) + ' or ' if len(known) > 1 else ''}{known[-1]}."
         )
     hollow = [shape for shape in (feature, surface) if getattr(shape, "inside", False)]
     if getattr(feature, "inside", False):
@@ -159,7 +162,9 @@ def _shape(system: System, shape: Any, what: str) -> Any:
         raise ModelError(
             f"Expected a shape for {what}, got the whole of {named(shape)}. Say what of it touches: {SHAPES}."
         )
-    if not isinstance(shape, Point | Ball | Circle | Cylinder | Plane | Segment | Corners | Heightline):
+    if not isinstance(
+        shape, Point | Ball | Ellipsoid | Circle | Cylinder | Plane | Segment | Corners | Heightline
+    ):
         raise ModelError(f"Expected a shape for {what}, {SHAPES}, got {shape!r}.")
     system.own_body(shape.body, what)
     return shape

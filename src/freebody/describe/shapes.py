@@ -14,7 +14,7 @@ from ..scalar.expression import exact
 from ..scalar.parser import parse
 from . import body as _body
 from .axes import UNIT, direction
-from .contact import Ball, Circle, Components, Corners, Cylinder, Heightline, Plane, Segment
+from .contact import Ball, Circle, Components, Corners, Cylinder, Ellipsoid, Heightline, Plane, Segment
 
 if TYPE_CHECKING:
     from .body import Body
@@ -42,6 +42,31 @@ def sphere(body: Body, radius: Any, *, at: Any = None, inside: bool = False) -> 
     """
     what = f"the sphere of {named(body)}"
     return Ball(body, _place(body, at, what), _length(body, radius, what), _flag(inside, what))
+
+
+def ellipsoid(body: Body, half_axes: Any, *, at: Any = None) -> Ellipsoid:
+    """Ellipsoid fixed in the body, its axes along those of the body, to touch planes with: a wobblestone, an egg.
+
+    Parameters
+    ----------
+    half_axes : three expressions of parameters [m]
+        Along x, y and z.
+    at : Point of the body or three components, optional
+        Its centre; the body's origin if not given.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("egg")
+    >>> egg = s.body("egg", fb.sphere(0.06, 0.02))
+    >>> air = s.free("air", s.ground, egg)
+    >>> table = s.contact("table", egg.ellipsoid((0.02, 0.02, 0.03)), s.ground.plane(normal="z"), friction=0.3)
+    """
+    what = f"the ellipsoid of {named(body)}"
+    if isinstance(half_axes, str) or not isinstance(half_axes, Sequence) or len(half_axes) != 3:
+        raise ModelError(f"Expected three half axes (a, b, c) for {what}, got {half_axes!r}.")
+    a, b, c = (_length(body, axis, what) for axis in half_axes)
+    return Ellipsoid(body, _place(body, at, what), (a, b, c))
 
 
 def circle(body: Body, radius: Any, *, at: Any = None, axis: Any = "z", inside: bool = False) -> Circle:

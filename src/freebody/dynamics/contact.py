@@ -158,9 +158,10 @@ def _radius(state: State, shape: Any) -> Any:
 
 
 def _on_flat(model: Model, state: State, shape: Any, flat: Any) -> Found:
-    """Point, sphere or edge of a disk on a plane or on a straight side with the normal n:
+    """Point, sphere, ellipsoid or edge of a disk on a plane or on a straight side with the normal n:
 
-        P = C,    C - r n,    C - r (n - (n·a) a)/sqrt(1 - (n·a)²)  with the axis a of the disk;    Q = P - g n.
+        P = C,    C - r n,    C - D n/sqrt(n·D n)  with D = R diag(a², b², c²) Rᵀ of the half axes,
+        C - r (n - (n·a) a)/sqrt(1 - (n·a)²)  with the axis a of the disk;    Q = P - g n.
 
     The foot of the side is at s = e·(P - start) along it.
     """
@@ -170,6 +171,14 @@ def _on_flat(model: Model, state: State, shape: Any, flat: Any) -> Found:
     P = C
     if kind == "sphere":
         P = subtract(C, scale(state(shape.radius), n))
+    elif kind == "ellipsoid":
+        link, _ = place_of(model, shape.body)
+        R = rotation(model, state, link)
+        within = apply_transpose(R, n)
+        squares = tuple(state(half) * state(half) for half in shape.half_axes)
+        support = tuple(square * x for square, x in zip(squares, within, strict=True))
+        width = state.field.sqrt(dot(within, support))
+        P = subtract(C, apply(R, scale(divide(1, width), support)))
     elif kind in ("circle", "cylinder"):
         a = _turned(model, state, shape.body, shape.axis)
         lean = dot(n, a)

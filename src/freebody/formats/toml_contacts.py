@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 SHAPES = {
     "point": ("point",),
     "sphere": ("radius", "at", "inside"),
+    "ellipsoid": ("half_axes", "at"),
     "circle": ("radius", "at", "axis", "inside"),
     "cylinder": ("radius", "at", "axis", "inside"),
     "plane": ("at", "normal"),
@@ -64,7 +65,13 @@ def _shape(table: Table, key: str) -> Any:
         place.fail(f"Unknown shape '{shape}'; {nearest(shape, SHAPES)}", "shape")
     given = {one: _READERS[one](place, one) for one in SHAPES[shape] if place.has(one)}
     place.done()
-    first = {"point": "point", "sphere": "radius", "circle": "radius", "cylinder": "radius"}.get(shape)
+    first = {
+        "point": "point",
+        "ellipsoid": "half_axes",
+        "sphere": "radius",
+        "circle": "radius",
+        "cylinder": "radius",
+    }.get(shape)
     if shape == "point":
         return place.guard(lambda: body.point(*given.get("point", ZERO)))
     if shape == "segment":
@@ -121,6 +128,7 @@ _READERS: dict[str, Callable[[Table, str], Any]] = {
     "point": lambda table, key: table.vector(key),
     "radius": lambda table, key: table.expression(key),
     "at": lambda table, key: table.vector(key),
+    "half_axes": lambda table, key: table.vector(key),
     "axis": _direction,
     "normal": _direction,
     "inside": _flag,

@@ -6,6 +6,7 @@ The schema is on the page *Model files* of the documentation.
 from __future__ import annotations
 
 import inspect
+import re
 import tomllib
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -91,13 +92,18 @@ def case_from_text(text: str, name: str = "model.toml") -> Case:
     _parameters(root)
     for coordinate in root.texts("coordinates"):
         root.guard(lambda name=coordinate: system.coordinates(name), "coordinates")
-    for condition in root.texts("assume"):
-        _assume(root, condition)
+    conditions = root.texts("assume")
+    late = [one for one in conditions if _names(one) - set(system.names.kinds)]
+    for condition in conditions:
+        if condition not in late:
+            _assume(root, condition)
     for body, table in root.tables("bodies"):
         _body(system, body, table)
     # joints may hang on coordinates and loads on joints, so this order, whatever the file's
     for joint, table in root.tables("joints"):
         _joint(system, joint, table)
+    for condition in late:  # of coordinates
+        _assume(root, condition)
     for constraint, table in root.tables("constraints"):
         _constraint(system, constraint, table)
     for contact, table in root.tables("contacts"):
@@ -138,6 +144,11 @@ def _parameters(root: Table) -> None:
                 name,
             )
         table.guard(lambda name=name, value=value: table.system.parameters(**{name: value}), name)
+
+
+def _names(text: str) -> set[str]:
+    """The names in an expression, its functions left out."""
+    return set(re.findall(r"[A-Za-z_]\w*(?!\w|\s*\()", text))
 
 
 def _assume(root: Table, condition: str) -> None:

@@ -54,7 +54,9 @@ def toml_text(
     writer = Writer(system)
     text = writer.document(initial, near, until, tolerance, assumed=())
     # masses and dimensions are assumed positive by their use: only what the reader would not know is written
-    implied = case_from_text(text, "the text being written").system.positive
+    # when it comes to the contacts, whose sides have lengths that are simplified with it
+    known = writer.document(initial, near, until, tolerance, assumed=(), contacts=False)
+    implied = case_from_text(known, "the text being written").system.positive
     rest = system.positive - implied
     return writer.document(initial, near, until, tolerance, assumed=rest) if rest else text
 
@@ -92,7 +94,15 @@ class Writer:
 
     # --- the document ---
 
-    def document(self, initial: Any, near: Any, until: Any, tolerance: Any, assumed: Iterable[Any]) -> str:
+    def document(
+        self,
+        initial: Any,
+        near: Any,
+        until: Any,
+        tolerance: Any,
+        assumed: Iterable[Any],
+        contacts: bool = True,
+    ) -> str:
         system = self.system
         head = {"name": quoted(system.name)}
         if any(component != 0 for component in system.gravity):
@@ -113,7 +123,7 @@ class Writer:
             parts.append(block(("joints", name), self.joint(joint)))
         for name, held in system.constraints.items():
             parts.append(block(("constraints", name), self.constraint(held)))
-        for name, pair in system.contacts.items():
+        for name, pair in system.contacts.items() if contacts else ():
             parts.append(block(("contacts", name), written_contact(self, pair)))
         for name, one in system.loads.items():
             section, keys = self.load(one)

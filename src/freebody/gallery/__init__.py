@@ -77,6 +77,7 @@ def entries() -> Gallery:
     from .precession_paths import PRECESSION_PATHS
     from .projectile import PROJECTILE
     from .pulled_disk import PULLED_DISK
+    from .rattleback import RATTLEBACK
     from .reaction_wheel import REACTION_WHEEL
     from .rocking_block import ROCKING_BLOCK
     from .rolling_disk import ROLLING_DISK
@@ -106,5 +107,5 @@ def entries() -> Gallery:
         PROJECTILE, STRUCK_GYROSCOPE, TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS,
         BLOCK_AND_TACKLE, WHIPPLE_BICYCLE, GYROCOMPASS, JEFFCOTT, REACTION_WHEEL, CONTROL_MOMENT_GYRO,
         YO_YO, ENERGY_SINK, FALLING_CAT, PRECESSION_PATHS, FLAT_SPIN, SLEEPING_TOP, GYRO_MONORAIL, SWING,
-        BOUNCING_BALL, ROCKING_BLOCK, TURNTABLE, TIPPE_TOP,
+        BOUNCING_BALL, ROCKING_BLOCK, TURNTABLE, TIPPE_TOP, RATTLEBACK,
     )  # fmt: skip

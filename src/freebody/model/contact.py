@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ..describe.body import Point
-from ..describe.contact import Ball, Circle, ContactPair, Corners, Cylinder, Segment, kind_of
+from ..describe.contact import Ball, Circle, ContactPair, Corners, Cylinder, Ellipsoid, Segment, kind_of
 from ..errors import ModelError
 from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, cross, dot, multiply
 from ..scalar.expression import exact
@@ -198,9 +198,11 @@ def _within(model: Model, frames: Sequence[tuple[Matrix, Vector]], a: Any, b: An
             return False
         if kind in ("circle", "cylinder") and not _zero(cross(apply(R, shape.axis), k)):
             return False
+        if kind == "ellipsoid" and all(not _zero(cross(apply(R, axis), k)) for axis in IDENTITY):
+            return False
         if kind == "heightline" and not (_zero(cross(apply(R, IDENTITY[2]), k))):
             return False
-        if isinstance(shape, Point | Ball):
+        if isinstance(shape, Point | Ball | Ellipsoid):
             at = shape.components if isinstance(shape, Point) else shape.at
             depths.append(exact(dot(k, p) + dot(k, apply(R, at))))
     # the line between a point or sphere and another lies in the plane if they are in one depth
