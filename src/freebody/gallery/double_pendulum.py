@@ -66,7 +66,10 @@ def solve(case: Case) -> Solved:
     hanging = {"theta_1": 0, "theta_2": 0, "theta_1'": 0, "theta_2'": 0}
     for k, frequency in enumerate(small_frequencies(case, hanging), 1):
         answers[f"omega_{k}"] = Answer(
-            f"frequency {k} of small oscillation", float(frequency), "rad/s", how="det(K - w² M) = 0"
+            f"{'lower' if k == 1 else 'higher'} frequency of small oscillation",
+            float(frequency),
+            "rad/s",
+            how="det(K - w² M) = 0",
         )
     trajectory = case.motion(initial=START)
     plots: Plots = {
