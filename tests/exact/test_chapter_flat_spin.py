@@ -80,6 +80,12 @@ def test_the_end_is_a_turn_about_the_major_axis():
         assert all(check.holds for check in found.checks), found.checks
 
 
+def test_time_to_45_degrees_at_either_sense_of_the_spin():
+    other = outcome("flat-spin", spin=-2 * math.pi).answers["t_45"].value
+    assert other == pytest.approx(outcome("flat-spin").answers["t_45"].value, rel=1e-6)
+    assert outcome("flat-spin", w_x=5.0).answers["t_45"].value == "none: it is further from the start"
+
+
 def test_energy_sink_is_the_limit_of_a_light_wheel():
     """Its error is of the first order in J/I: half the wheel, half the error."""
     errors = []
@@ -95,6 +101,7 @@ def test_energy_sink_is_the_limit_of_a_light_wheel():
         ({"I_z": 2.0}, "Expected z to be the axis of the smallest moment"),
         ({"w_x": 0.0}, "Expected a start with some wobble"),
         ({"c": 0.0}, "Expected a damping greater than 0"),
+        ({"spin": 0.0}, "Expected a spin that is not 0"),
     ],
 )
 def test_refused(changed, message):

@@ -83,8 +83,6 @@ def run(
 
 def report(outcome: Any, files: list[Path], residual: float, elapsed: float) -> dict[str, Any]:
     """What a run gives, as data; `answers` in the order in which they are asked."""
-    from ..equations.show import text_of
-
     entry = outcome.entry
     return {
         "name": entry.name,
@@ -105,7 +103,7 @@ def report(outcome: Any, files: list[Path], residual: float, elapsed: float) -> 
                 "question": answer.question,
                 "latex": answer.latex or None,
                 "how": answer.how,
-                "where": {name: text_of(x) for name, x in answer.where.items()},
+                "where": answer.meaning,
             }
             for key, answer in outcome.answers.items()
         },
@@ -141,7 +139,7 @@ def show(outcome: Any, residual: float, elapsed: float) -> None:
     headings = ("Key", "Answer", "Value", "Unit") if outcome.answers else ("", "", "")
     grid = Grid(*headings, title="Answers" if outcome.answers else title)
     long, formulas = [], []
-    meant: dict[str, Any] = {}
+    meant: dict[str, str] = {}
     for key, answer in outcome.answers.items():
         shown = significant(answer.value)
         if len(shown) > WIDEST:
@@ -150,14 +148,12 @@ def show(outcome: Any, residual: float, elapsed: float) -> None:
             grid.row(key, answer.question, shown, answer.unit)
             if answer.text:
                 formulas.append(f"  {key} = {answer.text}")
-                meant |= answer.where
+                meant |= answer.meaning
     empty = ("",) if outcome.answers else ()
     if meant:
-        from ..equations.show import text_of
-
         formulas += [
             "where",
-            *(f"  {name} = {text_of(x)}" for name, x in meant.items() if name not in outcome.answers),
+            *(f"  {name} = {x}" for name, x in meant.items() if name not in outcome.answers),
         ]
     grid.row(*empty, "energy residual, relative", f"{residual:.1e}", "")
     grid.row(*empty, "wall time", f"{elapsed:.2f}", "s")

@@ -46,7 +46,9 @@ class Printer(ABC):
         p, q = c.numerator, c.denominator
         over, under = [], []
         for node, e in self._with_tangents(t.factors):
-            if e > 0 or self._is_exponential(node):
+            if e > 0 and isinstance(node, int) and self.ring.generators[node].kind == "inverse":
+                under.append((arrange(self.ring.generators[node].arguments[0], self.ring), e))
+            elif e > 0 or self._is_exponential(node):
                 over.append((node, e))
             else:
                 under.append((node, -e))

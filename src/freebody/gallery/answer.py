@@ -35,6 +35,8 @@ class Answer:
         Which call of the library gives it.
     where : mapping
         What stands in the formula for a longer expression: name -> SymPy expression.
+    written, typeset, where_written : str, str, mapping
+        Formula and ``where`` as they are printed, if not as SymPy orders them.
     """
 
     question: str
@@ -45,6 +47,12 @@ class Answer:
     written: str = ""
     typeset: str = ""
     where: Mapping[str, Any] = field(default_factory=dict)
+    where_written: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def meaning(self) -> dict[str, str]:
+        """What stands in the formula for a longer expression, as plain text."""
+        return {name: self.where_written.get(name) or text_of(x) for name, x in self.where.items()}
 
     @property
     def text(self) -> str:

@@ -88,10 +88,12 @@ class Case:
         written_out = sympy.sympify(expression)
         for name, meant in (where or {}).items():
             written_out = written_out.xreplace({self.atoms.get(name, sympy.Symbol(name, real=True)): meant})
+        meant_by = {name: ring.from_sympy(meant) for name, meant in (where or {}).items()}
         return Answer(
             question, self.number(written_out, at), unit, displayed(canonical, ring), how,
             text(canonical, ring), latex(canonical, ring),
-            {name: displayed(ring.from_sympy(meant), ring) for name, meant in (where or {}).items()},
+            {name: displayed(meant, ring) for name, meant in meant_by.items()},
+            {name: text(meant, ring) for name, meant in meant_by.items()},
         )  # fmt: skip
 
     def equation(self, index: int, question: str) -> Answer:

@@ -67,7 +67,10 @@ def solve(case: Case) -> Solved:
     linear = fb.linearize(case.equations)
     for k, frequency in enumerate(sorted(linear.natural_frequencies(), key=case.number), 1):
         answers[f"omega_{k}"] = case.formula(
-            f"frequency {k} of small oscillation", frequency, "rad/s", "fb.linearize(s).natural_frequencies()"
+            f"{'lower' if k == 1 else 'higher'} frequency of small oscillation",
+            frequency,
+            "rad/s",
+            "fb.linearize(s).natural_frequencies()",
         )
     energy = case.simulate_to([0.0, case["t_2"]], initial=START).energy
     checks = (

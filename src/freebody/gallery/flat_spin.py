@@ -97,6 +97,7 @@ def growth(case: Case) -> float:
 def solve(case: Case) -> Solved:
     A, B, C = moments(case)
     numbers = np.array([case.number(x) for x in (A, B, C)])
+    case.refuse_unless("spin", case["spin"] != 0, "a spin that is not 0")
     case.refuse_unless(
         "I_z", numbers[2] < numbers[:2].min(), "z to be the axis of the smallest moment: a slender hull"
     )
@@ -107,11 +108,17 @@ def solve(case: Case) -> Solved:
     spin, w_x = case.atoms["spin"], case.atoms["w_x"]
     H2 = (A * w_x) ** 2 + (C * spin) ** 2
     major = (A, B)[int(np.argmax(numbers[:2]))]
-    events = [
-        fb.event(f"C_wz*{numbers[2]:.17g} - {math.sqrt(case.number(H2) / 2):.17g}", name="45 degrees from H")
-    ]
-    long = case.simulate_past("45 degrees from H", 1, required=False, initial=START, events=events)
-    crossed = happened(long, "45 degrees from H")
+    # H_z falls through H/sqrt(2), again and again while it wobbles
+    along = math.copysign(numbers[2], case["spin"])
+    half = math.sqrt(case.number(H2) / 2)
+    name, level = "45 degrees from H", f"{along:.17g}*C_wz - {half:.17g}"
+    events = [fb.event(level, name=name)]
+    first = [fb.event(level, name=name, terminal=True)]
+    beyond = abs(numbers[2] * case["spin"]) <= half
+    crossed = () if beyond else happened(
+        case.simulate_past(name, 1, required=False, initial=START, events=first), name
+    )  # fmt: skip
+    never = "none: it is further from the start" if beyond else "none: not in a hundred times the run"
     motion = case.simulate(initial=START, events=events, samples=6001)
     at = case.simulate_to([case["t_1"]], initial=START)
     answers: Answers = {
@@ -136,7 +143,7 @@ def solve(case: Case) -> Solved:
         ),
         "t_45": Answer(
             "time at which the long axis is 45 degrees from H",
-            crossed[0].time if crossed else "none: not in this time", "s" if crossed else "",
+            crossed[0].time if crossed else never, "s" if crossed else "",
             how="fb.simulate, event located",
         ),
         "T(t_1)": Answer("kinetic energy at t_1", float(at.energy.kinetic[0]), "J", how="fb.simulate"),

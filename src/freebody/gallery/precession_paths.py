@@ -45,8 +45,11 @@ def build() -> fb.System:
     return s
 
 
-def cusp_change(case: Case) -> Any:
-    """The change w in the direction gamma after which the path has cusps; psi' stands for the slow rate."""
+def cusp_change(case: Case, stop_rate: Any, r: Any) -> Any:
+    """The change w in the direction gamma after which the path has cusps; psi' stands for the slow rate.
+
+    The symbol ``r`` takes the place of ``stop_rate``, which falls with the spin.
+    """
     w, rate, gamma, theta = (
         sympy.Dummy("w"), case.atoms["psi'"], case.atoms["gamma"], case.atoms["theta_0"]
     )  # fmt: skip
@@ -60,7 +63,9 @@ def cusp_change(case: Case) -> Any:
     _, left = left_at_stop(case, begun)
     c, b, a = (sympy.Poly(sympy.expand(left), w).coeff_monomial(w**k) for k in range(3))
     # without a change nothing is left at the stop: c < 0 < a, and one root is positive
-    return (sympy.sqrt((b / a / 2) ** 2 - sympy.cancel(c / a))) - sympy.cancel(b / a) / 2
+    spin = case.atoms["Omega_zeta"]
+    c, b = (sympy.cancel(x / a).xreplace({spin: sympy.cancel(stop_rate * spin) / r}) for x in (c, b))
+    return sympy.sqrt((b / 2) ** 2 - c) - b / 2
 
 
 @dataclass(frozen=True)
@@ -100,7 +105,8 @@ def solve(case: Case) -> Solved:
     slow = slow_precession(case)
     weight, spin = stop(case)
     rate, theta = case.atoms["psi'"], case.atoms["theta_0"]
-    where = {"psi'": slow}
+    r = sympy.Symbol("r", real=True)
+    where = {"r": weight / spin, "psi'": slow}
     answers: Answers = {
         "psi'_slow": case.formula(
             "slow steady precession rate psi' at theta_0", slow, "rad/s",
@@ -111,7 +117,8 @@ def solve(case: Case) -> Solved:
             "integrals of energy and of the momentum about the vertical, where theta' = psi' = 0",
         ),
         "w_cusp": case.formula(
-            "change w in the direction gamma after which the path has cusps", cusp_change(case), "rad/s",
+            "change w in the direction gamma after which the path has cusps",
+            cusp_change(case, weight / spin, r), "rad/s",
             "fb.equations(s).integrals: no energy left where psi' vanishes", where=where,
         ),
         "w_cusp_linear": case.formula(
