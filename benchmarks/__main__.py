@@ -7,7 +7,10 @@ from importlib import import_module
 
 from .tables import versions
 
-NAMES = ("equations", "linearize", "dynamics", "motion", "sweep", "contact", "first")
+NAMES = (
+    "equations", "linearize", "dynamics", "motion", "precision", "sweep", "references", "contact", "report", "first",
+)  # fmt: skip
+MODULES = {"references": "problems"}  # those named otherwise
 
 
 def main() -> None:
@@ -26,7 +29,8 @@ def main() -> None:
     limit = options.limit if options.limit is not None else (20.0 if options.quick else 185.0)
     print(versions() + "\n")
     for name in options.names or NAMES:
-        import_module(f"benchmarks.{name}").main(quick=options.quick, repeats=options.repeats, limit=limit)
+        module = import_module(f"benchmarks.{MODULES.get(name, name)}")
+        module.main(quick=options.quick, repeats=options.repeats, limit=limit)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""(d) A sweep: ten-second heavy tops, every one with its own start and spin, beside SciPy's DOP853 on the same kernel."""
+"""(d) A sweep: heavy tops, each with its own start and spin, beside SciPy's DOP853 on the same machine code."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
             ["ratio", f"{other / one:.0f}×", "", ""],
         ],
         [
-            f"processor time: median of {len(mine)} repeats of {20 * few} and {few} trajectories, on one core, in turn.",
+            f"processor time: median of {len(mine)} repeats of {20 * few} and {few} runs, on one core, in turn.",
             f"all: {lanes} trajectories on {_processors()} processors, {ended} of them finished; SciPy's would take",
             f"{other * lanes / 60:.0f} core minutes. SciPy evaluates the rates {evaluations / few:.0f} times each.",
             f"worst error: of angles and their rates at {SPAN:g} s over {few} trajectories, against runs at 1e-14.",

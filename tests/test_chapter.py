@@ -66,7 +66,7 @@ def test_approximations_say_how_good_they_are():
     rough = [s for s in ALL.values() if s.finding.verdict == "approximation"]
     assert len(rough) >= 8
     for statement in rough:
-        assert re.search(r"error of order [12] in \w+, \d\.\de[-+]\d+ of it at", statement.verdict)
+        assert re.search(r"error of order [12] in \w+, relative \d\.\de[-+]\d+ at", statement.verdict)
 
 
 def test_the_order_of_an_error_is_measured():

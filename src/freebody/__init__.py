@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from .space.solids import spherical_shell as spherical_shell
     from .space.solids import torus as torus
     from .space.solids import tube as tube
+    from .study.fit import fit as fit
     from .study.sweep import sweep as sweep
 
 __version__ = "0.1.0"
@@ -93,6 +94,7 @@ _EXPORTS = {
     "errors": "errors",
     "event": "simulate.event",
     "exact": "exact",
+    "fit": "study.fit",
     "forms": "equations.component_forms",
     "free_body_diagram": "picture.free_body_diagram",
     "from_density": "space.density",

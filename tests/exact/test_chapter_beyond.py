@@ -163,6 +163,8 @@ def test_falling_cat():
 
 def test_falling_cat_formulas():
     check_formulas("falling-cat", falling_cat)
+    # halves as round as long: 60 degrees
+    assert abs(outcome("falling-cat", K=0.015).answers["alpha_pi"].value - np.pi / 3) < 1e-14
 
 
 def test_cat_that_does_not_bend_turns_back_by_what_it_rolled():
@@ -229,3 +231,141 @@ def test_major_axis_rule():
         entries()["energy-sink"].run({"c": 0})
     with pytest.raises(ModelError, match="axis 2 is the one of flat spin, got I_1 = 120"):
         entries()["energy-sink"].run({"I_1": 120})
+
+
+def sleeping_top(p):
+    m, R, L, g, c = (p[name] for name in ("m", "R", "L", "g", "c"))
+    I_1, I_3, mgL = m * R**2 / 4 + m * L**2, m * R**2 / 2, m * g * L
+    critical = exact.sleeping_spin(I_1, I_3, mgL)
+    if symbols(p):
+        return {"Omega_c": critical}
+
+    def rates(_, y):
+        """Angular momentum H about O and direction a of the axis in ground axes, which do not spin with the top."""
+        hx, hy, hz, ax, ay, az = y
+        loss = c * (hx * ax + hy * ay + hz * az) / I_3
+        return [
+            -mgL * ay - loss * ax,
+            mgL * ax - loss * ay,
+            -loss * az,
+            (hy * az - hz * ay) / I_1,
+            (hz * ax - hx * az) / I_1,
+            (hx * ay - hy * ax) / I_1,
+        ]
+
+    def fallen(_, y):
+        return y[5] - np.cos(p["theta_1"])
+
+    fallen.terminal = True
+    axis = np.array([0, -np.sin(p["theta_0"]), np.cos(p["theta_0"])])
+    start = [*(I_3 * p["Omega_0"] * axis), *axis]
+    precise = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-13}
+    run = solve_ivp(rates, (0, 100), start, events=fallen, **precise)
+    at = solve_ivp(rates, (0, p["t_1"]), start, **precise).y[3:, -1]
+    end = run.y_events[0][0]
+    return {
+        "Omega_c": critical,
+        "t_c": I_3 / c * np.log(p["Omega_0"] / critical),
+        "theta(t_1)": np.arctan2(np.hypot(at[0], at[1]), at[2]),
+        "t_f": run.t_events[0][0],
+        "Omega_f": end[:3] @ end[3:] / I_3,
+    }
+
+
+def test_sleeping_top():
+    # the wobble grows from theta_0 to theta_1, and its error with it
+    loose = {"t_f": 1e-5, "Omega_f": 1e-5}
+    check_numbers("sleeping-top", sleeping_top, loose=loose, factor=0.95, c=1e-4, theta_0=0.1, t_1=1.0)
+
+
+def test_sleeping_top_formulas():
+    check_formulas("sleeping-top", sleeping_top, "Omega_c")
+
+
+def test_sleeping_top_that_does_not_sleep():
+    with pytest.raises(ModelError, match="above 79.7891 rad/s, at which it sleeps, got Omega_0 = 70"):
+        entries()["sleeping-top"].run({"Omega_0": 70})
+    with pytest.raises(ModelError, match="without it the top sleeps for ever"):
+        entries()["sleeping-top"].run({"c": 0})
+
+
+def monorail(p):
+    names = ("m_C", "h", "I_C", "m_R", "a", "I_S", "I_T", "h_G")
+    values = {name: p[name] for name in (*names, "g")}
+    found = {"Omega_c": exact.monorail_speed(**values)}
+    if symbols(p):
+        return found
+
+    def rates(_, y):
+        return [y[2], y[3], *exact.monorail(y, **values, Omega=p["Omega"])]
+
+    y = solve_ivp(rates, (0, p["t_1"]), [p["phi_0"], 0, 0, 0], "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    A = p["I_C"] + p["m_C"] * p["h"] ** 2 + p["I_T"] + p["m_R"] * (p["h_G"] + p["a"]) ** 2
+    B, k = p["I_T"] + p["m_R"] * p["a"] ** 2, p["m_R"] * p["g"] * p["a"]
+    W, H = p["g"] * (p["m_C"] * p["h"] + p["m_R"] * (p["h_G"] + p["a"])), p["I_S"] * p["Omega"]
+    squares = -np.roots([A * B, H**2 - A * k - B * W, W * k])
+    low, high = np.sqrt(np.sort(squares))
+    return found | {"omega_1": low, "omega_2": high, "phi(t_1)": y[0], "theta(t_1)": y[1]}
+
+
+def test_monorail():
+    check_numbers("gyro-monorail", monorail, Omega=400.0, a=0.1, phi_0=0.1)
+
+
+def test_monorail_formulas():
+    check_formulas("gyro-monorail", monorail)
+
+
+def test_monorail_falls_with_a_slow_rotor():
+    with pytest.raises(ModelError, match="rad/s, which keeps the car up, got Omega = 100"):
+        entries()["gyro-monorail"].run({"Omega": 100})
+
+
+def swing(p):
+    m, L, a, Omega, g = (p[name] for name in ("m", "L", "a", "Omega", "g"))
+
+    def length(t):
+        """Distance from the pivot and its rate."""
+        return L + a * np.sin(Omega * t), a * Omega * np.cos(Omega * t)
+
+    def rates(t, y):
+        """Angular momentum: d(m l² theta')/dt = -m g l sin(theta)."""
+        r, r_rate = length(t)
+        return [y[1], -(2 * r_rate * y[1] + g * np.sin(y[0])) / r]
+
+    def energy(t, y):
+        r, r_rate = length(t)
+        return m * ((r * y[1]) ** 2 + r_rate**2) / 2 - m * g * r * np.cos(y[0])
+
+    def high(_, y):
+        return abs(y[0]) - p["theta_1"]
+
+    high.terminal = True
+    start = [p["theta_0"], 0.0]
+    precise = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13}
+    y = solve_ivp(rates, (0, p["t_1"]), start, **precise).y[:, -1]
+    r, stretch = length(p["t_1"])[0], -a * Omega**2 * np.sin(Omega * p["t_1"])
+    return {
+        "theta(t_1)": y[0],
+        "theta'(t_1)": y[1],
+        "F(t_1)": m * (r * y[1] ** 2 - stretch + g * np.cos(y[0])),
+        "W(t_1)": energy(p["t_1"], y) - energy(0, start),
+        "t_f": solve_ivp(rates, (0, 200), start, events=high, **precise).t_events[0][0],
+    }
+
+
+def test_swing():
+    # the phase of the pumping amplifies an error as it does the swing
+    check_numbers("pumped-swing", swing, loose={"t_f": 1e-6}, factor=0.98, a=0.3, theta_1=0.8)
+
+
+def test_equation_of_the_swing():
+    assert outcome("pumped-swing").answers["equation"].value == (
+        "m*(L^2 + 2*L*a*sin(Omega*t) + a^2*sin(Omega*t)^2)*theta'' "
+        "+ 2*m*a*Omega*(L + a*sin(Omega*t))*theta'*cos(Omega*t) + m*L*g*sin(theta) + m*a*g*sin(Omega*t)*sin(theta) = 0"
+    )
+
+
+def test_swing_that_starts_too_high():
+    with pytest.raises(ModelError, match="a start above 0 and below theta_1"):
+        entries()["pumped-swing"].run({"theta_0": "70deg"})

@@ -352,7 +352,9 @@ def test_refusals_of_contact():
         fb.simulate(s, 1, initial={"y": 0.3}, impacts="at once")
     with pytest.raises(SimulationError, match="Unknown contact 'flor'; did you mean 'floor'"):
         fb.simulate(s, 1, initial={"y": 0.3}).contacts["flor"]
-    with pytest.raises(SimulationError, match='got step=0.001. Steps of one length are those of method="timestepping"'):
+    with pytest.raises(
+        SimulationError, match='got step=0.001. Steps of one length are those of method="timestepping"'
+    ):
         fb.simulate(s, 1, initial={"y": 0.3}, step=1e-3)
     with pytest.raises(SimulationError, match="impulses= is for machines without contacts"):
         fb.simulate(s, 1, initial={"y": 0.3}, impulses=[fb.blow(0.5, impulse=(1, 0, 0))])

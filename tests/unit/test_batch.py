@@ -142,7 +142,7 @@ def test_a_terminal_event_ends_a_lane_and_leaves_nan_behind() -> None:
 
 def test_a_lane_that_fails_is_reported_and_the_others_go_on() -> None:
     s = fb.System("repelled")
-    a = s.parameters(a=1.0)
+    s.parameters(a=1.0)
     s.slider("rail", s.ground, s.body("bead", fb.particle(1)), axis="x", coordinate="x")
     s.generalized_force("x", "a*sqrt(x)")
     data = fb.simulate(s, 2, initial={"x": [1.0, 1.0, 0.5], "x'": [0.0, -3.0, 0.0]}, samples=5)
@@ -233,9 +233,9 @@ def test_a_store_goes_on_where_it_was_left(tmp_path, monkeypatch) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"initial": {"theta": [1, 2]}, "values": {"m": [1, 2, 3]}}, "one length, got 3 values of 'm' and 2 initial values of 'theta'"),
-        ({"initial": {"theta": [[1, 2]]}}, r"shape \(lanes,\) for the initial values of 'theta', got shape \(1, 2\).*fb.sweep"),
-        ({"initial": {"theta": [1, float("nan")]}}, "Expected finite numbers for the initial values of 'theta', got .* in lane 1"),
+        ({"initial": {"theta": [1, 2]}, "values": {"m": [1, 2, 3]}}, "got 3 values of 'm' and 2 initial values of 'theta'"),
+        ({"initial": {"theta": [[1, 2]]}}, r"\(lanes,\) for the initial values of 'theta', got shape \(1, 2\).*sweep"),
+        ({"initial": {"theta": [1, float("nan")]}}, "finite numbers for the initial values of 'theta', got .* in lane 1"),
         ({"initial": {"theta": []}}, "at least one lane"),
         ({"initial": {"thet": [1, 2]}}, "Unknown name 'thet' in initial; did you mean 'theta'"),
         ({"initial": {"theta": [1, 2]}, "outputs": ["thet"]}, "Expected a coordinate, .* 'thet'"),

@@ -137,7 +137,14 @@ def test_run_writes_its_products(freebody, pendulum: str, tmp_path: Path) -> Non
     folder = tmp_path / "new" / "folder"
     result = freebody("run", pendulum, "-o", folder, "--json")
     report = json.loads(result.out)
-    names = ["equations.txt", "equations.tex", "trajectory.nc", "coordinates.png"]
+    names = [
+        "equations.txt",
+        "equations.tex",
+        "trajectory.nc",
+        "drawing.svg",
+        "free_body_bar.svg",
+        "coordinates.png",
+    ]
     assert [Path(file).name for file in report["files"]] == names
     assert sorted(path.name for path in folder.iterdir()) == sorted(names)
     assert "theta" in (folder / "equations.txt").read_text()

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
+from contact_machines import DRAWN
 from freebody.dynamics.kinematics import rotation
 from freebody.equations.display import latex
 from freebody.equations.planar import plane_in
@@ -35,13 +36,20 @@ ROUND_OFF = 1e-10
 """Of numbers with twelve digits, after sums of some dozen terms."""
 
 
+CONTACTS = {f"{make.__name__}-{i}": (make, modes) for i, (make, modes) in enumerate(DRAWN)}
+"""Machines with contacts, in modes of these."""
+
+
 def machine(name: str) -> tuple[Any, dict[str, Any]]:
+    if name in CONTACTS:
+        make, modes = CONTACTS[name]
+        return fb.equations(make(), modes=modes), {}
     entry = entries()[name]
     e = fb.equations(entry.build())
     return e, {key: x for key, x in entry.near.items() if key in e.model.coordinate_names}
 
 
-@pytest.fixture(scope="module", params=NAMES)
+@pytest.fixture(scope="module", params=[*NAMES, *CONTACTS])
 def drawn(request: pytest.FixtureRequest) -> tuple[Any, dict[str, Any]]:
     """Equations, and a diagram of every body."""
     e, near = machine(request.param)
@@ -113,8 +121,8 @@ def numbers(e: Any, svg: str, body: str) -> dict[Any, float]:
     """The drawn position, and any values of the unknowns."""
     from freebody.picture.configuration import configuration
 
-    entry = next(one for one in entries().values() if one.build().name == e.model.name)
-    near = {key: x for key, x in entry.near.items() if key in e.model.coordinate_names}
+    entry = next((one for one in entries().values() if one.build().name == e.model.name), None)
+    near = {key: x for key, x in entry.near.items() if key in e.model.coordinate_names} if entry else {}
     now = configuration(e.model, near=near)
     draw = random.Random(7)
     lookup = dict(now.lookup)

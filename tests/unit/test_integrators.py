@@ -585,3 +585,29 @@ def test_model_is_compiled_for_what_is_asked_only():
     assert "tangent" not in kernels._programs
     assert "hamilton" not in kernels._programs
     assert assemble(s).n_q == 1
+
+
+# --- long runs ---------------------------------------------------------------------------------------
+
+
+def test_auto_tightens_a_long_run_and_can_be_repeated():
+    """40 000 steps at ε drift by that many errors; from 30 000 on "auto" takes finer ones, always at the same place."""
+    s = pendulum()
+    drift = {}
+    for method in ("dop853", "auto"):
+        motion = fb.simulate(s, 12_000, initial={"theta": 2}, tolerance=1e-9, method=method, samples=2)
+        drift[method] = abs(motion.energy.residual[-1])
+        assert motion.path.method == "dop853"
+    assert motion.steps > 40_000
+    assert motion.path.relative[0] < 1e-9
+    assert drift["auto"] < 0.7 * drift["dop853"]
+    again = fb.simulate(s, 12_000, initial={"theta": 2}, tolerance=1e-9, samples=2)
+    np.testing.assert_array_equal(again.path.times, motion.path.times)
+    np.testing.assert_array_equal(again.path.states, motion.path.states)
+
+
+def test_auto_leaves_a_short_run_alone():
+    one = fb.simulate(pendulum(), 20, initial={"theta": 2})
+    two = fb.simulate(pendulum(), 20, initial={"theta": 2}, method="dop853")
+    np.testing.assert_array_equal(one.path.states, two.path.states)
+    assert one.path.relative[0] == 1e-9

@@ -251,7 +251,7 @@ def test_a_wheel_is_pushed_where_it_touches():
     assert path[:, 2] == pytest.approx(0, abs=1e-6)  # in the plane
     center = floats(scene["bodies"][0]["position"], 3)
     assert np.linalg.norm(path - center, axis=1) == pytest.approx(0.3, rel=1e-5)
-    assert scene["ground"]["plane"] is not None
+    assert len(scene["ground"]["planes"]) == 1
 
 
 def test_every_gallery_machine_has_something_to_see():

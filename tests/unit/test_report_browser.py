@@ -235,3 +235,64 @@ def test_a_film_is_written(tmp_path):
     assert np.mean(np.any(np.abs(frames[1] - frames[0]) > 60, axis=2)) > 0.005
     with pytest.raises(fb.errors.SimulationError, match="Expected a film of at most 2000 pictures"):
         made.save(tmp_path / "y.gif", fps=1e4)
+
+
+@pytest.fixture(scope="module")
+def bouncing(tmp_path_factory):
+    """A disk that falls on a floor, bounces, and rolls in the end."""
+    from contact_machines import pulled_disk
+
+    s = pulled_disk()
+    motion = fb.simulate(s, 2.0, initial={"y": 0.3, "x'": 1.0})
+    return fb.report(s, motion, tmp_path_factory.mktemp("contact") / "disk.html")
+
+
+def test_the_time_bar_has_modes_and_events(browser, bouncing):
+    browser.open(bouncing)
+    bars = browser.value(
+        "[...document.querySelectorAll('.timeline rect.mode')].map(r => [r.getAttribute('class'), "
+        "r.getBoundingClientRect().x, r.getBoundingClientRect().right, r.textContent])"
+    )
+    assert [bar[0] for bar in bars] == ["mode open", "mode stick"]
+    assert "the start" in bars[0][3] and bars[0][2] == pytest.approx(bars[1][1], abs=0.5)
+    slider = browser.value("(r => [r.x, r.right])(document.querySelector('.scrub').getBoundingClientRect())")
+    # the strip lies under the slider
+    assert bars[0][1] == pytest.approx(slider[0], abs=12) and bars[1][2] == pytest.approx(slider[1], abs=12)
+    share = bars[0][2] - bars[0][1]
+    assert share / (bars[1][2] - bars[0][1]) == pytest.approx(0.7419 / 2, abs=0.01)
+    marks = browser.value("[...document.querySelectorAll('.timeline .mark')].map(m => m.textContent)")
+    assert len(marks) >= 10 and "impact" in marks[0]
+    browser.press(bars[1][1] + 0.5 * (bars[1][2] - bars[1][1]), browser.value(
+        "(r => r.y + r.height / 2)(document.querySelector('.timeline rect.stick').getBoundingClientRect())"
+    ))  # fmt: skip
+    assert browser.value("freebody.state.time") == pytest.approx((0.7419 + 2) / 2, abs=0.02)
+    assert browser.errors == []
+
+
+def test_contact_points_and_forces_are_switched(browser, bouncing):
+    browser.open(f"{bouncing.as_uri()}#t=1.5&contacts=0")
+    plain = shown(browser)
+    browser.value("freebody.show('contacts', true)")
+    points = shown(browser)
+    assert np.any(plain != points)
+    browser.value("freebody.show('reactions', true)")
+    assert blue(shown(browser)) > blue(points)
+    # in the air there is no force of the floor
+    browser.value("freebody.seek(0.1)")
+    flight = shown(browser)
+    browser.value("freebody.show('reactions', false)")
+    assert np.array_equal(flight, shown(browser))
+
+
+def test_a_speed_jumps_in_the_page(browser, bouncing):
+    browser.open(bouncing)
+    fall = float(np.sqrt(2 * 0.3 / 9.81))
+    read = 'freebody.motion.vector(freebody.motion.channels["state y\'"].values, 1)[0]'
+    for t, expected in ((fall - 1e-4, -9.81 * fall), (fall + 1e-4, 0.5 * 9.81 * fall)):
+        browser.value(f"freebody.seek({t})")
+        assert browser.value(read) == pytest.approx(expected, rel=1e-2)
+    # no line of a curve joins the two
+    joined = browser.value(
+        "[...document.querySelectorAll('.chart')].map(c => c.querySelectorAll('polyline').length)"
+    )
+    assert max(joined) > 10

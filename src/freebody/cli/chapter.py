@@ -33,13 +33,23 @@ def chapter(number: str | None, as_json: bool, latex: bool) -> None:
         _table(chosen)
 
 
+PLURAL = {"holds": "hold", "definition": "definitions", "approximation": "approximations", "misprint": "misprints",
+          "holds under a condition": "hold under a condition"}  # fmt: skip
+
+
 def _table(chosen: list) -> None:
+    """Number and verdict, below them what is stated and the errors of an approximation."""
     counted: Counter[str] = Counter()
     for statement in chosen:
         found = statement.finding
         counted[found.verdict] += 1
-        shown = found.verdict if found.verdict == "approximation" else statement.verdict
-        click.echo(f"{statement.number:<12}{shown}\n{'':<12}  {statement.about}")
-    parts = ", ".join(f"{count} {verdict}" for verdict, count in counted.most_common())
+        rough = found.verdict == "approximation"
+        click.echo(f"{statement.number:<12}{found.verdict if rough else statement.verdict}")
+        for line in (statement.about, *(found.detail.split("; ") if rough else ())):
+            click.echo(f"{'':<14}{line}")
+    parts = ", ".join(
+        f"{count} {PLURAL.get(verdict, verdict) if count > 1 else verdict}"
+        for verdict, count in counted.most_common()
+    )
     click.echo(f"\n{len(chosen)} equations: {parts}.")
     click.echo("One with its derivation: freebody chapter 6.66")

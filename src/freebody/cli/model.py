@@ -89,14 +89,18 @@ def find(model: str) -> Any:
     FormatError, ModelError
         Neither of them; the nearest gallery name is offered.
     """
+    from ..gallery import entries
+
+    known = entries()
     path = Path(model)
+    # as the chapter writes it, too: Ex-6.2, prob_6_12
+    written = model.lower().replace(".", "-").replace("_", "-")
+    if written in known and not path.exists():
+        return known[written]
     if path.suffix or len(path.parts) > 1:
         from ..formats import read_case
 
         return FileEntry(path.name, read_case(path))
-    from ..gallery import entries
-
-    known = entries()
     if model not in known:
         hint = (
             f" For the folder of that name, give the .toml file in it: {model}/NAME.toml."

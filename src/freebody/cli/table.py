@@ -41,8 +41,8 @@ class Grid:
 def significant(value: object, digits: int = 6) -> str:
     """A number as people read it.
 
-    >>> significant(0.1 + 0.2), significant(3), significant(True), significant((1.0, 2.5))
-    ('0.3', '3', 'yes', '1, 2.5')
+    >>> significant(0.1 + 0.2), significant(3), significant(True), significant((1.0, 2.5, -0.0))
+    ('0.3', '3', 'yes', '1, 2.5, 0')
     """
     if isinstance(value, bool):
         return "yes" if value else "no"
@@ -56,6 +56,6 @@ def significant(value: object, digits: int = 6) -> str:
             else significant(listed)
         )
     try:
-        return f"{float(value):.{digits}g}"  # type: ignore[arg-type]
+        return f"{float(value) + 0.0:.{digits}g}"  # type: ignore[arg-type]
     except (TypeError, ValueError):
         return str(value)

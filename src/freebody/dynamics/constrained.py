@@ -9,7 +9,7 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §8.5 (method 2).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -172,6 +172,11 @@ def independent_rows(model: Model, state: State) -> tuple[int, ...]:
     """The conditions that are independent at a state of floats, the earlier ones kept."""
     G = np.array([[float(x) for x in row] for row in linearized(model, state).matrix]).reshape(-1, model.n_u)
     M = np.array([[float(x) for x in row] for row in mass_matrix(model, state)])
+    return independent_of(G, M)
+
+
+def independent_of(G: Any, M: Any) -> tuple[int, ...]:
+    """The rows of G that are independent, the earlier ones kept, measured by the masses M."""
     scaled = G / np.sqrt(M.diagonal())
     largest = np.linalg.norm(scaled, axis=1).max(initial=0)
     basis: list[Any] = []
@@ -197,6 +202,7 @@ def closed_coordinates(
     values: Mapping[Any, Any] | None = None,
     held: Sequence[int] = (),
     steps: int = 50,
+    look: Callable[[list[float]], tuple[Any, Any]] | None = None,
 ) -> list[float]:
     """Coordinates near ``q`` that satisfy the conditions on coordinates, by Gauss-Newton steps.
 
@@ -204,6 +210,8 @@ def closed_coordinates(
     ----------
     held : sequence of int
         Speeds whose coordinates stay as given.
+    look : function of q, optional
+        Residuals of all conditions, and G, by a faster way than Python.
 
     Raises
     ------
@@ -219,11 +227,14 @@ def closed_coordinates(
     # round-off of a machine of any size
     small = DEPENDENT * (1 + float(np.abs(q).max(initial=0)))
     for _ in range(steps):
-        state = float_state(model, q, t=t, values=values)
         try:
-            given = linearized(model, state)
-            phi = np.array([float(given.residual[i]) for i in active])
-            G = np.array([[float(given.matrix[i][j]) for j in free] for i in active])
+            if look is None:
+                given = linearized(model, float_state(model, q, t=t, values=values))
+                phi = np.array([float(given.residual[i]) for i in active])
+                G = np.array([[float(given.matrix[i][j]) for j in free] for i in active])
+            else:
+                every, matrix = look(q)
+                phi, G = every[active], matrix[np.ix_(active, free)]
         except (ZeroDivisionError, ValueError):
             phi = G = np.array([np.nan])
         if not (np.isfinite(phi).all() and np.isfinite(G).all()):
@@ -242,7 +253,7 @@ def closed_coordinates(
         step[free] = -np.linalg.lstsq(G, phi, rcond=DEPENDENT)[0]
         length = np.abs(step).max(initial=0)
         step *= min(1, 1 / length) if length > 0 else 1
-        moved = State(model, state.field, t, q, [float(x) for x in step], state.values)
+        moved = float_state(model, q, [float(x) for x in step], t, values)
         q = [a + float(b) for a, b in zip(q, coordinate_rates(model, moved), strict=True)]
         for start in model.quaternions:
             norm = float(np.linalg.norm(q[start : start + 4]))

@@ -7,7 +7,8 @@ gyroscopes              :func:`gyroscope_moments`, :func:`steady_precession`, :f
 bodies on shafts        :func:`bearing_forces`, :func:`tilted_product`, :func:`tilted_axial`, :func:`dumbbell_product`
 gyroscopic effects      :func:`small_oscillation`, :func:`wheel_torque`, :func:`curve_lean`, :func:`pitching_moment`,
                         :func:`transverse_spin`
-rotors                  :func:`jeffcott`, :func:`jeffcott_start`, :func:`gyrocompass`
+rotors                  :func:`jeffcott`, :func:`jeffcott_start`, :func:`gyrocompass`, :func:`monorail`,
+                        :func:`monorail_speed`
 spacecraft              :func:`wheel_turn`, :func:`platform_turn`, :func:`yo_yo`, :func:`cat_turn`,
                         :func:`cat_bend`, :func:`sink_rates`
 planar machines         :func:`pendulum`, :func:`pendulum_period`, :func:`hinged_bar`, :func:`cart_and_bar`,
@@ -71,7 +72,7 @@ from .planar import (
     hinged_bar,
 )
 from .rigid_body import Cones, TorqueFreeMotion
-from .rotor import gyrocompass, jeffcott, jeffcott_start
+from .rotor import gyrocompass, jeffcott, jeffcott_start, monorail, monorail_speed
 from .shaft import bearing_forces, dumbbell_product, tilted_axial, tilted_product
 from .spacecraft import cat_bend, cat_turn, platform_turn, sink_rates, wheel_turn, yo_yo
 from .spinning import curve_lean, pitching_moment, transverse_spin, wheel_torque
@@ -127,7 +128,9 @@ __all__ = [
     "jeffcott_start",
     "leaning_board",
     "least_spin",
+    "monorail",
     "monorail_car",
+    "monorail_speed",
     "pendulum",
     "pendulum_period",
     "pitching_moment",

@@ -1,4 +1,4 @@
-"""Rotors: the whirl of a Jeffcott rotor, the swing of a gyrocompass. Numbers or SymPy expressions.
+"""Rotors: whirl of a Jeffcott rotor, swing of a gyrocompass, a car kept upright. Numbers or SymPy expressions.
 
 Sources: Genta, *Dynamics of Rotating Systems*, section 2.4; Magnus, *Kreisel: Theorie und Anwendungen*, chapter 14.
 """
@@ -31,7 +31,7 @@ def jeffcott(m: Any, e: Any, k: Any, d: Any, omega: Any) -> Whirl:
 
     Examples
     --------
-    >>> round(jeffcott(5.0, 2e-4, 2e5, 60.0, 200.0).radius, 12)
+    >>> round(float(jeffcott(5.0, 2e-4, 2e5, 60.0, 200.0).radius), 12)
     0.003333333333
     """
     stiff, loss = k - m * omega**2, d * omega
@@ -68,3 +68,43 @@ def gyrocompass(theta: Any, theta_rate: Any, *, M: Any, c: Any, H: Any, I_T: Any
     """
     pull = H * horizontal * sin(theta) - I_T * horizontal**2 * sin(theta) * cos(theta)
     return -(c * theta_rate + pull) / M
+
+
+def monorail(
+    y: Any, m_C: Any, h: Any, I_C: Any, m_R: Any, a: Any, I_S: Any, I_T: Any, h_G: Any, Omega: Any, g: Any
+) -> tuple[Any, Any]:
+    """Accelerations of a car on one rail and of its gimbal, from Lagrange's equations.
+
+    With z = h_G + a cos θ and J(θ) = I_C + m_C h² + m_R z² + I_T cos²θ + I_S sin²θ::
+
+        J φ'' + J' θ' φ' + I_S Ω cos(θ) θ' = g sin(φ) (m_C h + m_R z)
+        (m_R a² + I_T) θ'' - J' φ'²/2 - I_S Ω cos(θ) φ' = m_R g a sin(θ) cos(φ)
+
+    Parameters
+    ----------
+    y : roll of the car, pitch of the gimbal [rad] and their rates [rad/s]
+    m_C, h, I_C : mass, height of the mass centre, moment of inertia of the car
+    m_R, a, I_S, I_T : rotor: mass, height above the gimbal's axis, moments about and across its axis
+    h_G, Omega, g : height of the gimbal's axis, speed of the rotor in the gimbal, gravity
+    """
+    phi, theta, roll, pitch = y
+    s, c = sin(theta), cos(theta)
+    z = h_G + a * c
+    J = I_C + m_C * h**2 + m_R * z**2 + I_T * c**2 + I_S * s**2
+    slope = -2 * m_R * z * a * s + 2 * (I_S - I_T) * s * c
+    toppling = g * sin(phi) * (m_C * h + m_R * z)
+    rolling = (toppling - slope * pitch * roll - I_S * Omega * c * pitch) / J
+    gyro = slope * roll**2 / 2 + I_S * Omega * c * roll
+    return rolling, (m_R * g * a * s * cos(phi) + gyro) / (m_R * a**2 + I_T)
+
+
+def monorail_speed(m_C: Any, h: Any, I_C: Any, m_R: Any, a: Any, I_S: Any, I_T: Any, h_G: Any, g: Any) -> Any:
+    """Smallest speed of the rotor that keeps the car of :func:`monorail` up: I_S Ω >= sqrt(A k) + sqrt(B W).
+
+    A φ'' + H θ' - W φ = 0, B θ'' - H φ' - k θ = 0 have A B s⁴ + (H² - A k - B W) s² + W k = 0, whose roots s² are
+    negative where H² - A k - B W >= 2 sqrt(A B W k).
+    """
+    A = I_C + m_C * h**2 + I_T + m_R * (h_G + a) ** 2
+    B, k = I_T + m_R * a**2, m_R * g * a
+    W = g * (m_C * h + m_R * (h_G + a))
+    return sqrt(A * k + B * W + 2 * sqrt(A * B * W * k)) / I_S

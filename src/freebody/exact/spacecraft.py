@@ -116,14 +116,14 @@ def cat_turn(J: Any, K: Any, alpha: Any, pi: Any = PI) -> Any:
 def cat_bend(J: Any, K: Any) -> Any:
     """The bend alpha with which the cat of :func:`cat_turn` turns by half a turn [rad].
 
-    (K - J) cos²α + 2 J cos α - K = 0.
+    The root of (K - J) cos²α + 2 J cos α - K = 0 between 0 and 1: cos α = K / (J + sqrt(J² + K² - J K)).
 
     Examples
     --------
     >>> round(float(cat_turn(0.015, 0.05, cat_bend(0.015, 0.05))), 9)
     3.141592654
     """
-    return arccos((sqrt(J**2 + K**2 - J * K) - J) / (K - J))
+    return arccos(K / (J + sqrt(J**2 + K**2 - J * K)))
 
 
 def sink_rates(

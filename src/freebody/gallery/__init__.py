@@ -49,6 +49,7 @@ def entries() -> Gallery:
     from .bar_on_ledge import BAR_ON_LEDGE
     from .block_and_tackle import BLOCK_AND_TACKLE
     from .board_on_truck import BOARD_ON_TRUCK
+    from .bouncing_ball import BOUNCING_BALL
     from .braking_car import BRAKING_CAR
     from .cart_and_bar import CART_AND_BAR
     from .control_moment_gyro import CONTROL_MOMENT_GYRO
@@ -64,6 +65,7 @@ def entries() -> Gallery:
     from .falling_cat import FALLING_CAT
     from .flat_spin import FLAT_SPIN
     from .four_bar import FOUR_BAR
+    from .gyro_monorail import GYRO_MONORAIL
     from .gyrocompass import GYROCOMPASS
     from .gyroscope import GYROSCOPE
     from .hinged_bar import HINGED_BAR
@@ -76,16 +78,21 @@ def entries() -> Gallery:
     from .projectile import PROJECTILE
     from .pulled_disk import PULLED_DISK
     from .reaction_wheel import REACTION_WHEEL
+    from .rocking_block import ROCKING_BLOCK
     from .rolling_disk import ROLLING_DISK
     from .rolling_down import ROLLING_DOWN
     from .satellite import SATELLITE
+    from .sleeping_top import SLEEPING_TOP
     from .slider_crank import SLIDER_CRANK
     from .sliding_body import SLIDING_BODY
     from .struck_gyroscope import STRUCK_GYROSCOPE
+    from .swing import SWING
     from .tilted_disk import TILTED_DISK
+    from .tippe_top import TIPPE_TOP
     from .torque_free import TORQUE_FREE
     from .tumbling_body import TUMBLING_BODY
     from .turboprop import TURBOPROP
+    from .turntable import TURNTABLE
     from .two_gears import TWO_GEARS
     from .two_links import TWO_LINKS
     from .whipple_bicycle import WHIPPLE_BICYCLE
@@ -98,5 +105,6 @@ def entries() -> Gallery:
         CYLINDER_ON_SHAFT, AIRFOIL, DOUBLE_PENDULUM, TWO_LINKS, SATELLITE, MOTORCYCLE, TURBOPROP,
         PROJECTILE, STRUCK_GYROSCOPE, TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS,
         BLOCK_AND_TACKLE, WHIPPLE_BICYCLE, GYROCOMPASS, JEFFCOTT, REACTION_WHEEL, CONTROL_MOMENT_GYRO,
-        YO_YO, ENERGY_SINK, FALLING_CAT, PRECESSION_PATHS, FLAT_SPIN,
+        YO_YO, ENERGY_SINK, FALLING_CAT, PRECESSION_PATHS, FLAT_SPIN, SLEEPING_TOP, GYRO_MONORAIL, SWING,
+        BOUNCING_BALL, ROCKING_BLOCK, TURNTABLE, TIPPE_TOP,
     )  # fmt: skip

@@ -134,8 +134,8 @@ def solve(case: Case) -> Solved:
              sum(change.mode != "stick" for change in swing.modes), 0, 0.5),
     )  # fmt: skip
     trajectory = case.motion(initial=begin)
-    checks += (
-        same("state against the simulation", float(trajectory.modes[0].mode == "stick"), float(rolls), 0.5),
+    as_found = same(
+        "state against the simulation", float(trajectory.modes[0].mode == "stick"), float(rolls), 0.5
     )
     plots: Plots = {
         "theta.png": saved(
@@ -144,7 +144,7 @@ def solve(case: Case) -> Solved:
         "forces.png": saved(lambda: contact_forces(trajectory)),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
-    return Solved(trajectory, answers, plots, checks)
+    return Solved(trajectory, answers, plots, (*checks, as_found))
 
 
 def derivations(case: Case, spin: Any) -> tuple[Any, Any]:

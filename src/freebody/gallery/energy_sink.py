@@ -146,7 +146,7 @@ def nutation(case: Case, trajectory: fb.Trajectory) -> np.ndarray:
 
 ENERGY_SINK = Entry(
     "energy-sink",
-    ("flat-spin", "internal-damper"),
+    ("internal-damper",),
     "Slender satellite with an inner damper goes into the flat spin (beyond the chapter)",
     (
         "spin and energy in the end",

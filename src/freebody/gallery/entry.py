@@ -52,9 +52,22 @@ class Outcome:
 
     @property
     def free_bodies(self) -> dict[str, Any]:
-        """The free-body equations of the bodies that the entry shows, by name."""
+        """The free-body equations of the bodies that the entry shows, by name.
+
+        Components are those in ground axes; where attitudes are quaternions in ground or body axes, whichever are the
+        shorter to read.
+        """
         shown = self.system.bodies if self.entry.bodies is None else self.entry.bodies
-        found = {name: self.equations.free_body(name) for name in shown if name != "ground"}
+        model = self.equations.model
+        by_quaternions = len(model.coordinate_names) > len(model.speed_names)
+
+        def one(name: str) -> Any:
+            axes = (None, name) if by_quaternions else (None,)
+            return min(
+                (self.equations.free_body(name, frame=frame) for frame in axes), key=lambda b: len(b.text())
+            )
+
+        found = {name: one(name) for name in shown if name != "ground"}
         if self.entry.held:
             found = {name: body.at(self.entry.held) for name, body in found.items()}
         return found

@@ -80,8 +80,10 @@ def solve(case: Case) -> Solved:
     in_cosine = sympy.cos(atoms["alpha"]), cosine
     squares = {sympy.sin(atoms["alpha"]) ** 2: 1 - cosine**2}
     half = sympy.fraction(sympy.together((turn - sympy.pi).subs(squares).subs(*in_cosine)))[0]
-    bends = [sympy.acos(c) for c in sympy.solve(half, cosine)]
-    found = [x for x in bends if sympy.N(case.put(x, case.values)).is_real]
+    lead, middle, last = (sympy.Poly(half, cosine).coeff_monomial(cosine**k) for k in (2, 1, 0))
+    # a form of the root that stays finite where the lead is zero; the other root is negative or above 1
+    sign = 1 if case.number(middle) > 0 else -1
+    bend = sympy.acos(-2 * last / (middle + sign * sympy.sqrt(sympy.factor(middle**2 - 4 * lead * last))))
     run = case.simulate(case["tau"], times=[0.0, case["tau"]])
     answers: Answers = {
         "psi": case.formula(
@@ -89,7 +91,7 @@ def solve(case: Case) -> Solved:
             turn, "rad", 'fb.equations(bent cat).integrals["momentum of psi"] = 0',
         ),
         "alpha_pi": case.formula(
-            "alpha with which it would turn by half a turn, from its back to its feet", found[0], "rad", "psi = pi"
+            "alpha with which it would turn by half a turn, from its back to its feet", bend, "rad", "psi = pi"
         ),
         "h": Answer("height that it has fallen", float(-run["fall_z"][-1]), "m", how="fb.simulate"),
     }  # fmt: skip

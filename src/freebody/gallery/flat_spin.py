@@ -251,10 +251,10 @@ def winding(case: Case, motion: fb.Trajectory) -> Any:
 FLAT_SPIN = Entry(
     "flat-spin",
     ("major-axis-rule", "energy-dissipation"),
-    "Flat spin of a slender satellite with a damped wheel inside (major-axis rule)",
+    "Flat spin of a slender satellite with a damped wheel (major-axis rule)",
     (
-        "angular momentum, kinetic energy at the start, and the least there can be",
-        "growth rate of the wobble: energy-sink estimate, linear equations",
+        "angular momentum, kinetic energy and its least value",
+        "growth of the wobble: energy-sink estimate, linear equations",
         "time to 45 degrees; energy and angular velocity at t_1",
     ),
     build,

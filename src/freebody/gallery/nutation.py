@@ -289,7 +289,7 @@ NUTATION = Entry(
         "frequency of the small oscillation in the linear theory",
         "theta and psi at t_1 in the linear theory",
         "theta and psi at t_1, exact (nonlinear)",
-        "path of the axis: loop, cusp or wave; order of the error of the linear theory",
+        "path of the axis; order of the error of the linear theory",
     ),
     build,
     solve,

@@ -50,7 +50,8 @@ def steady_root(case: Case, theta: str, spin: str = "Omega_zeta") -> tuple[Any, 
 def steady_rates(case: Case, theta: str, ending: str = "", spin: str = "Omega_zeta") -> Answers:
     """Answers to both rates of steady precession at the angle of that name."""
     fast, slow, there = steady_root(case, theta, spin)
-    horizontal = there and case.number(1 / fast) == 0
+    # the cosine of a right angle is not 0 in doubles
+    horizontal = there and abs(case.number(sympy.cos(case.atoms[theta]))) < 1e-15
     how = "equation of motion of theta at constant theta and psi'"
     found: Answers = {}
     for kind, rate in (("fast", fast), ("slow", slow)):

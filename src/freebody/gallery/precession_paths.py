@@ -213,9 +213,9 @@ def chart(case: Case, slow: Any, found: dict[str, Path]) -> Any:
 PRECESSION_PATHS = Entry(
     "precession-paths",
     ("loop-cusp-wave",),
-    "Loops, cusps and waves of a gyroscope's axis on the unit sphere (figures 6.11 and 6.12)",
+    "Loops, cusps and waves of a gyroscope's axis (figures 6.11, 6.12)",
     (
-        "change of the angular velocity after which the path has cusps: exact, and in the linear theory",
+        "change of the angular velocity that gives cusps: exact, linear theory",
         "three motions: path, upper limit of the axis, and psi' there",
     ),
     build,

@@ -95,15 +95,15 @@ def solve(case: Case) -> Solved:
              [contact.normal[-1], contact.tangential[-1]], bound),
     )  # fmt: skip
     trajectory = case.motion()
-    checks += (
-        same("state against the simulation", float(trajectory.modes[0].mode == "stick"), float(rolls), 0.5),
+    as_found = same(
+        "state against the simulation", float(trajectory.modes[0].mode == "stick"), float(rolls), 0.5
     )
     plots: Plots = {
         "speed.png": saved(lambda: history(trajectory, ["s'", "phi'"], title="Disk rolling down a slope")),
         "margin.png": saved(lambda: trajectory.plot_margin()),
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
-    return Solved(trajectory, answers, plots, checks)
+    return Solved(trajectory, answers, plots, (*checks, as_found))
 
 
 ROLLING_DOWN = Entry(

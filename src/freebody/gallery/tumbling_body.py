@@ -44,6 +44,8 @@ def build() -> fb.System:
 def circled(case: Case, moments: np.ndarray, H: float, T: float) -> str:
     """The axis that omega circles in the body: of the smallest moment if H² < 2 T I_middle, else of the largest."""
     low, middle, high = np.argsort(moments, kind="stable")
+    if sum(case[f"w_{axis}"] != 0 for axis in "xyz") < 2:
+        return "none: it turns steadily"
     return "xyz"[low if 2 * T * moments[middle] > H**2 else high]
 
 

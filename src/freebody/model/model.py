@@ -152,6 +152,8 @@ class Model:
     @property
     def signals(self) -> tuple[Any, ...]:
         """Signals in the machine's expressions, with their symbols."""
+        if not self.names.signals:
+            return ()
         own = {parameter.name for parameter in self.parameters}
         return tuple(one for one in self.names.signals.values() if one.symbols[0].name in own)
 

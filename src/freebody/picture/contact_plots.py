@@ -52,7 +52,7 @@ def friction_margin(trajectory: Trajectory, contacts: Any = None, ax: Axes | Non
     >>> import freebody as fb
     >>> s = fb.System("block")
     >>> s.gravity = (3, -9, 0)
-    >>> block = s.body("block", fb.particle(2))
+    >>> block = s.body("block", fb.sphere(2, 0.1))
     >>> joint = s.planar("plane", s.ground, block, coordinate="x y phi")
     >>> floor = s.contact("floor", block.point(0, 0, 0), s.ground.plane(), friction=0.5)
     >>> ax = fb.plot.friction_margin(fb.simulate(s, 1.0))

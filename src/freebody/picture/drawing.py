@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import FormatError
+from ..formats.files import replacing
 from .labels import outline
 from .sheet import Arrow, Circle, Label, Sheet, Style, flat
 from .svg import svg
@@ -51,7 +52,7 @@ class Drawing:
         Raises
         ------
         FormatError
-            Another ending.
+            Another ending; a place that can not be written.
         """
         path = Path(path)
         ending = path.suffix.lower()
@@ -59,12 +60,13 @@ class Drawing:
             raise FormatError(
                 f"Expected a file name that ends in {', '.join(FORMATS)} for a drawing, got '{path.name}'."
             )
-        if ending == ".svg":
-            path.write_text(self.svg, encoding="utf-8")
-        elif ending == ".tex":
-            path.write_text(self.tikz, encoding="utf-8")
-        else:
-            self.figure().savefig(path, dpi=dpi, format=ending[1:])
+        with replacing(path) as new:
+            if ending == ".svg":
+                new.write_text(self.svg, encoding="utf-8")
+            elif ending == ".tex":
+                new.write_text(self.tikz, encoding="utf-8")
+            else:
+                self.figure().savefig(new, dpi=dpi, format=ending[1:])
 
     def figure(self) -> Any:
         """The drawing as a matplotlib Figure of its true size, the same outlines as in the SVG."""

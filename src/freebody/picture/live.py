@@ -10,12 +10,13 @@ from threading import Lock
 from typing import Any
 
 from ..dynamics.state import float_state, rest_coordinates
-from ..equations.equations import Equations
+from ..equations.equations import Equations, equations
 from ..errors import FormatError, FreebodyError, ModelError, SimulationError
 from ..formats.case import Case
 from ..model.assemble import assemble
 from ..simulate.simulate import simulate
 from .animation import animation
+from .phases_drawn import lasting
 from .report import LARGEST, charts, formulas
 
 LENGTH = 10.0
@@ -130,6 +131,7 @@ class Live:
             tolerance=1e-8 if self.case.tolerance is None else self.case.tolerance,
         )  # fmt: skip
         scene = animation(trajectory)
+        self._seen = trajectory
         return {"scene": scene, "charts": charts(scene)}
 
     def _sliders(self) -> list[dict[str, Any]]:
@@ -171,7 +173,14 @@ class Live:
     def _equations(self) -> str:
         if self.model.n_u > LARGEST:
             return "<p>Not shown for a machine of this size.</p>"
-        return formulas(Equations(self.model).mathml())
+        sets = [one for one in lasting(self._seen) if set(one[0].values()) != {"open"}]
+        if not sets:
+            return formulas(Equations(self.model).mathml())
+        modes, _ = max(sets, key=lambda one: one[1])
+        words = ", ".join(f"{name} {mode}" for name, mode in modes.items())
+        return f"<p>While contacts are: {escape(words)}</p>" + formulas(
+            equations(self.model, modes=modes).mathml()
+        )
 
 
 def problem(error: FreebodyError) -> dict[str, Any]:

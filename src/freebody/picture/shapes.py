@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ..describe.constraint import Rolling, Rope
 from ..describe.load import Damper, Force, Spring
 from ..dynamics.state import State, float_state
+from ..errors import ModelError
 from ..model.closure import Closure
 from ..model.model import Model, Place
 from ..scalar.algebra import floats
@@ -237,6 +238,13 @@ def _pieces(state: State, shape: Shape, size: float) -> list[Primitive]:
         dimensions = _revolved(state, shape)
     else:
         dimensions = {name: _number(state, value) for name, value in shape.dimensions}
+    for name, value in dimensions.items():
+        least = value if isinstance(value, float) and name != "inner" else 1.0
+        if not (least > 0 and math.isfinite(least)):
+            raise ModelError(
+                f"Expected positive dimensions to draw a {shape.kind.replace('_', ' ')}, got {name} = {value:g}. Give "
+                f"other values to the parameters it depends on."
+            )
     if shape.kind == "particle":
         dimensions["radius"] = PARTICLE * size
     R = np.array([[float(x) for x in row] for row in state.matrix(shape.axes)])

@@ -426,7 +426,7 @@ class _Loop:
 
     def memory(self) -> tuple[Any, ...]:
         """Of one thread: in the order of the arguments, in three groups."""
-        n, w, m = self.n, self.w, self.program.watched
+        n, m = self.n, self.program.watched
         size = int(self.sizes[at.N_WORK])
         events = layout.most_events(m)
         largest = max(2, len(self.job.asked.reduced), self.program.dropped)

@@ -1,8 +1,8 @@
 """Results of a batch as a dataset, in memory or in a file that is filled lane by lane.
 
-The file is laid out whole before the first lane runs: every variable has its place and its size, filled with nan. Later
-only numbers are written into these places, first the results of a lane and then how it ended; a run that is stopped, even
-by force, leaves a file that can be read, and goes on with the lanes that are still waiting.
+The file is laid out whole before the first lane runs: every variable has its place and its size, filled with nan.
+Later only numbers are written into these places, first the results of a lane and then how it ended; a run that is
+stopped, even by force, leaves a file that can be read, and goes on with the lanes that are still waiting.
 """
 
 from __future__ import annotations
@@ -156,7 +156,8 @@ class Store:
         self.mark = _mark(job)
         if not self.path.parent.is_dir():
             raise SimulationError(
-                f"Can not write '{self.path}': there is no folder '{self.path.parent}'. Make it, or choose another path."
+                f"Can not write '{self.path}': there is no folder '{self.path.parent}'. Make it, or choose another "
+                "path."
             )
         if self.path.exists():
             self._check()

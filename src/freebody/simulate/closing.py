@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..dynamics import mass_matrix
-from ..dynamics.constrained import closed_coordinates, independent_rows
+from ..dynamics.constrained import closed_coordinates, independent_of
 from ..dynamics.constraints import linearized, rows
 from ..dynamics.state import float_state
 from ..errors import ModelError, SimulationError
@@ -36,8 +36,11 @@ def closed_start(
     near: Mapping[Any, Any],
     t: float,
     project: bool,
+    kernels: Kernels | None = None,
 ) -> tuple[NDArray[np.float64], tuple[int, ...]]:
     """State (q, u) on the constraints, and the conditions that are independent there.
+
+    With ``kernels`` the conditions are evaluated in machine code.
 
     Raises
     ------
@@ -51,18 +54,26 @@ def closed_start(
     q, u = y[: model.n_q].tolist(), y[model.n_q :]
     held = () if project else _held(model, named)
     try:
-        q = closed_coordinates(model, q, t, values, held)
+        look = None if kernels is None else _Looking(kernels, values, t)
+        q = closed_coordinates(model, q, t, values, held, look=look)
     except ModelError as error:
         raise SimulationError(
             f"The initial state is off the constraints of '{model.name}'. {error} Coordinates that are named stay as "
             f"given: leave some out and they are solved for (near= tells where to look), or pass project=True "
             f"to move all of them to the nearest closed position."
         ) from None
-    state = float_state(model, q, u.tolist(), t, values)
-    active = independent_rows(model, state)
+    if look is None:
+        state = float_state(model, q, u.tolist(), t, values)
+        given = linearized(model, state)
+        G = np.array([[float(x) for x in row] for row in given.matrix]).reshape(-1, model.n_u)
+        psi = np.array([float(x) for x in given.rate])
+        M = np.array([[float(x) for x in row] for row in mass_matrix(model, state)])
+    else:
+        G, psi, M = look.motion(q, u)
+    active = independent_of(G, M)
     fixed = [] if project else [i - model.n_q for i in sorted(named) if i >= model.n_q]
     y[: model.n_q] = q
-    y[model.n_q :] = _speeds(model, state, u, fixed)
+    y[model.n_q :] = _speeds(model, G, psi, M, u, fixed)
     return y, active
 
 
@@ -84,6 +95,30 @@ def nearly_dependent(model: Model, state: Any, active: tuple[int, ...]) -> tuple
     parts = np.abs(U[:, -1])
     names = [row.name for row in rows(model)]
     return tuple(names[active[k]] for k in np.flatnonzero(parts > 0.1 * parts.max()))
+
+
+class _Looking:
+    """The conditions at a configuration, by the compiled functions of :meth:`Kernels.closing`."""
+
+    def __init__(self, kernels: Kernels, values: Mapping[str, float], t: float) -> None:
+        self.n_u = kernels.model.n_u
+        self.program = kernels.closing()
+        self.constants = self.program.constants(kernels.parameters(values))
+        self.t = np.array([float(t)])
+
+    def _of(self, name: str, q: Any, u: Any) -> Any:
+        y = np.concatenate([q, u])[None]
+        return observe(self.program.address(name), self.program.outputs(name), self.t, y, self.constants)[0]
+
+    def __call__(self, q: list[float]) -> tuple[Any, Any]:
+        """Residuals and G."""
+        u = np.zeros(self.n_u)
+        return self._of("residual", q, u), self._of("matrix", q, u).reshape(-1, self.n_u)
+
+    def motion(self, q: Any, u: Any) -> tuple[Any, Any, Any]:
+        """G, ψ and M."""
+        G = self._of("matrix", q, u).reshape(-1, self.n_u)
+        return G, self._of("rate", q, u), self._of("mass", q, u).reshape(self.n_u, self.n_u)
 
 
 def check_redundant(kernels: Kernels, program: Program, path: Path) -> None:
@@ -129,13 +164,9 @@ def _held(model: Model, named: set[int]) -> tuple[int, ...]:
     return tuple(sorted(held))
 
 
-def _speeds(model: Model, state: Any, u: Any, fixed: list[int]) -> Any:
+def _speeds(model: Model, G: Any, psi: Any, M: Any, u: Any, fixed: list[int]) -> Any:
     """Speeds with G u + g = 0 that change the motion of the masses least, those ``fixed`` unchanged."""
-    given = linearized(model, state)
-    G = np.array([[float(x) for x in row] for row in given.matrix]).reshape(-1, model.n_u)
-    psi = np.array([float(x) for x in given.rate])
     free = [j for j in range(model.n_u) if j not in fixed]
-    M = np.array([[float(x) for x in row] for row in mass_matrix(model, state)])
     root = np.linalg.cholesky(M[np.ix_(free, free)])
     step = np.linalg.solve(root.T, -np.linalg.pinv(np.linalg.solve(root, G[:, free].T).T, rcond=MISSED) @ psi)
     result = u.copy()

@@ -20,6 +20,8 @@ from ..space.rotation import Rotation
 
 def number(model: Model, values: Mapping[str, float], given: Any, what: str) -> float:
     """A finite number from a number, or an expression or text of the parameters."""
+    if type(given) in (int, float) and math.isfinite(given):
+        return float(given)
     expression = model.names.expression(given, what)
     if isinstance(expression, sympy.Basic):
         moving = model.names.depends(expression, "coordinate", "speed", "time")
@@ -113,7 +115,7 @@ def named_state(
 
 
 def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
-    """Whether a value of a parameter, or of the start, has an axis of lanes; four components of a quaternion are none."""
+    """Whether a value of a parameter, or of the start, has an axis of lanes (the components of a quaternion do not)."""
 
     def many(value: Any, own: int) -> bool:
         if isinstance(value, str) or not isinstance(value, list | tuple | np.ndarray):

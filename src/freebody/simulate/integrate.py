@@ -30,6 +30,7 @@ from .path import (
     Rates,
     Watch,
     observe,
+    work_room,
 )
 
 _STATUS = {
@@ -40,6 +41,8 @@ _STATUS = {
     layout.DIVERGED: DIVERGED,
     layout.STIFF: STIFF,
 }
+FINEST_OF_SUMS = 1e-14
+"""Relative tolerance below which explicit sums of many steps lose more to round-off than the steps err."""
 _PIECE = 0.1  # seconds between two looks at the keyboard
 _MEMORY = 1 << 25  # bytes of one buffer at most
 
@@ -72,6 +75,7 @@ def integrate(
     method: str = "dop853",
     step: float | None = None,
     until_stiff: bool = False,
+    budget: int | None = None,
     supply: Callable[[], tuple[int, tuple[int, ...]]] | None = None,
 ) -> Path:
     """The path from ``state`` at ``start`` to ``until`` (earlier than ``start``: backwards in time).
@@ -91,6 +95,8 @@ def integrate(
     method               "dop853", "dop54", "radau", "gauss" or "structure" (`loop.SOURCES`)
     step                 length of all steps, whatever their error; made a little shorter, so that a whole number fits
     supply               makes more steps for "taylor": how many there are now, and ``rates.others``; none is the end
+    budget               of a long run, tighten the tolerances after so many steps, so that the errors of all that are
+                         still to come together stay within the errors of as many steps again
     until_stiff          stop, with the status STIFF, where an explicit method is limited by stability and far from done
     """
     loop.use(method)
@@ -127,6 +133,7 @@ def integrate(
     largest = max(16, _MEMORY // (8 * (y.size + 2)))
     room = min(256, largest)
     left = math.inf if max_steps is None else max_steps
+    steps = 0
     waiting = 0  # steps that were supplied and not yet taken
     pieces: list[_Piece] = []
     status = ""
@@ -139,10 +146,15 @@ def integrate(
                     status = NOT_FINITE
                     break
             # a piece is appended whole: wherever the keyboard interrupts, the pieces fit together
-            pieces.append(run.piece(int(min(room, left, waiting or room))))
+            allowed = room if budget is None or steps >= budget else min(room, budget - steps)
+            pieces.append(run.piece(int(min(allowed, left, waiting or room))))
             clock = perf_counter() - clock
             done = pieces[-1].times.size
             left -= done
+            steps += done
+            if steps == budget and done:
+                # the same place whatever the computer's speed: a run can be repeated to the last bit
+                _tighten(run, steps, start, pieces[-1].end, until, layout.ORDERS[method], rtol, atol)
             waiting -= min(waiting, done)
             if pieces[-1].code != layout.RUNNING:
                 status = _STATUS[pieces[-1].code]
@@ -173,6 +185,18 @@ def integrate(
     )
 
 
+def _tighten(
+    run: _Run, steps: int, start: float, now: float, until: float, order: int, rtol: Array, atol: Array
+) -> None:
+    """Tolerances for the rest of a long run: ε' N' = ε ``steps``, with N' = N (ε/ε')^(1/p) steps still to come."""
+    ahead = steps * (until - now) / (now - start)
+    factor = (steps / ahead) ** (order / (order - 1)) if ahead > steps else 1.0
+    factor = max(factor, min(1.0, FINEST_OF_SUMS / float(np.min(rtol)) if rtol.size else 1.0))
+    rtol *= factor
+    atol *= factor
+    run.reals[layout.STEP] *= factor ** (1 / order)
+
+
 class _Run:
     """The arrays that the compiled loop works on, from one piece to the next."""
 
@@ -190,7 +214,7 @@ class _Run:
         self.n, self.method = n, method
         self.reals = np.zeros(layout.REALS)
         self.integers = np.zeros(layout.INTEGERS, dtype=np.int64)
-        work = np.zeros(layout.rows(method, n) * width)
+        work = work_room(method, n)
         self.state = work[layout.STATE * width :][:n]
         self.state[:] = y
         work[:n] = f

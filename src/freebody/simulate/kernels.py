@@ -27,12 +27,14 @@ from ..dynamics import (
     State,
     coordinate_rates,
     kinetic_energy,
+    mass_matrix,
     poses,
     potential_energy,
     traced_state,
 )
 from ..dynamics.constrained import position_correction, speed_correction
 from ..dynamics.constraints import linearized, rows
+from ..dynamics.mobility import check_bodies
 from ..dynamics.motion import all_reactions, motion, total_power
 from ..errors import ModelError
 from ..model import Model, assemble
@@ -70,6 +72,8 @@ class Kernels:
         self._programs: dict[Any, Program] = {}
         self._work: bool | None = None
         self._names_dropped: tuple[str, ...] = ()
+        self._defaults: dict[str, float] | None = None
+        self._checked: dict[str, float] | None = None
 
     def holding(self, active: tuple[int, ...]) -> Kernels:
         """The programs of a constrained model with these independent conditions."""
@@ -94,6 +98,20 @@ class Kernels:
         """Names of the components of y."""
         work = ("work",) if self.works else ()
         return (*self.model.coordinate_names, *self.model.speed_names, *work)
+
+    def values(self, given: Mapping[Any, Any] | None) -> dict[str, float]:
+        """Values of all parameters by name (:meth:`Model.values`); the defaults are read once."""
+        if given:
+            return self.model.values(given)
+        if self._defaults is None:
+            self._defaults = self.model.values()
+        return dict(self._defaults)
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """That the bodies can move (:func:`check_bodies`), unless that was seen for these values last time."""
+        if self._checked != values:
+            check_bodies(self.model, values)
+            self._checked = dict(values)
 
     def parameters(self, values: Mapping[str, float]) -> Array:
         """Values in the order of the model's parameters."""
@@ -144,6 +162,20 @@ class Kernels:
             return {**found, "dropped": [x for pair in left.values() for x in pair]} if left else found
 
         return self._large() or self._program("motion", functions)
+
+    def closing(self) -> Program:
+        """Functions of a constrained model: ``residual`` and ``rate`` of all conditions, their ``matrix`` G, ``mass`` M."""
+
+        def functions(state: State) -> dict[str, Sequence[Any]]:
+            given = linearized(self.model, state)
+            return {
+                "residual": list(given.residual),
+                "rate": list(given.rate),
+                "matrix": [x for row in given.matrix for x in row],
+                "mass": [x for row in mass_matrix(self.model, state) for x in row],
+            }
+
+        return self._program("closing", functions)
 
     @property
     def dropped(self) -> tuple[str, ...]:

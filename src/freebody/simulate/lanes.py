@@ -1,7 +1,7 @@
 """The loop over lanes: many runs of one machine, one after another, without Python between them.
 
-A lane is a run with its own parameters and start. It goes through the loop of `stepping` exactly as a run alone does: the
-same first step, the same control, the same states between steps, to the last bit. What a lane leaves is what was asked
+A lane is a run with its own parameters and start. It goes through the loop of `stepping` exactly as a run alone does:
+the same first step, the same control, the same states between steps, to the last bit. What a lane leaves is what was asked
 for: outputs at given times, extremes, first and last times of events, and how it ended; its steps are forgotten.
 
 Outputs at given times are ends of shorter steps (`stepping.sample`), made in memory of their own, so that they do not
@@ -137,7 +137,9 @@ def first_length(
 
 
 @part
-def widen(kernel: int, t: float, states: Reals, place: int, c: Reals, spare: Reals, count: int, reduced: Reals, j: int) -> None:  # fmt: skip
+def widen(
+    kernel: int, t: float, states: Reals, place: int, c: Reals, spare: Reals, count: int, reduced: Reals, j: int
+) -> None:  # fmt: skip
     """Greatest, smallest and last value of each of ``count`` quantities, with those at one more state."""
     call(kernel, t, states, place, c, spare, 0)
     for k in range(count):

@@ -45,6 +45,7 @@ LIBRARIES = frozenset(
 )
 """Functions of C that the code may call, if this process has them."""
 
+_REAL, _WHOLE = np.dtype(np.float64), np.dtype(np.int64)
 _ONE = threading.Lock()
 _DECLARED = re.compile(r'^declare [^@\n]*@"?([^"(\n]+)"?\(', re.MULTILINE)
 _OUTSIDE = re.compile(r'^@"?([^"=\n]+?)"? = (?:external|extern_weak) ', re.MULTILINE)
@@ -75,15 +76,18 @@ class Function:
 
 def _passed(value: Any, kind: str) -> int | None:
     """What C gets of a value: an integer, or the address of the first number."""
-    if not isinstance(value, np.ndarray):
+    if value.__class__ is not np.ndarray:
         return value
-    number = np.float64 if kind == "Reals" else np.int64
-    if value.dtype != number or not value.flags.c_contiguous:
+    number = _REAL if kind == "Reals" else _WHOLE
+    if value.dtype is not number and value.dtype != number or not value.flags.c_contiguous:
         raise TypeError(
-            f"Expected a contiguous array of {number.__name__} for the compiled loop, got {value.dtype} of shape "
+            f"Expected a contiguous array of {number.name} for the compiled loop, got {value.dtype} of shape "
             f"{value.shape}. np.ascontiguousarray(..., dtype=...) makes one."
         )
-    return int(value.ctypes.data)
+    try:  # several times as fast as .ctypes.data
+        return ctypes.addressof(ctypes.c_char.from_buffer(value))
+    except (ValueError, TypeError):  # nothing in it, or not to be written
+        return int(value.ctypes.data)
 
 
 def loop(method: str = "dop853") -> Loop:

@@ -23,15 +23,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SimulationError, nearest
-from .integrate import integrate
+from .integrate import FINEST_OF_SUMS, integrate
 from .kernels import Kernels
 from .path import STIFF, Path, Rates
 
 METHODS = ("auto", "dop853", "dop54", "radau", "gauss", "taylor", "structure", "timestepping")
 
 
-FINE = 1e-14
+FINE = FINEST_OF_SUMS
 """Tolerances below it are left to compensated sums."""
+
+BUDGET = 30_000
+"""Of "auto": the errors of all steps of a run together are at most those of twice so many steps at the tolerance."""
 
 
 def check_method(method: Any, step: Any) -> None:
@@ -81,7 +84,7 @@ def run(
         )
     if np.min(options["relative"]) < FINE:
         return integrate(rates, *arguments, method="gauss", **options)
-    path = integrate(rates, *arguments, until_stiff=True, **options)
+    path = integrate(rates, *arguments, until_stiff=True, budget=BUDGET, **options)
     if path.status != STIFF:
         return path
     # from the start again: a path is of one method, and the little that was done tells nothing

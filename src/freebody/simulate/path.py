@@ -139,7 +139,7 @@ class Path:
         quaternions = self.rates.corrections
         relative, absolute = (np.ones(n) if x is None else x for x in (self.relative, self.absolute))
         loop.sample(
-            self.method, self.rates.address, n, self.rates.constants, np.zeros(rows(self.method, n) * width), width,
+            self.method, self.rates.address, n, self.rates.constants, work_room(self.method, n), width,
             quaternions, len(self.rates.quaternions), self.steps, self.times, self.lengths, self.states, int(dense),
             wanted.size, wanted, result, relative, absolute, np.zeros(INTEGERS, dtype=np.int64),
         )  # fmt: skip
@@ -150,6 +150,15 @@ class Path:
                 f"{wanted[lost][0]:g}. Shorter steps do: pass a smaller max_step= (or step=), or times= at the steps."
             )
         return result
+
+
+def work_room(method: str, n: int) -> Array:
+    """The work array of a method for n components, from the start of a line of the cache: rows that lie across two are
+    read and written in two parts."""
+    size, line = rows(method, n) * padded(n), 64
+    room = np.zeros(size + line // 8)
+    first = -room.ctypes.data % line // 8
+    return room[first : first + size]
 
 
 def observe(address: int, outputs: int, times: Array, states: Array, constants: Array) -> Array:

@@ -84,9 +84,10 @@ def unknowns_of(model: Model, names: Any, initial: Mapping[Any, Any], what: str)
                 continue
             expression = model.names.expression(value, f"the initial value of '{name}'")
             if isinstance(expression, sympy.Basic) and expression.free_symbols:
+                others = ", ".join(sorted(map(str, expression.free_symbols)))
                 raise SimulationError(
                     f"Expected a number for the initial value of '{name}', since its derivative is asked for in "
-                    f"{what}, got '{value}'. Ask for the derivatives by {', '.join(map(str, sorted(expression.free_symbols, key=str)))}."
+                    f"{what}, got '{value}'. Ask for the derivatives by {others}."
                 )
     return tuple(result)
 
@@ -255,8 +256,8 @@ class Variation:
             step, *_ = np.linalg.lstsq(A, b, rcond=1e-11)
             if np.abs(A @ step - b).max(initial=0) > 1e-7 * (1 + np.abs(b).max(initial=0)):
                 raise SimulationError(
-                    f"The start can not follow a change of '{one.name}': the constraints of '{model.name}' hold what is "
-                    f"named in initial ({', '.join(map(str, initial)) or 'nothing'}). Name less, so that the rest can "
+                    f"The start can not follow a change of '{one.name}': the constraints of '{model.name}' hold what "
+                    f"is named in initial ({', '.join(map(str, initial)) or 'nothing'}). Name less, so that the rest can "
                     "follow, or use near=."
                 )
             result[j, free] += step

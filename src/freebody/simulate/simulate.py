@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..dynamics.mobility import check_bodies, massless_motion
+from ..dynamics.mobility import massless_motion
 from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
 from ..model.values import check_assumptions
@@ -167,7 +167,8 @@ def simulate(
             raise SimulationError("Expected one motion for sensitivities=, got a batch. Leave one out.")
         if tuple(impulses if isinstance(impulses, list | tuple) else [impulses]):
             raise SimulationError(
-                "Expected a batch without impulses=, which change the speeds between steps. Run such motions one by one."
+                "Expected a batch without impulses=, which change the speeds between steps. Run such motions one by "
+                "one."
             )
         return simulate_batch(
             s, until, initial=initial, near=near, project=project, values=values, tolerance=tolerance, events=events,
@@ -177,10 +178,10 @@ def simulate(
     if model.contacts and method != "timestepping":
         check_method_of_contacts(method, step)
     check_method(method, step)
-    numbers = model.values(values)
+    numbers = kernels.values(values)
     begin = number(model, numbers, start, "start")
     numbers = at_time(model, numbers, begin)
-    check_bodies(model, numbers)
+    kernels.check(numbers)
     check_assumptions(model, numbers)
     end = number(model, numbers, until, "until")
     if times is not None and samples is not None:
@@ -194,7 +195,7 @@ def simulate(
     expressions = expressions_of(model, specs)
     check_signals(model)
     if model.constraints:
-        state, active = closed_start(model, numbers, initial or {}, near or {}, begin, project)
+        state, active = closed_start(model, numbers, initial or {}, near or {}, begin, project, kernels)
         kernels = kernels.holding(active)
     else:
         state = initial_state(model, numbers, initial or {})

@@ -319,7 +319,13 @@ def _in_epsilon(expression: Any) -> Any:
     """With Ω_ζ such that the small quantity is ε."""
     k = top()
     spin = sympy.sqrt(4 * _mgl() * k["I_xi"] * cos(theta_0) / SLOW) / k["I_zeta"]
-    return sympy.sympify(expression).subs(k["Omega_zeta"], spin).subs(numbers())
+    put = sympy.sympify(expression).subs(k["Omega_zeta"], spin).subs(numbers())
+    half = sympy.Rational(1, 2)
+    # sqrt(c/ε - c) = sqrt(c) sqrt(1 - ε)/sqrt(ε)
+    apart = put.replace(
+        lambda x: x.is_Pow and x.exp == half and x.base.is_Add, lambda x: sympy.sqrt(sympy.factor(x.base))
+    )
+    return sympy.expand(apart)
 
 
 def _limits() -> list[Approximation]:
@@ -344,8 +350,14 @@ def _steady_momentum() -> list[Approximation]:
     small = _in_epsilon(k["I_xi"] * slow * sin(theta_0) / (k["I_zeta"] * k["Omega_zeta"]))
     return [
         Approximation(
-            sympy.Symbol("|H_0|/(I_zeta Omega_zeta)"), 1 + small, sympy.Integer(1), SLOW, epsilon(), {}
-        )
+            sympy.Symbol("|H_0 - I_zeta Omega_zeta k|/(I_zeta Omega_zeta)"),
+            small,
+            sympy.Integer(0),
+            SLOW,
+            epsilon(),
+            {},
+            scale=1,
+        )  # fmt: skip
     ]
 
 

@@ -86,7 +86,8 @@ def _eq(left: Any, right: Any) -> Any:
 class Approximation:
     """An exact expression, its approximation, and the quantity that is small.
 
-    ``at`` holds numbers for all other symbols; ``small`` is the value that is ordinary in the chapter.
+    ``at`` holds numbers for all other symbols; ``small`` is the value that is ordinary in the chapter. ``scale`` is
+    what the error is compared with where it is not the exact expression, as for a part that is left out.
     """
 
     name: Any
@@ -95,6 +96,7 @@ class Approximation:
     symbol: Any
     small: Any
     at: Mapping[Any, Any]
+    scale: Any = None
 
     def error(self, size: Any) -> Any:
         """The difference at a size of the small quantity."""
@@ -111,9 +113,10 @@ class Approximation:
 
     @cached_property
     def relative_error(self) -> float:
-        """The error at the ordinary size, divided by the exact value there."""
+        """The error at the ordinary size, divided by the exact value there, or by the scale."""
         numbers = {**self.at, self.symbol: self.small}
-        exact = sympy.N(sympy.sympify(self.exact).xreplace(numbers), DIGITS)
+        whole = self.exact if self.scale is None else self.scale
+        exact = sympy.N(sympy.sympify(whole).xreplace(numbers), DIGITS)
         return float(abs(self.error(self.small) / exact)) if exact else float(abs(self.error(self.small)))
 
     @cached_property
@@ -204,7 +207,10 @@ class Statement:
         rows += ["", f"  by the library: {self.call}"]
         for i, line in enumerate(found.lines):
             if found.verdict == "approximation":
-                rows.append(f"    exactly: {_written(line.derived)}")
+                exact = (
+                    _written(line.derived) if line.derived.lhs != line.derived.rhs else "the left side itself"
+                )
+                rows.append(f"    exactly: {exact}")
             elif i in found.wrong:
                 rows.append(f"    line {i + 1}, printed minus derived: {text_of(_tidy(line.residual))}")
             else:
@@ -254,7 +260,7 @@ class Statement:
 
 def _approximation(rough: Sequence[Approximation], lines: tuple[Line, ...]) -> Finding:
     parts = [
-        f"{x.name}: error of order {x.order} in {x.symbol}, {x.relative_error:.1e} of it at {x.symbol} = "
+        f"{x.name}: error of order {x.order} in {x.symbol}, relative {x.relative_error:.1e} at {x.symbol} = "
         f"{float(sympy.N(x.small)):.3g}"
         for x in rough
     ]

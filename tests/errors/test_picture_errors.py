@@ -1,0 +1,107 @@
+"""What the commands and functions of pictures refuse, and in which words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import freebody as fb
+from freebody.cli import command
+from freebody.errors import FormatError, FreebodyError, ModelError
+
+MODEL = """\
+name = "disk"
+gravity = [0, "-9.81", 0]
+[parameters]
+R = 0.3
+[bodies.disk]
+solid = "disk"
+mass = 2
+radius = "R"
+[joints.plane]
+type = "planar"
+child = "disk"
+coordinate = ["x", "y", "phi"]
+[contacts.floor]
+feature = { body = "disk", shape = "circle", radius = "R" }
+surface = { shape = "plane", normal = "y" }
+friction = 0.3
+[initial]
+y = 0.3
+[run]
+until = 0.2
+"""
+
+CASES = {
+    "unknown body": (
+        ("draw", "--body", "dsk"),
+        "expected a body of 'disk' or 'all', got 'dsk'; did you mean 'disk'",
+    ),
+    "unknown coordinate": (("draw", "--at", "q=3"), "Unknown name 'q' in at"),
+    "unknown contact": (("draw", "--body", "disk", "--mode", "flor=stick"), "did you mean 'floor'"),
+    "negative time": (("draw", "--at", "-1"), "expected a time of 0 s or later"),
+    "ending": (("draw", "-o", "x.jpg"), "expected a file name that ends in .svg, .pdf, .png, .tex"),
+    "no folder": (("draw", "-o", "/no/such/folder/x.svg"), "Expected an existing folder for"),
+    "no permission": (("draw", "-o", "/proc/x.svg"), "Can not write '/proc/x.svg'"),
+    "negative radius": (
+        ("draw", "--set", "R=-1"),
+        "Expected positive dimensions to draw a disk, got radius = -1",
+    ),
+    "radius of zero": (
+        ("draw", "--set", "R=0"),
+        "Expected positive dimensions to draw a disk, got radius = 0",
+    ),
+    "report without folder": (("report", "-o", "/no/such/folder/x.html"), "Expected an existing folder for"),
+    "report without permission": (("report", "-o", "/proc/x.html"), "Can not write '/proc/x.html'"),
+    "report backward": (("report", "--until", "-3"), "Expected a time greater than 0, got -3"),
+    "report of nothing": (("report", "--set", "Q=1"), "expected a parameter of 'disk', got 'Q'"),
+    "run into nothing": (("run", "-o", "/proc/zz"), "Can not make the folder '/proc/zz'"),
+    "view at no port": (("view", "--port", "99999"), "99999 is not in the range"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_command_says_what_is_wrong(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    (name, *arguments), message = CASES[case]
+    monkeypatch.chdir(tmp_path)
+    Path("disk.toml").write_text(MODEL)
+    found = CliRunner().invoke(command, [name, "disk.toml", *arguments])
+    text = found.output + str(found.exception)
+    assert found.exit_code != 0 and message in text
+    # main() shows FreebodyError and the errors of click as one line; anything else would be a traceback
+    assert isinstance(found.exception, FreebodyError | SystemExit)
+    assert [p.name for p in tmp_path.iterdir()] == ["disk.toml"]
+
+
+def disk(name: str = "disk") -> fb.System:
+    s = fb.System("disk")
+    body = s.body(name, fb.disk(2, 0.3))
+    s.planar("plane", s.ground, body, coordinate="x y phi")
+    return s
+
+
+def test_a_drawing_is_written_whole_or_not_at_all(tmp_path: Path):
+    path = tmp_path / "x.svg"
+    drawing = fb.draw(disk())
+    drawing.save(path)
+    before = path.read_bytes()
+    with pytest.raises(FormatError, match="Expected an existing folder"):
+        drawing.save(tmp_path / "no" / "x.svg")
+    with pytest.raises(FormatError, match="got the folder"):
+        (tmp_path / "y.svg").mkdir()
+        drawing.save(tmp_path / "y.svg")
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["a_b", "body of mine", "x&y", "Körper"])
+def test_strange_names_are_text(name: str):
+    try:
+        s = disk(name)
+    except ModelError:
+        return  # names that equations can not bear are refused where they are given
+    from xml.etree import ElementTree
+
+    for svg in (fb.draw(s).svg, fb.free_body_diagram(s, name).svg):
+        ElementTree.fromstring(svg)

@@ -1,0 +1,140 @@
+"""Bouncing ball, rocking block, ball on a turntable, tippe top: their answers against closed forms and laws."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import sympy
+from scipy.integrate import quad
+
+from chapter_answers import check_formulas, check_numbers, compare, outcome
+from freebody.errors import ModelError
+from freebody.exact.elementary import arctan, cos, sin, sqrt
+
+
+def bouncing_ball(p):
+    e, h, g, v = (p[name] for name in ("e", "h", "g", "v"))
+    first = sqrt(2 * h / g)
+    over = first * (1 + e) / (1 - e)
+    return {
+        "t_1": first, "v_1": g * first, "T": over, "way": h * (1 + e**2) / (1 - e**2), "x_T": v * over,
+        "R_over": p["R"], "E_rest": p["m"] * v**2 / 2,
+    }  # fmt: skip
+
+
+def test_bouncing_ball():
+    check_numbers("bouncing-ball", bouncing_ball, e=0.5, v=-1.0)
+    check_formulas("bouncing-ball", bouncing_ball)
+    with pytest.raises(ModelError, match="Expected a coefficient of restitution between 0 and 1, got e = 1"):
+        outcome("bouncing-ball", e=1.0)
+
+
+def swings(p):
+    """(time of the first impact, next angle, time of the rest) by quadratures of the energy.
+
+    θ'' = p² sin(θ - α) for θ > 0, p² = 3 g/(4 r), r half of the diagonal, tan α = b/h.
+    """
+    b, h, g = p["b"], p["h"], p["g"]
+    alpha, square = math.atan2(b, h), 1.5 * g / math.hypot(b, h)
+    ratio = (2 * h**2 - b**2) / (2 * (b**2 + h**2))
+
+    def fall(angle):
+        # θ = angle - u²: 2 u/√(cos(α - angle) - cos(α - θ)), the difference as a product
+        def integrand(u):
+            drop = 2 * math.sin(alpha - angle + u * u / 2) * math.sin(u * u / 2) / (u * u)
+            return 2 / math.sqrt(2 * square * drop)
+
+        return quad(integrand, 0, math.sqrt(angle), epsabs=1e-15, epsrel=1e-13)[0]
+
+    angle, total, first, second = p["theta_0"], 0.0, 0.0, 0.0
+    while angle > 1e-7:
+        time = fall(angle)
+        total += time if not first else 2 * time
+        first = first or time
+        # 1 - cos and sin of the next angle from ω² = 2 p² (cos(α - θ) - cos α)
+        level = ratio**2 * 2 * math.sin(alpha - angle / 2) * math.sin(angle / 2)
+        # 2 sin(α - θ/2) sin(θ/2) = level by Newton's method
+        angle = level / math.sin(alpha)
+        for _ in range(8):
+            angle -= (2 * math.sin(alpha - angle / 2) * math.sin(angle / 2) - level) / math.sin(alpha - angle)
+        second = second or angle
+    # what is left is a geometric series of flights 2 ω/(p² sin α)
+    last = math.sqrt(2 * square * math.sin(alpha) * angle)
+    return first, second, total + 2 * last / (square * math.sin(alpha)) / (1 - ratio)
+
+
+def rocking_block(p):
+    m, b, h, g, start = (p[name] for name in ("m", "b", "h", "g", "theta_0"))
+    d2 = b**2 + h**2
+    ratio = (2 * h**2 - b**2) / (2 * d2)
+    # m d² ω²/6 = m g (b sin θ_0 - h (1 - cos θ_0))/2
+    square = 3 * g * (b * sin(start) - h * (1 - cos(start))) / d2
+    expected = {
+        "theta_fall": arctan(b / h), "alpha": 3 * g * (b * cos(start) - h * sin(start)) / (2 * d2),
+        "omega_1": sqrt(square), "ratio": ratio, "lost": m * d2 * square / 6 * (1 - ratio**2),
+    }  # fmt: skip
+    if not isinstance(m, sympy.Basic):
+        expected["t_1"], expected["theta_1"], expected["t_rest"] = swings(p)
+    return expected
+
+
+def test_rocking_block():
+    loose = {"t_rest": 1e-8}
+    compare(outcome("rocking-block"), rocking_block, loose)
+    compare(outcome("rocking-block", b=0.4, theta_0=0.2, g=5.0), rocking_block, loose)
+    compare(outcome("rocking-block", m=2.0, h=0.8), rocking_block, loose)
+    check_formulas("rocking-block", rocking_block)
+    with pytest.raises(ModelError, match=r"falls back, less than 0\.291457 rad, got theta_0 = 0\.4"):
+        outcome("rocking-block", theta_0=0.4)
+    with pytest.raises(ModelError, match=r"a block that rocks, of a width less than sqrt\(2\) h, got b = 2"):
+        outcome("rocking-block", b=2.0)
+
+
+def turntable(p):
+    rate = 2 * p["Omega"] / 7
+    absolute = sympy.Abs if isinstance(rate, sympy.Basic) else abs
+    return {
+        "rate": rate, "period": 2 * (sympy.pi if absolute is not abs else math.pi) / rate,
+        "radius": absolute(p["v_0"] / rate), "x_c": p["x_0"] - p["v_0"] / rate,
+        "w_x": (p["Omega"] * p["x_0"] - p["v_0"]) / p["R"], "N": p["m"] * p["g"],
+        "mu_needed": absolute(rate * p["v_0"]) / p["g"], "v_max": p["mu"] * p["g"] / absolute(rate),
+    }  # fmt: skip
+
+
+def test_ball_on_a_turntable():
+    check_numbers("turntable", turntable, Omega=-2.0, v_0=0.5)
+    check_formulas("turntable", turntable)
+    assert outcome("turntable").answers["equation_x"].value == "x'' = -2*Omega*y'/7"
+    with pytest.raises(
+        ModelError, match=r"a velocity at which the ball rolls, up to 3\.4335 m/s, got v_0 = 10"
+    ):
+        outcome("turntable", v_0=10.0)
+
+
+def tippe_top(p):
+    R, a, start = p["R"], p["a"], p["theta_0"]
+    head = p["spin"] * (R * cos(start) - a) / (R + a)
+    spent = p["I_3"] * (p["spin"] ** 2 - head**2) / 2 - p["m"] * p["g"] * a * (1 + cos(start))
+    return {"spin_head": head, "spent": spent}
+
+
+def test_tippe_top_rises_and_keeps_jelletts_integral():
+    check_formulas("tippe-top", tippe_top)
+    found = outcome("tippe-top")
+    expected = tippe_top(found.values)
+    for key, value in expected.items():
+        assert found.answers[key].value == pytest.approx(value, rel=1e-12)
+    assert found.answers["rises"].value == "yes"
+    # upside down, its spin about its own axis has changed sign
+    assert found.trajectory["air_wz"][-1] == pytest.approx(-expected["spin_head"], rel=1e-3)
+    ledger = found.trajectory.energy
+    # it hops on its way: impacts take some
+    assert -ledger.friction[-1] - ledger.impulses[-1] == pytest.approx(expected["spent"], rel=1e-3)
+    assert np.all(np.diff(found.trajectory.energy.friction) <= 1e-12)
+
+
+def test_slow_tippe_top_does_not_rise():
+    found = outcome("tippe-top", spin=30.0)
+    assert found.answers["rises"].value == "no" and found.answers["t_half"].value == "none: it does not rise"

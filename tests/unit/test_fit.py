@@ -1,0 +1,128 @@
+"""Fits: exact data give back the parameters, noisy data errors of the stated size, idle data a refusal."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray
+
+import freebody as fb
+from freebody.errors import SimulationError
+
+TRUE = {"I": 0.5, "theta": 0.8}
+TIMES = np.linspace(0, 4, 81)
+
+
+def pendulum() -> fb.System:
+    s = fb.System("pendulum")
+    m, d, inertia, c = s.parameters(m=2.0, d=0.3, I=0.5, c=0.0)
+    s.gravity = (0, -9.81, 0)
+    bar = s.body("bar", fb.MassProperties(m, (0, -d, 0), ((9, 0, 0), (0, 9, 0), (0, 0, inertia))))
+    pin = s.hinge("pin", s.ground, bar, axis="z", coordinate="theta")
+    s.damper("c", pin, damping=c)
+    return s
+
+
+def measured(noise: float = 0.0, seed: int = 0, **more) -> dict:
+    motion = fb.simulate(pendulum(), 4, initial={"theta": 0.8}, times=TIMES, tolerance=1e-12, **more)
+    rng = np.random.default_rng(seed)
+    return {"time": TIMES, "theta": motion["theta"] + noise * rng.normal(size=TIMES.size)}
+
+
+def test_exact_data_give_back_parameters_and_start() -> None:
+    guesses = {"I": 0.8, "theta": 0.6, "c": 0.1}
+    found = fb.fit(pendulum(), measured(values={"c": 0.07}), guesses, tolerance=1e-12)
+    for name, value in {**TRUE, "c": 0.07}.items():
+        assert found.values[name] == pytest.approx(value, rel=1e-8), name
+    assert np.abs(found.residuals["theta"]).max() < 1e-9
+    assert found.trajectory["theta"].shape == TIMES.shape
+    assert "I = 0.5" in repr(found) and found.correlation.shape == (3, 3)
+
+
+def test_errors_are_of_the_stated_size() -> None:
+    """Over 120 seeded measurements the squares of error/standard error have mean 1 ± 3 sqrt(2/120)."""
+    noise, s, runs = 0.02, pendulum(), 120
+    clean = measured()
+    deviations, errors, estimates = [], [], []
+    for seed in range(runs):
+        rng = np.random.default_rng(seed)
+        data = {"time": TIMES, "theta": clean["theta"] + noise * rng.normal(size=TIMES.size)}
+        found = fb.fit(s, data, {"I": 0.55, "theta": 0.8}, tolerance=1e-7)
+        deviations.append([found.values[name] - value for name, value in TRUE.items()])
+        errors.append([found.errors[name] for name in TRUE])
+        estimates.append(found.sigma["theta"])
+    ratio = np.mean((np.array(deviations) / np.array(errors)) ** 2, axis=0)
+    spread = 3 * np.sqrt(2 / runs)
+    assert np.all(np.abs(ratio - 1) < spread), ratio
+    assert abs(np.mean(estimates) / noise - 1) < 3 / np.sqrt(2 * TIMES.size * runs) * 1.5
+    # and they are correlated as stated
+    seen = np.corrcoef(np.array(deviations).T)[0, 1]
+    assert abs(seen - found.correlation[0, 1]) < 3 / np.sqrt(runs)
+
+
+def test_given_sigma_is_taken_and_scales_the_errors() -> None:
+    data = measured(0.02)
+    one = fb.fit(pendulum(), data, ["I"], initial={"theta": 0.8}, sigma={"theta": 0.02})
+    two = fb.fit(pendulum(), data, ["I"], initial={"theta": 0.8}, sigma={"theta": np.full(81, 0.04)})
+    assert two.errors["I"] == pytest.approx(2 * one.errors["I"], rel=1e-6)
+    assert one.values["I"] == pytest.approx(two.values["I"], rel=1e-9)
+
+
+def test_several_motions_quantities_gaps_and_datasets() -> None:
+    s = pendulum()
+    runs, starts = [], [{"theta": 0.8}, {"theta": 2.0, "theta'": 1.0}]
+    for start in starts:
+        motion = fb.simulate(s, 3, initial=start, times=TIMES[:50], tolerance=1e-12, values={"c": 0.05})
+        angle = motion["theta"].copy()
+        angle[[3, 7]] = np.nan
+        runs.append({"time": TIMES[:50], "theta": angle, "d*sin(theta)": motion["d*sin(theta)"]})
+    sigma = {"theta": 0.01, "d*sin(theta)": 0.01}
+    found = fb.fit(s, runs, {"I": 0.7, "c": 0.02, "d": 0.33}, initial=starts, sigma=sigma, tolerance=1e-12)
+    assert found.values == pytest.approx({"I": 0.5, "c": 0.05, "d": 0.3}, rel=1e-7)
+    assert len(found.trajectories) == 2 and found.residuals["theta"].size == 100
+    table = xarray.Dataset({"theta": ("time", runs[0]["theta"])}, coords={"time": TIMES[:50]})
+    single = fb.fit(s, table, {"I": 0.7}, initial={"theta": 0.8}, values={"c": 0.05}, tolerance=1e-12)
+    assert single.values["I"] == pytest.approx(0.5, rel=1e-8)
+
+
+def test_parameters_that_the_motion_does_not_tell_apart_are_named() -> None:
+    """Mass and moment of inertia together: the pendulum feels their ratio only."""
+    s = pendulum()
+    with pytest.raises(SimulationError, match="does not tell 'm', 'I' apart: .*m by .*1 %, I by .*1 %"):
+        fb.fit(s, measured(), ["m", "I"], initial={"theta": 0.8})
+    with pytest.raises(SimulationError, match="does not depend on 'm': it can not be found"):
+        t = fb.System("falling")
+        m = t.parameters(m=1.0)
+        t.gravity = (0, 0, -9.81)
+        t.slider("z", t.ground, t.body("stone", fb.particle(m)), axis="z", coordinate="z")
+        fb.fit(t, {"time": [0.0, 1.0, 2.0], "z": [0.0, -4.9, -19.6]}, ["m", "z'"])
+
+
+@pytest.mark.parametrize(
+    ("data", "options", "message"),
+    [
+        ({"theta": [1.0]}, {}, "Expected 'time' among the measured data, got theta"),
+        ({"time": [1.0, 2.0]}, {}, "at least one measured quantity"),
+        ({"time": [1.0, 2.0], "theta": [1.0]}, {}, "Expected 2 measured values of 'theta'"),
+        ({"time": [-1.0, 2.0], "theta": [1.0, 2.0]}, {}, "after the start of the motion at 0 s, got one at -1 s"),
+        ({"time": [1.0, 2.0], "theta": ["a", 2.0]}, {}, "arrays of numbers"),
+        ({"time": [1.0, 2.0], "theta": [np.inf, 2.0]}, {}, "finite measured values of 'theta'"),
+        ({"time": [1.0, np.nan], "theta": [1.0, 2.0]}, {}, "Expected finite times"),
+        (3, {}, "Expected measured data by name"),
+        ([3], {}, "Expected measured data by name"),
+        ({"time": [1.0], "theta": [1.0]}, {"unknown": ["I", "theta"]}, "as many measured numbers as unknowns, got 1 for 2"),
+        ({"time": [1.0], "theta": [1.0]}, {"unknown": ["J"]}, "Unknown name 'J' in unknown"),
+        ({"time": [1.0], "theta": [1.0]}, {"sigma": {"x": 1}}, "Expected measured quantities in sigma, theta; got 'x'"),
+        ({"time": [1.0], "theta": [1.0]}, {"sigma": {"theta": 0}}, "standard deviation greater than 0"),
+        ({"time": [1.0], "theta": [1.0], "theta'": [1.0]}, {}, "Expected sigma= for several measured quantities"),
+        ({"time": [1.0], "theta": [1.0], "theta'": [1.0]}, {"sigma": {"theta": 1}}, "that of theta' is missing"),
+        ({"time": [1.0], "theta": [1.0]}, {"bounds": {"x": (0, 1)}}, "Expected unknowns in bounds, I; got 'x'"),
+        ({"time": [1.0], "theta": [1.0]}, {"bounds": {"I": (1, 2)}}, "'I' within its bounds, 1 to 2, got 0.5"),
+        ({"time": [1.0], "theta": [1.0]}, {"initial": [{}, {}]}, "one initial= for each of the 1 measurements, got 2"),
+        ({"time": [1.0], "thet": [1.0]}, {}, "thet"),
+    ],
+)  # fmt: skip
+def test_refusals(data, options: dict, message: str) -> None:
+    options = {"unknown": ["I"], "initial": {"theta": 1.0}, **options}
+    with pytest.raises(SimulationError, match=message):
+        fb.fit(pendulum(), data, options.pop("unknown"), **options)

@@ -1,0 +1,65 @@
+"""Every system of the gallery can be drawn, has diagrams of all its bodies, and a report that opens."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from freebody.cli import command
+from freebody.gallery import entries
+
+SVG = "{http://www.w3.org/2000/svg}"
+HEAVY = ("whipple-bicycle",)
+NAMES = [
+    pytest.param(name, marks=pytest.mark.slow) if name in HEAVY else name
+    for name in dict.fromkeys(entry.name for entry in entries().values())
+]
+
+
+def run(*arguments: str) -> str:
+    found = CliRunner().invoke(command, arguments)
+    assert found.exit_code == 0, found.output
+    return found.output
+
+
+def boxes_inside(svg: str) -> None:
+    """Nothing of a drawing is cut: all coordinates of lines lie within its frame."""
+    root = ElementTree.fromstring(svg)
+    x, y, w, h = map(float, root.get("viewBox", "").split())
+    assert 20 < w < 2000 and 20 < h < 2000
+    assert np.isfinite([x, y, w, h]).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_draw(name: str, tmp_path: Path) -> None:
+    system = entries()[name].build()
+    machine = tmp_path / "machine.svg"
+    run("draw", name, "-o", str(machine))
+    svg = machine.read_text(encoding="utf-8")
+    boxes_inside(svg)
+    drawn = {g.get("data-body") for g in ElementTree.fromstring(svg).iter(f"{SVG}g")} - {None}
+    assert drawn == set(system.bodies)
+    body = next(iter(system.bodies))
+    diagram = tmp_path / "body.svg"
+    run("draw", name, "--body", body, "-o", str(diagram))
+    boxes_inside(diagram.read_text(encoding="utf-8"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_report(name: str, tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    run("report", name, "-o", str(page))
+    text = page.read_text(encoding="utf-8")
+    assert len(text) < 5_000_000
+    for heading in ("Answers", "Plots", "Model"):
+        assert f"<h2>{heading}" in text
+    (policy,) = re.findall(r"default-src 'none'", text)
+    assert policy
+    for svg in re.findall(r"<svg .*?</svg>", text, re.DOTALL):
+        ElementTree.fromstring(svg)
