@@ -200,6 +200,36 @@ def test_constraints_page(capsys: pytest.CaptureFixture[str]) -> None:
         assert capsys.readouterr().out == printed, code
 
 
+def test_the_code_of_a_page_stands_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a page shows as the model is all that is needed to build it."""
+    from freebody.gallery import entries
+
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
+    from gallery_pages import code_of
+
+    for name, entry in entries().items():
+        code = code_of(entry.build)
+        assert len(code.splitlines()) <= 40, name
+        names: dict[str, object] = {}
+        exec(compile(code, name, "exec"), names)
+        made, meant = names[entry.build.__name__](), entry.build()
+        assert fb.assemble(made).coordinate_names == fb.assemble(meant).coordinate_names
+        assert (list(made.bodies), list(made.loads)) == (list(meant.bodies), list(meant.loads))
+
+
+def test_the_makers_of_pages(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their examples run."""
+    import doctest
+
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
+    import bibliography_page
+    import generated
+
+    for module in (generated, bibliography_page):
+        failed, tried = doctest.testmod(module)
+        assert tried > 0 and failed == 0
+
+
 def test_one_version() -> None:
     with (ROOT / "pyproject.toml").open("rb") as stream:
         assert tomllib.load(stream)["project"]["version"] == fb.__version__

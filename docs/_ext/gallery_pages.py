@@ -56,7 +56,7 @@ def index() -> str:
     from freebody.gallery import entries
 
     rows = [
-        f"- [{plain(entry.title)}]({name}.md)" + (f" `{entry.aliases[0]}`" if entry.aliases else "")
+        f"- [{plain(entry.title)}]({name}.md) `{short(entry).partition(' ')[0]}`"
         for name, entry in entries().items()
     ]
     return "\n".join(
@@ -73,8 +73,9 @@ def index() -> str:
 
 
 def short(entry: Any) -> str:
-    """What the list of pages calls an entry."""
-    return f"{entry.aliases[0]} ({entry.name})" if entry.aliases else entry.name
+    """What the list of pages calls an entry: what stands in the chapter also by its readable name."""
+    of_chapter = entry.name.startswith(("ex-", "sec-", "prob-"))
+    return f"{entry.aliases[0]} ({entry.name})" if of_chapter and entry.aliases else entry.name
 
 
 def _begin(path: list[str]) -> None:
@@ -230,47 +231,76 @@ class Page:
 
 
 def code_of(build: Any) -> str:
-    """The source of a function that builds a system, and of what it uses of its own module.
+    """The source of a function that builds a system, and of what it uses of the gallery's modules.
 
     Without documentation, which the page has already, and without ``explain``, which the table of parameters shows.
     """
-    module = sys.modules[build.__module__]
-    tree = ast.parse(inspect.getsource(module))
-    lines = inspect.getsource(module).splitlines()
-    own: dict[str, ast.stmt] = {}
-    for node in tree.body:
-        if isinstance(node, ast.FunctionDef | ast.ClassDef):
-            own[node.name] = node
-        elif isinstance(node, ast.Assign):
-            own |= {target.id: node for target in node.targets if isinstance(target, ast.Name)}
-    wanted, found = [build.__name__], []
+    wanted = [(build.__module__, build.__name__)]
+    found: dict[tuple[str, str], str] = {}
+    head: set[str] = set()
     while wanted:
-        name = wanted.pop(0)
-        if name in own and own[name] not in found:
-            found.append(own[name])
-            wanted += [n.id for n in ast.walk(own[name]) if isinstance(n, ast.Name)]
-    imports = {
-        alias.asname or alias.name: ast.unparse(node)
-        for node in tree.body
-        if isinstance(node, ast.Import | ast.ImportFrom) and not getattr(node, "level", 0)
-        for alias in node.names
-        if getattr(node, "module", "") != "__future__"
-    }
-    shown = [_source(node, lines) for node in sorted(found, key=lambda node: node.lineno)]
-    used = {n.id for node in found for n in ast.walk(node) if isinstance(n, ast.Name)}
-    head = sorted({text for name, text in imports.items() if name in used and name != "Any"})
-    return "\n".join([*head, "", *("\n".join(shown).splitlines())])
+        module, name = wanted.pop(0)
+        texts = Texts(module)
+        if name in texts.own and (module, name) not in found:
+            found[module, name] = texts.source(name)
+            wanted += [texts.origin(used) for used in texts.used(name)]
+            head |= texts.imports(name)
+    shown = list(found.values())
+    return "\n".join([*sorted(head), "", *"\n".join(reversed(shown)).splitlines()])
 
 
-def _source(node: ast.stmt, lines: list[str]) -> str:
-    left_out = set()
-    for inner in ast.walk(node):
-        if isinstance(inner, ast.Expr) and (_is_text(inner) or _explains(inner)):
-            left_out |= set(range(inner.lineno, (inner.end_lineno or inner.lineno) + 1))
-    kept = [
-        line for i, line in enumerate(lines, 1) if node.lineno <= i <= node.end_lineno and i not in left_out
-    ]
-    return textwrap.dedent("\n".join(kept)).strip("\n") + "\n"
+class Texts:
+    """The texts of what a module defines, by name."""
+
+    def __init__(self, module: str) -> None:
+        self.module = module
+        text = inspect.getsource(sys.modules[module])
+        self.tree, self.lines = ast.parse(text), text.splitlines()
+        self.own: dict[str, ast.stmt] = {}
+        for node in self.tree.body:
+            if isinstance(node, ast.FunctionDef | ast.ClassDef):
+                self.own[node.name] = node
+            elif isinstance(node, ast.Assign):
+                self.own |= {target.id: node for target in node.targets if isinstance(target, ast.Name)}
+
+    def _left_out(self, name: str) -> set[int]:
+        left_out: set[int] = set()
+        for inner in ast.walk(self.own[name]):
+            if isinstance(inner, ast.Expr) and (_is_text(inner) or _explains(inner)):
+                left_out |= set(range(inner.lineno, (inner.end_lineno or inner.lineno) + 1))
+        return left_out
+
+    def source(self, name: str) -> str:
+        """Its lines, without documentation."""
+        node, left_out = self.own[name], self._left_out(name)
+        span = range(node.lineno, (node.end_lineno or node.lineno) + 1)
+        kept = [self.lines[i - 1] for i in span if i not in left_out]
+        return textwrap.dedent("\n".join(kept)).strip("\n") + "\n"
+
+    def used(self, name: str) -> list[str]:
+        """Names that stand in its lines."""
+        left_out = self._left_out(name)
+        nodes = (n for n in ast.walk(self.own[name]) if isinstance(n, ast.Name) and n.lineno not in left_out)
+        return list(dict.fromkeys(n.id for n in nodes))
+
+    def origin(self, name: str) -> tuple[str, str]:
+        """Module and name of what a name of this module stands for, if another module of the gallery has it."""
+        for node in self.tree.body:
+            if isinstance(node, ast.ImportFrom) and node.level == 1:
+                for alias in node.names:
+                    if (alias.asname or alias.name) == name:
+                        return f"{self.module.rpartition('.')[0]}.{node.module}", alias.name
+        return self.module, name
+
+    def imports(self, name: str) -> set[str]:
+        """The imports from outside of the gallery that it uses."""
+        return {
+            ast.unparse(node)
+            for node in self.tree.body
+            if isinstance(node, ast.Import | ast.ImportFrom) and not getattr(node, "level", 0)
+            for alias in node.names
+            if (alias.asname or alias.name) in self.used(name)
+        }
 
 
 def _is_text(node: ast.Expr) -> bool:

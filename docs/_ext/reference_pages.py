@@ -151,7 +151,8 @@ def readable(app: Any, what: str, name: str, value: Any, options: Any, lines: li
 
 
 def _escaped(line: str) -> str:
-    parts = re.split(r"(``.*?``|:[a-z]+:`.*?`|https?://\S+)", line)
+    kept = r"``.*?``|:[a-z]+:`.*?`|https?://\S+|(?<![\w)*])\*[A-Za-z][A-Za-z ]*\*(?![\w(*])"  # code, roles, *emphasis*
+    parts = re.split(f"({kept})", line)
     return "".join(
         p if i % 2 else re.sub(r"([*|])|(?<=\w)_(?!\w)", r"\\\g<0>", p) for i, p in enumerate(parts)
     )
