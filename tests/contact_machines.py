@@ -29,7 +29,9 @@ def pulled_disk() -> fb.System:
     disk = s.body("disk", fb.disk(m, R))
     s.planar("plane", s.ground, disk, coordinate="x y phi")
     s.force("F", disk.origin, (F, 0, 0))
-    s.contact("floor", disk.circle(R), s.ground.plane(normal="y", at=(0, -R, 0)), friction=mu, restitution=0.5)
+    s.contact(
+        "floor", disk.circle(R), s.ground.plane(normal="y", at=(0, -R, 0)), friction=mu, restitution=0.5
+    )
     return s
 
 

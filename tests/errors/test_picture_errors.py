@@ -35,15 +35,24 @@ until = 0.2
 """
 
 CASES = {
-    "unknown body": (("draw", "--body", "dsk"), "expected a body of 'disk' or 'all', got 'dsk'; did you mean 'disk'"),
+    "unknown body": (
+        ("draw", "--body", "dsk"),
+        "expected a body of 'disk' or 'all', got 'dsk'; did you mean 'disk'",
+    ),
     "unknown coordinate": (("draw", "--at", "q=3"), "Unknown name 'q' in at"),
     "unknown contact": (("draw", "--body", "disk", "--mode", "flor=stick"), "did you mean 'floor'"),
     "negative time": (("draw", "--at", "-1"), "expected a time of 0 s or later"),
     "ending": (("draw", "-o", "x.jpg"), "expected a file name that ends in .svg, .pdf, .png, .tex"),
     "no folder": (("draw", "-o", "/no/such/folder/x.svg"), "Expected an existing folder for"),
     "no permission": (("draw", "-o", "/proc/x.svg"), "Can not write '/proc/x.svg'"),
-    "negative radius": (("draw", "--set", "R=-1"), "Expected positive dimensions to draw a disk, got radius = -1"),
-    "radius of zero": (("draw", "--set", "R=0"), "Expected positive dimensions to draw a disk, got radius = 0"),
+    "negative radius": (
+        ("draw", "--set", "R=-1"),
+        "Expected positive dimensions to draw a disk, got radius = -1",
+    ),
+    "radius of zero": (
+        ("draw", "--set", "R=0"),
+        "Expected positive dimensions to draw a disk, got radius = 0",
+    ),
     "report without folder": (("report", "-o", "/no/such/folder/x.html"), "Expected an existing folder for"),
     "report without permission": (("report", "-o", "/proc/x.html"), "Can not write '/proc/x.html'"),
     "report backward": (("report", "--until", "-3"), "Expected a time greater than 0, got -3"),

@@ -1,4 +1,4 @@
-"""Free-body diagrams and drawings of machines with contacts: forces in the contact's mode, at the point that touches."""
+"""Free-body diagrams and drawings of machines with contacts: forces in the mode, at the point that touches."""
 
 from __future__ import annotations
 
@@ -104,7 +104,8 @@ def test_to_scale_at_a_moment_in_the_mode_that_it_has():
             s, t, initial={"x": -0.5 * math.sin(0.1), "y": 0.5 * math.cos(0.1), "phi": 0.1}, times=[t]
         ).contacts["O"]
         N, T = (
-            float(found[n].get("data-value", "nan")) * three(found[n], "data-direction") for n in ("N_O", "T_O")
+            float(found[n].get("data-value", "nan")) * three(found[n], "data-direction")
+            for n in ("N_O", "T_O")
         )
         # the two runs agree to their tolerance
         assert N[1] == pytest.approx(float(at.normal[0]), rel=1e-6)
@@ -120,7 +121,9 @@ def test_forces_that_no_motion_determines_are_those_least_in_norm():
     found = arrows(free_body_diagram(s, "box", trajectory=motion, at=0.2).svg)
     for name in ("A", "B"):
         least = float(motion.contacts[name].least[0, 1])
-        drawn = float(found[f"T_{name}"].get("data-value", "nan")) * three(found[f"T_{name}"], "data-direction")
+        drawn = float(found[f"T_{name}"].get("data-value", "nan")) * three(
+            found[f"T_{name}"], "data-direction"
+        )
         assert drawn[0] == pytest.approx(least, rel=1e-9) and least < 0
     total = sum(
         float(g.get("data-value", "nan")) * three(g, "data-direction")
@@ -138,7 +141,9 @@ def test_in_space_friction_is_one_arrow_while_it_slips_and_two_while_it_sticks()
     assert slip["T_floor"].get("data-symbol") == "mu*N_floor"
 
 
-@pytest.mark.parametrize("make", [pulled_disk, ladder, falling_rod, block_on_incline, sliding_body, ball_on_plane])
+@pytest.mark.parametrize(
+    "make", [pulled_disk, ladder, falling_rod, block_on_incline, sliding_body, ball_on_plane]
+)
 def test_bodies_are_drawn_on_what_they_stand_on(make: Any):
     drawing = draw(make())
     root = ElementTree.fromstring(drawing.svg)

@@ -287,7 +287,7 @@ def test_contact_points_and_forces_are_switched(browser, bouncing):
 def test_a_speed_jumps_in_the_page(browser, bouncing):
     browser.open(bouncing)
     fall = float(np.sqrt(2 * 0.3 / 9.81))
-    read = "freebody.motion.vector(freebody.motion.channels[\"state y'\"].values, 1)[0]"
+    read = 'freebody.motion.vector(freebody.motion.channels["state y\'"].values, 1)[0]'
     for t, expected in ((fall - 1e-4, -9.81 * fall), (fall + 1e-4, 0.5 * 9.81 * fall)):
         browser.value(f"freebody.seek({t})")
         assert browser.value(read) == pytest.approx(expected, rel=1e-2)

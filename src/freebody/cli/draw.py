@@ -92,7 +92,8 @@ def draw(
         }
     if time is None and contacts == {} and body is not None and system.contacts:
         click.echo(
-            f"Contacts are drawn open; --mode {next(iter(system.contacts))}=stick draws the forces of one.", err=True
+            f"Contacts are drawn open; --mode {next(iter(system.contacts))}=stick draws the forces of one.",
+            err=True,
         )
     if dimensions is not None:
         options["dimensions"] = dimensions

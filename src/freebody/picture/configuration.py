@@ -119,7 +119,9 @@ def _touched(model: Model) -> list[Touching]:
     return [one for one in model.constraints.values() if isinstance(one, Touching)]
 
 
-def _standing(model: Model, q: list[float], t: float, values: dict[str, float], held: Any, size: float) -> Any:
+def _standing(
+    model: Model, q: list[float], t: float, values: dict[str, float], held: Any, size: float
+) -> Any:
     """Coordinates near ``q`` at which bodies stand on what they may touch: each contact in turn, while all others stay
     outside of each other."""
     chosen: dict[str, Any] = {}
@@ -187,7 +189,9 @@ def configuration(
     size = machine_size(model, numbers)
     problem: Exception | None = None
     closed = {one.contact.name for one in _touched(model)}
-    inside: Configuration | None = None  # where bodies are in each other, as the coordinates given may want it
+    inside: Configuration | None = (
+        None  # where bodies are in each other, as the coordinates given may want it
+    )
     for attempt in range(4):
         q = _telling(model, size, attempt)
         for i in range(model.n_q):

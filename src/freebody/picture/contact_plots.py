@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SimulationError, nearest
+from ..simulate.initial import number
 from .plots import COLORS, PALE, _finish, _legend, _title, figure, pieces
 from .shapes import machine_size
 
@@ -21,6 +22,8 @@ Array = NDArray[np.float64]
 
 ROUND_OFF = 1e-9
 """Gaps below this part of the size of the machine are drawn as none."""
+
+LEAST = "least in norm"
 
 MOST = 12
 """Contacts that one plot shows without being asked for by name."""
@@ -40,7 +43,8 @@ def friction_margin(trajectory: Trajectory, contacts: Any = None, ax: Axes | Non
     Returns
     -------
     Axes
-        A curve [N] for each contact, with a gap where it is open.
+        A curve [N] for each contact, with a gap where it is open; dotted where the motion does not determine the forces,
+        which are then those least in norm.
 
     Raises
     ------
@@ -68,9 +72,16 @@ def friction_margin(trajectory: Trajectory, contacts: Any = None, ax: Axes | Non
     ax = figure(8, 4).subplots() if ax is None else ax
     ax.axhline(0.0, color=PALE, linewidth=1.2)
     for i, name in enumerate(names):
-        # Σ of round-off where it slips: the law is exact there
+        # the law is exact where it slips, and what is left is round-off
         values = np.where(np.char.startswith(found[name].mode.astype(str), "slip"), 0.0, found[name].margin)
-        _curve(ax, trajectory, values, COLORS[i % len(COLORS)], name, "-" if i < len(COLORS) else "--")
+        shade = COLORS[i % len(COLORS)]
+        _curve(ax, trajectory, values, shade, name, "-" if i < len(COLORS) else "--")
+        open_to = _undetermined(found[name], values)
+        if open_to.any():
+            least = found[name].least
+            mu = _static(trajectory, name)
+            rest = np.where(open_to, mu * least[:, 0] - np.linalg.norm(least[:, 1:], axis=1), np.nan)
+            _curve(ax, trajectory, rest, shade, f"{name} ({LEAST})", ":")
     _finish(ax, r"$\mu_s N - |T|$", {"N"})
     ax.set_xlim(trajectory.t[0], trajectory.t[-1])  # with the times at which all are open
     _legend(ax, ax.get_legend_handles_labels()[0])
@@ -108,6 +119,10 @@ def contact_forces(trajectory: Trajectory, contact: str, ax: Axes | None = None)
         parts = motion.tangential.reshape(len(trajectory.t), -1)
         for k, tangent in enumerate(one.tangent_names):
             _curve(ax, trajectory, parts[:, k], COLORS[k + 1], tangent)
+            open_to = _undetermined(motion, parts[:, k])
+            if open_to.any():
+                rest = np.where(open_to, motion.least[:, 1 + k], np.nan)
+                _curve(ax, trajectory, rest, COLORS[k + 1], f"{tangent} ({LEAST})", ":")
         if one.tangents == 1:
             limit = motion.margin + np.abs(parts[:, 0])
             for sign in (1, -1):
@@ -149,6 +164,17 @@ def contact_gaps(trajectory: Trajectory, contacts: Any = None, ax: Axes | None =
     ax.set_xlabel("time [s]")
     _title(ax, "Gaps of contacts")
     return ax
+
+
+def _static(trajectory: Trajectory, name: str) -> float:
+    model = trajectory.kernels.model
+    one = next(c for c in model.contacts if c.name == name)
+    return number(model, trajectory.values, one.static_friction, "a coefficient of friction")
+
+
+def _undetermined(motion: Any, values: Array) -> Any:
+    """Output times at which a contact is closed and the motion does not say how large a force is."""
+    return np.isnan(values) & (motion.mode != "open")
 
 
 def _curve(

@@ -158,9 +158,7 @@ class Marks:
             if action.moment != ZERO:
                 found += self._resolved(action.name, action.kind, True, action.moment, action.at, body)
             rubs = action.kind == "friction" or action.name in self.frictions
-            result += [
-                replace(mark, by=action.by, kind="friction" if rubs else mark.kind) for mark in found
-            ]
+            result += [replace(mark, by=action.by, kind="friction" if rubs else mark.kind) for mark in found]
         return result
 
     def kinetic(self, body: FreeBody) -> list[Mark]:

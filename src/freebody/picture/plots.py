@@ -104,7 +104,9 @@ def history(
         units = {_unit(trajectory, name) for name in group}
         _finish(panel, _text(trajectory, group[0]) if len(group) == 1 else "", units)
         _legend(
-            panel, (handles if len(group) > 1 else []) + (_event_handles(kinds, trajectory) if panel is panels[0] else [])
+            panel,
+            (handles if len(group) > 1 else [])
+            + (_event_handles(kinds, trajectory) if panel is panels[0] else []),
         )
     panels[-1].set_xlabel("time [s]")
     if title:

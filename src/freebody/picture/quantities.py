@@ -50,7 +50,9 @@ def channels(trajectory: Trajectory, keys: Keyframes, acting: set[str]) -> dict[
     return result
 
 
-def charts(trajectory: Trajectory, keys: Keyframes, acting: set[str], size: float = 1.0) -> list[dict[str, Any]]:
+def charts(
+    trajectory: Trajectory, keys: Keyframes, acting: set[str], size: float = 1.0
+) -> list[dict[str, Any]]:
     """What is plotted together: a title, the least range, and curves as (key, component, label)."""
     model = trajectory.kernels.model
     charts: list[dict[str, Any]] = []
