@@ -1,4 +1,4 @@
-"""Free-body diagrams and drawings of machines with contacts: forces in the contact's mode, at the point that touches."""
+"""Free-body diagrams and drawings of machines with contacts: forces in the mode, at the point that touches."""
 
 from __future__ import annotations
 
@@ -236,3 +236,16 @@ def test_the_command_draws_contacts(tmp_path):
     ):
         refused = run(*arguments)
         assert refused.exit_code == 2 and message in refused.output
+
+
+def test_feet_are_joined_to_the_solid():
+    from freebody.picture.shapes import shapes
+
+    s = fb.System("table")
+    top = s.body("top", fb.box(1, (1, 0.1, 0.5)))
+    s.planar("plane", s.ground, top, coordinate="x y phi")
+    s.contact("feet", top.corners((-0.5, -0.4, 0), (0.5, -0.4, 0)), s.ground.plane())
+    solid, *legs = shapes(fb.assemble(s))["top"]
+    assert solid.kind == "box" and [leg.kind for leg in legs] == ["rod", "rod"]
+    assert [leg.center.tolist() for leg in legs] == [pytest.approx([x, -0.225, 0]) for x in (-0.5, 0.5)]
+    assert [leg["length"] for leg in legs] == pytest.approx([0.35, 0.35])

@@ -87,9 +87,8 @@ def draw(
     else:
         options["at"] = at or None
         known = {name for name, kind in system.names.kinds.items() if kind == "coordinate"}
-        options["near"] = {
-            name: value for name, value in found.near.items() if name in known and name not in at
-        }
+        near = {**_standing(found, system), **found.near}
+        options["near"] = {name: value for name, value in near.items() if name in known and name not in at}
     if time is None and contacts == {} and body is not None and system.contacts:
         click.echo(
             f"Contacts are drawn open; --mode {next(iter(system.contacts))}=stick draws the forces of one.",
@@ -105,6 +104,13 @@ def draw(
         picture = free_body_diagram(system, body, mode=mode, **options)
     picture.save(path)
     click.echo(f"Wrote {path}")
+
+
+def _standing(found: Any, system: Any) -> dict[str, Any]:
+    """The start of the run, near which bodies that may touch are drawn; they would be hard to place else."""
+    if not system.contacts:
+        return {}
+    return dict(found.case.initial if hasattr(found, "case") else found.start)
 
 
 def _modes(given: tuple[str, ...]) -> tuple[str | None, dict[str, str]]:

@@ -72,8 +72,10 @@ def _part(table: Table, data: Any, kinds: tuple[str, ...], arguments: Callable[.
 
 
 def written_looks(writer: Writer, shape: Shape | None, kinds: tuple[str, ...], own: bool) -> dict[str, str]:
-    """The keys ``shape`` and ``color``; the shape not where it is that of the body's ``own`` solid, nor where it is of a
-    kind that no key can say (meshes, solids of revolution), which is then drawn by its joints and inertia."""
+    """The keys ``shape`` and ``color``; no shape where it is that of the body's ``own`` solid.
+
+    Nor where no key can say it (meshes, solids of revolution): such a body is then drawn by its joints and inertia.
+    """
     if shape is None:
         return {}
     keys = {}

@@ -129,12 +129,15 @@ def _standing(
     for contact in model.contacts[:MOST_CLOSED]:
         mode = "slip" if contact.frictionless else "slip+" if contact.planar is not None else ("slip", (1, 0))
         wanted = {**chosen, contact.name: mode}
-        try:
-            found = closed_coordinates(in_modes(model, wanted), q if best is None else best, t, values, held)
-        except FreebodyError:
-            continue
-        if _apart(model, float_state(model, found, None, t, values), size, wanted):
-            chosen, best = wanted, found
+        closed = in_modes(model, wanted)
+        for start in (q,) if best is None else (best, q):
+            try:
+                found = closed_coordinates(closed, start, t, values, held)
+            except FreebodyError:
+                continue
+            if _apart(model, float_state(model, found, None, t, values), size, wanted):
+                chosen, best = wanted, found
+                break
     return q if best is None else best
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SimulationError, nearest
+from ..simulate.initial import number
 from .plots import COLORS, PALE, _finish, _legend, _title, figure, pieces
 from .shapes import machine_size
 
@@ -21,6 +22,8 @@ Array = NDArray[np.float64]
 
 ROUND_OFF = 1e-9
 """Gaps below this part of the size of the machine are drawn as none."""
+
+LEAST = "least in norm"
 
 MOST = 12
 """Contacts that one plot shows without being asked for by name."""
@@ -40,7 +43,8 @@ def friction_margin(trajectory: Trajectory, contacts: Any = None, ax: Axes | Non
     Returns
     -------
     Axes
-        A curve [N] for each contact, with a gap where it is open.
+        A curve [N] for each contact, with a gap where it is open; dotted where the motion does not determine the
+        forces, which are then those least in norm.
 
     Raises
     ------
@@ -68,9 +72,16 @@ def friction_margin(trajectory: Trajectory, contacts: Any = None, ax: Axes | Non
     ax = figure(8, 4).subplots() if ax is None else ax
     ax.axhline(0.0, color=PALE, linewidth=1.2)
     for i, name in enumerate(names):
-        # Σ of round-off where it slips: the law is exact there
+        # the law is exact where it slips, and what is left is round-off
         values = np.where(np.char.startswith(found[name].mode.astype(str), "slip"), 0.0, found[name].margin)
-        _curve(ax, trajectory, values, COLORS[i % len(COLORS)], name, "-" if i < len(COLORS) else "--")
+        shade = COLORS[i % len(COLORS)]
+        _curve(ax, trajectory, values, shade, name, "-" if i < len(COLORS) else "--")
+        open_to = _undetermined(found[name], values)
+        if open_to.any():
+            least = found[name].least
+            mu = _static(trajectory, name)
+            rest = np.where(open_to, mu * least[:, 0] - np.linalg.norm(least[:, 1:], axis=1), np.nan)
+            _curve(ax, trajectory, rest, shade, f"{name} ({LEAST})", ":")
     _finish(ax, r"$\mu_s N - |T|$", {"N"})
     ax.set_xlim(trajectory.t[0], trajectory.t[-1])  # with the times at which all are open
     _legend(ax, ax.get_legend_handles_labels()[0])
@@ -79,19 +90,21 @@ def friction_margin(trajectory: Trajectory, contacts: Any = None, ax: Axes | Non
     return ax
 
 
-def contact_forces(trajectory: Trajectory, contact: str, ax: Axes | None = None) -> Axes:
-    """Normal force and friction of a contact on its feature over time.
+def contact_forces(trajectory: Trajectory, contacts: Any = None, ax: Axes | None = None) -> Axes:
+    """Normal forces and friction of contacts on their features over time.
 
     Parameters
     ----------
     trajectory : Trajectory
-    contact : str
+    contacts : str or sequence of str, optional
+        Names; all if not given.
     ax : Axes, optional
 
     Returns
     -------
     Axes
-        With the limits of friction, ±μ_s N, as dotted lines, in a planar machine.
+        N in full lines, T in broken ones. Of one contact in a planar machine the limits of friction, ±μ_s N, are
+        dotted.
 
     Raises
     ------
@@ -99,24 +112,35 @@ def contact_forces(trajectory: Trajectory, contact: str, ax: Axes | None = None)
         A machine without contacts, an unknown name.
     """
     found = _contacts(trajectory)
-    (name,) = _names(trajectory, contact, list(found))
-    one = next(c for c in trajectory.kernels.model.contacts if c.name == name)
-    motion = found[name]
+    names = _names(trajectory, contacts, list(found))
     ax = figure(8, 4).subplots() if ax is None else ax
-    _curve(ax, trajectory, motion.normal, COLORS[0], one.normal_name)
-    if not one.frictionless:
+    color = iter(COLORS * (1 + 3 * len(names) // len(COLORS)))
+    for one in trajectory.kernels.model.contacts:
+        if one.name not in names:
+            continue
+        motion = found[one.name]
+        _curve(ax, trajectory, motion.normal, next(color), one.normal_name)
+        if one.frictionless:
+            continue
         parts = motion.tangential.reshape(len(trajectory.t), -1)
         for k, tangent in enumerate(one.tangent_names):
-            _curve(ax, trajectory, parts[:, k], COLORS[k + 1], tangent)
-        if one.tangents == 1:
+            shade = next(color)
+            _curve(ax, trajectory, parts[:, k], shade, tangent, "--")
+            open_to = _undetermined(motion, parts[:, k])
+            if open_to.any():
+                rest = np.where(open_to, motion.least[:, 1 + k], np.nan)
+                _curve(ax, trajectory, rest, shade, f"{tangent} ({LEAST})", ":")
+        if one.tangents == 1 and len(names) == 1:
             limit = motion.margin + np.abs(parts[:, 0])
             for sign in (1, -1):
                 label = r"$\pm\mu_s N$" if sign > 0 else None
                 _curve(ax, trajectory, sign * limit, "0.55", label, ":")
-    _finish(ax, f"force on {one.feature.body.name}", {"N"})
+    on = dict.fromkeys(c.feature.body.name for c in trajectory.kernels.model.contacts if c.name in names)
+    _finish(ax, f"force on {', '.join(on)}", {"N"})
+    ax.set_xlim(trajectory.t[0], trajectory.t[-1])
     _legend(ax, ax.get_legend_handles_labels()[0])
     ax.set_xlabel("time [s]")
-    _title(ax, f"Contact {name}, on {one.feature.body.name}")
+    _title(ax, "Forces of contacts" if len(names) > 1 else f"Contact {names[0]}, on {', '.join(on)}")
     return ax
 
 
@@ -149,6 +173,17 @@ def contact_gaps(trajectory: Trajectory, contacts: Any = None, ax: Axes | None =
     ax.set_xlabel("time [s]")
     _title(ax, "Gaps of contacts")
     return ax
+
+
+def _static(trajectory: Trajectory, name: str) -> float:
+    model = trajectory.kernels.model
+    one = next(c for c in model.contacts if c.name == name)
+    return number(model, trajectory.values, one.static_friction, "a coefficient of friction")
+
+
+def _undetermined(motion: Any, values: Array) -> Any:
+    """Output times at which a contact is closed and the motion does not say how large a force is."""
+    return np.isnan(values) & (motion.mode != "open")
 
 
 def _curve(

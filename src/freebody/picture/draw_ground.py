@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..describe.constraint import Gear, Rolling, Rope
+from ..describe.contact import kind_of
 from ..dynamics.constraints import _arm
 from ..dynamics.contact import touches
 from ..equations.latex import latex_name
@@ -61,7 +62,7 @@ def surfaces(m: Machine) -> None:
             if not shape.body.is_ground or any(shape == other for other in drawn):
                 continue
             drawn.append(shape)
-            kind = getattr(shape, "kind", "")
+            kind = kind_of(shape)
             if kind == "plane":
                 _ground(m, _fixed(m, shape.at), _fixed(m, shape.normal))
             elif kind == "segment" and m.view.planar:
@@ -69,6 +70,8 @@ def surfaces(m: Machine) -> None:
                 _edge(m, start, end, m.view(_fixed(m, shape.normal)))
             elif kind in ("circle", "cylinder", "sphere") and m.view.planar:
                 _wall_round(m, shape)
+            elif kind == "point" and m.view.planar:  # an edge of the ground
+                m.add(symbols.pin_on_ground(m.page(_fixed(m, shape.components)), m.down), class_="plane")
 
 
 def feet(m: Machine) -> None:

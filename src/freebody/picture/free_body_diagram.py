@@ -28,7 +28,7 @@ from .marks import Mark, Marks
 from .palette import GREY, INK, PAIRS
 from .panel import LONGEST, Panel
 from .placing import Placer
-from .shapes import Primitive, attachments, fill_of, shapes
+from .shapes import Primitive, attachments, fill_of, machine_size, shapes
 from .sheet import Arrow, Group, Label, Sheet, Style, box_of, moved, overlap
 from .view import View, view_of
 
@@ -220,11 +220,10 @@ class _Maker:
 
     def _felt(self, marks: Sequence[Mark]) -> list[Mark]:
         """Without what is zero but for round-off, at this moment."""
-        return [
-            mark
-            for mark in marks
-            if mark.value is None or mark.value > ROUND_OFF * self.greatest.get(mark.couple, 0.0)
-        ]
+        # a couple is measured by the forces too, at an arm of the machine's size
+        arm = self.greatest[False] * machine_size(self.now.model, self.now.values)
+        least = {False: ROUND_OFF * self.greatest[False], True: ROUND_OFF * max(self.greatest[True], arm)}
+        return [mark for mark in marks if mark.value is None or mark.value > least[mark.couple]]
 
     def exploded(self) -> Sheet:
         """All bodies, pushed apart until nothing overlaps."""

@@ -216,7 +216,7 @@ class _Source:
         return np.concatenate(times), np.repeat(np.arange(len(times)), [len(one) for one in times])
 
     def __call__(self, t: Array, part: Places) -> _Sample:
-        trajectory, kernels = self.trajectory, self.trajectory.kernels
+        kernels = self.trajectory.kernels
         rows = [self._of_phase(k, t, part) for k in np.unique(part)]
         order = np.argsort(np.concatenate([chosen for chosen, *_ in rows]), kind="stable")
         states, reactions, ledger = (np.concatenate([row[i] for row in rows])[order] for i in (1, 2, 3))

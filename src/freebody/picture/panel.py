@@ -24,7 +24,7 @@ from .view import View
 
 Array = NDArray[np.float64]
 
-LENGTH, LONGEST, SHORTEST = 46.0, 66.0, 11.0
+LENGTH, LONGEST, SHORTEST = 46.0, 50.0, 11.0
 """Length of an arrow in the symbolic mode, of the longest and the shortest to scale [pt]."""
 
 LABEL = 11.0

@@ -76,6 +76,13 @@ class Placer:
         for area, weight in zip(self.areas, self._weights, strict=True):
             cost += weight * float(inside(area, along).mean())
         ink = self.ink
+        if at is not None and len(ink):
+            # a head upon another one, on the same line
+            close = sampled(points, 1.0)
+            close = close[np.abs(np.linalg.norm(close - at, axis=1) - 5.0) < 2.5]
+            if len(close):
+                gaps = np.sqrt(((close[:, None, :] - ink[None, :, :]) ** 2).sum(axis=2)).min(axis=1)
+                cost += 0.8 * float((gaps < 2.0).mean())
         (x0, y0), (x1, y1) = along.min(axis=0) - 5.0, along.max(axis=0) + 5.0
         near = (ink[:, 0] > x0) & (ink[:, 0] < x1) & (ink[:, 1] > y0) & (ink[:, 1] < y1)
         ink = ink[near]

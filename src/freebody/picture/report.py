@@ -217,12 +217,12 @@ def _withheld() -> str:
 
 
 def _phases(trajectory: Trajectory) -> str:
-    """Drawing, diagrams and equations; of a motion with contacts in the modes that lasted longest, one after another."""
+    """Drawing, diagrams and equations; of a motion with contacts in each of the modes that lasted longest."""
     model = trajectory.kernels.model
     sets = lasting(trajectory)
     if not sets:
         return _equations(equations_of(model), trajectory)
-    parts = []
+    parts: list[str] = []
     for modes, time in sets:
         words = ", ".join(f"{name} {mode}" for name, mode in _by_owner(modes, model).items())
         heading = f" <small>({escape(words)}; {time:.4g} s of the motion)</small>"
@@ -308,13 +308,13 @@ def _model(s: System, trajectory: Trajectory) -> str:
     return "\n".join(parts)
 
 
-def _drawings(e: Equations, trajectory: Trajectory, heading: str, drawing: bool) -> str:
+def _drawings(e: Equations, trajectory: Trajectory, heading: str, whole: bool) -> str:
     """The machine and its free-body diagrams, in the configuration that shows most."""
     from .draw import draw
     from .free_body_diagram import free_body_diagram
 
     parts = []
-    if drawing:
+    if whole:
         parts.append(
             f"<h2>Drawing</h2>\n<figure>{draw(trajectory.kernels.model, values=trajectory.values).svg}</figure>"
         )

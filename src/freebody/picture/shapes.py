@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..describe.constraint import Rolling, Rope
+from ..describe.contact import kind_of
 from ..describe.load import Damper, Force, Spring
 from ..dynamics.state import State, float_state
 from ..errors import ModelError
@@ -187,7 +188,7 @@ def attachments(model: Model, state: State, body: str) -> dict[str, Array]:
         found[name] = np.array([float(x) for x in state.vector(components)])
 
     for name, joint in model.joints.items():
-        if joint.type != "free":
+        if joint.type not in ("free", "planar"):  # these hold no point of the body
             if joint.child == body:
                 put(name, joint.to)
             elif joint.parent == body:
@@ -228,7 +229,27 @@ def _body(model: Model, state: State, name: str, place: Place, size: float) -> l
         if not any(_holds(piece, point, 0.02 * size) for piece in solid):
             near = min(solid, key=lambda piece: float(np.linalg.norm(piece.center - point)))
             pieces.append(rod(near.center, point, ROD * size))
+    for point in _distinct(_feet(model, state, name), size):
+        if not any(_holds(piece, point, 0.02 * size) for piece in solid):
+            ends = [_nearest(piece, point) for piece in solid]
+            pieces.append(rod(min(ends, key=lambda q: float(np.linalg.norm(q - point))), point, ROD * size))
     return pieces
+
+
+def _nearest(piece: Primitive, point: Array) -> Array:
+    """The point of a piece's box that is nearest to a point."""
+    half = np.array(piece.half(), dtype=float)
+    return np.asarray(piece.center + piece.axes @ np.clip(piece.axes.T @ (point - piece.center), -half, half))
+
+
+def _feet(model: Model, state: State, body: str) -> list[Array]:
+    """Points of a body that touch others: feet, axles, hangers."""
+    return [
+        np.array([float(x) for x in state.vector(shape.components)])
+        for contact in model.contacts
+        for shape in (contact.feature, contact.surface)
+        if kind_of(shape) == "point" and shape.body.name == body
+    ]
 
 
 def _pieces(state: State, shape: Shape, size: float) -> list[Primitive]:
