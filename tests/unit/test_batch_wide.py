@@ -46,7 +46,13 @@ def test_driven_pendulums_with_work_and_time(wide: list[bool], lanes: int) -> No
     assert wide == [True]
     for k in range(lanes):
         alone = fb.simulate(
-            s, 4, initial={"theta": theta[k]}, values={"c": damping[k]}, tolerance=1e-10, times=times, max_step=0.5
+            s,
+            4,
+            initial={"theta": theta[k]},
+            values={"c": damping[k]},
+            tolerance=1e-10,
+            times=times,
+            max_step=0.5,
         )
         for name in ("theta", "theta'", "work"):
             assert np.array_equal(data[name][k], alone[name]), (k, name)
@@ -86,7 +92,10 @@ def test_lanes_that_fail_or_are_stiff_do_not_touch_their_neighbours(wide: list[b
     )
     assert wide == [True, False]  # the stiff ones again, by radau
     for lane in range(20):
-        given = {"initial": {"x": x[lane], "x'": speed[lane]}, "values": {"k": stiffness[lane], "c": damping[lane]}}
+        given = {
+            "initial": {"x": x[lane], "x'": speed[lane]},
+            "values": {"k": stiffness[lane], "c": damping[lane]},
+        }
         if lane in (7, 8):
             assert data.status.values[lane] == "not finite"
             with pytest.raises(fb.errors.SimulationError) as caught:

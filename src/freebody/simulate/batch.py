@@ -56,6 +56,7 @@ STATUS = {
 NO_START = 9
 _PIECE = 0.25  # seconds between two looks at the keyboard
 _ROOM = 64  # steps between two looks at the output times
+_SECONDS = 3.0  # between two writes to a store
 _BLOCK = 1 << 26  # bytes of results that are held before they go to the store
 
 
@@ -349,19 +350,27 @@ class Results:
         return self.kept[:, 0] == -1
 
 
-def _blocks(job: Job, kept: Any) -> Any:
-    """Ranges of lanes whose results are held at once; without a store, all."""
+def _blocks(job: Job, kept: Any) -> Iterator[tuple[int, int]]:
+    """Ranges of lanes whose results are held at once; without a store, all.
+
+    With one they take some seconds each, so that a run that is stopped by force loses no more.
+    """
     n = job.given.count
     if kept is None:
         yield 0, n
         return
-    size = max(1, min(n, _BLOCK // job.bytes_per_lane, 1 << 14))
-    for low in range(0, n, size):
+    largest = max(1, min(_BLOCK // job.bytes_per_lane, 1 << 16))
+    low, size = 0, min(64, largest)
+    while low < n:
+        clock = perf_counter()
         high = min(low + size, n)
         # runs of lanes that are still waiting
-        waiting = np.flatnonzero(np.concatenate([[0], np.diff(kept.waiting(low, high), prepend=0, append=0)]))
-        for first, last in zip(waiting[::2], waiting[1::2], strict=True):
-            yield low + int(first) - 1, low + int(last) - 1
+        edges = np.flatnonzero(np.diff(kept.waiting(low, high), prepend=0, append=0))
+        for first, last in zip(edges[::2], edges[1::2], strict=True):
+            yield low + int(first), low + int(last)
+        low = high
+        if edges.size:
+            size = int(max(1, min(largest, 4 * size, size * _SECONDS / max(perf_counter() - clock, 1e-6))))
 
 
 class _Loop:

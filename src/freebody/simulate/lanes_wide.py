@@ -2,8 +2,8 @@
 
 Each lane keeps its own time, step, error and control, exactly as `stepping.advance` has them; what eight lanes share is
 one attempt after another. A lane that is rejected tries again while the others go on; one that has ended makes room for
-the next. The kernels for eight lanes and the sums of the stages do the operations of those for one in the same order, so
-that a lane is the run that it would be alone, to the last bit.
+the next. The kernels for eight lanes and the sums of the stages do the operations of those for one in the same order,
+so that a lane is the run that it would be alone, to the last bit.
 
 For the explicit method of order 8 on machines without constraints, and for runs in which no events and no extremes are
 looked for (`lanes` serves the others). States at output times are made as for one lane (`stepping.sample`).
@@ -29,7 +29,6 @@ from .lanes_layout import (
     KEPT,
     LIMIT,
     LONGEST,
-    N,
     N_CONSTANTS,
     N_OUTPUTS,
     N_PARAMETERS,
@@ -47,6 +46,7 @@ from .lanes_layout import (
     WIDE,
     WIDTH_OF_ROW,
     WORKS,
+    N,
 )
 from .layout import (
     ARGUMENT,
@@ -114,7 +114,7 @@ def call_wide(typing: Any, address: Any, t: Any, i: Any, y: Any, j: Any, c: Any,
 
 
 def linear_wide(row: Mapping[int, float]) -> Any:
-    """Compiled ``(work, n, target, base, place)``: as `machine.linear`, with the step of lane l at ``work[place + l]``."""
+    """Compiled ``(work, n, target, base, place)``: `machine.linear` with the step of lane l at ``work[place + l]``."""
     terms = sorted(row.items())
 
     def weighted_sum(typing: Any, work: Any, n: Any, target: Any, base: Any, place: Any) -> Any:
@@ -271,8 +271,8 @@ def stiff_wide(lane: int, n: int, wide: Reals, w: int, h: float, counts: Integer
     return 1 if counts[SUSPECT + lane] >= 15 else 0
 
 
-# places of eight integers each: number of the run (-1: none), steps, rejected steps, suspicions, calm steps, whether the
-# step before was rejected, outputs given, whether the step reaches the end
+# places of eight integers each: number of the run (-1: none), steps, rejected steps, suspicions, calm steps, whether
+# the step before was rejected, outputs given, whether the step reaches the end
 RUN, TAKEN, REJECTED, SUSPECT, CALM, AFTER, GIVEN, ENDS = 0, 8, 16, 24, 32, 40, 48, 56
 COUNTS = 64
 
@@ -414,9 +414,9 @@ def lanes_wide(
                 wide[more + STEPS + lane] = h
             else:
                 counts[TAKEN + lane] += 1
-                if stiff_wide(lane, n, wide, w, h, counts) != 0 and abs(until - after) > MANY * abs(h):
-                    if sizes[STIFF_ASKED] != 0:
-                        code = STIFF
+                stiff = stiff_wide(lane, n, wide, w, h, counts)
+                if stiff * sizes[STIFF_ASKED] != 0 and abs(until - after) > MANY * abs(h):
+                    code = STIFF
                 given = counts[GIVEN + lane]
                 reach = given
                 while reach < count and (wanted[reach] - after) * direction <= 0.0:
