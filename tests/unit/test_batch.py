@@ -233,9 +233,9 @@ def test_a_store_goes_on_where_it_was_left(tmp_path, monkeypatch) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"initial": {"theta": [1, 2]}, "values": {"m": [1, 2, 3]}}, "got 3 values of 'm' and 2 initial values of 'theta'"),
+        ({"initial": {"theta": [1, 2]}, "values": {"m": [1, 2, 3]}}, "got 3 values of 'm' and 2 initial values"),
         ({"initial": {"theta": [[1, 2]]}}, r"\(lanes,\) for the initial values of 'theta', got shape \(1, 2\).*sweep"),
-        ({"initial": {"theta": [1, float("nan")]}}, "finite numbers for the initial values of 'theta', got .* in lane 1"),
+        ({"initial": {"theta": [1, float("nan")]}}, "finite numbers for the initial values of 'theta', .* in lane 1"),
         ({"initial": {"theta": []}}, "at least one lane"),
         ({"initial": {"thet": [1, 2]}}, "Unknown name 'thet' in initial; did you mean 'theta'"),
         ({"initial": {"theta": [1, 2]}, "outputs": ["thet"]}, "Expected a coordinate, .* 'thet'"),

@@ -110,7 +110,7 @@ def test_parameters_that_the_motion_does_not_tell_apart_are_named() -> None:
         ({"time": [1.0, np.nan], "theta": [1.0, 2.0]}, {}, "Expected finite times"),
         (3, {}, "Expected measured data by name"),
         ([3], {}, "Expected measured data by name"),
-        ({"time": [1.0], "theta": [1.0]}, {"unknown": ["I", "theta"]}, "as many measured numbers as unknowns, got 1 for 2"),
+        ({"time": [1.0], "theta": [1.0]}, {"unknown": ["I", "theta"]}, "as many measured numbers as unknowns, got 1"),
         ({"time": [1.0], "theta": [1.0]}, {"unknown": ["J"]}, "Unknown name 'J' in unknown"),
         ({"time": [1.0], "theta": [1.0]}, {"sigma": {"x": 1}}, "Expected measured quantities in sigma, theta; got 'x'"),
         ({"time": [1.0], "theta": [1.0]}, {"sigma": {"theta": 0}}, "standard deviation greater than 0"),

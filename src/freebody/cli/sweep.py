@@ -40,10 +40,10 @@ class Range(click.ParamType):
 @click.command()
 @click.argument("model")
 @click.option("--vary", type=Range(), multiple=True, required=True, metavar="NAME=FROM:TO:COUNT",
-              help="Parameter, or start of a coordinate or speed; also NAME=A,B,C. Repeated: all combinations.")  # fmt: skip
+              help="Parameter, or start of a coordinate or speed; also NAME=A,B,C. Repeatable.")  # fmt: skip
 @click.option("--until", type=Number(), required=True, metavar="T", help="Length of the runs [s].")
 @click.option("--output", "outputs", multiple=True, metavar="WHAT",
-              help="theta, 'L*sin(theta)', 'max(theta)', 'final(theta)', ...; may be repeated. All coordinates if none.")  # fmt: skip
+              help="theta, 'L*sin(theta)', 'max(theta)', ...; may be repeated. All coordinates if none.")  # fmt: skip
 @click.option("--event", "events", multiple=True, metavar="EXPRESSION",
               help="Whose first and last passage through zero are kept; may be repeated.")  # fmt: skip
 @click.option("--samples", type=int, default=None, metavar="N", help="Number of output times (101).")

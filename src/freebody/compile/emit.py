@@ -181,7 +181,6 @@ class _Writer:
         T, lanes = self.T, self.lanes
         time = "double %t" if lanes == 1 else "ptr noalias %t"
         arguments = f"{time}, ptr noalias %y, ptr noalias %c, ptr noalias %out"
-        linkage = "" if lanes == 1 else "internal "
         frame = f"  %frame = alloca {T}, i64 {self.frame_size}, align 64" if self.frame_size else ""
         stored: dict[int, list[int]] = {}
         for k, i in enumerate(self.body.outputs):
@@ -189,11 +188,11 @@ class _Writer:
         if len(self.pieces) == 1:
             self._start()
             self._piece(0, stored.get(0, []))
-            head = f"define {linkage}void @{self.name}({arguments}) nounwind {{"
+            head = f"define void @{self.name}({arguments}) nounwind {{"
             return "\n".join([head, frame, *self.lines, "  ret void", "}", ""])
         result = []
         call = "double %t" if lanes == 1 else "ptr %t"
-        main = [f"define {linkage}void @{self.name}({arguments}) nounwind {{", frame]
+        main = [f"define void @{self.name}({arguments}) nounwind {{", frame]
         for k in range(len(self.pieces)):
             self._start()
             self._piece(k, stored.get(k, []))

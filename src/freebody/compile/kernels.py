@@ -130,7 +130,10 @@ class KernelSet:
         symbols = [f"f{k}" for k in range(len(names))]
         batches = [f"{s}.batch" for s, name in zip(symbols, names, strict=True) if name in batch]
         if batches:
-            batches.append("prologue.batch")
+            batches += [
+                "prologue.batch",
+                *(f"{s}.lanes" for s, name in zip(symbols, names, strict=True) if name in batch),
+            ]
         addresses = library.addresses(["prologue", *symbols, *batches])
         self._prologue = Kernel(
             "parameters", library, addresses["prologue"], addresses.get("prologue.batch"), parameters, 0,
@@ -139,7 +142,7 @@ class KernelSet:
         self.kernels: dict[str, Kernel] = {
             name: Kernel(
                 name, library, addresses[s], addresses.get(f"{s}.batch"), state, self.hoisted,
-                header["outputs"][name], header["operations"][name],
+                header["outputs"][name], header["operations"][name], addresses.get(f"{s}.lanes"),
             )
             for s, name in zip(symbols, names, strict=True)
         }  # fmt: skip
@@ -178,6 +181,9 @@ class Kernel:
     batch_address : int or None
         Of ``void f(int64 n, const double *t, int64 t_step, const double *y, const double *c, int64 c_step,
         double *out)`` over rows; a step of 0 shares t or c between all.
+    lanes_address : int or None
+        Of ``void f(const double *t, const double *y, const double *c, double *out)`` over 8 lanes: entry i of lane l at
+        8 i + l, every pointer a multiple of 64.
     outputs : int
         Length of ``out``.
     operations : dict
@@ -194,8 +200,10 @@ class Kernel:
         hoisted: int,
         outputs: int,
         operations: Mapping[str, int],
+        lanes_address: int | None = None,
     ) -> None:
         self.name = name
+        self.lanes_address = lanes_address
         self.address = address
         self.batch_address = batch_address
         self.state = state

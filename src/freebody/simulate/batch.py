@@ -57,6 +57,7 @@ STATUS = {
 NO_START = 9
 _PIECE = 0.25  # seconds between two looks at the keyboard
 _ROOM = 64  # steps between two looks at the output times
+_SECONDS = 3.0  # between two writes to a store
 _BLOCK = 1 << 26  # bytes of results that are held before they go to the store
 
 
@@ -351,19 +352,27 @@ class Results:
         return self.kept[:, 0] == -1
 
 
-def _blocks(job: Job, kept: Any) -> Any:
-    """Ranges of lanes whose results are held at once; without a store, all."""
+def _blocks(job: Job, kept: Any) -> Iterator[tuple[int, int]]:
+    """Ranges of lanes whose results are held at once; without a store, all.
+
+    With one they take some seconds each, so that a run that is stopped by force loses no more.
+    """
     n = job.given.count
     if kept is None:
         yield 0, n
         return
-    size = max(1, min(n, _BLOCK // job.bytes_per_lane, 1 << 14))
-    for low in range(0, n, size):
+    largest = max(1, min(_BLOCK // job.bytes_per_lane, 1 << 16))
+    low, size = 0, min(64, largest)
+    while low < n:
+        clock = perf_counter()
         high = min(low + size, n)
         # runs of lanes that are still waiting
-        waiting = np.flatnonzero(np.concatenate([[0], np.diff(kept.waiting(low, high), prepend=0, append=0)]))
-        for first, last in zip(waiting[::2], waiting[1::2], strict=True):
-            yield low + int(first) - 1, low + int(last) - 1
+        edges = np.flatnonzero(np.diff(kept.waiting(low, high), prepend=0, append=0))
+        for first, last in zip(edges[::2], edges[1::2], strict=True):
+            yield low + int(first), low + int(last)
+        low = high
+        if edges.size:
+            size = int(max(1, min(largest, 4 * size, size * _SECONDS / max(perf_counter() - clock, 1e-6))))
 
 
 class _Loop:
@@ -372,8 +381,18 @@ class _Loop:
     def __init__(self, job: Job, method: str, part: Results, until_stiff: bool) -> None:
         self.job, self.method, self.part = job, method, part
         kernels, given, model = job.kernels, job.given, job.kernels.model
+        # eight at once, where nothing is looked for between the output times
+        self.wide = (
+            method == "dop853" and not model.constraints and not job.specs and not job.asked.reduced
+            and job.step is None and kernels.size > 0 and job.begin != job.end and part.high - part.low >= layout.WIDTH
+        )  # fmt: skip
         program: BatchProgram = batch_program(
-            kernels, job.asked.timed_values, job.asked.reduced_values, job.expressions, method == "radau"
+            kernels,
+            job.asked.timed_values,
+            job.asked.reduced_values,
+            job.expressions,
+            method == "radau",
+            self.wide,
         )
         self.program = program
         n = kernels.size
@@ -385,7 +404,7 @@ class _Loop:
             [
                 program.compiled._prologue.address, program.address("rates"), program.address("energy"),
                 program.address("outputs"), program.address("reduced"), program.address("watched"),
-                program.address("dropped"),
+                program.address("dropped"), (program.compiled["rates"].lanes_address or 0) if self.wide else 0,
             ],
             dtype=np.int64,
         )  # fmt: skip
@@ -399,6 +418,7 @@ class _Loop:
         sizes[at.LIMIT] = (1 << 62) if job.max_steps is None else job.max_steps
         sizes[at.WORKS], sizes[at.STIFF_ASKED] = kernels.works, until_stiff
         sizes[at.N_DROPPED] = program.dropped
+        sizes[at.N_CONSTANTS] = program.compiled.hoisted
         self.sizes = sizes
         span = abs(job.end - job.begin)
         options = np.zeros(at.OPTIONS)
@@ -420,12 +440,14 @@ class _Loop:
         backwards = job.end < job.begin
         self.order = np.argsort(-job.wanted if backwards else job.wanted, kind="stable")
         self.wanted = job.wanted[self.order]
-        loop.loop(method + loop.LANES)
-        self.function = loop.loop(method + loop.LANES).functions["lanes"]
+        made = loop.loop(loop.WIDE if self.wide else method + loop.LANES)
+        self.function = made.functions["lanes_wide" if self.wide else "lanes"]
         self.given = given
 
     def memory(self) -> tuple[Any, ...]:
-        """Of one thread: in the order of the arguments, in three groups."""
+        """Of one thread, in the order of the arguments."""
+        if self.wide:
+            return self._memory_of_eight()
         n, m = self.n, self.program.watched
         size = int(self.sizes[at.N_WORK])
         events = layout.most_events(m)
@@ -440,6 +462,16 @@ class _Loop:
             np.zeros(layout.INTEGERS, dtype=np.int64),
         )  # fmt: skip
 
+    def _memory_of_eight(self) -> tuple[Any, ...]:
+        n, hoisted, size = self.n, self.program.compiled.hoisted, int(self.sizes[at.N_WORK])
+        eight, count = 8 * n, max(1, self.wanted.size)
+        return (
+            np.zeros(size), np.zeros(size), np.zeros(max(2, n)), _aligned(layout.ROWS * eight + 24),
+            _aligned(8 * max(1, hoisted)), np.zeros(8 * max(1, hoisted)), np.zeros(eight), np.zeros(n), np.zeros(8),
+            np.zeros(8), np.zeros(72, dtype=np.int64), np.zeros(2), np.zeros(1), np.zeros(2 * n), np.zeros(count * n),
+            np.zeros(layout.INTEGERS, dtype=np.int64),
+        )  # fmt: skip
+
     def chunk(self, lanes: Any, memory: tuple[Any, ...]) -> None:
         """Run some lanes, given by number, and put what they left where it belongs."""
         job, part, n = self.job, self.part, len(lanes)
@@ -450,11 +482,17 @@ class _Loop:
             initial[:, : job.states.shape[1]] = job.states[lanes] if len(job.states) > 1 else job.states
         parameters = self.given.parameters(lanes)
         new = Results.of(job, 0, n)
-        self.function(
+        given = (
             0, n, self.addresses, self.sizes, self.options, initial, parameters, self.wanted, self.quaternions,
-            self.relative, job.tolerances, self.directions, self.terminal, *memory, new.values, new.reduced,
-            new.event_times, new.counts, new.kept, new.ends,
+            self.relative, job.tolerances,
         )  # fmt: skip
+        if self.wide:
+            self.function(*given, *memory, new.values, new.kept, new.ends)
+        else:
+            self.function(
+                *given, self.directions, self.terminal, *memory, new.values, new.reduced, new.event_times, new.counts,
+                new.kept, new.ends,
+            )  # fmt: skip
         if new.values.size:
             part.values[rows[:, None], self.order] = new.values
         part.reduced[rows], part.event_times[rows], part.counts[rows] = (
@@ -470,7 +508,7 @@ class _Loop:
         lanes = np.arange(self.part.low, self.part.high, dtype=np.int64) if todo is None else todo
         threads = max(1, min(self.job.threads, len(lanes)))
         rooms = [self.memory() for _ in range(threads)]
-        size, place, done = 1, 0, 0
+        size, place, done = 2 * layout.WIDTH if self.wide else 1, 0, 0
         largest = max(1, _BLOCK // (8 * self.job.bytes_per_lane))
         if threads == 1:
             while place < len(lanes):
@@ -493,6 +531,13 @@ class _Loop:
                 done = min(place, len(lanes))
                 size = _next(size, perf_counter() - clock, largest)
                 between(float(self.part.low + done))
+
+
+def _aligned(count: int) -> Array:
+    """Zeros that begin at a multiple of 64 bytes, as whole vector registers are read."""
+    room = np.zeros(count + 8)
+    shift = -(room.ctypes.data // 8) % 8
+    return room[shift : shift + count]
 
 
 def _next(size: int, seconds: float, largest: int) -> int:

@@ -40,8 +40,9 @@ class BatchProgram:
 
 
 def batch_program(
-    kernels: Kernels, outputs: Sequence[Any], reduced: Sequence[Any], events: Sequence[Any], tangent: bool
-) -> BatchProgram:
+    kernels: Kernels, outputs: Sequence[Any], reduced: Sequence[Any], events: Sequence[Any], tangent: bool,
+    wide: bool = False,
+) -> BatchProgram:  # fmt: skip
     """The program of a batch; compiled once for the same questions.
 
     Parameters
@@ -51,16 +52,19 @@ def batch_program(
     events : sequence of expressions
     tangent : bool
         Whether the derivative of the rates along a direction is needed (`radau`).
+    wide : bool
+        Whether the rates are needed for eight lanes at once.
     """
-    key = ("batch", tuple(outputs), tuple(reduced), tuple(events), tangent)
+    key = ("batch", tuple(outputs), tuple(reduced), tuple(events), tangent, wide)
     if key not in kernels._programs:
-        kernels._programs[key] = _recorded(kernels, outputs, reduced, events, tangent)  # type: ignore[assignment]
+        kernels._programs[key] = _recorded(kernels, outputs, reduced, events, tangent, wide)  # type: ignore[assignment]
     return kernels._programs[key]  # type: ignore[return-value]
 
 
 def _recorded(
-    kernels: Kernels, outputs: Sequence[Any], reduced: Sequence[Any], events: Sequence[Any], tangent: bool
-) -> BatchProgram:
+    kernels: Kernels, outputs: Sequence[Any], reduced: Sequence[Any], events: Sequence[Any], tangent: bool,
+    wide: bool,
+) -> BatchProgram:  # fmt: skip
     model, tape = kernels.model, Tape()
     state = traced_state(model, tape)
     moving = motion(model, state, kernels.active)
@@ -99,7 +103,8 @@ def _recorded(
         functions["tangent"] = forward(tape, rates, y, along)
         inputs += along
     parameters = [state.values[parameter.symbol] for parameter in model.parameters]
-    compiled = compile_tape(tape, functions, state.t, inputs, parameters)
+    batch = ("rates",) if wide else ()
+    compiled = compile_tape(tape, functions, state.t, inputs, parameters, batch)
     return BatchProgram(compiled, len(watched), 2 * len(left))
 
 

@@ -1,8 +1,8 @@
 """The loop over lanes: many runs of one machine, one after another, without Python between them.
 
 A lane is a run with its own parameters and start. It goes through the loop of `stepping` exactly as a run alone does:
-the same first step, the same control, the same states between steps, to the last bit. What a lane leaves is what was asked
-for: outputs at given times, extremes, first and last times of events, and how it ended; its steps are forgotten.
+the same first step, the same control, the same states between steps, to the last bit. What a lane leaves is what was
+asked for: outputs at given times, extremes, first and last times of events, and how it ended; its steps are forgotten.
 
 Outputs at given times are ends of shorter steps (`stepping.sample`), made in memory of their own, so that they do not
 disturb the run. Extremes are looked for at the start and the end of every step and at the zeros of the rate of what is

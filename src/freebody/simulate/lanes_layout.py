@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 # addresses of kernels: constants of the parameters, and functions of (t, y)
-PROLOGUE, RATES, ENERGY, OUTPUTS, REDUCED, WATCHED, DROPPED = 0, 1, 2, 3, 4, 5, 6
-ADDRESSES = 7
+PROLOGUE, RATES, ENERGY, OUTPUTS, REDUCED, WATCHED, DROPPED, WIDE = 0, 1, 2, 3, 4, 5, 6, 7
+ADDRESSES = 8
 
 # counts: of components, of numbers in a row of the work array and in all of it, of quaternions, parameters, constants,
 # events asked for, events watched (rates of extremes are the rest), outputs at a time, times, quantities with extremes,

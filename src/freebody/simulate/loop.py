@@ -40,6 +40,8 @@ SOURCES = {
 CALLED = ("advance", "sample", "observe")
 LANES = " lanes"
 """After the name of a method: with the loop over lanes, which adds ``lanes`` to what is called."""
+WIDE = "dop853 wide"
+"""The method with the loops over one lane and over eight."""
 LIBRARIES = frozenset(
     ("pow", "exp", "exp2", "log", "log2", "fma", "floor", "ceil", "memcpy", "memset", "memmove")
 )
@@ -103,7 +105,9 @@ def _loop(method: str = "dop853") -> Loop:
     loaded = None if found is None else _loaded(*found, _called(method))
     if loaded is not None:
         return Loop(*loaded, True)
-    if method.endswith(LANES):
+    if method == WIDE:
+        compiled = importlib.import_module(".lanes_wide", __package__).functions()
+    elif method.endswith(LANES):
         compiled = importlib.import_module(".lanes", __package__).functions(method.removesuffix(LANES))
     else:
         compiled = importlib.import_module(f".{method}", __package__).FUNCTIONS
@@ -122,6 +126,8 @@ def _loop(method: str = "dop853") -> Loop:
 
 def _called(method: str) -> tuple[str, ...]:
     """What Python calls of a method."""
+    if method == WIDE:
+        return (*CALLED, "lanes", "lanes_wide")
     return (*CALLED, "lanes") if method.endswith(LANES) else CALLED
 
 
@@ -185,8 +191,9 @@ def _key(method: str = "dop853") -> str:
     """Hash of the source of the loop and of what compiles it."""
     digest = hashlib.sha256(f"loop {method} {disk.VERSION} {native.version()}\n".encode())
     here = Path(__file__).parent
-    more = ("lanes.py", "lanes_layout.py") if method.endswith(LANES) else ()
-    for name in (*SHARED, *SOURCES[method.removesuffix(LANES)], *more):
+    more = ("lanes.py", "lanes_layout.py") if " " in method else ()
+    more = (*more, "lanes_wide.py") if method == WIDE else more
+    for name in (*SHARED, *SOURCES[method.split()[0]], *more):
         digest.update((here / name).read_bytes())
     # numba's version without an import of numba, which takes longer than a run
     numba = importlib.util.find_spec("numba")

@@ -257,8 +257,8 @@ class Variation:
             if np.abs(A @ step - b).max(initial=0) > 1e-7 * (1 + np.abs(b).max(initial=0)):
                 raise SimulationError(
                     f"The start can not follow a change of '{one.name}': the constraints of '{model.name}' hold what "
-                    f"is named in initial ({', '.join(map(str, initial)) or 'nothing'}). Name less, so that the rest can "
-                    "follow, or use near=."
+                    f"is named in initial ({', '.join(map(str, initial)) or 'nothing'}). Name less, so that the rest "
+                    "can follow, or use near=."
                 )
             result[j, free] += step
         return result

@@ -337,7 +337,7 @@ def _weights(sigma: Any, quantities: list[str], measured: Any) -> list[dict[str,
     if not given and len(quantities) > 1:
         raise SimulationError(
             f"Expected sigma= for several measured quantities ({', '.join(quantities)}): how much an error of one "
-            "counts against one of another. Pass their standard deviations, such as sigma={'theta': 0.01, \"theta'\": 0.1}."
+            "counts against one of another. Pass their standard deviations, such as sigma={'theta': 0.01}."
         )
     result = []
     for times, columns in measured:

@@ -1,0 +1,468 @@
+"""Eight lanes at once: the loop over lanes with one run in each of the eight numbers of a vector register.
+
+Each lane keeps its own time, step, error and control, exactly as `stepping.advance` has them; what eight lanes share is
+one attempt after another. A lane that is rejected tries again while the others go on; one that has ended makes room for
+the next. The kernels for eight lanes and the sums of the stages do the operations of those for one in the same order,
+so that a lane is the run that it would be alone, to the last bit.
+
+For the explicit method of order 8 on machines without constraints, and for runs in which no events and no extremes are
+looked for (`lanes` serves the others). States at output times are made as for one lane (`stepping.sample`).
+
+Rows of ``wide`` hold component i of lane l at 8 i + l.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from . import dop853, stepping, tableau
+from .lanes import functions as of_one
+from .lanes_layout import (
+    ENERGY,
+    KEPT,
+    LIMIT,
+    LONGEST,
+    N_CONSTANTS,
+    N_OUTPUTS,
+    N_PARAMETERS,
+    N_QUATERNIONS,
+    N_TIMES,
+    N_WORK,
+    ORDER,
+    OUTPUTS,
+    PROLOGUE,
+    RATES,
+    STIFF_ASKED,
+    T0,
+    T1,
+    TOO_MANY,
+    WIDE,
+    WIDTH_OF_ROW,
+    WORKS,
+    N,
+)
+from .layout import (
+    ARGUMENT,
+    COLLAPSED,
+    END,
+    ERROR3,
+    ERROR5,
+    FINISHED,
+    MANY,
+    NOT_FINITE,
+    RAW,
+    ROWS,
+    RUNNING,
+    STATE,
+    STIFF,
+    WIDTH,
+)
+from .machine import Compiled, Integers, Reals, call, greater, lesser, root, shifted
+from .stepping import _EPS, _TINY, GREATEST, SAFETY, SMALLEST
+
+_double, _integer = ir.DoubleType(), ir.IntType(64)
+_PARTS: list[Any] = []
+EXPONENT, BETA = dop853.CONTROL["EXPONENT"], dop853.CONTROL["BETA"]
+LAST, STABLE = dop853.CONTROL["LAST"], dop853.CONTROL["LIMIT"]
+STEPS, TIMES, MOMENTS = 0, 8, 16  # places after the rows: steps, times and moments of the lanes
+MORE = 24
+
+# what `functions` puts in place
+normalise: Any = None
+sample: Any = None
+first_length: Any = None
+
+
+def part(function: Any) -> Any:
+    """A function of the loop over lanes."""
+    _PARTS.append(function)
+    return function
+
+
+def functions() -> dict[str, Compiled]:
+    """The compiled loop over lanes, of one and of eight."""
+    given = of_one("dop853")
+    return {**given, **stepping.bound(_PARTS, {**globals(), **given})}
+
+
+@intrinsic
+def call_wide(typing: Any, address: Any, t: Any, i: Any, y: Any, j: Any, c: Any, out: Any, k: Any) -> Any:
+    """Call the kernel for eight lanes on times ``t[i:]`` and states ``y[j:]``; it writes ``out[k:]``."""
+    del typing
+    signature = types.void(types.int64, t, types.int64, y, types.int64, c, out, types.int64)
+    del address, i, j, k
+
+    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        del signature
+        kernel, t_, i_, y_, j_, c_, out_, k_ = arguments
+        pointer = _double.as_pointer()
+        function = ir.FunctionType(ir.VoidType(), [pointer] * 4)
+        builder.call(
+            builder.inttoptr(kernel, function.as_pointer()),
+            [builder.gep(t_, [i_]), builder.gep(y_, [j_]), c_, builder.gep(out_, [k_])],
+        )
+        return context.get_dummy_value()
+
+    return signature, write
+
+
+def linear_wide(row: Mapping[int, float]) -> Any:
+    """Compiled ``(work, n, target, base, place)``: `machine.linear` with the step of lane l at ``work[place + l]``."""
+    terms = sorted(row.items())
+
+    def weighted_sum(typing: Any, work: Any, n: Any, target: Any, base: Any, place: Any) -> Any:
+        del typing, n, target, base, place
+        signature = types.void(work, types.int64, types.int64, types.int64, types.int64)
+
+        def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            del signature
+            work_, n_, target_, base_, place_ = arguments
+            vector = ir.VectorType(_double, WIDTH)
+            fma = cgutils.get_or_insert_function(
+                builder.module, ir.FunctionType(vector, [vector] * 3), f"llvm.fmuladd.v{WIDTH}f64"
+            )
+
+            def at(index: Any) -> Any:
+                return builder.bitcast(builder.gep(work_, [index]), vector.as_pointer())
+
+            def place_of(number: Any, offset: Any) -> Any:
+                return at(builder.add(builder.mul(number, n_), offset))
+
+            step = builder.load(at(place_), align=8)
+            based = builder.icmp_signed(">=", base_, _integer(0))
+            safe_base = builder.select(based, base_, _integer(0))
+            entry = builder.block
+            loop = builder.append_basic_block("rows")
+            done = builder.append_basic_block("rows_done")
+            builder.branch(loop)
+            builder.position_at_end(loop)
+            offset = builder.phi(_integer)
+            offset.add_incoming(_integer(0), entry)
+            total = None
+            for number, coefficient in terms:
+                value = builder.load(place_of(_integer(number), offset), align=8)
+                weight = ir.Constant(vector, [_double(coefficient)] * WIDTH)
+                total = (
+                    builder.fmul(weight, value)
+                    if total is None
+                    else builder.call(fma, [weight, value, total])
+                )
+            zero = ir.Constant(vector, [_double(0)] * WIDTH)
+            start = builder.select(based, builder.load(place_of(safe_base, offset), align=8), zero)
+            builder.store(builder.call(fma, [step, total, start]), place_of(target_, offset), align=8)
+            following = builder.add(offset, _integer(WIDTH))
+            offset.add_incoming(following, builder.block)
+            builder.cbranch(builder.icmp_signed("<", following, n_), loop, done)
+            builder.position_at_end(done)
+            return context.get_dummy_value()
+
+        return signature, write
+
+    return intrinsic(weighted_sum)
+
+
+_C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10, _C11 = tableau.C[1:12]
+_a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8, _a9, _a10, _a11 = (linear_wide(row) for row in tableau.A[1:12])
+_b, _e5, _e3 = linear_wide(tableau.B), linear_wide(tableau.E5), linear_wide(tableau.E3)
+
+
+@part
+def stage(kernel: int, fraction: float, k: int, wide: Reals, w: int, c: Reals) -> None:
+    """Row k: the rates at row ARGUMENT, at the part ``fraction`` of every lane's step."""
+    more = ROWS * w
+    for lane in range(8):
+        wide[more + MOMENTS + lane] = wide[more + TIMES + lane] + fraction * wide[more + STEPS + lane]
+    call_wide(kernel, wide, more + MOMENTS, wide, ARGUMENT * w, c, wide, k * w)
+
+
+@part
+def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
+    """One step of each lane from STATE, whose rates are row 0: see `dop853.attempt`."""
+    h = ROWS * w + STEPS
+    _a1(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C1, 1, wide, w, c)
+    _a2(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C2, 2, wide, w, c)
+    _a3(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C3, 3, wide, w, c)
+    _a4(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C4, 4, wide, w, c)
+    _a5(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C5, 5, wide, w, c)
+    _a6(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C6, 6, wide, w, c)
+    _a7(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C7, 7, wide, w, c)
+    _a8(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C8, 8, wide, w, c)
+    _a9(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C9, 9, wide, w, c)
+    _a10(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C10, 10, wide, w, c)
+    _a11(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C11, 11, wide, w, c)
+    _b(wide, w, RAW, STATE, h)
+    _e5(wide, w, ERROR5, -1, h)
+    _e3(wide, w, ERROR3, -1, h)
+
+
+@part
+def judge_wide(lane: int, n: int, wide: Reals, w: int, relative: Reals, absolute: Reals) -> float:
+    """Error of a lane's step in units of its tolerance, nan if it is not finite: see `dop853.judge`."""
+    error5, error3 = 0.0, 0.0
+    for i in range(n):
+        k = 8 * i + lane
+        new = wide[RAW * w + k]
+        scale = absolute[k] + relative[i] * greater(abs(wide[STATE * w + k]), abs(new))
+        one, two = abs(wide[ERROR5 * w + k]) / scale, abs(wide[ERROR3 * w + k]) / scale
+        if not (math.isfinite(new) and math.isfinite(one) and math.isfinite(two)):
+            return math.nan
+        error5 = greater(one, error5)
+        error3 = greater(error3, two)
+    if error5 == 0.0:
+        return 0.0
+    return error5 * error5 / root(error5 * error5 + 0.01 * error3 * error3)
+
+
+@part
+def lost(lane: int, n: int, wide: Reals, w: int, row: int, rows: int) -> int:
+    """The first component of a lane that is not finite in the first of ``rows`` rows that has one, or -1."""
+    for k in range(row, row + rows):
+        for i in range(n):
+            if not math.isfinite(wide[k * w + 8 * i + lane]):
+                return i
+    return -1
+
+
+@part
+def unit_wide(lane: int, wide: Reals, w: int, row: int, quaternions: Integers, nq: int) -> None:
+    for k in range(nq):
+        i = row * w + 8 * quaternions[k] + lane
+        a, b, c, d = wide[i], wide[i + 8], wide[i + 16], wide[i + 24]
+        s = root(a * a + b * b + c * c + d * d)
+        for j in range(4):
+            wide[i + 8 * j] /= s
+
+
+@part
+def stiff_wide(lane: int, n: int, wide: Reals, w: int, h: float, counts: Integers) -> int:
+    """See `stepping._stiff`."""
+    above, below = 0.0, 0.0
+    for i in range(n):
+        k = 8 * i + lane
+        a = wide[12 * w + k] - wide[LAST * w + k]
+        b = wide[END * w + k] - wide[ARGUMENT * w + k]
+        above += a * a
+        below += b * b
+    if h * h * above > STABLE * STABLE * below and below > 0.0:
+        counts[SUSPECT + lane] += 1
+        counts[CALM + lane] = 0
+    else:
+        counts[CALM + lane] += 1
+        if counts[CALM + lane] == 6:
+            counts[SUSPECT + lane] = 0
+    return 1 if counts[SUSPECT + lane] >= 15 else 0
+
+
+# places of eight integers each: number of the run (-1: none), steps, rejected steps, suspicions, calm steps, whether
+# the step before was rejected, outputs given, whether the step reaches the end
+RUN, TAKEN, REJECTED, SUSPECT, CALM, AFTER, GIVEN, ENDS = 0, 8, 16, 24, 32, 40, 48, 56
+COUNTS = 64
+
+
+@part
+def enter(
+    lane: int, run: int, kernels: Integers, sizes: Integers, options: Reals, initial: Reals, parameters: Reals,
+    quaternions: Integers, relative: Reals, tolerances: Reals, work: Reals, spare: Reals, wide: Reals, w: int,
+    c: Reals, alone: Reals, absolute: Reals, single: Reals, olds: Reals, counts: Integers,
+) -> int:  # fmt: skip
+    """A run enters a lane; RUNNING, or NOT_FINITE with the component in ``counts[COUNTS]``. See `lanes.lanes`."""
+    n, w1, nq, hoisted = sizes[N], sizes[WIDTH_OF_ROW], sizes[N_QUATERNIONS], sizes[N_CONSTANTS]
+    start, until = options[T0], options[T1]
+    direction = 1.0 if until >= start else -1.0
+    longest = lesser(options[LONGEST], abs(until - start))
+    own = shifted(alone, lane * hoisted)
+    call(kernels[PROLOGUE], 0.0, parameters, run * sizes[N_PARAMETERS], own, own, 0)
+    for j in range(hoisted):
+        c[8 * j + lane] = own[j]
+    for i in range(sizes[N_WORK]):
+        work[i] = 0.0
+    for i in range(n):
+        work[STATE * w1 + i] = initial[run * n + i]
+        single[i] = tolerances[i]
+    normalise(work, STATE * w1, quaternions, nq)
+    call(kernels[RATES], start, work, STATE * w1, own, work, 0)
+    for i in range(n):
+        if not math.isfinite(work[i]):
+            counts[COUNTS] = i
+            return NOT_FINITE
+    if sizes[WORKS] != 0:
+        call(kernels[ENERGY], start, work, STATE * w1, own, spare, 0)
+        energy = greater(abs(spare[0]), abs(spare[1]))
+        if 0.0 < energy < math.inf:
+            single[n - 1] *= energy
+    step = first_length(
+        kernels[RATES], start, direction, longest, work, w1, n, own, relative, single, options[ORDER]
+    )  # fmt: skip
+    for i in range(n):
+        wide[STATE * w + 8 * i + lane] = work[STATE * w1 + i]
+        wide[8 * i + lane] = work[i]
+        absolute[8 * i + lane] = single[i]
+    more = ROWS * w
+    wide[more + TIMES + lane] = start
+    wide[more + STEPS + lane] = direction * lesser(step, longest)
+    olds[lane] = 1e-4
+    for k in range(8):
+        counts[8 * k + lane] = 0
+    counts[RUN + lane] = run
+    return RUNNING
+
+
+@part
+def lanes_wide(
+    begin: int, end: int, kernels: Integers, sizes: Integers, options: Reals, initial: Reals, parameters: Reals,
+    wanted: Reals, quaternions: Integers, relative: Reals, tolerances: Reals, work: Reals, other: Reals, spare: Reals,
+    wide: Reals, c: Reals, alone: Reals, absolute: Reals, single: Reals, olds: Reals, afters: Reals, counts: Integers,
+    times: Reals, lengths: Reals, states: Reals, sampled: Reals, spare_integers: Integers, values: Reals,
+    kept: Integers, ends: Reals,
+) -> None:  # fmt: skip
+    """Runs ``begin`` to ``end`` - 1; arguments as those of `lanes.lanes`, and memory of this thread."""
+    n, nq = sizes[N], sizes[N_QUATERNIONS]
+    w = 8 * n
+    outputs, count, hoisted = sizes[N_OUTPUTS], sizes[N_TIMES], sizes[N_CONSTANTS]
+    start, until = options[T0], options[T1]
+    direction = 1.0 if until >= start else -1.0
+    more = ROWS * w
+    following, active = begin, 0
+    for lane in range(8):
+        counts[RUN + lane] = -1
+        wide[more + STEPS + lane] = wide[more + TIMES + lane] = 0.0
+    while active > 0 or following < end:
+        for lane in range(8):
+            while counts[RUN + lane] < 0 and following < end:
+                code = enter(
+                    lane, following, kernels, sizes, options, initial, parameters, quaternions, relative, tolerances,
+                    work, spare, wide, w, c, alone, absolute, single, olds, counts,
+                )  # fmt: skip
+                if code == RUNNING:
+                    active += 1
+                else:
+                    kept[KEPT * following] = code
+                    kept[KEPT * following + 3] = counts[COUNTS]
+                    ends[following] = start
+                following += 1
+            run = counts[RUN + lane]
+            if run < 0:
+                wide[more + STEPS + lane] = 0.0
+                continue
+            t, h = wide[more + TIMES + lane], wide[more + STEPS + lane]
+            if abs(h) > options[LONGEST]:
+                h = direction * options[LONGEST]
+            counts[ENDS + lane] = 0
+            if (t + 1.01 * h - until) * direction >= 0.0:
+                h = until - t
+                counts[ENDS + lane] = 1
+            elif abs(h) <= 8.0 * _EPS * abs(t) or abs(h) < _TINY:
+                kept[KEPT * run] = COLLAPSED
+                kept[KEPT * run + 1] = counts[TAKEN + lane]
+                kept[KEPT * run + 2] = counts[REJECTED + lane]
+                ends[run] = t
+                counts[RUN + lane] = -1
+                active -= 1
+                h = 0.0
+            wide[more + STEPS + lane] = h
+            afters[lane] = until if counts[ENDS + lane] != 0 else t + h
+        if active == 0:
+            continue
+        attempt_wide(kernels[WIDE], wide, w, c)
+        for i in range(w):
+            wide[END * w + i] = wide[RAW * w + i]
+        for lane in range(8):
+            unit_wide(lane, wide, w, END, quaternions, nq)
+            wide[more + MOMENTS + lane] = afters[lane]
+        call_wide(kernels[WIDE], wide, more + MOMENTS, wide, END * w, c, wide, 12 * w)
+        for lane in range(8):
+            run = counts[RUN + lane]
+            if run < 0:
+                continue
+            t, h, after = wide[more + TIMES + lane], wide[more + STEPS + lane], afters[lane]
+            reaches = counts[ENDS + lane] != 0
+            error = judge_wide(lane, n, wide, w, relative, absolute)
+            if error <= 1.0 and lost(lane, n, wide, w, 12, 1) >= 0:
+                error = math.nan
+            code = RUNNING
+            blame = 0
+            if not error <= 1.0:
+                counts[REJECTED + lane] += 1
+                counts[AFTER + lane] = 1
+                if error == error:
+                    h *= greater(SMALLEST, SAFETY / error**EXPONENT)
+                else:
+                    blame = lost(lane, n, wide, w, 1, 12)
+                    if blame < 0:
+                        blame = lost(lane, n, wide, w, RAW, 3)
+                    h *= 0.25
+                    if abs(h) <= 16.0 * _EPS * abs(t) or abs(h) < _TINY:
+                        code = NOT_FINITE
+                wide[more + STEPS + lane] = h
+            else:
+                counts[TAKEN + lane] += 1
+                stiff = stiff_wide(lane, n, wide, w, h, counts)
+                if stiff * sizes[STIFF_ASKED] != 0 and abs(until - after) > MANY * abs(h):
+                    code = STIFF
+                given = counts[GIVEN + lane]
+                reach = given
+                while reach < count and (wanted[reach] - after) * direction <= 0.0:
+                    reach += 1
+                if reach > given:
+                    times[0], times[1], lengths[0] = t, after, h
+                    for i in range(n):
+                        states[i] = wide[STATE * w + 8 * i + lane]
+                        states[n + i] = wide[END * w + 8 * i + lane]
+                    for i in range(sizes[N_WORK]):
+                        other[i] = 0.0
+                    own = shifted(alone, lane * hoisted)
+                    sample(
+                        kernels[RATES], n, own, other, sizes[WIDTH_OF_ROW], quaternions, nq, 1, times, lengths, states,
+                        0, reach - given, shifted(wanted, given), sampled, relative, single, spare_integers,
+                    )  # fmt: skip
+                    for k in range(given, reach):
+                        call(
+                            kernels[OUTPUTS], wanted[k], sampled, (k - given) * n, own, values,
+                            (run * count + k) * outputs,
+                        )  # fmt: skip
+                    counts[GIVEN + lane] = reach
+                t = after
+                wide[more + TIMES + lane] = t
+                for i in range(n):
+                    k = 8 * i + lane
+                    wide[STATE * w + k] = wide[END * w + k]
+                    wide[k] = wide[12 * w + k]
+                if reaches:
+                    code = FINISHED
+                elif code == RUNNING and counts[TAKEN + lane] >= sizes[LIMIT]:
+                    code = TOO_MANY
+                factor = GREATEST
+                if error > 0.0:
+                    factor = SAFETY * olds[lane] ** BETA / error**EXPONENT
+                    factor = lesser(GREATEST, greater(SMALLEST, factor))
+                if counts[AFTER + lane] != 0:
+                    factor = lesser(1.0, factor)
+                    counts[AFTER + lane] = 0
+                wide[more + STEPS + lane] = h * factor
+                olds[lane] = greater(error, 1e-4)
+            if code != RUNNING:
+                kept[KEPT * run] = code
+                kept[KEPT * run + 1] = counts[TAKEN + lane]
+                kept[KEPT * run + 2] = counts[REJECTED + lane]
+                kept[KEPT * run + 3] = blame
+                ends[run] = t
+                counts[RUN + lane] = -1
+                active -= 1

@@ -1,0 +1,111 @@
+"""Eight lanes in a register: each is the run alone, to the last bit, whatever its neighbours do."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import freebody as fb
+from freebody.simulate import batch
+
+
+@pytest.fixture
+def wide(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
+    """Whether the loops made in a test run eight lanes at once."""
+    seen: list[bool] = []
+    made = batch._Loop.__init__
+
+    def watched(self, *arguments):
+        made(self, *arguments)
+        seen.append(self.wide)
+
+    monkeypatch.setattr(batch._Loop, "__init__", watched)
+    return seen
+
+
+def pendulum() -> fb.System:
+    s = fb.System("pendulum")
+    m, length, g, c = s.parameters(m=1.0, L=2.0, g=9.81, c=0.0)
+    s.gravity = (0, -g, 0)
+    bar = s.body("bar", fb.slender_bar(m, length, axis="y"))
+    pin = s.hinge("pin", s.ground, bar, to=(0, length / 2, 0), axis="z", coordinate="theta")
+    s.damper("c", pin, damping=c)
+    s.torque("drive", bar, (0, 0, "m*sin(3*t)"))
+    return s
+
+
+@pytest.mark.parametrize("lanes", [8, 13, 40])
+def test_driven_pendulums_with_work_and_time(wide: list[bool], lanes: int) -> None:
+    s = pendulum()
+    theta, damping = np.linspace(-3, 3, lanes), np.linspace(0, 0.5, lanes)
+    times = [0.0, 0.3, 0.31, 4.0, 2.5]
+    data = fb.simulate(
+        s, 4, initial={"theta": theta}, values={"c": damping}, tolerance=1e-10, times=times, max_step=0.5,
+        outputs=["theta", "theta'", "work", "energy"],
+    )  # fmt: skip
+    assert wide == [True]
+    for k in range(lanes):
+        alone = fb.simulate(
+            s,
+            4,
+            initial={"theta": theta[k]},
+            values={"c": damping[k]},
+            tolerance=1e-10,
+            times=times,
+            max_step=0.5,
+        )
+        for name in ("theta", "theta'", "work"):
+            assert np.array_equal(data[name][k], alone[name]), (k, name)
+        assert int(data.steps[k]) == alone.steps and float(data.end[k]) == 4
+
+
+def test_free_bodies_with_quaternions_and_backwards(wide: list[bool]) -> None:
+    s = fb.System("stone")
+    m = s.parameters(m=2.0)
+    s.free("turn", s.ground, s.body("stone", fb.box(m, (0.1, 0.2, 0.4))))
+    rates = np.linspace(0.5, 9, 11)
+    start = {"turn": fb.Rotation.axis_angle((1, 0, 0), 0.4), "turn_wy": 3.0, "turn_wz": 0.1, "turn_vx": 1.0}
+    for until in (3.0, -3.0):
+        data = fb.simulate(s, until, initial={**start, "turn_wx": rates}, samples=4)
+        for k in range(11):
+            alone = fb.simulate(s, until, initial={**start, "turn_wx": rates[k]}, samples=4)
+            for name in alone.names:
+                assert np.array_equal(data[name][k], alone[name]), (until, k, name)
+    assert wide == [True, True]
+
+
+def test_lanes_that_fail_or_are_stiff_do_not_touch_their_neighbours(wide: list[bool]) -> None:
+    s = fb.System("odd springs")
+    k, c = s.parameters(k=1.0, c=1.0)
+    guide = s.slider("guide", s.ground, s.body("cart", fb.particle(2)), axis="x", coordinate="x")
+    s.spring("spring", guide, stiffness=k)
+    s.damper("damper", guide, damping=c)
+    s.generalized_force("x", "sqrt(x + 2)")
+    stiffness = np.ones(20)
+    damping = np.linspace(0.1, 2, 20)
+    stiffness[[3, 11]], damping[[3, 11]] = 1e6, 1e5
+    x = np.linspace(0, 1, 20)
+    speed = np.zeros(20)
+    x[7], speed[8] = -2.5, -60.0  # no force there from the start; runs into where there is none
+    data = fb.simulate(
+        s, 10, initial={"x": x, "x'": speed}, values={"k": stiffness, "c": damping}, samples=5, tolerance=1e-7
+    )
+    assert wide == [True, False]  # the stiff ones again, by radau
+    for lane in range(20):
+        given = {
+            "initial": {"x": x[lane], "x'": speed[lane]},
+            "values": {"k": stiffness[lane], "c": damping[lane]},
+        }
+        if lane in (7, 8):
+            assert data.status.values[lane] == "not finite"
+            with pytest.raises(fb.errors.SimulationError) as caught:
+                fb.simulate(s, 10, samples=5, tolerance=1e-7, **given)
+            assert float(data.end[lane]) == caught.value.trajectory.path.end
+            continue
+        alone = fb.simulate(s, 10, samples=5, tolerance=1e-7, **given)
+        assert np.array_equal(data["x"][lane], alone["x"]), lane
+        assert data.status.values[lane] == "finished"
+    few = fb.simulate(s, 10, initial={"x": x[:7]}, values={"k": np.linspace(1, 2, 7)}, max_steps=3, samples=2)
+    more = fb.simulate(s, 10, initial={"x": x[:7].tolist() + [0, 0]}, max_steps=3, samples=2)
+    assert set(few.status.values) == set(more.status.values) == {"too many steps"}
+    assert set(few.steps.values) == set(more.steps.values) == {3}
