@@ -18,11 +18,11 @@ from .layout import ARGUMENT, BLAME, DENSE, ERROR5, POINT, RAW, STATE
 from .machine import Integers, Reals, call, compiled, linear
 from .stepping import nothing_to_keep, nothing_to_prepare
 
-_a1 = linear({0: 1 / 5})
-_a2 = linear({0: 3 / 40, 1: 9 / 40})
-_a3 = linear({0: 44 / 45, 1: -56 / 15, 2: 32 / 9})
-_a4 = linear({0: 19372 / 6561, 1: -25360 / 2187, 2: 64448 / 6561, 3: -212 / 729})
-_a5 = linear({0: 9017 / 3168, 1: -355 / 33, 2: 46732 / 5247, 3: 49 / 176, 4: -5103 / 18656})
+_a1 = linear({0: 1 / 5}, chained=True)
+_a2 = linear({0: 3 / 40, 1: 9 / 40}, chained=True)
+_a3 = linear({0: 44 / 45, 1: -56 / 15, 2: 32 / 9}, chained=True)
+_a4 = linear({0: 19372 / 6561, 1: -25360 / 2187, 2: 64448 / 6561, 3: -212 / 729}, chained=True)
+_a5 = linear({0: 9017 / 3168, 1: -355 / 33, 2: 46732 / 5247, 3: 49 / 176, 4: -5103 / 18656}, chained=True)
 _b = linear({0: 35 / 384, 2: 500 / 1113, 3: 125 / 192, 4: -2187 / 6784, 5: 11 / 84})
 _e = linear(
     {0: 71 / 57600, 2: -71 / 16695, 3: 71 / 1920, 4: -17253 / 339200, 5: 22 / 525, 6: -1 / 40}

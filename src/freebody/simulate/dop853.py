@@ -19,7 +19,9 @@ from .stepping import nothing_to_keep, nothing_to_prepare
 
 _C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10, _C11 = tableau.C[1:12]
 _C13, _C14, _C15 = tableau.C[13:16]
-_a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8, _a9, _a10, _a11 = (linear(row) for row in tableau.A[1:12])
+_a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8, _a9, _a10, _a11 = (
+    linear(row, chained=True) for row in tableau.A[1:12]
+)
 _a13, _a14, _a15 = (linear(row) for row in tableau.A[13:16])
 _b, _e5, _e3 = linear(tableau.B), linear(tableau.E5), linear(tableau.E3)
 _d3, _d4, _d5, _d6 = (linear(row) for row in tableau.D)

@@ -164,7 +164,7 @@ class Kernels:
         return self._large() or self._program("motion", functions)
 
     def closing(self) -> Program:
-        """Functions of a constrained model: ``residual`` and ``rate`` of all conditions, their ``matrix`` G, ``mass`` M."""
+        """Of a constrained model: ``residual`` and ``rate`` of all conditions, their ``matrix`` G, and ``mass`` M."""
 
         def functions(state: State) -> dict[str, Sequence[Any]]:
             given = linearized(self.model, state)

@@ -124,12 +124,17 @@ def shifted(typing: Any, p: Any, k: Any) -> Any:
     return p(p, types.int64), write
 
 
-def linear(row: Mapping[int, float]) -> Any:
+def linear(row: Mapping[int, float], chained: bool = False) -> Any:
     """Compiled ``(work, n, target, base, h)``: row ``target`` of ``work`` becomes base + h Σ_j row[j] work[j].
+
+    ``chained``: the last row has just been written by a kernel, and the target is read by one next. Its numbers are
+    then added one by one: a wide sum would wait for the slowest of them, while the angles of the next stage follow
+    from speeds, and their sines can be on the way before the accelerations are known.
 
     ``work`` is one flat array of rows of length ``n``, a multiple of `WIDTH`; ``base`` < 0 stands for a row of zeros.
     """
     terms = sorted(row.items())
+    early = terms[:-1] if chained else terms
 
     def weighted_sum(typing: Any, work: Any, n: Any, target: Any, base: Any, h: Any) -> Any:
         del typing, n, target, base, h
@@ -167,7 +172,7 @@ def linear(row: Mapping[int, float]) -> Any:
             offset = builder.phi(_integer)
             offset.add_incoming(_integer(0), entry)
             total = None
-            for number, coefficient in terms:
+            for number, coefficient in early:
                 value = load(number, offset)
                 weight = ir.Constant(vector, [_double(coefficient)] * WIDTH)
                 total = (
@@ -177,7 +182,23 @@ def linear(row: Mapping[int, float]) -> Any:
                 )
             zero = ir.Constant(vector, [_double(0)] * WIDTH)
             start = builder.select(based, builder.load(place(safe_base, offset), align=8), zero)
-            builder.store(builder.call(fma, [step, total, start]), place(target_, offset), align=8)
+            result = start if total is None else builder.call(fma, [step, total, start])
+            if chained:
+                number, coefficient = terms[-1]
+                one = cgutils.get_or_insert_function(
+                    builder.module, ir.FunctionType(_double, [_double] * 3), "llvm.fmuladd.f64"
+                )
+                weight = builder.fmul(h_, _double(coefficient))
+                late = builder.gep(work_, [builder.add(builder.mul(_integer(number), n_), offset)])
+                new = builder.gep(work_, [builder.add(builder.mul(target_, n_), offset)])
+                for k in range(WIDTH):
+                    # atomic, or LLVM makes them wide again; the instructions are those of any load and store
+                    value = builder.load_atomic(builder.gep(late, [_integer(k)]), "monotonic", 8)
+                    known = builder.extract_element(result, ir.IntType(32)(k))
+                    value = builder.call(one, [weight, value, known])
+                    builder.store_atomic(value, builder.gep(new, [_integer(k)]), "monotonic", 8)
+            else:
+                builder.store(result, place(target_, offset), align=8)
             following = builder.add(offset, _integer(WIDTH))
             offset.add_incoming(following, builder.block)
             builder.cbranch(builder.icmp_signed("<", following, n_), loop, done)
