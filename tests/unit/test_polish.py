@@ -7,7 +7,7 @@ from freebody.simulate.polish import polished
 
 
 @pytest.mark.parametrize("tangents", [1, 2])
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(1, 7))
 def test_the_laws_hold_in_what_it_finds(tangents, seed):
     rng = np.random.default_rng(seed)
     contacts, n = 5, 8  # more rows than speeds: impulses are not determined
@@ -18,8 +18,7 @@ def test_the_laws_hold_in_what_it_finds(tangents, seed):
     mu = np.full(len(b), 0.4)
     # a start as sweeps leave it: a solution of another problem near by, or nothing
     x = polished(A, b, kinds, mu, np.zeros(len(b)), 1e-12, most=400)
-    if x is None:
-        pytest.skip("Newton's method does not reach it from zero")
+    assert x is not None
     r = A @ x + b
     small = 1e-11 * np.abs(b).max()
     assert np.abs(r[:2]).max() < small
