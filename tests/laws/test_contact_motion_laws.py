@@ -64,3 +64,32 @@ def test_output_times_and_terminal_events_of_the_user(box):
     assert motion.at(motion.path.end)["x"] == pytest.approx(0.2, abs=1e-12)
     with pytest.raises(fb.errors.SimulationError, match="Expected times within the run"):
         motion.at(1.9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["poisson", "newton"])
+def test_fifty_thrown_boxes_end_well_or_are_refused_by_a_law(law):
+    s = fb.System("box")
+    g, mu, e = s.parameters(g=G, mu=0.5, e=0.3)
+    s.gravity = (0, -g, 0)
+    body = s.body("box", fb.box(3, (0.3, 0.5, 1)))
+    s.planar("rail", s.ground, body, coordinate="x y theta")
+    s.contact("foot", body.corners(size=(0.3, 0.5)), s.ground.plane(), friction=mu, restitution=e, impact=law)
+    refused = 0
+    for seed in range(100, 150):
+        rng = np.random.default_rng(seed)
+        values = {"mu": rng.choice([0.0, 0.2, 0.6, 1.0]), "e": rng.choice([0.0, 0.3, 0.6, 0.8])}
+        start = {
+            "y": 1.0, "theta": rng.uniform(-3, 3), "x'": 2 * rng.normal(), "theta'": 4 * rng.normal(),
+        }  # fmt: skip
+        try:
+            motion = fb.simulate(s, 3, initial=start, values=values)
+        except fb.errors.SimulationError as error:
+            # Newton's law with friction may make energy (Kane); nothing else may stop a run
+            assert law == "newton" and "would make energy" in str(error), (seed, str(error))
+            refused += 1
+            continue
+        assert motion.energy.relative_residual < 1e-7
+        assert np.diff(motion.energy.total).max() < 1e-7 * motion.energy.total[0]
+        assert min(one.gap.min() for one in motion.contacts.values()) > -1e-11
+    assert refused < 10

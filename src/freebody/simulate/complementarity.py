@@ -319,8 +319,12 @@ def balanced(
         return None
     goal = -(c + A @ base)[rows]
     S = A[rows] @ B
-    x, _, rank, _ = np.linalg.lstsq(S / np.outer(size, size), goal / size, rcond=SMALL)
-    lack = len(rows) - int(rank)
+    scaled, lack = S / np.outer(size, size), 0
+    if abs(np.linalg.det(scaled)) > 1e-3:  # of entries about 1: far from singular
+        x = np.linalg.solve(scaled, goal / size)
+    else:
+        x, _, rank, _ = np.linalg.lstsq(scaled, goal / size, rcond=SMALL)
+        lack = len(rows) - int(rank)
     if lack:
         x = np.linalg.pinv(S, rcond=SMALL) @ goal
         weights = np.ones(len(rows))

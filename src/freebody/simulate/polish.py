@@ -55,19 +55,23 @@ def _conditions(A: Array, b: Array, kinds: Any, mu: Array, x: Array) -> tuple[Ar
             if d * x[a] - r[a] <= 0:
                 error[a], slope[a] = d * x[a], d * one[a]
         elif kind == 2:
-            limit, free = mu[a] * x[a - 1], x[a] - r[a] / d
+            limit, free = mu[a] * max(x[a - 1], 0.0), x[a] - r[a] / d
             if abs(free) > limit:
                 sign = np.sign(free)
                 error[a] = d * (x[a] - sign * limit)
-                slope[a] = d * (one[a] - sign * mu[a] * one[a - 1])
+                slope[a] = d * (one[a] - sign * mu[a] * (x[a - 1] > 0) * one[a - 1])
         elif kind == 3:
             two = slice(a, a + 2)
             s = max(d, A[a + 1, a + 1]) + abs(A[a, a + 1])
             free = x[two] - r[two] / s
-            length, limit = float(np.linalg.norm(free)), mu[a] * x[a - 1]
+            length, limit = float(np.linalg.norm(free)), mu[a] * max(x[a - 1], 0.0)
             if length > limit:
                 e = free / length
                 turn = limit / length * (np.eye(2) - np.outer(e, e))  # of the nearest point with the point
                 error[two] = s * (x[two] - limit * e)
-                slope[two] = s * (one[two] - mu[a] * np.outer(e, one[a - 1]) - turn @ (one[two] - A[two] / s))
+                slope[two] = s * (
+                    one[two]
+                    - mu[a] * (x[a - 1] > 0) * np.outer(e, one[a - 1])
+                    - turn @ (one[two] - A[two] / s)
+                )
     return error, slope

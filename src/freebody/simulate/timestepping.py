@@ -42,7 +42,8 @@ from .trajectory import Energy, Trajectory, _ByName
 RESIDUAL = 1e-12
 """Speed by which a contact may miss its laws, in parts of the greatest free speed in the problem of a step."""
 SWEEPS = 2_000
-"""Sweeps of one problem; what is not solved then is handed to Newton's method (`polish`)."""
+"""Sweeps of one problem before it is handed to Newton's method (`polish`); ten times more where that fails."""
+MOST_SWEEPS = 200_000
 _PIECE = 0.1
 
 
@@ -294,7 +295,7 @@ def _march(
     blocks: list[tuple[Array, Array, Array]] = []
     done, status = 0, FINISHED
     stop: Crossing | None = None
-    tried = -1
+    sweeps = SWEEPS
     march = loop()
     depth = observe(
         _gaps(kernels).address("contact"), E + m, np.array([begin]), y[None],
@@ -316,21 +317,21 @@ def _march(
                 program.address("system"), program.address("moving"), constants, n_q, n, E, m, held, sizes, mu, e,
                 quaternions, len(quaternions), np.array([begin + done * h, h, RESIDUAL]), size, y, reals["z"],
                 reals["out"], reals["rate"], reals["L"], reals["X"], reals["A"], reals["b"], reals["x"],
-                reals["memory"], rows, kinds, coefficients, v, states, impulses, works, report, SWEEPS,
+                reals["memory"], rows, kinds, coefficients, v, states, impulses, works, report, sweeps,
             )  # fmt: skip
             blocks.append((states[:got], impulses[:got], works[:got]))
             done += got
-            stuck = got < size and np.isfinite(y).all()
-            solved = stuck and (got > 0 or done != tried)
-            if solved:
-                tried = done
-                solved = _by_newton(reals, rows, kinds, coefficients, int(report[4]))
-            if solved:
+            if got > 0:
+                sweeps = SWEEPS
+            if got < size and np.isfinite(y).all() and sweeps <= MOST_SWEEPS and report[4] > 0:
+                found = _by_newton(reals, rows, kinds, coefficients, int(report[4]))
+                if not found or got == 0:
+                    sweeps *= 10
                 continue
             if got < size or not np.isfinite(y).all():
                 raise SimulationError(
                     f"The contacts of '{model.name}' were not solved in the step at t = {begin + done * h:.9g} s: "
-                    f"after {SWEEPS} sweeps, and Newton's method, a law is still missed by {report[3]:.3g} of the "
+                    f"after {MOST_SWEEPS} sweeps, and Newton's method, a law is still missed by {report[3]:.3g} of the "
                     f"greatest speed (to reach: {RESIDUAL:g}). A shorter step, or masses less far apart, need fewer."
                 )
             if terminal:
@@ -373,19 +374,13 @@ def _march(
 
 
 def _by_newton(reals: Mapping[str, Array], rows: Any, kinds: Any, coefficients: Array, count: int) -> bool:
-    """Solve the problem on which the sweeps stopped; its impulses are what the next try begins with."""
-    if count == 0:
-        return False
+    """Solve the problem on which the sweeps stopped. Its impulses, or else those reached, begin the next try."""
     width = len(reals["x"])
-    A, b = reals["A"].reshape(width, width)[:count, :count], reals["b"][:count]
-    x = polished(
-        A.copy(), b.copy(), kinds[:count], coefficients[:count], reals["x"][:count].copy(), RESIDUAL / 10
-    )
-    if x is None:
-        return False
+    A, b, x = reals["A"].reshape(width, width)[:count, :count], reals["b"][:count], reals["x"][:count]
+    found = polished(A, b, kinds[:count], coefficients[:count], x.copy(), RESIDUAL / 3)
     reals["memory"][:] = 0.0
-    reals["memory"][rows[:count]] = x
-    return True
+    reals["memory"][rows[:count]] = x if found is None else found
+    return found is not None
 
 
 def _crossings(

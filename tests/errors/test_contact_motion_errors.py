@@ -1,0 +1,95 @@
+"""Messages of motion with contact that a run reaches only in odd states: each from a scene or a state that has it."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import freebody as fb
+from freebody.errors import SimulationError
+from freebody.simulate import contact_run, timestepping
+
+G = 9.81
+
+
+def state_with(gap=0.0, rate=(0.0, 0.0), reach=np.inf):
+    """A run, as far as the check at the end of a phase looks at it, and a path of one step."""
+    seen = SimpleNamespace(gap=[gap], reach=[reach], rate=np.array(rate))
+    work = SimpleNamespace(
+        look=lambda t, y: seen, still=lambda y: 1e-10, near=lambda y: 1e-10, names=["tip"],
+        model=SimpleNamespace(name="rod"), scene=SimpleNamespace(first=[0]),
+    )  # fmt: skip
+    return work, SimpleNamespace(states=np.zeros((2, 4)), start=0.0, end=0.5)
+
+
+def test_a_contact_that_was_passed_over():
+    work, path = state_with(gap=-0.01)
+    with pytest.raises(SimulationError, match=r"'tip' of 'rod' closed between 0 and 0.5 s within less than a step, and was passed over: it is 0.01 m deep. Give a max_step"):  # fmt: skip  # noqa: E501
+        contact_run._check_depth(work, path, ("open",))
+    contact_run._check_depth(work, path, ("stick",))
+    contact_run._check_depth(*state_with(gap=-0.01, reach=-1), ("open",))  # beside its side it may be below
+
+
+@pytest.mark.parametrize("mode,v", [("slip+", -1e-3), ("slip-", 1e-3)])
+def test_a_sense_of_slip_that_was_passed_over(mode, v):
+    with pytest.raises(SimulationError, match="'tip' of 'rod' changed its sense of slip between 0 and 0.5 s within less than a step, and was passed over. Give a shorter max_step"):  # fmt: skip  # noqa: E501
+        contact_run._check_depth(*state_with(rate=(0.0, v)), (mode,))
+    contact_run._check_depth(*state_with(rate=(0.0, -v)), (mode,))
+
+
+def test_phases_without_end(monkeypatch):
+    monkeypatch.setattr(contact_run, "PHASES", 3)
+    s = fb.System("ball")
+    (g,) = (s.parameters(g=G),)
+    s.gravity = (0, -g, 0)
+    ball = s.body("ball", fb.disk(1, 0.1))
+    s.planar("plane", s.ground, ball, coordinate="x y turn")
+    s.contact("floor", ball.circle(0.1), s.ground.plane(), friction=0, restitution=0.9)
+    with pytest.raises(SimulationError, match=r"'ball' change their modes again and again at t = .* \(floor: open\), 4 phases so far"):  # fmt: skip  # noqa: E501
+        fb.simulate(s, 5, initial={"y": 1})
+
+
+def test_friction_of_three_legs_that_reaches_its_limit():
+    """A pull beside the middle that grows: how the legs share friction in space decides when they slip, and whither."""
+    s = fb.System("table")
+    g, mu = s.parameters(g=G, mu=0.3)
+    s.gravity = (0, 0, -g)
+    table = s.body("table", fb.box(2, (0.4, 0.3, 0.2)))
+    s.free("f", s.ground, table)
+    legs = table.corners((-0.2, -0.15, -0.1), (0.2, -0.15, -0.1), (0, 0.15, -0.1))
+    s.contact("leg", legs, s.ground.plane(normal="z"), friction=mu)
+    s.force("F", table.point(0, 0.1, -0.1), (s.t, 0, 0))
+    with pytest.raises(SimulationError, match="are statically indeterminate: friction, shared in proportion to N, has reached"):  # fmt: skip
+        fb.simulate(s, 6, initial={"f_z": 0.1})
+
+
+def test_three_feet_of_different_friction():
+    s = fb.System("sledge")
+    (g,) = (s.parameters(g=G),)
+    s.gravity = (0, -g, 0)
+    body = s.body("sledge", fb.box(2, (1, 0.2, 1)))
+    s.planar("plane", s.ground, body, coordinate="x y turn")
+    for i, (x, mu) in enumerate(((-0.5, 0.1), (0, 0.3), (0.5, 0.2))):
+        s.contact(f"foot{i}", body.point(x, -0.1, 0), s.ground.plane(), friction=mu)
+    with pytest.raises(SimulationError, match="are statically indeterminate, and (with different friction )?each distribution moves the machine otherwise"):  # fmt: skip  # noqa: E501
+        fb.simulate(s, 0.1, initial={"y": 0.1, "x'": 3})
+    # with one coefficient the distribution does not matter
+    s2 = fb.System("sledge")
+    s2.gravity = (0, -G, 0)
+    body = s2.body("sledge", fb.box(2, (1, 0.2, 1)))
+    s2.planar("plane", s2.ground, body, coordinate="x y turn")
+    for i, x in enumerate((-0.5, 0, 0.5)):
+        s2.contact(f"foot{i}", body.point(x, -0.1, 0), s2.ground.plane(), friction=0.2)
+    motion = fb.simulate(s2, 0.1, initial={"y": 0.1, "x'": 3})
+    assert motion.at(0.1)["x'"] == pytest.approx(3 - 0.2 * G * 0.1, rel=1e-12)
+
+
+def test_a_time_step_that_is_not_solved(monkeypatch):
+    s = fb.System("disk")
+    s.gravity = (0, -G, 0)
+    disk = s.body("disk", fb.disk(1, 0.1))
+    s.planar("plane", s.ground, disk, coordinate="x y turn")
+    s.contact("floor", disk.circle(0.1), s.ground.plane(), friction=0.2)
+    monkeypatch.setattr(timestepping, "RESIDUAL", -1.0)  # can not be reached
+    with pytest.raises(SimulationError, match="'disk' were not solved in the step at t = 0 s: after 200000 sweeps, and Newton's method, a law is still missed by"):  # fmt: skip  # noqa: E501
+        fb.simulate(s, 0.1, initial={"y": 0.1, "x'": 1}, method="timestepping", step=0.01)
