@@ -315,3 +315,39 @@ def test_symbols_of_momenta_do_not_clash() -> None:
 def test_nothing_to_reduce() -> None:
     with pytest.raises(fb.errors.ModelError, match="No coordinate of 'double_pendulum' is ignorable"):
         fb.equations(double_pendulum()).routh()
+
+
+def test_the_momentum_of_an_ignorable_coordinate_is_kept_though_other_joints_are_driven() -> None:
+    """A control moment gyro turns its platform: H_Z depends on the time, but no moment acts about Z."""
+    s = fb.System("gyro on a platform")
+    I_P, I_S, I_T, Omega, nu = s.parameters(I_P=12, I_S=0.06, I_T=0.035, Omega=600, nu=0.5)
+    platform = s.body("platform", fb.MassProperties(1, (0, 0, 0), ((I_P, 0, 0), (0, I_P, 0), (0, 0, I_P))))
+    gimbal = s.body("gimbal", fb.particle(0))
+    rotor = s.body("rotor", fb.MassProperties(1, (0, 0, 0), ((I_T, 0, 0), (0, I_S, 0), (0, 0, I_T))))
+    s.hinge("pivot", s.ground, platform, axis="z", coordinate="theta")
+    s.hinge("gimbal", platform, gimbal, axis="x", coordinate=nu * s.t)
+    s.hinge("axle", gimbal, rotor, axis="y", coordinate=Omega * s.t)
+    found = fb.equations(s).integrals
+    assert found.names == ("momentum of theta",)
+    speed, turn = sympy.Derivative(s.expression("theta"), s.t), nu * s.t
+    H = (I_P + I_S * sympy.sin(turn) ** 2 + I_T * sympy.cos(turn) ** 2) * speed + I_S * Omega * sympy.sin(
+        turn
+    )
+    assert sympy.simplify(found[0].expression - H) == 0
+    assert str(found[0].proof).endswith("(equation of theta')")
+
+
+def test_a_driven_carrier_keeps_the_momentum_of_what_slides_on_it_unless_a_spring_holds_it() -> None:
+    """x'' = -2 k on a cart driven by k t²: m (x' + 2 k t) is constant."""
+    names = []
+    for held in (False, True):
+        s = fb.System("driven")
+        m, k = s.parameters(m=1, k=1)
+        cart, bob = s.body("cart", fb.particle(m)), s.body("bob", fb.particle(m))
+        s.slider("rail", s.ground, cart, axis="x", coordinate=k * s.t**2)
+        groove = s.slider("groove", cart, bob, axis="x", coordinate="x")
+        if held:
+            s.spring("held", groove, stiffness=k)
+        names.append(fb.equations(s).integrals.names)
+    assert names[0][0] == "momentum of x"
+    assert not names[1]

@@ -304,3 +304,59 @@ def test_ratios_cancel_what_divides():
         x / (x - x)
     with pytest.raises(TypeError, match="no hash"):
         hash(x)
+
+
+def test_a_body_on_a_ball_joint_is_solved_in_its_own_axes():
+    """(A + m L²) wx' = (B - C + m L²) wy wz + m g L 2 (e0 e1 + e2 e3): Euler's equations, no factor left over."""
+    s = fb.System("top")
+    A, B, C, m, g, L = s.parameters(A=1, B=2, C=2.5, m=1, g=9.81, L=0.3)
+    s.gravity = (0, 0, -g)
+    top = s.body("top", fb.MassProperties(m, (0, 0, L), ((A, 0, 0), (0, B, 0), (0, 0, C))))
+    s.ball("O", s.ground, top)
+    e = fb.equations(s)
+    asked = ["O_wx'", "O_wy'", "O_wz'"]
+    result = e.solve([*asked, "O_x"])
+    e0, e1, e2, e3 = e.coordinates
+    wx, wy, wz = e.speeds
+    assert equal(
+        result["O_wx'"], ((B - C + m * L**2) * wy * wz + 2 * m * g * L * (e0 * e1 + e2 * e3)) / (A + m * L**2)
+    )
+    assert equal(result["O_wz'"], (A - B) * wx * wy / C)
+    assert len(result.text().splitlines()[0]) < 100
+    assert not result.conditions
+    # the force is the one that Newton-Euler gives with these accelerations
+    values = {name: result[name] for name in asked}
+    force = e.solve("O_x", where={**values})["O_x"]
+    numbers = {e0: 0.1, e1: 0.5, e2: -0.7, e3: 0.5, wx: 0.3, wy: -0.4, wz: 0.7}
+    given = {p.symbol: p.default for p in e.model.parameters}
+    assert float((force - result["O_x"]).subs(numbers).subs(given)) == pytest.approx(0, abs=1e-12)
+
+
+def test_joints_that_share_a_coordinate_are_solved_for_its_acceleration():
+    """A reel and a cord that both follow phi: what couples them does no work on the whole."""
+    s = fb.System("unwinding")
+    inertia, R, m = s.parameters(I=50, R=0.6, m=0.8)
+    theta, phi = s.coordinates("theta phi")
+    properties = fb.MassProperties(1, (0, 0, 0), ((inertia, 0, 0), (0, inertia, 0), (0, 0, inertia)))
+    drum, reel, mass = (
+        s.body("drum", properties),
+        s.body("reel", fb.particle(0)),
+        s.body("mass", fb.particle(m)),
+    )
+    s.hinge("axis", s.ground, drum, axis="z", coordinate=theta)
+    s.hinge("reel", drum, reel, axis="z", coordinate=phi)
+    s.slider("cord", reel, mass, at=(R, 0, 0), axis=(0, -1, 0), coordinate=R * phi)
+    e = fb.equations(s)
+    result = e.solve(["theta''", "phi''", "reel_Mz"])
+    assert not result.conditions
+    model = e.model
+    q, u = [0.3, 1.2], [0.7, -0.4]
+    state = float_state(model, q=q, u=u)
+    expected = forward_dynamics(model, state)
+    numbers = dict(zip((*e.speeds, *e.coordinates), (*u, *q), strict=True))
+    given = {p.symbol: p.default for p in model.parameters}
+    for name, value in zip(("theta''", "phi''"), expected, strict=True):
+        found = result[name]
+        for symbol, number in numbers.items():
+            found = found.subs(symbol, number)
+        assert float(found.subs(given)) == pytest.approx(value, rel=1e-12)

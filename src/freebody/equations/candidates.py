@@ -40,20 +40,20 @@ def candidates(e: Equations) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
     for j, speed in enumerate(e.model.speed_names):
         coordinate = speed.removesuffix("'")
         alone = tuple(int(k == j) for k in range(n))
-        if speed.endswith("'") and p[j] != 0 and _balanced(still, alone, at):
+        if speed.endswith("'") and p[j] != 0 and _balanced(still, alone, at, _drift(e, p[j], at)):
             yield f"momentum of {coordinate}", p[j], alone
     for name, w, v in _motions(e):
         xi = rigid_motion(e.model, e.state, w, v, at)
         if xi is None:
             yield from _through_masses(e, name, w, v)
-        elif _balanced(still, xi, at):
-            yield name, _along(xi, p), xi
+        elif _balanced(still, xi, at, _drift(e, quantity := _along(xi, p), at)):
+            yield name, quantity, xi
     for link in e.model.links:
         if link.u < 0:
             continue
         for k in range(3):
             alone = tuple(int(j == link.u + k) for j in range(n))
-            if p[link.u + k] != 0 and _balanced(still, alone, at):
+            if p[link.u + k] != 0 and _balanced(still, alone, at, _drift(e, p[link.u + k], at)):
                 yield f"angular momentum along {'xyz'[k]} of {link.body}", p[link.u + k], alone
 
 
@@ -116,11 +116,21 @@ def _static(e: Equations, at: dict[Any, Any]) -> list[float]:
     return [float(numbers(free(E) if e.multipliers else E)) for E in residuals_of(e)]
 
 
-def _balanced(forces: Sequence[float], xi: Sequence[Any], at: Substitution) -> bool:
-    """Whether there is no force along a motion at rest, to round-off: it costs next to nothing to ask."""
+def _drift(e: Equations, quantity: Any, at: Substitution) -> float:
+    """∂I/∂t at rest at a random place: what drives alone change of a momentum."""
+    change = e.ring.total_derivative(quantity, {})
+    if change == 0:
+        return 0.0
+    rest = {speed.symbol: 0 for speed in e.model.speeds}
+    return float(at(Substitution(e.ring, e.ring, rest)(change)))
+
+
+def _balanced(forces: Sequence[float], xi: Sequence[Any], at: Substitution, drift: float) -> bool:
+    """Whether Σ ξ_j E_j = ∂I/∂t at rest, to round-off: it costs next to nothing to ask."""
     from sys import float_info
 
     parts = [force * float(at(x)) for force, x in zip(forces, xi, strict=True) if force]
+    parts.append(-drift)
     # written so that a place where a root is not real refuses nothing
     return not abs(sum(parts)) > (1 + sum(map(abs, parts))) * float_info.epsilon**HALF
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
+from ..dynamics.joint_freedom import free_displacements
 from ..errors import ModelError, nearest
 from ..model.contact import Touching
 from ..scalar.element import Polynomial
@@ -156,12 +157,44 @@ def solve(
     request.ask(unknowns)
     also = [eliminate_also] if isinstance(eliminate_also, str | sympy.Basic) else list(eliminate_also)
     request.fix(where)
+    turning = {} if bodies is not None or sliding else _turning(e)
     for body in chosen(e, bodies):
         for title, (left, right) in zip(body._titles(), body.balances, strict=True):
-            request.add(f"{body.body}: {title}", left - right)
+            if not (body.body in turning and title.startswith("moment")):
+                request.add(f"{body.body}: {title}", left - right)
+    motion = {j for rows in turning.values() for j in rows}
+    if bodies is None and not sliding:
+        motion |= _shared(e)
+    for j in sorted(motion):
+        left, right = e.balances[j]
+        request.add(f"equation of motion of {e.model.speed_names[j]}", left - right)
     for symbol, friction, owner in sliding.values():
         request.add(f"sliding friction of '{owner}'", e.ring.generator(symbol, "reaction") - friction)
     return answer(request, also)
+
+
+def _turning(e: Equations) -> dict[str, tuple[int, ...]]:
+    """Bodies on ball and free joints -> the speeds whose equations of motion take the place of their moment equations.
+
+    Those are Rᵀ times the moment equations, plus force equations and equations of the bodies that are carried: as much
+    is said, but in the body's axes, where the inertia is constant and no component of the quaternion is in front of u'.
+    """
+    model = e.model
+    result = {}
+    for joint in model.joints.values():
+        link = model.links[joint.links[-1]]
+        if link.u >= 0:
+            result[joint.child] = tuple(range(link.u, link.u + 3))
+    return result
+
+
+def _shared(e: Equations) -> set[int]:
+    """Speeds of coordinates that stand in several joints and that no displacement follows alone.
+
+    What couples such joints does no work on the whole: free bodies do not say that, the equation of motion does.
+    """
+    followed = {j for _, j in free_displacements(e.model)}
+    return {j for link in e.model.links for j, _ in link.partials} - followed
 
 
 def chosen(e: Equations, bodies: Any) -> list[FreeBody]:
