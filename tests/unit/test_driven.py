@@ -30,6 +30,7 @@ def test_values_of_each_kind():
     assert fb.signal(t, v, "previous")(7.0) == -1  # held after its last sample
     parabola = fb.signal(np.linspace(0, 2, 5), np.linspace(0, 2, 5) ** 2, "cubic")
     assert parabola(0.3) == pytest.approx(0.09, abs=1e-15)
+    assert str(2 * fb.signal(t, v, name="gust")) == "2*gust"
     held = fb.signal(t, v, outside="hold")
     assert held(-5.0) == 1 and held(9.0) == -1
 

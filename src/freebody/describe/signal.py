@@ -43,6 +43,9 @@ class Signal(sympy.Dummy):
     _coefficients: Array
     _outside: str
 
+    def _sympystr(self, printer: Any) -> str:
+        return str(self.name)
+
     def pieces(self, t: ArrayLike) -> tuple[Array, Array]:
         """Starts (k,) and coefficients (k, degree + 1) of the pieces that hold at the times; at a break point, the
         piece that begins there.

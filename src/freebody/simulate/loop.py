@@ -19,7 +19,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import llvmlite.binding as llvm
 import numpy as np
@@ -87,7 +87,7 @@ def _passed(value: Any, kind: str) -> int | None:
             f"{value.shape}. np.ascontiguousarray(..., dtype=...) makes one."
         )
     try:  # several times as fast as .ctypes.data
-        return ctypes.addressof(ctypes.c_char.from_buffer(value))
+        return ctypes.addressof(ctypes.c_char.from_buffer(cast(Any, value)))
     except (ValueError, TypeError):  # nothing in it, or not to be written
         return int(value.ctypes.data)
 
