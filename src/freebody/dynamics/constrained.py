@@ -29,6 +29,7 @@ from .contact import rows_of
 from .kinematics import coordinate_rates, link_postures, place_of, point_position
 from .linear import Elimination, Factorization
 from .loading import Loading, loading
+from .mobility import check_mobility
 from .newton_euler import bias
 from .state import State, float_state
 
@@ -169,9 +170,16 @@ DEPENDENT = 10**-9
 
 
 def independent_rows(model: Model, state: State) -> tuple[int, ...]:
-    """The conditions that are independent at a state of floats, the earlier ones kept."""
+    """The conditions that are independent at a state of floats, the earlier ones kept.
+
+    Raises
+    ------
+    ModelError
+        Speeds that move no mass.
+    """
     G = np.array([[float(x) for x in row] for row in linearized(model, state).matrix]).reshape(-1, model.n_u)
     M = np.array([[float(x) for x in row] for row in mass_matrix(model, state)])
+    check_mobility(model, M)
     return independent_of(G, M)
 
 

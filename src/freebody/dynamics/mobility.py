@@ -7,10 +7,11 @@ coordinates that together move nothing.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
-from ..errors import MassError
+from ..errors import MassError, ModelError
 from ..model.model import Model
 from .composite import mass_matrix
 from .state import State, float_state
@@ -21,9 +22,31 @@ EPSILONS = 1 << 10
 
 def massless_motion(model: Model, state: State) -> tuple[str, ...]:
     """Names of the speeds that together move no mass at a state of floats; empty if there are none."""
-    if model.n_u == 0:
+    return _idle(model, np.array([[float(entry) for entry in row] for row in mass_matrix(model, state)]))
+
+
+def check_mobility(model: Model, M: Any) -> None:
+    """Refuse a mass matrix of numbers with speeds that move no mass: constraint forces could not be told.
+
+    Raises
+    ------
+    ModelError
+        The speeds.
+    """
+    idle = _idle(model, M)
+    if idle:
+        speeds = " and ".join(map(repr, idle))
+        raise ModelError(
+            f"{speeds} {'moves' if len(idle) == 1 else 'together move'} no mass of '{model.name}' at these values, "
+            "without its constraints: the accelerations and forces there have no mass matrix to be found with. Give "
+            "what moves so a mass or a moment of inertia above 0, or describe it by the coordinate that constraints "
+            "leave it; where Euler angles line up, another sequence of angles or a ball joint does it."
+        )
+
+
+def _idle(model: Model, M: Any) -> tuple[str, ...]:
+    if len(M) == 0 or not np.isfinite(M).all():
         return ()
-    M = np.array([[float(entry) for entry in row] for row in mass_matrix(model, state)])
     diagonal = M.diagonal()
     if (diagonal <= 0).any():
         return (model.speed_names[int(diagonal.argmin())],)

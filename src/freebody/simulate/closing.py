@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..dynamics import mass_matrix
 from ..dynamics.constrained import closed_coordinates, independent_of
 from ..dynamics.constraints import linearized, rows
+from ..dynamics.mobility import check_mobility
 from ..dynamics.state import float_state
 from ..errors import ModelError, SimulationError
 from ..model import Model
@@ -70,6 +71,7 @@ def closed_start(
         M = np.array([[float(x) for x in row] for row in mass_matrix(model, state)])
     else:
         G, psi, M = look.motion(q, u)
+    check_mobility(model, M)
     active = independent_of(G, M)
     fixed = [] if project else [i - model.n_q for i in sorted(named) if i >= model.n_q]
     y[: model.n_q] = q
