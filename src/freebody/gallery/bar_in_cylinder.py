@@ -47,7 +47,8 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
-    from ..picture.plots import contact_forces, energy_residual, history, saved
+    from ..picture.contact_plots import contact_forces
+    from ..picture.plots import energy_residual, history, saved
 
     case.refuse_unless(
         "theta_0", 0 < case["theta_0"] < sympy.pi, "a release from above the lowest point, to the right"

@@ -42,7 +42,8 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
-    from ..picture.plots import contact_forces, energy_residual, history, saved
+    from ..picture.contact_plots import contact_forces
+    from ..picture.plots import energy_residual, history, saved
 
     case.refuse_unless(
         "b", 0 <= case["b"] < case["L"] / 2, "a part on the ledge of less than half the length"

@@ -53,7 +53,8 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
-    from ..picture.plots import contact_forces, energy_residual, history, saved
+    from ..picture.contact_plots import contact_forces
+    from ..picture.plots import energy_residual, history, saved
 
     case.refuse_unless("r", 0 < case["r"] < case["R"], "a disk smaller than the cylinder")
     case.refuse_unless(

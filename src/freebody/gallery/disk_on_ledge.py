@@ -61,7 +61,8 @@ def line(case: Case, state: Any) -> float:
 
 
 def solve(case: Case) -> Solved:
-    from ..picture.plots import contact_forces, energy_residual, history, saved
+    from ..picture.contact_plots import contact_forces
+    from ..picture.plots import energy_residual, history, saved
 
     case.refuse_unless("mu", case["mu"] > 0, "friction greater than 0")
     e = case.equations

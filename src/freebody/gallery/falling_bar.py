@@ -48,7 +48,8 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
-    from ..picture.plots import contact_forces, energy_residual, history, saved
+    from ..picture.contact_plots import contact_forces
+    from ..picture.plots import energy_residual, history, saved
 
     e, rate = case.equations, case.atoms["theta'"]
     square = case.square_of_speed("theta'", UPRIGHT, CENTRED)

@@ -47,7 +47,8 @@ def build() -> fb.System:
 
 
 def solve(case: Case) -> Solved:
-    from ..picture.plots import contact_forces, energy, history, saved
+    from ..picture.contact_plots import contact_forces
+    from ..picture.plots import energy, history, saved
 
     e, atoms = case.equations, case.atoms
     b, h, m, rate = (atoms[name] for name in ("b", "h", "m", "theta'"))

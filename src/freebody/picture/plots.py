@@ -172,47 +172,6 @@ def reaction(trajectory: Trajectory, joint: str, ax: Axes | None = None, *, axes
     return ax
 
 
-def contact_forces(trajectory: Any, names: Any = None, ax: Axes | None = None) -> Any:
-    """Forces of contacts over time: N in full lines, friction T in broken ones; none while a contact is open.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-        Of a machine with contacts.
-    names : name or sequence of names, optional
-        All contacts if not given.
-    ax : Axes, optional
-
-    Returns
-    -------
-    Axes
-    """
-    ax = figure(8, 4).subplots() if ax is None else ax
-    chosen = [names] if isinstance(names, str) else list(names or trajectory.contacts)
-    for name, color in zip(chosen, COLORS * len(chosen), strict=False):
-        found = trajectory.contacts[name]
-        closed = found.mode != "open"
-        ax.plot(
-            trajectory.t,
-            np.where(closed, found.normal, np.nan),
-            color=color,
-            linewidth=1.6,
-            label=f"N_{name}",
-        )
-        tangential = found.tangential.reshape(len(trajectory.t), -1)
-        if np.nanmax(np.abs(tangential[closed]), initial=0) > 0:
-            letters = ("T",) if tangential.shape[1] == 1 else ("T1", "T2")
-            for letter, T, dash in zip(letters, tangential.T, ("--", ":"), strict=False):
-                shown = np.where(closed, T, np.nan)
-                ax.plot(trajectory.t, shown, dash, color=color, linewidth=1.4, label=f"{letter}_{name}")
-    _finish(ax, "forces of contacts", {"N"})
-    _legend(ax, ax.get_legend_handles_labels()[0])
-    ax.set_xlim(trajectory.t[0], trajectory.t[-1])
-    ax.set_xlabel("time [s]")
-    _title(ax, "Forces of contacts")
-    return ax
-
-
 def energy_residual(trajectory: Trajectory, ax: Axes | None = None) -> Any:
     """What the energy ledger fails to balance, (T + V) - (T₀ + V₀) - W, relative to the greatest of T, V and W.
 
