@@ -243,23 +243,3 @@ def test_bifurcation_of_the_bead_on_a_hoop():
         fb.plot.bifurcation(branches, "phi")
     with pytest.raises(ModelError, match="Expected at least one branch"):
         fb.plot.bifurcation([])
-
-
-def test_forces_of_contacts_over_time() -> None:
-    """N in full lines, T in broken ones, over the whole run; no line where the contact is open."""
-    from freebody.picture.plots import contact_forces
-
-    s = fb.System("dropped disk")
-    R, g = s.parameters(R=0.1, g=9.81)
-    s.gravity = (0, -g, 0)
-    disk = s.body("disk", fb.disk(2, R))
-    s.planar("rail", s.ground, disk, coordinate="x y turn")
-    s.contact("floor", disk.circle(R), s.ground.plane(), friction=0.2)
-    motion = fb.simulate(s, 1, initial={"y": 1.0, "x'": 1.0}, samples=101)
-    ax = contact_forces(motion, "floor")
-    normal, tangential = ax.lines
-    assert [line.get_label() for line in ax.lines] == ["N_floor", "T_floor"]
-    assert (normal.get_linestyle(), tangential.get_linestyle()) == ("-", "--")
-    is_open = motion.contacts["floor"].mode == "open"
-    assert 0 < is_open.sum() < 101 and np.array_equal(np.isnan(normal.get_ydata()), is_open)
-    assert ax.get_xlim() == (0, 1) and ax.get_xlabel() == "time [s]"
