@@ -391,3 +391,24 @@ def test_conditions_freed_of_a_length_have_no_roots_of_their_own():
     for state in balanced:
         assert abs(state.values["rope"]) == pytest.approx(25 * 9.81)
         assert 4 * abs(state.values["x"]) + abs(state.values["y"]) == pytest.approx(14)
+
+
+def test_a_linkage_without_forces_rests_in_every_closed_position():
+    """A root found by division by what a later root makes zero is no solution: it is left out, not divided by."""
+    s = fb.System("four bars")
+    a, b, c, d = s.parameters(a=0.3, b=0.9, c=0.7, d=1.0)
+    A, B, C = (s.body(name, fb.slender_bar(1, x)) for name, x in zip("ABC", (a, b, c), strict=True))
+    s.hinge("O", s.ground, A, to=(-a / 2, 0, 0), axis="z", coordinate="p")
+    s.hinge("P", A, B, at=(a / 2, 0, 0), to=(-b / 2, 0, 0), axis="z", coordinate="q")
+    s.hinge("G", s.ground, C, at=(d, 0, 0), to=(-c / 2, 0, 0), axis="z", coordinate="r")
+    s.hinge("Q", B, C, at=(b / 2, 0, 0), to=(c / 2, 0, 0))
+    found = fb.steady_motions(s, values={"p": 1.0})
+    assert found.states
+    for state in found.states:
+        p, q, r = (state.state[name] for name in "pqr")
+        gap = [
+            0.3 * np.cos(p) + 0.9 * np.cos(p + q) - 1 - 0.7 * np.cos(r),
+            0.3 * np.sin(p) + 0.9 * np.sin(p + q) - 0.7 * np.sin(r),
+        ]
+        assert np.abs(gap).max() < 1e-12
+        assert max(abs(state.values["Q_x"]), abs(state.values["Q_y"])) < 1e-12

@@ -157,20 +157,34 @@ def solve(
     request.ask(unknowns)
     also = [eliminate_also] if isinstance(eliminate_also, str | sympy.Basic) else list(eliminate_also)
     request.fix(where)
-    turning = {} if bodies is not None or sliding else _turning(e)
-    for body in chosen(e, bodies):
-        for title, (left, right) in zip(body._titles(), body.balances, strict=True):
-            if not (body.body in turning and title.startswith("moment")):
-                request.add(f"{body.body}: {title}", left - right)
-    motion = {j for rows in turning.values() for j in rows}
-    if bodies is None and not sliding:
-        motion |= _shared(e)
+    whole = bodies is None and not sliding
+    if whole and not also and _of_motion_alone(request):
+        motion = set(range(e.model.n_u))
+    else:
+        turning = _turning(e) if whole else {}
+        for body in chosen(e, bodies):
+            for title, (left, right) in zip(body._titles(), body.balances, strict=True):
+                if not (body.body in turning and title.startswith("moment")):
+                    request.add(f"{body.body}: {title}", left - right)
+        motion = {j for rows in turning.values() for j in rows} | (_shared(e) if whole else set())
     for j in sorted(motion):
         left, right = e.balances[j]
         request.add(f"equation of motion of {e.model.speed_names[j]}", left - right)
     for symbol, friction, owner in sliding.values():
         request.add(f"sliding friction of '{owner}'", e.ring.generator(symbol, "reaction") - friction)
     return answer(request, also)
+
+
+def _of_motion_alone(request: Request) -> bool:
+    """Whether all accelerations are asked for and nothing of reactions: the equations of motion say it all."""
+    vocabulary, ring = request.vocabulary, request.ring
+    if {u.name for u in request.asked} != set(vocabulary.accelerations):
+        return False
+    if any(isinstance(c, Touching) for c in request.e.model.constraints.values()):
+        return False
+    given = [x for _, x in request.equations] + list(request.fixed.values())
+    symbols = set(request.fixed).union(*(ring.atoms_of(x) for x in given))
+    return not symbols & set(vocabulary.reactions.values())
 
 
 def _turning(e: Equations) -> dict[str, tuple[int, ...]]:

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from ..errors import ExpressionError
 from ..scalar.algebra import divide
 from ..scalar.polynomial import Polynomial, Ring
 from ..scalar.roots import is_positive, monomial_of
@@ -99,20 +100,24 @@ def _solved(
             continue
         for root in roots:
             put_in = Substitution(ring, ring, {atom: root.value})
-            values = {a: put_in(x) for a, x in found.values.items()} | {atom: root.value}
-            step = Found(
-                values=values,
-                exists=(*(put_in(x) for x in found.exists), *root.exists),
-                positive=(*found.positive, *root.positive),
-                nonzero=(*(put_in(x) for x in found.nonzero), *root.nonzero),
-                labels=(*found.labels, root.label) if root.label else found.labels,
-                limits=found.limits | ({atom: root.limit} if root.limit is not None else {}),
-                left=tuple(cleared(ring, put_in(x)) for x in found.left),
-                branch=(*found.branch, piece),
-            )
+            try:
+                values = {a: put_in(x) for a, x in found.values.items()} | {atom: root.value}
+                step = Found(
+                    values=values,
+                    exists=(*(put_in(x) for x in found.exists), *root.exists),
+                    positive=(*found.positive, *root.positive),
+                    nonzero=(*(put_in(x) for x in found.nonzero), *root.nonzero),
+                    labels=(*found.labels, root.label) if root.label else found.labels,
+                    limits=found.limits | ({atom: root.limit} if root.limit is not None else {}),
+                    left=tuple(cleared(ring, put_in(x)) for x in found.left),
+                    branch=(*found.branch, piece),
+                )
+                still = tuple(cleared(ring, put_in(x)) for x in rest)
+            except (ZeroDivisionError, ExpressionError):
+                continue  # an earlier value was divided by what this root makes zero, or is not real there
             yield from _solved(
                 ring,
-                tuple(cleared(ring, put_in(x)) for x in rest),
+                still,
                 tuple(a for a in wanted if a != atom),
                 tuple(a for a in others if a != atom),
                 step,
