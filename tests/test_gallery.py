@@ -369,6 +369,7 @@ def test_gyroscope_from_the_command_line(tmp_path: Path) -> None:
     close(report["answers"]["period"]["value"], motion.period, MOTION)
     assert {file.name for file in folder.iterdir()} == {
         "equations.txt", "equations.tex", "trajectory.nc", "theta.png", "psi.png", "spin_axis.png", "energy.png",
+        "drawing.svg", "free_body_rotor.svg",
     }  # fmt: skip
     data = fb.Trajectory.load(folder / "trajectory.nc")
     assert data["theta"].values[0] == pytest.approx(math.radians(75))

@@ -559,7 +559,10 @@ class _Inquiry:
             if motion.left or not motion.solution:
                 continue
             for name, x in motion.solution.items():
-                value = complex(sympy.N(sympy.sympify(x).xreplace(numbers)))
+                found = sympy.N(sympy.sympify(x).xreplace(numbers))
+                if not found.is_number:  # of what the state leaves open
+                    break
+                value = complex(found)
                 wanted = {**state.state, **state.values}.get(name)
                 if wanted is None or not abs(value - wanted) <= (1 + abs(wanted)) / 10**6:
                     break

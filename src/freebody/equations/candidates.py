@@ -120,7 +120,7 @@ def _drift(e: Equations, quantity: Any, at: Substitution) -> float:
     """∂I/∂t at rest at a random place: what drives alone change of a momentum."""
     change = e.ring.total_derivative(quantity, {})
     if change == 0:
-        return 0.0
+        return 0
     rest = {speed.symbol: 0 for speed in e.model.speeds}
     return float(at(Substitution(e.ring, e.ring, rest)(change)))
 

@@ -121,7 +121,7 @@ def solve(case: Case) -> Solved:
 
 GYRO_MONORAIL = Entry(
     "gyro-monorail",
-    ("monorail",),
+    (),
     "Gyro-stabilised monorail (beyond the chapter)",
     (
         "equations of motion for small angles",

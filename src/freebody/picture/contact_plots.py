@@ -129,7 +129,8 @@ def contact_forces(trajectory: Trajectory, contacts: Any = None, ax: Axes | None
             open_to = _undetermined(motion, parts[:, k])
             if open_to.any():
                 rest = np.where(open_to, motion.least[:, 1 + k], np.nan)
-                _curve(ax, trajectory, rest, shade, f"{tangent} ({LEAST})", ":")
+                named = LEAST in ax.get_legend_handles_labels()[1]
+                _curve(ax, trajectory, rest, shade, None if named else LEAST, ":")
         if one.tangents == 1 and len(names) == 1:
             limit = motion.margin + np.abs(parts[:, 0])
             for sign in (1, -1):
