@@ -192,5 +192,11 @@ def test_refused():
     upper, lower = pair.body("upper", fb.particle(1)), pair.body("lower", fb.particle(1))
     pair.hinge("one", pair.ground, upper, to=(0, 1, 0), axis="z", coordinate="a")
     pair.hinge("two", upper, lower, to=(0, 1, 0), axis="z", coordinate="b")
+    assert fb.compile(pair).accelerations([0, 0], [0, 0], {"a": 1.0, "b": 2.0}).tolist() == [1, 2]
+    assert str(fb.compile(pair).singularity([0, 0])) == "regular: ratio of singular values 1"
+    with pytest.raises(ModelError, match="got a batch"):
+        fb.compile(pair).singularity([[0, 0]] * 3)
+    batch = np.zeros((3, 2))
+    assert fb.compile(pair).inverse_dynamics(batch, batch, batch, actuators="all").shape == (3, 2)
     with pytest.raises(ModelError, match="at least 2 actuators for the 2 degrees of freedom.*got 1: a"):
         fb.compile(pair).inverse_dynamics([0, 0], [0, 0], [0, 0], actuators="a")

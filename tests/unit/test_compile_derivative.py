@@ -40,8 +40,23 @@ def value(program, name, given, t=T, **named):
     return kernel(t, np.concatenate(list(given.values())), c)
 
 
-@pytest.mark.parametrize("name", [name for name in PRODUCTS if name != "derivatives"])
+@pytest.mark.parametrize("name", [name for name in PRODUCTS if name not in ("derivatives", "conditions")])
 def test_against_differences(program, name):
+    against_differences(program, name)
+
+
+def test_conditions_against_differences():
+    """The product that only machines with constraints have."""
+    s = machine()
+    s.ball("loop", s.ground, s.bodies["b2"], at=(1, 0, "k"), to=(0, "m*k", 0))
+    first, second = fb.assemble(s).speed_names[-2:]
+    s.constrain_speed(f"{first} - {second}*sin(k*t)")
+    program = fb.compile(s)
+    assert program.kernel("conditions").outputs == 4 * (program.model.n_u + 1)
+    against_differences(program, "conditions")
+
+
+def against_differences(program, name):
     """Central differences: error h² f'''/6 + ε f/h, at most 1e-7 of the largest entry for h = 1e-5."""
     given, h = inputs(program, name), 1e-5
 

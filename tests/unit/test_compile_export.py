@@ -11,12 +11,12 @@ import pytest
 
 import freebody as fb
 from freebody.compile.export import identifier
-from freebody.compile.products import PRODUCTS, product_named
+from freebody.compile.products import PRODUCTS, product_named, products_of
 from freebody.errors import ModelError
 from freebody.testing import random_system
 
 NAMES = (
-    *(name for name in PRODUCTS if name != "derivatives"),
+    *(name for name in PRODUCTS if name not in ("derivatives", "conditions")),
     "forward_dynamics_by_q",
     "mass_matrix_by_displacement",
 )
@@ -57,15 +57,9 @@ def agree(found, wanted):
 
 
 def test_c_with_gcc(program, tmp_path):
-    gcc = shutil.which("gcc") or shutil.which("cc")
-    if gcc is None:
-        pytest.skip("no C compiler")
     exported = program.to_c(*NAMES, name="machine")
-    source, header = exported.write(tmp_path)
-    assert (source.name, header.name) == ("machine.c", "machine.h")
-    flags = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O0", "-shared", "-fPIC"]
-    subprocess.run([gcc, *flags, str(source), "-o", str(tmp_path / "m.so"), "-lm"], check=True)
-    library = ctypes.CDLL(str(tmp_path / "m.so"))
+    library = shared(tmp_path, exported)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["m.so", "machine.c", "machine.h"]
     given, t, p = states(program, 3)
     for name in NAMES:
         inputs, wanted = expected(program, name, given, t, p)
@@ -141,12 +135,72 @@ def test_all_products_by_default():
     s.slider("guide", s.ground, s.body("block", fb.particle(2)), axis="z", coordinate="z")
     exported = fb.compile(s).to_c()
     assert exported.name == "_2_masses"
-    assert exported.header.count("\nvoid ") == len(PRODUCTS) - 1
-    assert set(fb.compile(s).to_numpy()) == set(PRODUCTS) - {"derivatives"}
+    assert exported.header.count("\nvoid ") == len(PRODUCTS) - 2
+    assert set(fb.compile(s).to_numpy()) == set(PRODUCTS) - {"derivatives", "conditions"}
     assert (
         fb.compile(s).to_numpy("forward_dynamics")["forward_dynamics"](np.zeros((4, 1)), [0.0]).tolist()
         == [[-9.81]] * 4
     )
+
+
+def shared(folder, exported):
+    """The exported C as a library; no warnings."""
+    gcc = shutil.which("gcc") or shutil.which("cc")
+    if gcc is None:
+        pytest.skip("no C compiler")
+    source, _ = exported.write(folder)
+    flags = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O0", "-shared", "-fPIC"]
+    subprocess.run([gcc, *flags, str(source), "-o", str(folder / "m.so"), "-lm"], check=True)
+    return ctypes.CDLL(str(folder / "m.so"))
+
+
+def wire():
+    """A bead on the wire y = c x²."""
+    s = fb.System("wire")
+    (c,) = [s.parameters(c=0.5)]
+    s.gravity = (0, -9.81, 0)
+    rail = s.body("rail", fb.particle(0))
+    s.slider("along", s.ground, rail, axis="x", coordinate="x")
+    s.slider("up", rail, s.body("bead", fb.particle(2)), axis="y", coordinate="y")
+    s.constrain(s.names.atoms["y"] - c * s.names.atoms["x"] ** 2, name="wire")
+    return s
+
+
+def test_a_machine_with_constraints(tmp_path):
+    """G = (-2 c x, 1), γ = -2 c x'²; the exported acceleration keeps to it."""
+    program = fb.compile(wire(), at=[1.0, 0.5])
+    assert products_of(program.model) == tuple(PRODUCTS)
+    exported = program.to_numpy()
+    assert set(exported) == set(PRODUCTS) - {"derivatives"}
+    x, v, c = 1.2, 0.7, 0.5
+    q, u = np.array([x, c * x * x]), np.array([v, 2 * c * x * v])
+    found = exported["conditions"](q, u)
+    agree(found, np.array([[-2 * c * x, 1, -2 * c * v * v]]))
+    assert abs(found[0] @ [*exported["forward_dynamics"](q, u), 1]) < 1e-12
+    given, t, p = states(program, 3)
+    library = shared(tmp_path, program.to_c())
+    for name in exported:
+        inputs, wanted = expected(program, name, given, t, p)
+        agree(exported[name](*(given[x] for x in inputs), t, p), wanted)
+        out = np.full_like(wanted[0], np.nan)
+        arrays = [given[x][0].ctypes.data_as(ctypes.c_void_p) for x in inputs]
+        ends = [a.ctypes.data_as(ctypes.c_void_p) for a in (p[0], out)]
+        getattr(library, f"wire_{name}")(ctypes.c_double(t[0]), *arrays, *ends)
+        agree(out, wanted[0])
+    # without at= what needs no choice of independent conditions
+    assert {"conditions", "mass_matrix"} <= set(fb.compile(wire()).to_numpy())
+    assert "forward_dynamics" not in fb.compile(wire()).to_numpy()
+
+
+def test_a_machine_at_rest(tmp_path):
+    """Results without entries keep the leading axes, and the C has no warnings."""
+    s = fb.System("post")
+    s.weld("weld", s.ground, s.body("post", fb.particle(2)), at=(1, 2, 3))
+    program = fb.compile(s)
+    exported = program.to_numpy()
+    assert exported["forward_dynamics"](np.zeros((4, 0)), np.zeros(0)).shape == (4, 0)
+    assert exported["mass_matrix"](np.zeros((4, 0))).shape == (4, 0, 0)
+    shared(tmp_path, program.to_c())
 
 
 def test_names():

@@ -9,7 +9,7 @@ import pytest
 
 import freebody as fb
 from freebody import dynamics
-from freebody.compile.products import PRODUCTS
+from freebody.compile.products import products_of
 from freebody.compile.program import Program
 from freebody.errors import ExpressionError, ModelError
 
@@ -264,7 +264,7 @@ def test_kernels_for_callers_by_address():
     kernel, c = program.kernel("forward_dynamics"), program.constants(b=2)
     assert kernel.address > 0
     assert np.array_equal(kernel(0.4, [*q, *u], c), program.forward_dynamics(q, u, 0.4, b=2))
-    for name in PRODUCTS:
+    for name in products_of(program.model):
         assert program.kernel(name).outputs > 0
 
 
@@ -305,6 +305,12 @@ WRONG = [
     (lambda p: p.jacobian("bra", AT_REST), "Unknown body 'bra'; did you mean 'bar'?"),
     (lambda p: p.jacobian(3, AT_REST), "body or its name, got 3. Bodies of 'cart': cart, bar, arm"),
     (lambda p: p.kernel("mass_matrx"), "Unknown product 'mass_matrx'; did you mean 'mass_matrix'?"),
+    (
+        lambda p: p.kernel("conditions"),
+        r"machine with constraints for the product 'conditions', but 'cart' has no constraints. Its products are forw",
+    ),
+    (lambda p: p.derivative("conditions", "q"), "'cart' has no constraints"),
+    (lambda p: p.to_c("conditions"), "'cart' has no constraints"),
     (lambda p: p.value("thet", AT_REST, AT_REST), "In an expression to evaluate: .*did you mean 'theta'?"),
 ]
 

@@ -15,7 +15,7 @@ import numpy as np
 from ..errors import ModelError
 from ..model import Model
 from ..scalar.trace import ADD, CODES, CONST, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
-from .products import PRODUCTS, check_conditions, product_named, recording
+from .products import PRODUCTS, check_conditions, product_named, products_of, recording
 
 _OPERATORS = {ADD: "+", SUB: "-", MUL: "*", DIV: "/"}
 
@@ -39,10 +39,14 @@ class Recorded:
 
 
 def recorded(model: Model, products: Sequence[str], active: tuple[int, ...] | None) -> list[Recorded]:
-    """The products named, or all but ``derivatives`` and those that need ``at=``."""
+    """The products named, or all that the machine has but ``derivatives`` and those that need ``at=``."""
     if not products:
         held = model.constraints and active is None
-        products = [n for n, p in PRODUCTS.items() if n != "derivatives" and not (p.moves and held)]
+        products = [
+            name
+            for name in products_of(model)
+            if name != "derivatives" and not (held and PRODUCTS[name].moves)
+        ]
     result = []
     for name in products:
         product = product_named(model, name)
@@ -219,6 +223,8 @@ def _c_body(product: Recorded) -> tuple[list[str], set[str]]:
             text = f"{function}({', '.join(known[k] for k in (a, b) if k >= 0)})"
         known[i] = f"v{i}"
         lines.append(f"    const double v{i} = {text};")
+    if not product.outputs:  # of a machine without degrees of freedom
+        lines.append("    (void)out;")
     for k, x in enumerate(product.outputs):
         lines.append(f"    out[{k}] = {known[x.index] if type(x) is Traced else _c_number(x)};")
     return lines, helpers
@@ -291,9 +297,9 @@ def _given(p):
     return np.asarray(DEFAULTS)
 
 
-def _joined(outputs, shape):
-    stacked = np.stack(np.broadcast_arrays(*outputs), axis=-1) if outputs else np.zeros(shape)
-    return stacked.reshape(stacked.shape[:-1] + shape) if outputs else stacked
+def _joined(outputs, zero, shape):
+    stacked = np.stack(np.broadcast_arrays(*outputs), axis=-1) if outputs else np.zeros(zero.shape + shape)
+    return stacked.reshape(zero.shape + shape)
 '''
 
 
@@ -346,7 +352,7 @@ def _python_body(name: str, product: Recorded) -> list[str]:
     lines.append(f"    zero = {' + '.join(size)} + np.zeros(t.shape)")
     outputs = [known[x.index] if type(x) is Traced else f"np.asarray({float(x)!r})" for x in product.outputs]
     lines.append(f"    outputs = [{', '.join(outputs)}]")
-    lines.append(f"    return _joined([x + zero for x in outputs], {product.shape!r})")
+    lines.append(f"    return _joined([x + zero for x in outputs], zero, {product.shape!r})")
     return lines
 
 

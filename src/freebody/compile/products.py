@@ -110,8 +110,18 @@ def product_named(model: Model, name: Any) -> Product:
         base, _, by = name.partition("_by_")
         return derivative_of(model, product_named(model, base), by)
     if name not in PRODUCTS:
-        raise ModelError(f"Unknown product '{name}'; {nearest(str(name), PRODUCTS)}")
+        raise ModelError(f"Unknown product '{name}'; {nearest(str(name), products_of(model))}")
+    if name not in products_of(model):
+        raise ModelError(
+            f"Expected a machine with constraints for the product '{name}', but '{model.name}' has no constraints. "
+            f"Its products are {', '.join(products_of(model))}."
+        )
     return PRODUCTS[name]
+
+
+def products_of(model: Model) -> tuple[str, ...]:
+    """Names of the products that a machine has: ``conditions`` only with constraints."""
+    return tuple(name for name in PRODUCTS if model.constraints or name != "conditions")
 
 
 def derivative_of(model: Model, product: Product, by: str) -> Product:

@@ -287,7 +287,7 @@ class Program:
         """
         check_conditions(self.model, self._active)
         x = np.zeros(self.model.n_u)
-        found = self._run("conditions", {"q": q, "u": x}, t, values, named)
+        found = self._all_conditions(q, x, t, values, named)
         if found.ndim != 2:
             raise ModelError("Expected one position for singularity, got a batch.")
         M = self._run("mass_matrix", {"q": q}, t, values, named)
@@ -300,9 +300,19 @@ class Program:
     ) -> tuple[Array, Array]:
         """G and γ of the independent conditions."""
         check_conditions(self.model, self._active)
-        x = self._run("conditions", {"q": q, "u": u}, t, values, named)
+        x = self._all_conditions(q, u, t, values, named)
         x = x[..., list(self._active or ()), :]
         return x[..., :-1], x[..., -1]
+
+    def _all_conditions(
+        self, q: ArrayLike, u: ArrayLike, t: Any, values: Mapping[Any, Any] | None, named: Mapping[str, Any]
+    ) -> Array:
+        """G and γ of all conditions by rows, shape (..., rows, n_u + 1); no rows without constraints."""
+        given = {"q": q, "u": u}
+        if self.model.constraints:
+            return self._run("conditions", given, t, values, named)
+        *_, count = checked(self.model, given, t, parameters_given(self.model, values, named))
+        return np.zeros((*(() if count is None else (count,)), 0, self.model.n_u + 1))
 
     def mass_matrix(
         self, q: ArrayLike, t: ArrayLike = 0.0, *, values: Mapping[Any, Any] | None = None, **named: Any
@@ -479,7 +489,8 @@ class Program:
         product : str
             ``"forward_dynamics"``, ``"forced_dynamics"`` (with forces), ``"inverse_dynamics"``, ``"mass_matrix"``,
             ``"bias"``, ``"coordinate_rates"``, ``"kinetic_energy"``, ``"potential_energy"``, ``"momentum"``,
-            ``"poses"``, ``"velocities"``, ``"reactions"``, ``"reactions_at"`` (with u'), ``"jacobian"`` (of ``point``).
+            ``"poses"``, ``"velocities"``, ``"reactions"``, ``"reactions_at"`` (with u'), ``"jacobian"`` (of ``point``),
+            and with constraints ``"conditions"`` (G and γ of G u' + γ = 0, by rows).
         by : str
             An input of the product (``"q"``, ``"u"``, ``"udot"``, ``"forces"``), ``"t"``, ``"parameters"`` (all, in the
             model's order), the name of one parameter, or ``"displacement"``. By q, the four components of a
@@ -550,7 +561,8 @@ class Program:
         Parameters
         ----------
         *products : str
-            As of :meth:`derivative`; ``"forward_dynamics_by_q"`` is a derivative. Without any, all but derivatives.
+            As of :meth:`derivative`; ``"forward_dynamics_by_q"`` is a derivative. Without any, all that the
+            machine has but derivatives.
         name : str, optional
             Of the files and before the functions; the model's name if not given.
 
