@@ -268,3 +268,30 @@ def test_impossible_parameters_name_the_lane() -> None:
 def test_results_larger_than_the_memory_are_refused_before_they_are_computed() -> None:
     with pytest.raises(SimulationError, match=r'GiB. Pass store="lanes.nc"'):
         fb.simulate(pendulum(), 1, initial={"theta": np.zeros(10**6)}, samples=10**6)
+
+
+def test_machines_with_signals_are_refused_by_name() -> None:
+    s = fb.System("gusty")
+    guide = s.slider("guide", s.ground, s.body("cart", fb.particle(2)), axis="x", coordinate="x")
+    s.spring("spring", guide, stiffness=3.0)
+    s.generalized_force("x", fb.signal([0.0, 1.0, 2.0], [0.0, 1.0, 0.0], name="gust"))
+    with pytest.raises(
+        SimulationError, match=r"'gusty' has signals or controllers \(gust\).*not for a batch"
+    ):
+        fb.simulate(s, 1, initial={"x": [0.0, 0.1]})
+
+
+def test_lanes_of_large_trees_agree_with_the_run_alone_to_its_tolerance() -> None:
+    """A run alone loops over 200 bodies, its sums in another order; each step of either errs by 1e-9 at most."""
+    s = fb.System("chain")
+    s.gravity = (0, -9.81, 0)
+    last, place = s.ground, {}
+    for i in range(200):
+        bar = s.body(f"bar{i}", fb.slender_bar(1, 1, axis="x"))
+        s.hinge(f"pin{i}", last, bar, **place, to=(-0.5, 0, 0), axis="z", coordinate=f"q{i}")
+        last, place = bar, {"at": (0.5, 0, 0)}
+    data = fb.simulate(s, 0.01, initial={"q0": [0.1, 0.2]}, samples=3, outputs=["q0", "q199'"])
+    alone = fb.simulate(s, 0.01, initial={"q0": 0.1}, samples=3)
+    for name in ("q0", "q199'"):
+        size = 1 + np.abs(alone[name]).max()
+        assert np.abs(data[name][0] - alone[name]).max() <= 2 * alone.steps * 1e-9 * size

@@ -109,3 +109,23 @@ def test_lanes_that_fail_or_are_stiff_do_not_touch_their_neighbours(wide: list[b
     more = fb.simulate(s, 10, initial={"x": x[:7].tolist() + [0, 0]}, max_steps=3, samples=2)
     assert set(few.status.values) == set(more.status.values) == {"too many steps"}
     assert set(few.steps.values) == set(more.steps.values) == {3}
+
+
+def test_long_runs_tighten_where_a_run_alone_does(wide: list[bool]) -> None:
+    """After its budget of 30,000 steps a run with "auto" takes shorter ones; in the register, and lane by lane."""
+    s = pendulum()
+    start, speeds = 1.0, np.linspace(1.0, 1.4, 8)
+    given = {"values": {"m": 1.0}, "samples": 3, "tolerance": 1e-11}
+    together = fb.simulate(s, 9000, initial={"theta": start, "theta'": speeds}, **given)
+    by_lane = fb.simulate(s, 9000, initial={"theta": start, "theta'": speeds[:2]}, **given)
+    never = fb.simulate(
+        s, 9000, initial={"theta": start, "theta'": speeds[:2]}, **{**given, "method": "dop853"}
+    )
+    assert wide == [True, False, False]
+    for k in (0, 1):
+        alone = fb.simulate(s, 9000, initial={"theta": start, "theta'": speeds[k]}, **given)
+        assert alone.steps > int(never.steps[k]) > 30_000  # so there was something to tighten
+        for data in (together, by_lane):
+            assert int(data.steps[k]) == alone.steps
+            assert np.array_equal(data["theta"][k], alone["theta"])
+            assert np.array_equal(data["theta'"][k], alone["theta'"])

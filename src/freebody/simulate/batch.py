@@ -30,6 +30,7 @@ from .driven import refuse_switched
 from .event import EventSpec, expressions_of, specs_of
 from .initial import number
 from .kernels import Kernels, kernels_of
+from .methods import BUDGET, FINE
 from .outputs import Output, outputs_of
 from .progress import Progress
 
@@ -213,7 +214,7 @@ def job_of(
     expressions = expressions_of(model, specs)
     asked = outputs_of(model, outputs)
     _check_bodies(kernels, given)
-    states, failed, active = given.states(near or {}, begin, project)
+    states, failed, active = given.states(near or {}, begin, project, kernels)
     if model.constraints:
         kernels = kernels.holding(active)
     tolerances = _tolerances(kernels, tolerance)
@@ -292,7 +293,7 @@ class Job:
     def run(self, part: Results, between: Callable[[float], None]) -> None:
         """Run lanes, and those that turn out to be stiff once more."""
         first = "dop853" if self.method == "auto" else self.method
-        if self.method == "auto" and self.tolerances.size and self.tolerances.min() < 1e-14:
+        if self.method == "auto" and self.tolerances.size and self.tolerances.min() < FINE:
             first = "gauss"
         todo = np.array(
             [k for k in range(part.low, part.high) if k not in self.failed], dtype=np.int64
@@ -417,13 +418,14 @@ class _Loop:
         sizes[at.ROOM] = _ROOM
         sizes[at.LIMIT] = (1 << 62) if job.max_steps is None else job.max_steps
         sizes[at.WORKS], sizes[at.STIFF_ASKED] = kernels.works, until_stiff
+        sizes[at.BUDGET] = BUDGET if until_stiff else 0  # of "auto"
         sizes[at.N_DROPPED] = program.dropped
         sizes[at.N_CONSTANTS] = program.compiled.hoisted
         self.sizes = sizes
         span = abs(job.end - job.begin)
         options = np.zeros(at.OPTIONS)
         options[at.T0], options[at.T1], options[at.LONGEST] = job.begin, job.end, job.longest
-        options[at.ORDER] = layout.ORDERS[method]
+        options[at.ORDER], options[at.FINEST] = layout.ORDERS[method], FINE
         if job.step is not None and span > 0:
             longest = min(job.longest, span)
             options[at.FIRST_STEP] = span / math.ceil(span / min(job.step, longest) * (1 - 1e-12))
@@ -453,7 +455,7 @@ class _Loop:
         events = layout.most_events(m)
         largest = max(2, len(self.job.asked.reduced), self.program.dropped)
         return (
-            np.zeros(size), np.zeros(size), np.zeros(max(1, self.program.compiled.hoisted)), np.zeros(max(n, 1)),
+            np.zeros(size), np.zeros(size), np.zeros(max(1, self.program.compiled.hoisted)), np.zeros(2 * max(n, 1)),
             np.zeros(_ROOM + 1), np.zeros(_ROOM + 1), np.zeros((_ROOM + 1) * max(n, 1)),
             np.zeros(max(m, 1), dtype=np.int64), np.zeros((layout.PARTS + 3) * (m + 1)), np.zeros(max(m, 1)),
             np.zeros(max(1, events) * layout.FOUND), np.zeros((_ROOM + events + 1) * layout.LOGGED),
@@ -467,7 +469,7 @@ class _Loop:
         eight, count = 8 * n, max(1, self.wanted.size)
         return (
             np.zeros(size), np.zeros(size), np.zeros(max(2, n)), _aligned(layout.ROWS * eight + 24),
-            _aligned(8 * max(1, hoisted)), np.zeros(8 * max(1, hoisted)), np.zeros(eight), np.zeros(n), np.zeros(8),
+            _aligned(8 * max(1, hoisted)), np.zeros(8 * max(1, hoisted)), np.zeros(2 * eight), np.zeros(n), np.zeros(8),
             np.zeros(8), np.zeros(72, dtype=np.int64), np.zeros(2), np.zeros(1), np.zeros(2 * n), np.zeros(count * n),
             np.zeros(layout.INTEGERS, dtype=np.int64),
         )  # fmt: skip

@@ -18,6 +18,7 @@ from ..space.rotation import Rotation
 from .batch_kernels import state_of
 from .closing import closed_start
 from .initial import named_state, quaternions_by_joint
+from .kernels import Kernels
 
 Array = NDArray[np.float64]
 
@@ -94,11 +95,11 @@ class Lanes:
         yield from np.flatnonzero(bad).tolist()
 
     def states(
-        self, near: Mapping[Any, Any], begin: float, project: bool
+        self, near: Mapping[Any, Any], begin: float, project: bool, kernels: Kernels
     ) -> tuple[Array, dict[int, str], tuple[int, ...]]:
         """Start (q, u) of all lanes, shape (count, n) or (1, n); why single lanes have none; independent conditions."""
         if self.model.constraints:
-            return self._closed(near, begin, project)
+            return self._closed(near, begin, project, kernels)
         y, _ = named_state(self.model, self.values_of(0), self.initial_of(0))
         if not self.varied[0] and not self.varied[1]:
             return y[None], {}, ()
@@ -149,7 +150,7 @@ class Lanes:
         return found
 
     def _closed(
-        self, near: Mapping[Any, Any], begin: float, project: bool
+        self, near: Mapping[Any, Any], begin: float, project: bool, kernels: Kernels
     ) -> tuple[Array, dict[int, str], tuple[int, ...]]:
         """The start of a machine with constraints is solved for in each lane."""
         same = not self.varied[0] and not self.varied[1]
@@ -159,7 +160,7 @@ class Lanes:
         for lane in range(1 if same else self.count):
             try:
                 y, held = closed_start(
-                    self.model, self.values_of(lane), self.initial_of(lane), near, begin, project
+                    self.model, self.values_of(lane), self.initial_of(lane), near, begin, project, kernels
                 )
             except SimulationError as error:
                 if same:

@@ -18,10 +18,12 @@ from typing import Any
 
 from . import stepping
 from .lanes_layout import (
+    BUDGET,
     DROPPED,
     ENDED,
     ENERGY,
     EXTREMES,
+    FINEST,
     FIRST_STEP,
     KEPT,
     LEFT,
@@ -137,6 +139,19 @@ def first_length(
 
 
 @part
+def tightening(steps: int, done: float, left: float, order: float, least: float) -> float:
+    """What tolerances are multiplied by where a run has used its budget of steps: see `integrate`.
+
+    ``done`` and ``left`` are the times behind and ahead; with ``least`` the smallest relative tolerance is the finest.
+    """
+    ahead = steps * left / done
+    factor = 1.0
+    if ahead > steps:
+        factor = (steps / ahead) ** (order / (order - 1.0))
+    return greater(factor, lesser(1.0, least))
+
+
+@part
 def widen(
     kernel: int, t: float, states: Reals, place: int, c: Reals, spare: Reals, count: int, reduced: Reals, j: int
 ) -> None:  # fmt: skip
@@ -171,7 +186,7 @@ def lanes(
     quaternions                  as for `stepping.advance`
     relative, tolerances         of each component; the last of ``tolerances``, of the work, in parts of the energy
     directions, terminal         of the events, and of the rates of extremes after them
-    work ... spare_integers      memory of this thread
+    work ... spare_integers      memory of this thread; ``absolute`` holds a lane's relative tolerances, too
     values                       rows of each lane: outputs at each time; nan where it did not come so far
     reduced                      rows of each lane: greatest, smallest, first and last value of each quantity
     event_times                  rows of each lane: first and last time of each event
@@ -185,6 +200,7 @@ def lanes(
     rates, start, until = kernels[RATES], options[T0], options[T1]
     direction = 1.0 if until >= start else -1.0
     longest = lesser(options[LONGEST], abs(until - start))
+    own = shifted(absolute, n)
     for lane in range(begin, end):
         call(kernels[PROLOGUE], 0.0, parameters, lane * p, c, c, 0)
         for i in range(sizes[N_WORK]):
@@ -192,6 +208,7 @@ def lanes(
         for i in range(n):
             work[STATE * w + i] = initial[lane * n + i]
             absolute[i] = tolerances[i]
+            own[i] = relative[i]
         normalise(work, STATE * w, quaternions, nq)
         for k in range(INTEGERS):
             integers[k] = 0
@@ -232,20 +249,35 @@ def lanes(
             for k in range(many):
                 reduced[place + EXTREMES * k + 2] = spare[k]
         done, given = 0, 0
-        left = sizes[LIMIT]
+        left, budget = sizes[LIMIT], sizes[BUDGET]
         if longest == 0.0 and code == RUNNING:
             code = ENDED
             for k in range(count):
                 call(kernels[OUTPUTS], start, work, STATE * w, c, values, (lane * count + k) * outputs)
         while code == RUNNING:
+            allowed = room if left > room else left
+            if 0 < budget < allowed:
+                allowed = budget
             code = advance(
-                rates, n, c, work, w, quaternions, nq, relative, absolute, reals, integers,
-                room if left > room else left, times, lengths, states, kernels[WATCHED], m, c, directions, terminal,
-                last, table, g, found, event_log, event_states,
+                rates, n, c, work, w, quaternions, nq, own, absolute, reals, integers, allowed, times, lengths,
+                states, kernels[WATCHED], m, c, directions, terminal, last, table, g, found, event_log, event_states,
             )  # fmt: skip
             done = integers[ACCEPTED]
             left -= done
             now = reals[TIME]
+            if budget > 0 and done > 0:
+                budget -= done
+                if budget == 0:
+                    finest = own[0]
+                    for i in range(n):
+                        finest = lesser(own[i], finest)
+                    tighter = tightening(
+                        sizes[BUDGET], now - start, until - now, options[ORDER], options[FINEST] / finest
+                    )
+                    for i in range(n):
+                        own[i] *= tighter
+                        absolute[i] *= tighter
+                    reals[STEP] *= tighter ** (1.0 / options[ORDER])
             times[done] = now
             for i in range(n):
                 states[done * n + i] = work[STATE * w + i]
@@ -283,7 +315,7 @@ def lanes(
                     other[i] = 0.0
                 sample(
                     rates, n, c, other, w, quaternions, nq, done, times, lengths, states, 0, reach - given,
-                    shifted(wanted, given), sampled, relative, absolute, spare_integers,
+                    shifted(wanted, given), sampled, own, absolute, spare_integers,
                 )  # fmt: skip
                 for k in range(given, reach):
                     call(

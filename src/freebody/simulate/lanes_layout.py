@@ -9,7 +9,7 @@ ADDRESSES = 8
 # counts: of components, of numbers in a row of the work array and in all of it, of quaternions, parameters, constants,
 # events asked for, events watched (rates of extremes are the rest), outputs at a time, times, quantities with extremes,
 # steps between two looks at the outputs, steps at most, whether the work is the last component, whether a stiff lane
-# stops, residuals of the conditions that were redundant at the start
+# stops, residuals of the conditions that were redundant at the start, steps after which tolerances are tightened, or 0
 N, WIDTH_OF_ROW, N_WORK, N_QUATERNIONS, N_PARAMETERS, N_CONSTANTS, N_EVENTS, N_WATCHED = (
     0,
     1,
@@ -21,11 +21,13 @@ N, WIDTH_OF_ROW, N_WORK, N_QUATERNIONS, N_PARAMETERS, N_CONSTANTS, N_EVENTS, N_W
     7,
 )
 N_OUTPUTS, N_TIMES, N_REDUCED, ROOM, LIMIT, WORKS, STIFF_ASKED, N_DROPPED = 8, 9, 10, 11, 12, 13, 14, 15
-SIZES = 16
+BUDGET = 16
+SIZES = 17
 
-# numbers: start and end of the run, longest step, length of all steps or 0, order of the method
-T0, T1, LONGEST, FIRST_STEP, ORDER = 0, 1, 2, 3, 4
-OPTIONS = 5
+# numbers: start and end of the run, longest step, length of all steps or 0, order of the method, relative tolerance
+# below which none is tightened
+T0, T1, LONGEST, FIRST_STEP, ORDER, FINEST = 0, 1, 2, 3, 4, 5
+OPTIONS = 6
 
 EXTREMES = 4  # numbers kept of a quantity: greatest, smallest, first, last
 KEPT = 4  # integers kept of a lane: how it ended, steps, rejected steps, component to blame

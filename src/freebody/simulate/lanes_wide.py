@@ -8,7 +8,8 @@ so that a lane is the run that it would be alone, to the last bit.
 For the explicit method of order 8 on machines without constraints, and for runs in which no events and no extremes are
 looked for (`lanes` serves the others). States at output times are made as for one lane (`stepping.sample`).
 
-Rows of ``wide`` hold component i of lane l at 8 i + l.
+Rows of ``wide`` hold component i of lane l at 8 i + l, as do the two rows of ``absolute``: absolute and relative
+tolerances of each lane.
 """
 
 from __future__ import annotations
@@ -25,7 +26,9 @@ from numba.extending import intrinsic
 from . import dop853, stepping, tableau
 from .lanes import functions as of_one
 from .lanes_layout import (
+    BUDGET,
     ENERGY,
+    FINEST,
     KEPT,
     LIMIT,
     LONGEST,
@@ -78,6 +81,7 @@ MORE = 24
 normalise: Any = None
 sample: Any = None
 first_length: Any = None
+tightening: Any = None
 
 
 def part(function: Any) -> Any:
@@ -113,9 +117,10 @@ def call_wide(typing: Any, address: Any, t: Any, i: Any, y: Any, j: Any, c: Any,
     return signature, write
 
 
-def linear_wide(row: Mapping[int, float]) -> Any:
+def linear_wide(row: Mapping[int, float], chained: bool = False) -> Any:
     """Compiled ``(work, n, target, base, place)``: `machine.linear` with the step of lane l at ``work[place + l]``."""
     terms = sorted(row.items())
+    early = terms[:-1] if chained else terms
 
     def weighted_sum(typing: Any, work: Any, n: Any, target: Any, base: Any, place: Any) -> Any:
         del typing, n, target, base, place
@@ -146,7 +151,7 @@ def linear_wide(row: Mapping[int, float]) -> Any:
             offset = builder.phi(_integer)
             offset.add_incoming(_integer(0), entry)
             total = None
-            for number, coefficient in terms:
+            for number, coefficient in early:
                 value = builder.load(place_of(_integer(number), offset), align=8)
                 weight = ir.Constant(vector, [_double(coefficient)] * WIDTH)
                 total = (
@@ -156,7 +161,13 @@ def linear_wide(row: Mapping[int, float]) -> Any:
                 )
             zero = ir.Constant(vector, [_double(0)] * WIDTH)
             start = builder.select(based, builder.load(place_of(safe_base, offset), align=8), zero)
-            builder.store(builder.call(fma, [step, total, start]), place_of(target_, offset), align=8)
+            result = start if total is None else builder.call(fma, [step, total, start])
+            if chained:  # the roundings of one lane, whose last row is added by itself
+                number, coefficient = terms[-1]
+                value = builder.load(place_of(_integer(number), offset), align=8)
+                weight = builder.fmul(step, ir.Constant(vector, [_double(coefficient)] * WIDTH))
+                result = builder.call(fma, [weight, value, result])
+            builder.store(result, place_of(target_, offset), align=8)
             following = builder.add(offset, _integer(WIDTH))
             offset.add_incoming(following, builder.block)
             builder.cbranch(builder.icmp_signed("<", following, n_), loop, done)
@@ -169,7 +180,9 @@ def linear_wide(row: Mapping[int, float]) -> Any:
 
 
 _C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10, _C11 = tableau.C[1:12]
-_a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8, _a9, _a10, _a11 = (linear_wide(row) for row in tableau.A[1:12])
+_a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8, _a9, _a10, _a11 = (
+    linear_wide(row, chained=True) for row in tableau.A[1:12]
+)
 _b, _e5, _e3 = linear_wide(tableau.B), linear_wide(tableau.E5), linear_wide(tableau.E3)
 
 
@@ -214,13 +227,13 @@ def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
 
 
 @part
-def judge_wide(lane: int, n: int, wide: Reals, w: int, relative: Reals, absolute: Reals) -> float:
+def judge_wide(lane: int, n: int, wide: Reals, w: int, absolute: Reals) -> float:
     """Error of a lane's step in units of its tolerance, nan if it is not finite: see `dop853.judge`."""
     error5, error3 = 0.0, 0.0
     for i in range(n):
         k = 8 * i + lane
         new = wide[RAW * w + k]
-        scale = absolute[k] + relative[i] * greater(abs(wide[STATE * w + k]), abs(new))
+        scale = absolute[k] + absolute[w + k] * greater(abs(wide[STATE * w + k]), abs(new))
         one, two = abs(wide[ERROR5 * w + k]) / scale, abs(wide[ERROR3 * w + k]) / scale
         if not (math.isfinite(new) and math.isfinite(one) and math.isfinite(two)):
             return math.nan
@@ -254,14 +267,16 @@ def unit_wide(lane: int, wide: Reals, w: int, row: int, quaternions: Integers, n
 @part
 def stiff_wide(lane: int, n: int, wide: Reals, w: int, h: float, counts: Integers) -> int:
     """See `stepping._stiff`."""
-    above, below = 0.0, 0.0
+    above, below, across = 0.0, 0.0, 0.0
     for i in range(n):
         k = 8 * i + lane
         a = wide[12 * w + k] - wide[LAST * w + k]
         b = wide[END * w + k] - wide[ARGUMENT * w + k]
         above += a * a
         below += b * b
-    if h * h * above > STABLE * STABLE * below and below > 0.0:
+        across += a * b
+    decays = h * across < -0.5 * abs(h) * root(above * below)
+    if decays and h * h * above > STABLE * STABLE * below and below > 0.0:
         counts[SUSPECT + lane] += 1
         counts[CALM + lane] = 0
     else:
@@ -315,6 +330,7 @@ def enter(
         wide[STATE * w + 8 * i + lane] = work[STATE * w1 + i]
         wide[8 * i + lane] = work[i]
         absolute[8 * i + lane] = single[i]
+        absolute[w + 8 * i + lane] = relative[i]
     more = ROWS * w
     wide[more + TIMES + lane] = start
     wide[more + STEPS + lane] = direction * lesser(step, longest)
@@ -394,7 +410,7 @@ def lanes_wide(
                 continue
             t, h, after = wide[more + TIMES + lane], wide[more + STEPS + lane], afters[lane]
             reaches = counts[ENDS + lane] != 0
-            error = judge_wide(lane, n, wide, w, relative, absolute)
+            error = judge_wide(lane, n, wide, w, absolute)
             if error <= 1.0 and lost(lane, n, wide, w, 12, 1) >= 0:
                 error = math.nan
             code = RUNNING
@@ -456,7 +472,18 @@ def lanes_wide(
                 if counts[AFTER + lane] != 0:
                     factor = lesser(1.0, factor)
                     counts[AFTER + lane] = 0
-                wide[more + STEPS + lane] = h * factor
+                h *= factor
+                if counts[TAKEN + lane] == sizes[BUDGET]:
+                    finest = absolute[w + lane]
+                    for i in range(n):
+                        finest = lesser(absolute[w + 8 * i + lane], finest)
+                    least = options[FINEST] / finest
+                    tighter = tightening(sizes[BUDGET], t - start, until - t, options[ORDER], least)
+                    for i in range(n):
+                        absolute[8 * i + lane] *= tighter
+                        absolute[w + 8 * i + lane] *= tighter
+                    h *= tighter ** (1.0 / options[ORDER])
+                wide[more + STEPS + lane] = h
                 olds[lane] = greater(error, 1e-4)
             if code != RUNNING:
                 kept[KEPT * run] = code
