@@ -295,3 +295,12 @@ def test_lanes_of_large_trees_agree_with_the_run_alone_to_its_tolerance() -> Non
     for name in ("q0", "q199'"):
         size = 1 + np.abs(alone[name]).max()
         assert np.abs(data[name][0] - alone[name]).max() <= 2 * alone.steps * 1e-9 * size
+
+
+def test_a_lane_that_contradicts_an_assumption_is_refused() -> None:
+    s = fb.System("loaded")
+    c, k = s.parameters(c=2.0, k=1.0)
+    s.assume(c > k)
+    s.slider("rail", s.ground, s.body("bead", fb.particle(1)), axis="x", coordinate="x")
+    with pytest.raises(ModelError, match="Lane 2: Expected c - k > 0 in 'loaded'.*k = 3 makes it -1"):
+        fb.simulate(s, 1, values={"k": [0.5, 1.0, 3.0]}, outputs=["x"])

@@ -106,7 +106,10 @@ def test_the_drawing_sums_up_to_the_equations(drawn: Any) -> None:
         free = e.free_body(body)
         arrows = [g for kind in ("free-body", "kinetic") for g in groups(diagram.svg, kind)]
         if any(g.get("data-vector") is None or g.get("data-at") is None for g in arrows):
-            assert e.model.name in ("whipple_bicycle", "falling_cat")  # its contact points are long: only in numbers, below
+            assert e.model.name in (
+                "whipple_bicycle",
+                "falling_cat",
+            )  # its contact points are long: only in numbers, below
             continue
         forces, moments = held(free)
         for kind, sides in (("free-body", 0), ("kinetic", 1)):

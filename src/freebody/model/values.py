@@ -34,10 +34,23 @@ def parameter_values(model: Model, given: Mapping[Any, Any]) -> dict[str, float]
     return {name: float(value) for name, value in by_name.items() if value is not None}
 
 
-def check_assumptions(model: Model, numbers: Mapping[str, float]) -> None:
-    """Refuse values that contradict what was assumed of the parameters.
+def assumed(model: Model) -> list[Any]:
+    """What was assumed positive of the parameters alone, in a fixed order.
 
-    Assumptions on coordinates, such as ``cos(theta) > 0``, are of the motion and can not be asked here.
+    Assumptions on coordinates, such as ``cos(theta) > 0``, are of the motion and can not be asked of values.
+    """
+    known = {parameter.symbol for parameter in model.parameters}
+    return [
+        expression
+        for expression in sorted(model.positive, key=str)
+        if isinstance(expression, sympy.Basic)
+        and expression.free_symbols <= known
+        and not expression.has(sympy.core.function.AppliedUndef)
+    ]
+
+
+def check_assumptions(model: Model, numbers: Mapping[str, float]) -> None:
+    """Refuse values that contradict what was assumed of the parameters (`assumed`).
 
     Raises
     ------
@@ -46,11 +59,7 @@ def check_assumptions(model: Model, numbers: Mapping[str, float]) -> None:
     """
     known = {parameter.symbol: parameter.name for parameter in model.parameters}
     values = {symbol: numbers[name] for symbol, name in known.items()}
-    for expression in sorted(model.positive, key=str):
-        if not isinstance(expression, sympy.Basic) or not expression.free_symbols <= set(known):
-            continue
-        if expression.has(sympy.core.function.AppliedUndef):
-            continue
+    for expression in assumed(model):
         value = float(evaluate(expression, values, floats))
         if not value > 0:
             names = sorted(known[symbol] for symbol in expression.free_symbols)

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..dynamics.mobility import check_bodies
-from ..errors import MassError, SimulationError
+from ..errors import ModelError, SimulationError
+from ..model.values import check_assumptions
 from . import lanes_layout as at
 from . import layout, loop
 from .batch_kernels import BatchProgram, batch_program
@@ -245,12 +246,13 @@ def _common(model: Any, given: Lanes, value: Any, what: str) -> float:
 
 
 def _check_bodies(kernels: Kernels, given: Lanes) -> None:
-    """Refuse impossible bodies, with the lane."""
+    """Refuse impossible bodies, and values that contradict an assumption, with the lane."""
     for lane in given.suspects():
         try:
             check_bodies(kernels.model, given.values_of(lane))
-        except MassError as error:
-            raise MassError(f"Lane {lane}: {error}" if given.count > 1 else str(error)) from None
+            check_assumptions(kernels.model, given.values_of(lane))
+        except ModelError as error:
+            raise type(error)(f"Lane {lane}: {error}" if given.count > 1 else str(error)) from None
 
 
 def _check_memory(job: Job) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import SimulationError
 from ..model import Model
+from ..model.values import assumed
 from ..scalar.arrays import arrays, column
 from ..scalar.expression import evaluate
 from ..space.rotation import Rotation
@@ -73,7 +74,7 @@ class Lanes:
         return np.ascontiguousarray(result[:, : len(self.model.parameters)])
 
     def suspects(self) -> Iterable[int]:
-        """Lanes whose bodies have to be looked at: one of them, and the first that seems impossible."""
+        """Lanes whose values have to be looked at: one of them, and those that seem impossible."""
         yield 0
         if not self.varied[0]:
             return
@@ -92,6 +93,8 @@ class Lanes:
                 finite = np.isfinite(matrices).all(axis=(1, 2))
                 moments = np.linalg.eigvalsh(np.where(finite[:, None, None], matrices, 0.0))
                 bad |= (moments[:, 0] < 0) | (moments[:, 0] + moments[:, 1] < moments[:, 2]) | ~finite
+            for expression in assumed(self.model):
+                bad |= ~(np.asarray(state(expression), dtype=float) > 0)
         yield from np.flatnonzero(bad).tolist()
 
     def states(
