@@ -393,3 +393,19 @@ def test_command_line(tmp_path):
     assert "<h2>Answers</h2>" in path.read_text(encoding="utf-8")
     done = CliRunner().invoke(command, ["report", "hinged-bar", "--until", "-1", "-o", str(path)])
     assert done.exit_code == 2 and "Expected a time greater than 0, got -1" in done.output
+
+
+def test_answers_of_the_gallery_are_questions_numbers_and_formulas() -> None:
+    from freebody.gallery import entries
+    from freebody.picture.answers import answers_table
+
+    answers = entries()["ex-6-2"].run({}).answers
+    shown = answers_table(answers)
+    assert "Answer(" not in shown
+    for key, answer in answers.items():
+        assert f"<td>{key}</td><td>{answer.question}</td>" in shown
+    assert shown.count("<math") == sum(answer.formula is not None for answer in answers.values()) > 0
+    assert '<td class="number">-9.81</td><td>rad/s²</td>' in shown
+    assert answers_table({}) == ""
+    hostile = answers_table({"<b>": ("<i>", "<u>")})
+    assert "&lt;b&gt;" in hostile and "<b>" not in hostile and "<i>" not in hostile

@@ -18,6 +18,7 @@ from ..formats.files import replacing
 from ..model.assemble import assemble
 from ..model.model import Model
 from .animation import animation
+from .answers import answers_table
 from .keyframes import TOLERANCE
 from .page import page
 from .phases_drawn import lasting
@@ -62,7 +63,7 @@ def report(
     title, about : str, optional
         Plain text at the top; the title is the system's name if not given.
     answers : mapping, optional
-        Name -> value, or name -> (value, unit).
+        Name -> value, (value, unit), or an answer of the gallery with its question and formula.
     figures : mapping, optional
         Caption -> PNG as bytes, matplotlib axes or figure, or a function that writes a PNG to a path.
     equations : bool, optional
@@ -137,7 +138,7 @@ def document(
         f"<h1>{escape(title or s.name)}</h1>",
         f'<p class="sub">{escape(about or _sentence(trajectory))}</p>',
         '<div id="player"></div>',
-        _answers(answers or {}),
+        answers_table(answers or {}),
         "<h2>Plots</h2>\n" + charts(scene),
         _phases(trajectory) if shown else _withheld(),
         _model(s, trajectory),
@@ -165,33 +166,6 @@ def _table(head: tuple[str, ...], rows: list[tuple[Any, ...]], number: int = -1)
     return (
         f'<div class="wide"><table><thead><tr>{top}</tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
     )
-
-
-def _answers(answers: Mapping[str, Any]) -> str:
-    if not answers:
-        return ""
-    rows = []
-    for name, given in answers.items():
-        value, unit = (
-            given
-            if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str)
-            else (given, "")
-        )
-        rows.append((name, _significant(value), unit))
-    return "<h2>Answers</h2>\n" + _table(("Answer", "Value", "Unit"), rows, 1)
-
-
-def _significant(value: Any) -> str:
-    if isinstance(value, bool | str):
-        return str(value)
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, list | tuple):
-        return "(" + ", ".join(map(_significant, value)) + ")"
-    try:
-        return f"{float(value):.8g}"
-    except (TypeError, ValueError):
-        return str(value).replace("**", "^")
 
 
 def charts(scene: Mapping[str, Any]) -> str:
