@@ -278,3 +278,20 @@ def test_plots_that_can_not_be_made(bouncing, struck, stack):
     s.contact("floor", block.point(0, 0, 0), s.ground.plane())
     with pytest.raises(SimulationError, match="has no friction"):
         fb.plot.friction_margin(fb.simulate(s, 0.1), "floor")
+
+
+def test_a_run_is_drawn_where_its_contacts_are_closed(bouncing):
+    """In the middle of the longest time with a contact closed; nowhere for machines without contacts."""
+    from freebody.picture.phases_drawn import lasting_place
+
+    _, motion = bouncing
+    place = lasting_place(motion)
+    rest = max((mode for mode in motion.modes if mode.mode != "open"), key=lambda mode: mode.end - mode.start)
+    there = motion.at((rest.start + rest.end) / 2)
+    assert place == {
+        name: pytest.approx(float(there[name])) for name in motion.kernels.model.coordinate_names
+    }
+    assert place["y"] == pytest.approx(0.1, abs=1e-9) or place["y"] < 0.3
+    s = fb.System("free")
+    s.slider("rail", s.ground, s.body("bead", fb.particle(1)), axis="x", coordinate="x")
+    assert lasting_place(fb.simulate(s, 1, initial={"x'": 1})) == {}

@@ -240,7 +240,7 @@ def diagrams(outcome: Any) -> dict[str, str]:
 
     from ..picture.draw import draw
     from ..picture.free_body_diagram import free_body_diagram
-    from ..picture.phases_drawn import most_lasting
+    from ..picture.phases_drawn import lasting_place, most_lasting
 
     e = most_lasting(outcome.equations, outcome.trajectory)
     if e.model.n_u > LARGEST:
@@ -248,6 +248,9 @@ def diagrams(outcome: Any) -> dict[str, str]:
     known = set(e.model.coordinate_names)
     near = {name: x for name, x in outcome.entry.near.items() if name in known}
     options: dict[str, Any] = {"values": outcome.values, "near": near}
+    place = lasting_place(outcome.trajectory)
+    if place:  # bodies stand on what they touch
+        options = {"values": outcome.values, "at": place}
     result = {"drawing.svg": draw(e, **options).svg}
     for name in e.model.bodies:
         safe = re.sub(r"[^\w-]", "_", name)

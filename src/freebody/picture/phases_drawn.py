@@ -33,3 +33,18 @@ def most_lasting(e: Equations, trajectory: Any) -> Equations:
         return e
     modes, _ = max(sets, key=lambda one: one[1])
     return equations(trajectory.kernels.model, modes=modes)
+
+
+def lasting_place(trajectory: Any) -> dict[str, float]:
+    """Coordinates in the middle of the longest time for which a motion had a contact closed, on its contacts.
+
+    Empty where `lasting` is, and where no contact was closed.
+    """
+    if not lasting(trajectory):
+        return {}
+    closed = [one for one in trajectory.path.segments if set(one.modes) != {"open"}]
+    if not closed:
+        return {}
+    longest = max(closed, key=lambda one: abs(one.path.end - one.path.start))
+    there = trajectory.at((longest.path.start + longest.path.end) / 2)
+    return {name: float(there[name]) for name in trajectory.kernels.model.coordinate_names}
