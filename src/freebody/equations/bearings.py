@@ -128,7 +128,7 @@ def bearing_reactions(s: Any, joint: Any, at: Mapping[str, Any]) -> BearingReact
 
     References
     ----------
-    Chapter, section 6.6, eqs (6.62) to (6.69), here for any rotor.
+    Chapter, section 6.6, eqs (6.62) to (6.66), here for any rotor.
 
     Examples
     --------

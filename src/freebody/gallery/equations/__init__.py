@@ -10,24 +10,11 @@ Nothing is written down but the prints: what is right is derived by the library 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 
 from ...errors import ModelError, nearest
 from .statement import Finding, Line, Statement
 
 __all__ = ["Finding", "Line", "Statement", "find", "statements"]
-
-SECTIONS = {
-    "6.2": "Linear and angular momentum",
-    "6.3": "The equations of motion",
-    "6.4": "Kinetic energy",
-    "6.5": "Planar motion",
-    "6.6": "Rotation about a fixed axis",
-    "6.7": "Systems of rigid bodies",
-    "6.8": "The torque-free symmetric body",
-    "6.9": "Rotation about a fixed point, gyroscopes",
-    "6.10": "Small oscillations about steady precession",
-}
 
 
 def statements() -> dict[str, Statement]:
@@ -62,9 +49,3 @@ def find(asked: str) -> list[Statement]:
 
 def _plain(number: str) -> str:
     return re.sub(r"[\s()]|^eq\.?", "", number.lower())
-
-
-def rows() -> Iterator[tuple[Statement, str]]:
-    """Statement and verdict, in the order of the chapter."""
-    for statement in statements().values():
-        yield statement, statement.verdict

@@ -69,7 +69,7 @@ def _sliding_moment() -> list[Line]:
 
 
 def _tipping() -> list[Line]:
-    a, ax = _a61()
+    a, _ = _a61()
     _, rows = sliding()
     F, H, L, D, mu, b, m, g = (a[k] for k in ("F", "H", "L", "D", "mu", "beta", "m", "g"))
     equations = [sympy.expand((x - y).subs(a["N_A"], 0)) for x, y in rows]
@@ -78,7 +78,6 @@ def _tipping() -> list[Line]:
     last = sympy.expand(equations[2].subs(a["N_B"], N_B))
     derived = -last.coeff(F, 0) / last.coeff(F, 1)
     printed = m * g * (L - 2 * mu * D - mu * H) / (H * cos(b) + (2 * L - 2 * mu * D - mu * H) * sin(b))
-    del ax
     return [value(F, printed, derived)]
 
 

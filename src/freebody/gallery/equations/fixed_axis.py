@@ -104,7 +104,6 @@ def disk() -> dict[str, Any]:
         **a,
         "P": mass_properties(s.bodies["disk"]).products,
         "force": [put(x) for x in r.force],
-        "moment": [put(x) for x in r.moment],
         "body": [put(row.rhs) for row in free.equations[3:]],
         "ground": [put(row.rhs) for row in e.free_body("disk").equations[3:]],
         "W": a["m"] * a["g"],
@@ -136,20 +135,6 @@ def _resolved() -> list[Line]:
     return [value(n, p, x) for n, p, x in zip(sympy.symbols("M_0X M_0Y"), printed, d["ground"], strict=False)]
 
 
-@cache
-def bearings() -> dict[str, Any]:
-    """Forces of the bearings on the shaft: those of A at +L/2 and B at -L/2 that make up the shaft's reaction."""
-    d = disk()
-    half = d["L"] / 2
-    R_AX, R_AY, R_BX, R_BY = sympy.symbols("R_AX R_AY R_BX R_BY")
-    A, B = sympy.Matrix([R_AX, R_AY, 0]), sympy.Matrix([R_BX, R_BY, 0])
-    arm = sympy.Matrix([0, 0, half])
-    moment = arm.cross(A) + (-arm).cross(B)
-    rows = [(A + B)[i] - d["force"][i] for i in (0, 1)] + [moment[i] - d["moment"][i] for i in (0, 1)]
-    found = sympy.solve(rows, [R_AX, R_AY, R_BX, R_BY], dict=True)[0]
-    return {"rows": rows, "moment": moment, **{str(k): v for k, v in found.items()}}
-
-
 R = {k: sympy.Symbol(k) for k in ("R_AX", "R_AY", "R_BX", "R_BY")}
 
 
@@ -166,20 +151,23 @@ def _forces() -> list[Line]:
 
 
 def _moments() -> list[Line]:
-    d, half, b = disk(), disk()["L"] / 2, bearings()
+    d, half = disk(), disk()["L"] / 2
+    A, B = sympy.Matrix([R["R_AX"], R["R_AY"], 0]), sympy.Matrix([R["R_BX"], R["R_BY"], 0])
+    moment = sympy.Matrix([0, 0, half]).cross(A - B)
     printed = (
         ((R["R_BY"] - R["R_AY"]) * half, -_amplitude() * cos(d["theta"])),
         ((R["R_AX"] - R["R_BX"]) * half, -_amplitude() * sin(d["theta"])),
     )
-    return [balance(*p, (b["moment"][i], d["ground"][i])) for i, p in enumerate(printed)]
+    return [balance(*p, (moment[i], d["ground"][i])) for i, p in enumerate(printed)]
 
 
 def _reactions() -> list[Line]:
-    d, b = disk(), bearings()
+    d = disk()
+    found = fb.bearing_reactions(machines.tilted_disk()[1], "shaft", at={"A": "L/2", "B": "-L/2"}).ground
     size = _amplitude() / d["L"]
     angle = d["omega"] * t
-    put = {d["theta"]: angle}
-    derived = {k: sympy.factor_terms(b[k].subs(put)) for k in R}
+    put = [(d["theta"].diff(t, 2), 0), (d["theta'"], d["omega"]), (d["theta"], angle)]
+    derived = {f"R_{name}{c}": found[name][i].subs(put) for name in "AB" for i, c in enumerate("XY")}
     printed = {
         "R_BX": size * sin(angle),
         "R_AX": -size * sin(angle),
@@ -207,6 +195,7 @@ STATEMENTS = (
               _forces),
     Statement("6.65", "moments of the bearing reactions about 0", "fb.equations(s).free_body('disk').equations",
               _moments),
-    Statement("6.66", "bearing reactions on the shaft at a constant rate", "fb.equations(s).reactions['shaft']",
+    Statement("6.66", "bearing reactions on the shaft at a constant rate",
+              "fb.bearing_reactions(s, 'shaft', at={'A': 'L/2', 'B': '-L/2'}).ground",
               _reactions),
 )  # fmt: skip

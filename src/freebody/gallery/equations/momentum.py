@@ -40,10 +40,6 @@ def _momentum_of_cloud() -> Any:
     return fb.forms.angular_momentum(mass.about((0, 0, 0)), tuple(omega))
 
 
-def _by_sum(integrand: Any) -> Any:
-    return machines.over(integrand)
-
-
 def _h0_by_velocity() -> list[Line]:
     s, e = _ball()
     points = [s.bodies["body"].point(*r) for _, r in machines.cloud()[1]]
@@ -130,7 +126,7 @@ def _moments() -> list[Line]:
     mass, _ = machines.cloud()
     J = mass.about((0, 0, 0))
     return [
-        value(sympy.Symbol(f"I_{c}{c}"), _by_sum(lambda r, i=i: r.dot(r) - r[i] ** 2), J[i][i])
+        value(sympy.Symbol(f"I_{c}{c}"), machines.over(lambda r, i=i: r.dot(r) - r[i] ** 2), J[i][i])
         for i, c in enumerate("xyz")
     ]
 
@@ -142,7 +138,7 @@ def _products() -> list[Line]:
     pairs = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
     result = []
     for name, (i, j) in pairs.items():
-        printed = _by_sum(lambda r, i=i, j=j: r[i] * r[j])
+        printed = machines.over(lambda r, i=i, j=j: r[i] * r[j])
         result.append(value(sympy.Symbol(f"I_{name}"), printed, getattr(found, name)))
         result.append(value(sympy.Symbol(f"I_{name[::-1]}"), printed, -J[j][i]))
     return result
@@ -274,12 +270,12 @@ STATEMENTS = (
               "dynamics.kinematics.point_velocity of a body on a ball joint", _velocity, print_is="v = ω × r"),
     Statement("6.3", "the angular momentum about 0 in the angular velocity",
               "fb.forms.angular_momentum(inertia, omega)",
-              lambda: lines(H, _by_sum(lambda r: r.cross(omega.cross(r))), _momentum_of_cloud()),
+              lambda: lines(H, machines.over(lambda r: r.cross(omega.cross(r))), _momentum_of_cloud()),
               print_is="H_0 = ∫ r × (ω × r) dm"),
     Statement("6.4", "the vector product of a vector and a vector product", "scalar.algebra.cross", _triple_product,
               print_is="A × (B × C) = (A·C) B - (A·B) C"),
     Statement("6.5", "the same with the double product worked out", "fb.forms.angular_momentum(inertia, omega)",
-              lambda: lines(H, _by_sum(lambda r: r.dot(r) * omega - r.dot(omega) * r), _momentum_of_cloud()),
+              lambda: lines(H, machines.over(lambda r: r.dot(r) * omega - r.dot(omega) * r), _momentum_of_cloud()),
               print_is="H_0 = ∫ [(r·r) ω - (r·ω) r] dm"),
     Statement("6.6", "components of r along the body axes", "components are triples in a named frame",
               _unit_components("r"), defines=True, print_is="r = x i + y j + z k"),
