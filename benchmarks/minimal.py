@@ -133,3 +133,33 @@ def flyball(t: Any) -> np.ndarray:
     p = 2 * np.pi * J(np.cos(start[0]), np.sin(start[0]))
     t = np.asarray(t, dtype=float)
     return solve_ivp(rates, (0.0, t[-1]), start, "Radau", t_eval=t, rtol=1e-12, atol=1e-13).y[1]
+
+
+# -- crank-rocker of `precision` ---------------------------------------------------------------------
+
+
+def crank_rocker() -> tuple[list[Any], list[Any]]:
+    """SymPy symbols (α, φ, ψ, w) of the angles of crank, coupler and rocker and the crank's speed, and their rates.
+
+    The loop a e(α) + b e(φ) = d + c e(ψ) gives φ' = K_φ w, ψ' = K_ψ w; T = ½ J w², and J w' + ½ w² dJ/dα + dV/dα = 0
+    with derivatives along the loop. Bars of 4 kg/m.
+    """
+    import sympy
+
+    y = alpha, phi, psi, w = sympy.symbols("alpha phi psi w")
+    sin, cos = sympy.sin, sympy.cos
+    a, b, c = sympy.Float("0.1", 17), sympy.Float("0.3", 17), sympy.Float("0.2", 17)
+    K_phi = a * sin(psi - alpha) / (b * sin(phi - psi))
+    K_psi = a * sin(phi - alpha) / (c * sin(phi - psi))
+    coupler = a**2 + a * b * cos(alpha - phi) * K_phi + b**2 * K_phi**2 / 3
+    J = 4 * (a**3 / 3 + b * coupler + c**3 * K_psi**2 / 3)
+    V = (
+        4
+        * sympy.Float("9.81", 17)
+        * (a**2 * sin(alpha) / 2 + b * (a * sin(alpha) + b * sin(phi) / 2) + c**2 * sin(psi) / 2)
+    )
+
+    def along(f: Any) -> Any:
+        return f.diff(alpha) + f.diff(phi) * K_phi + f.diff(psi) * K_psi
+
+    return list(y), [w, K_phi * w, K_psi * w, -(w**2 * along(J) / 2 + along(V)) / J]

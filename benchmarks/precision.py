@@ -2,7 +2,8 @@
 
 Heavy top and tumbling body against 30-digit references (`references`); chain and crank-rocker against freebody's method
 of order 16 at 1e-15, from which its explicit one at 1e-13 differs by what the title says. Best of several runs in one
-process; describing and compiling are outside the clock for everybody.
+process; describing and compiling are outside the clock for everybody. One file, though long: a machine stands
+with all who compute it.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from . import exudyn_peers, rocker_peers
 from .chains import GRAVITY, alternating_chain, chain_state, mujoco_chain
 from .models import heavy_top, numeric_chain, tumbling_body
 from .motion_peers import (
@@ -70,6 +72,11 @@ def top() -> Case:
     case.peers += _of_motion("heavy_top", motion)
     case.peers += [_by_heyoka(tol, partial(_heyoka_top, p), motion["times"], error) for tol in (1e-10, 1e-15)]
     case.peers += _by_hand(_hand_top(p), _start_top(p), motion["times"], error)
+    case.peers += _by_exudyn(
+        partial(exudyn_peers.heavy_top, p, case.end),
+        lambda y: orientation_error(quaternion_of_angles(*y[:, None]), motion["quaternions"][-1:]),
+        (("DOPRI5", 1e-8), ("DOPRI5", 1e-12), ("RK67", 5e-3), ("RK67", 1e-3)),
+    )
     return case
 
 
@@ -95,6 +102,11 @@ def tumbling() -> Case:
     ]
     start = np.array([1.0, 0, 0, 0, *p["w0"]])
     case.peers += _by_hand(_hand_body(p), start, motion["times"], error)
+    case.peers += _by_exudyn(
+        partial(exudyn_peers.tumbling_body, p, case.end),
+        lambda y: orientation_error(y[None], motion["quaternions"][-1:]),
+        (("DOPRI5", 1e-8), ("DOPRI5", 1e-12), ("RK67", 5e-2), ("RK67", 1e-2)),
+    )
     return case
 
 
@@ -139,6 +151,11 @@ def chain() -> Case:
                     partial(_drake_chain, links, q, u, accuracy, case),
                 )
             )
+    case.peers += _by_exudyn(
+        partial(exudyn_peers.chain, links, q, u, case.end),
+        lambda y: case.error(y[:, None]),
+        (("DOPRI5", 1e-8), ("DOPRI5", 1e-12), ("RK67", 5e-3), ("RK67", 1e-3)),
+    )
     return case
 
 
@@ -157,13 +174,41 @@ def crank_rocker() -> Case:
     s.hinge("D", s.ground, rocker, at=(d, 0, 0), to=(-c / 2, 0, 0), axis="z", coordinate="psi")
     s.hinge("C", rocker, coupler, at=(c / 2, 0, 0), to=(b / 2, 0, 0), axis="z")
     start = fb.simulate(s, 0, initial={"alpha": 0.0, "alpha'": 20.0}, near={"beta": 1.3, "psi": 2.0})
-    return _measured_by_ourselves(
+    case = _measured_by_ourselves(
         "Crank-rocker, closed loop, 5 s, some 15 turns (error: largest of the angles at the end)",
         s,
         {name: float(start.at(0)[name]) for name in start.names},
         5.0,
         3,
     )
+    start = rocker_peers.hand_start(case.initial)
+
+    def by_hand(y: Any) -> float:
+        return case.error(rocker_peers.hand_angles(y))
+
+    def measured(peer: Callable[..., tuple[float, np.ndarray]], step: float) -> tuple[float, float]:
+        seconds, angles = peer(case.initial, case.end, step)
+        return seconds, case.error(angles[:, None])
+
+    build = partial(rocker_peers.heyoka_system, start)
+    case.peers += [_by_heyoka(tolerance, build, case.times, by_hand) for tolerance in (1e-10, 1e-15)]
+    case.peers += _by_hand(rocker_peers.hand_rates(), start, case.times, by_hand)
+    for step in (1e-3, 1e-4):
+        run = partial(measured, rocker_peers.mujoco, step)
+        case.peers.append(("MuJoCo RK4, connect", f"step {step:.0e} s", "mujoco", run))
+    run = partial(measured, rocker_peers.drake, 1e-3)
+    case.peers.append(("Drake SAP, ball constraint", "step 1e-03 s", "pydrake", run))
+    case.peers += _by_exudyn(
+        partial(exudyn_peers.crank_rocker, case.initial, case.end),
+        lambda y: case.error(y[:, None]),
+        (
+            ("TrapezoidalIndex2", 1e-3),
+            ("TrapezoidalIndex2", 1e-4),
+            ("GeneralizedAlpha", 1e-3),
+            ("GeneralizedAlpha", 1e-4),
+        ),
+    )
+    return case
 
 
 def gap(states: np.ndarray) -> float:
@@ -400,6 +445,31 @@ def _by_heyoka(
         return time.perf_counter() - begin, error(found[1:].T)
 
     return ("heyoka, fed by hand", f"tolerance {tolerance:.0e}", "heyoka", run)
+
+
+def _by_exudyn(
+    build: Callable[[str, float], exudyn_peers.Solve],
+    error: Callable[[np.ndarray], float],
+    settings: tuple[tuple[str, float], ...],
+) -> list[tuple[str, str, str | None, Run]]:
+    """Exudyn's solvers; describing and assembling are outside the clock, the error is that of the end."""
+    made: dict[tuple[str, float], exudyn_peers.Solve] = {}
+
+    def run(method: str, setting: float) -> tuple[float, float]:
+        if (method, setting) not in made:
+            made[method, setting] = build(method, setting)
+        seconds, state = made[method, setting]()
+        return seconds, error(state)
+
+    return [
+        (
+            f"Exudyn {method}",
+            f"tolerance {setting:.0e}" if method == "DOPRI5" else f"step {setting:.0e} s",
+            "exudyn",
+            partial(run, method, setting),
+        )
+        for method, setting in settings
+    ]
 
 
 def _mujoco_chain(links: Any, q: Any, u: Any, step: float, case: Case) -> tuple[float, float]:

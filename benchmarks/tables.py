@@ -118,6 +118,8 @@ def versions() -> str:
         "pin",
         "mujoco",
         "drake",
+        "exudyn",
+        "heyoka",
     ):
         try:
             parts.append(f"{package} {metadata.version(package)}")
