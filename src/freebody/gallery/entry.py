@@ -13,6 +13,7 @@ from typing import Any
 
 import freebody as fb
 
+from ..model.values import check_assumptions
 from .answer import Answers, Check, Plots, Solved
 from .case import TOLERANCE, Case
 
@@ -139,9 +140,11 @@ class Entry:
         """
         system = self.build()
         model = fb.assemble(system)
+        numbers = model.values(values)
+        check_assumptions(model, numbers)
         case = Case(
             system,
-            model.values(values),
+            numbers,
             self.until if until is None else float(until),
             TOLERANCE if tolerance is None else tolerance,
             fb.equations(model, modes=self.modes),
