@@ -150,4 +150,5 @@ TWO_LINKS = Entry(
     build,
     solve,
     until=3.0,
+    positive=("g",),
 )

@@ -161,5 +161,6 @@ WHIPPLE_BICYCLE = Entry(
     build,
     solve,
     until=4.0,
+    positive=("g", "w", "r_R", "r_F", "m_B"),
     bodies=(),
 )
