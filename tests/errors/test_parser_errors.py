@@ -35,7 +35,7 @@ CASES = [
     ("(k, 2)", "Expected an operator or ')', got ','.", 2),
     ("k = 3", "got '='; an expression has no '=' or comparison, give one side.", 2),
     ("k[0]", "got '['; use round parentheses.", 1),
-    ("75°", "got '°'; write 75deg.", 2),
+    ("75 °", "Expected an operator, got '°'; write a product as 75*°.", 3),
     ("k·2", "got '·'; write * for a product.", 1),
     ("'k'", """got "'"; primes stand directly behind a coordinate's name.""", 0),
     ("k.real", "Expected a number, a name or an operator, got '.'.", 1),

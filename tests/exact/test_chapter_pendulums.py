@@ -106,7 +106,7 @@ def test_airfoil_formulas():
 def test_airfoil_refuses_a_mass_centre_on_the_axis_and_too_little_inertia():
     with pytest.raises(ModelError, match="without a distance nothing couples"):
         entries()["prob-6-14"].run({"s": 0})
-    with pytest.raises(ModelError, match="moment of inertia above m s² = 0.1 kg m², got I_E = 0.1"):
+    with pytest.raises(ModelError, match=r"Expected I_E - m\*s\^2 > 0 in 'airfoil'.*I_E = 0.1, m = 10, s = 0.1"):
         entries()["prob-6-14"].run({"I_E": 0.1})
 
 
@@ -141,8 +141,7 @@ def double_pendulum(p):
 
 
 def test_double_pendulum():
-    forces = {f"{joint}_{axis}(t_{i})": 1e-6 for joint in "OJ" for axis in "xy" for i in (1, 2)}
-    check_numbers("prob-6-15", double_pendulum, loose=forces)
+    check_numbers("prob-6-15", double_pendulum)
 
 
 def test_double_pendulum_formulas():

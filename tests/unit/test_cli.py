@@ -216,9 +216,12 @@ REFUSALS = {
     "other format": (("check", "robot.urdf"), "Expected a file that ends in .toml, got 'robot.urdf'."),
     "unknown parameter": (("run", "MODEL", "--set", "LL=2"), "--set LL: expected a parameter of 'pendulum', got 'LL'; "),
     "no value": (("run", "MODEL", "--set", "L"), "Expected name=value, such as m=2 or theta_0=75deg, got 'L'."),
-    "no number": (("run", "MODEL", "--set", "L=two"), "Expected a known name, got 'two'"),
+    "no number": (("run", "MODEL", "--set", "L=two"), "Expected a number for L, such as 0.3, 2*pi or 75 deg, got 'two'"),
+    "unit of another kind": (("run", "MODEL", "--set", "L=2 kg"), "Expected L in m or a unit of its kind, got '2 kg'"),
+    "unknown unit": (("run", "MODEL", "--set", "L=2 ells"), "Unknown unit 'ells' in 'ells'; known units: m, km"),
+    "empty value": (("run", "MODEL", "--set", "L="), "Expected name=value, such as m=2"),
     "negative time": (("run", "MODEL", "--until", "-1"), "Expected a time greater than 0, got -1."),
-    "time text": (("run", "MODEL", "--until", "1 s"), "Expected an operator, got 's'"),
+    "time text": (("run", "MODEL", "--until", "1 m"), "Expected a value in s or a unit of its kind, got '1 m'"),
     "tolerance": (("run", "MODEL", "--tolerance", "3"), "Expected a number between 0 and 1, got 3."),
     "unknown body": (("equations", "MODEL", "--body", "bat"), "Expected a body of 'pendulum', got 'bat'; did you mean 'bar'?"),
     "unknown option": (("run", "MODEL", "--untill", "1"), "No such option"),
@@ -318,7 +321,14 @@ def test_help_is_quick() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "value"), [("2", 2.0), ("1e-9", 1e-9), ("180deg", 3.141592653589793), ("-1/4", -0.25)]
+    ("text", "value"),
+    [
+        ("2", 2.0),
+        ("1e-9", 1e-9),
+        ("180deg", 3.141592653589793),
+        ("-1/4", -0.25),
+        ("2 rev", 12.566370614359172),
+    ],
 )
 def test_number(text: str, value: float) -> None:
     assert Number().convert(text, None, None) == pytest.approx(value)

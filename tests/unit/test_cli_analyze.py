@@ -337,7 +337,7 @@ REFUSALS = {
     "unknown parameter": (("MODEL", "--set", "kk=2"), "--set kk: expected a parameter of 'oscillator', got 'kk'; "),
     "unknown coordinate": (("MODEL", "--about", "y=2"), "--about y: expected a coordinate or a speed of"),
     "no value": (("MODEL", "--about", "x"), "Expected name=value, such as m=2 or theta_0=75deg, got 'x'."),
-    "bad value": (("MODEL", "--about", "x=two"), "Expected a known name, got 'two'"),
+    "bad value": (("MODEL", "--about", "x=two"), "Expected a number for x, such as 0.3, 2*pi or 75 deg, got 'two'"),
     "patience": (("MODEL", "--patience", "0"), "Expected a time greater than 0, got 0."),
     "no model": ((), "Missing argument 'MODEL'"),
 }  # fmt: skip

@@ -7,7 +7,7 @@ from time import perf_counter
 
 import click
 
-from .model import Number, Setting, find, settings_of
+from .model import Number, Setting, find, number_of, settings_of
 
 FILES = ("analysis.txt", "analysis.tex", "analysis.json")
 
@@ -15,19 +15,19 @@ FILES = ("analysis.txt", "analysis.tex", "analysis.json")
 @click.command()
 @click.argument("model")
 @click.option("--set", "settings", type=Setting(), multiple=True, metavar="NAME=VALUE",
-              help="Value of a parameter; may be repeated. Angles also as 75deg.")  # fmt: skip
+              help="Value of a parameter; may be repeated. Also with a unit: 75deg, 2rev/s.")  # fmt: skip
 @click.option("--about", "about", type=Setting(), multiple=True, metavar="NAME=VALUE",
               help="Coordinate or speed where to linearise; may be repeated. The first stable steady motion "
               "if not given.")  # fmt: skip
-@click.option("--patience", type=Number(), default="20", show_default=True, metavar="SECONDS",
+@click.option("--patience", type=Number("s"), default="20", show_default=True, metavar="SECONDS",
               help="Longest time for the answers in symbols; beyond it only those in numbers are given.")  # fmt: skip
 @click.option("-o", "--output", type=click.Path(path_type=Path, file_okay=False), metavar="DIR",
               help=f"Folder for {', '.join(FILES)}; made if missing.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of text.")
 def analyze(
     model: str,
-    settings: tuple[tuple[str, float], ...],
-    about: tuple[tuple[str, float], ...],
+    settings: tuple[tuple[str, str], ...],
+    about: tuple[tuple[str, str], ...],
     patience: float,
     output: Path | None,
     as_json: bool,
@@ -48,7 +48,8 @@ def analyze(
     entry = find(model)
     system = entry.build()
     values = settings_of(system, settings)
-    found = analysis(system, values, dict(about), entry.start, entry.near, patience)
+    chosen = {name: number_of(system, name, text, "--about") for name, text in about}
+    found = analysis(system, values, chosen, entry.start, entry.near, patience)
     files = [] if output is None else [output / name for name in FILES]
     report = found.data() | {
         "files": [str(file) for file in files],

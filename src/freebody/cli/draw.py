@@ -44,7 +44,7 @@ def draw(
     place: tuple[str, ...],
     modes: tuple[str, ...],
     dimensions: bool | None,
-    settings: tuple[tuple[str, float], ...],
+    settings: tuple[tuple[str, str], ...],
     output: Path | None,
 ) -> None:
     """Draw MODEL, or the free-body diagram of one of its bodies.
@@ -141,7 +141,7 @@ def _place(given: tuple[str, ...]) -> tuple[dict[str, str], float | None]:
         if sign:
             at[name.strip()] = value.strip()
         else:
-            times.append(Number().convert(one, None, None))
+            times.append(Number("s").convert(one, None, None))
     if len(times) > 1 or (times and at):
         raise click.UsageError("--at: expected one time, or coordinates by name, not both.")
     if times and times[0] < 0:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -115,43 +115,59 @@ def find(model: str) -> Any:
 
 
 class Number(click.ParamType):
-    """A number on the command line: ``2``, ``1e-9``, ``75deg``, ``2*pi``."""
+    """A number, with a unit of the kind of ``unit`` or without: ``2``, ``1e-9``, ``2*pi``, ``75 deg``."""
 
     name = "number"
+
+    def __init__(self, unit: str = "") -> None:
+        self.unit = unit
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         if isinstance(value, float):
             return value
-        from ..scalar.parser import parse
-
         try:
-            return float(parse(value, {}))
-        except (FreebodyError, OverflowError) as error:
+            return _number(value, self.unit, "a value")
+        except FreebodyError as error:
             self.fail(str(error), param, ctx)
 
 
 class Setting(click.ParamType):
-    """``name=value`` on the command line."""
+    """``name=value`` on the command line; the text of the value is read where the unit of the name is known."""
 
     name = "name=value"
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[str, float]:
+    ) -> tuple[str, str]:
         if isinstance(value, tuple):
             return value
         name, sign, number = value.partition("=")
-        if not sign or not name.strip():
+        if not sign or not name.strip() or not number.strip():
             self.fail(f"Expected name=value, such as m=2 or theta_0=75deg, got '{value}'.", param, ctx)
-        return name.strip(), Number().convert(number, param, ctx)
+        return name.strip(), number.strip()
 
 
-def settings_of(system: System, pairs: tuple[tuple[str, float], ...]) -> dict[str, float]:
-    """The ``--set`` values by name, refused where the system has no such parameter."""
+def settings_of(system: System, pairs: Iterable[tuple[str, str]]) -> dict[str, float]:
+    """The ``--set`` values by name, refused where the system has no such parameter or it has another unit."""
     known = [parameter.name for parameter in system.parameter_list]
     for name, _ in pairs:
         if name not in known:
             raise ModelError(
                 f"--set {name}: expected a parameter of '{system.name}', got '{name}'; {nearest(name, known)}"
             )
-    return dict(pairs)
+    return {name: number_of(system, name, text, "--set") for name, text in pairs}
+
+
+def number_of(system: System, name: str, text: str, option: str) -> float:
+    """The number that a text gives a parameter or coordinate, in the unit that the system says of it."""
+    try:
+        return _number(text, system.about.get(name, ("", ""))[0], name)
+    except FreebodyError as error:
+        raise click.BadParameter(str(error), param_hint=f"{option} {name}") from None
+
+
+def _number(text: str, unit: str, what: str) -> float:
+    from ..describe.names import finite
+    from ..scalar.units import quantity
+
+    return finite(quantity(text, unit, what), what)

@@ -15,11 +15,11 @@ from .model import Number, Setting, find, settings_of
 @click.option("-o", "--output", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
               help="The page; NAME.html in this folder if not given.")  # fmt: skip
 @click.option(
-    "--until", type=Number(), metavar="T", help="Length of the run [s]; the model's own if not given."
+    "--until", type=Number("s"), metavar="T", help="Length of the run [s]; the model's own if not given."
 )
-@click.option("--tolerance", type=Number(), metavar="TOL", help="Of the integration, such as 1e-10.")
+@click.option("--tolerance", type=Number("1"), metavar="TOL", help="Of the integration, such as 1e-10.")
 @click.option("--set", "settings", type=Setting(), multiple=True, metavar="NAME=VALUE",
-              help="Value of a parameter; may be repeated. Angles also as 75deg.")  # fmt: skip
+              help="Value of a parameter; may be repeated. Also with a unit: 75deg, 2rev/s.")  # fmt: skip
 @click.option(
     "--figures", is_flag=True, help="With the model's own figures, such as the path of a spin axis."
 )
@@ -30,7 +30,7 @@ def report(
     output: Path | None,
     until: float | None,
     tolerance: float | None,
-    settings: tuple[tuple[str, float], ...],
+    settings: tuple[tuple[str, str], ...],
     figures: bool,
     equations: bool | None,
 ) -> None:

@@ -21,11 +21,11 @@ WIDEST = 50  # characters of an answer in the table; equations stand below it
 @click.command()
 @click.argument("model")
 @click.option(
-    "--until", type=Number(), metavar="T", help="Length of the run [s]; the model's own if not given."
+    "--until", type=Number("s"), metavar="T", help="Length of the run [s]; the model's own if not given."
 )
-@click.option("--tolerance", type=Number(), metavar="TOL", help="Of the integration, such as 1e-10.")
+@click.option("--tolerance", type=Number("1"), metavar="TOL", help="Of the integration, such as 1e-10.")
 @click.option("--set", "settings", type=Setting(), multiple=True, metavar="NAME=VALUE",
-              help="Value of a parameter; may be repeated. Angles also as 75deg.")  # fmt: skip
+              help="Value of a parameter; may be repeated. Also with a unit: 75deg, 2rev/s.")  # fmt: skip
 @click.option("-o", "--output", type=click.Path(path_type=Path, file_okay=False), metavar="DIR",
               help="Folder for the equations, the trajectory and the plots; made if missing.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
@@ -33,7 +33,7 @@ def run(
     model: str,
     until: float | None,
     tolerance: float | None,
-    settings: tuple[tuple[str, float], ...],
+    settings: tuple[tuple[str, str], ...],
     output: Path | None,
     as_json: bool,
 ) -> None:

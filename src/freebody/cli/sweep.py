@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from .model import Number, Setting, find, settings_of
+from .model import Number, Setting, find, number_of, settings_of
 from .table import Grid, significant
 
 MOST = 12  # rows of the table
@@ -21,46 +21,52 @@ class Range(click.ParamType):
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[str, list[float]]:
+    ) -> tuple[str, str]:
         if isinstance(value, tuple):
             return value
         name, sign, given = value.partition("=")
         if not sign or not name.strip() or not given.strip():
             self.fail(f"Expected name=from:to:count or name=a,b,c, got '{value}'.", param, ctx)
-        if ":" not in given:
-            return name.strip(), [Number().convert(x, param, ctx) for x in given.split(",")]
         parts = given.split(":")
-        if len(parts) != 3 or not parts[2].strip().isdigit() or int(parts[2]) < 2:
+        if ":" in given and (len(parts) != 3 or not parts[2].strip().isdigit() or int(parts[2]) < 2):
             self.fail(f"Expected name=from:to:count, with a count of at least 2, got '{value}'.", param, ctx)
-        first, last = (Number().convert(x, param, ctx) for x in parts[:2])
-        count = int(parts[2])
-        return name.strip(), [first + (last - first) * k / (count - 1) for k in range(count)]
+        return name.strip(), given
+
+
+def numbers_of(system: Any, name: str, given: str) -> list[float]:
+    """The values of ``from:to:count`` or ``a,b,c``, in the unit that the system says of the name."""
+    if ":" not in given:
+        return [number_of(system, name, text, "--vary") for text in given.split(",")]
+    *ends, parts = given.split(":")
+    first, last = (number_of(system, name, text, "--vary") for text in ends)
+    count = int(parts)
+    return [first + (last - first) * k / (count - 1) for k in range(count)]
 
 
 @click.command()
 @click.argument("model")
 @click.option("--vary", type=Range(), multiple=True, required=True, metavar="NAME=FROM:TO:COUNT",
               help="Parameter, or start of a coordinate or speed; also NAME=A,B,C. Repeatable.")  # fmt: skip
-@click.option("--until", type=Number(), required=True, metavar="T", help="Length of the runs [s].")
+@click.option("--until", type=Number("s"), required=True, metavar="T", help="Length of the runs [s].")
 @click.option("--output", "outputs", multiple=True, metavar="WHAT",
               help="theta, 'L*sin(theta)', 'max(theta)', ...; may be repeated. All coordinates if none.")  # fmt: skip
 @click.option("--event", "events", multiple=True, metavar="EXPRESSION",
               help="Whose first and last passage through zero are kept; may be repeated.")  # fmt: skip
 @click.option("--samples", type=int, default=None, metavar="N", help="Number of output times (101).")
-@click.option("--tolerance", type=Number(), default=None, metavar="TOL", help="Of the integration (1e-9).")
+@click.option("--tolerance", type=Number("1"), default=None, metavar="TOL", help="Of the integration (1e-9).")
 @click.option("--set", "settings", type=Setting(), multiple=True, metavar="NAME=VALUE",
               help="Value of a parameter in all runs; may be repeated.")  # fmt: skip
 @click.option("-o", "--out", "store", type=click.Path(path_type=Path, dir_okay=False), default=None, metavar="FILE",
               help="netCDF file for the results; a sweep that was stopped goes on where it was.")  # fmt: skip
 def sweep(
     model: str,
-    vary: tuple[tuple[str, list[float]], ...],
+    vary: tuple[tuple[str, str], ...],
     until: float,
     outputs: tuple[str, ...],
     events: tuple[str, ...],
     samples: int | None,
     tolerance: float | None,
-    settings: tuple[tuple[str, float], ...],
+    settings: tuple[tuple[str, str], ...],
     store: Path | None,
 ) -> None:
     """Simulate MODEL at every combination of values, and write the motions to one file."""
@@ -70,10 +76,10 @@ def sweep(
     system = entry.build()
     values = settings_of(system, settings)
     grid: dict[str, list[float]] = {}
-    for name, numbers in vary:
+    for name, given in vary:
         if name in grid:
             raise click.BadParameter(f"'{name}' is varied twice.", param_hint="--vary")
-        grid[name] = numbers
+        grid[name] = numbers_of(system, name, given)
     near = {} if entry.near is None else dict(entry.near)
     start = {name: value for name, value in dict(entry.start or {}).items() if name not in grid}
     data = run(

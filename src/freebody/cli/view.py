@@ -35,7 +35,7 @@ HOME = "127.0.0.1"
 @click.option(
     "--browser/--no-browser", "browser", default=True, help="Whether the page is opened in the browser."
 )
-def view(model: str, port: int, settings: tuple[tuple[str, float], ...], browser: bool) -> None:
+def view(model: str, port: int, settings: tuple[tuple[str, str], ...], browser: bool) -> None:
     """Show MODEL in a page with sliders for its parameters and its start; every change gives a new motion.
 
     The page can be reached from this computer only. It is closed with its button or with Ctrl-C.
@@ -61,7 +61,7 @@ def view(model: str, port: int, settings: tuple[tuple[str, float], ...], browser
     click.echo("Closed.")
 
 
-def machine(model: str, settings: tuple[tuple[str, float], ...]) -> Any:
+def machine(model: str, settings: tuple[tuple[str, str], ...]) -> Any:
     """The live machine of a gallery name or a model file."""
     from ..formats.case import Case
     from ..formats.toml_write import toml_text

@@ -119,6 +119,7 @@ BAR_ON_LEDGE = Entry(
     build,
     solve,
     until=0.6,
+    positive=("g",),
     modes={"O": "stick"},
     held={**CENTRED, "x''": 0, "y''": 0},
 )

@@ -71,5 +71,6 @@ BLOCK_AND_TACKLE = Entry(
     build,
     solve,
     until=1.0,
+    positive=("L", "x_0"),
     near={**START, **NEAR},
 )

@@ -123,6 +123,7 @@ BOARD_ON_TRUCK = Entry(
     build,
     solve,
     until=0.4,
+    positive=("mu", "g"),
     bodies=("board",),
     modes={"floor": "stick", "wall": "slip"},
 )

@@ -113,6 +113,7 @@ BRAKING_CAR = Entry(
     build,
     solve,
     until=3.0,
+    positive=("mu_road", "g"),
     start=START,
     modes={"front": "slip+", "rear": "slip+"},
 )

@@ -44,6 +44,7 @@ def build() -> fb.System:
 def solve(case: Case) -> Solved:
     from ..picture.plots import energy_residual, history, reaction, saved
 
+    case.refuse_unless("k", case["k"] >= 0, "a stiffness of at least 0")
     answers: Answers = {
         "equation_x": case.equation(0, "equation of motion of x"),
         "equation_theta": case.equation(1, "equation of motion of theta"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -157,7 +158,7 @@ class Case:
         ModelError
             There is no finite value, as where a length of zero stands below a bar.
         """
-        value = sympy.N(self.put(self.put(sympy.sympify(expression), state), self.values), 17)
+        value = sympy.N(self.put(self.put(sympy.sympify(expression), state), self._exact_values), 17)
         if not (value.is_real and value.is_finite):
             wrong = [name for name, x in self.values.items() if x == 0]
             hint = f" Look at what is zero: {', '.join(wrong)}." if wrong else ""
@@ -166,6 +167,16 @@ class Case:
                 f"{'none: it divides by zero' if value.has(sympy.zoo, sympy.nan, sympy.oo) else value}.{hint}"
             )
         return float(value)
+
+    @cached_property
+    def _exact_values(self) -> dict[str, Any]:
+        """The values, of which the double nearest to a multiple of 90 degrees is that multiple: its cosine is 0."""
+        found: dict[str, Any] = dict(self.values)
+        for name, x in self.values.items():
+            turns = round(2 * x / math.pi)
+            if turns and x == turns * (math.pi / 2) and self.system.about.get(name, ("",))[0] == "rad":
+                found[name] = turns * sympy.pi / 2
+        return found
 
     def numbers(self, matrix: Any, state: Mapping[str, Any] | None = None) -> np.ndarray:
         """The values of a SymPy matrix, shape of the matrix."""

@@ -147,6 +147,7 @@ DISK_ON_LEDGE = Entry(
     build,
     solve,
     until=0.8,
+    positive=("g",),
     start={"theta": BEGIN},
     modes={"O": "stick"},
     held={**CENTRED, "x''": 0, "y''": 0},

@@ -109,5 +109,6 @@ DISK_PENDULUM = Entry(
     build,
     solve,
     until=5.0,
+    positive=("L", "g"),
     start={"theta": "theta_0"},
 )

@@ -93,5 +93,6 @@ DOOR = Entry(
     build,
     solve,
     until=10.0,
+    positive=("g",),
     start={"theta": "theta_0"},
 )

@@ -156,6 +156,7 @@ ENERGY_SINK = Entry(
     build,
     solve,
     until=400.0,
+    positive=("w_1",),
     start=START,
     bodies=("body",),
 )

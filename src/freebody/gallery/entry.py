@@ -13,6 +13,7 @@ from typing import Any
 
 import freebody as fb
 
+from ..model.values import check_assumptions
 from .answer import Answers, Check, Plots, Solved
 from .case import TOLERANCE, Case
 
@@ -97,6 +98,8 @@ class Entry:
         Values by name, numbers or expressions of parameters, from which the motion of the run begins.
     near : mapping
         Of a machine with constraints: coordinates near which it is closed.
+    positive : tuple of str
+        Parameters above 0, without which the questions have no answers.
     bodies : tuple of str, optional
         The bodies whose free-body equations are shown with the answers; all if not given.
     modes : mapping, optional
@@ -114,6 +117,7 @@ class Entry:
     until: float
     start: Mapping[str, Any] = field(default_factory=dict)
     near: Mapping[str, Any] = field(default_factory=dict)
+    positive: tuple[str, ...] = ()
     bodies: tuple[str, ...] | None = None
     modes: Mapping[str, Any] | None = None
     held: Mapping[str, Any] = field(default_factory=dict)
@@ -139,13 +143,17 @@ class Entry:
         """
         system = self.build()
         model = fb.assemble(system)
+        numbers = model.values(values)
+        check_assumptions(model, numbers)
         case = Case(
             system,
-            model.values(values),
+            numbers,
             self.until if until is None else float(until),
             TOLERANCE if tolerance is None else tolerance,
             fb.equations(model, modes=self.modes),
         )
+        for name in self.positive:
+            case.refuse_unless(name, case[name] > 0, f"{name} greater than 0")
         found = self.solve(case)
         return Outcome(
             self,

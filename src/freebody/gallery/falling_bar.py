@@ -164,6 +164,7 @@ FALLING_BAR = Entry(
     build,
     solve,
     until=2.0,
+    positive=("g",),
     start={"theta": BEGIN},
     modes={"floor": "stick"},
     held={**CENTRED, "x''": 0, "y''": 0},

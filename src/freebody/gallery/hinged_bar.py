@@ -91,4 +91,5 @@ HINGED_BAR = Entry(
     build,
     solve,
     until=3.0,
+    positive=("g",),
 )

@@ -115,6 +115,7 @@ MONORAIL = Entry(
     build,
     solve,
     until=1.0,
+    positive=("mu", "g"),
     start={"x'": -10.0},
     modes=modes("front"),
 )

@@ -160,5 +160,6 @@ MOTORCYCLE = Entry(
     build,
     solve,
     until=0.2,
+    positive=("m",),
     start={"psi'": "v/R", "p'": "-v/r"},
 )

@@ -128,5 +128,6 @@ PULLED_DISK = Entry(
     build,
     solve,
     until=1.0,
+    positive=("g",),
     modes={"floor": "stick"},
 )

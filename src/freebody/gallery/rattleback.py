@@ -156,4 +156,5 @@ RATTLEBACK = Entry(
     build,
     solve,
     until=8.0,
+    positive=("m", "g"),
 )

@@ -133,6 +133,7 @@ ROCKING_BLOCK = Entry(
     build,
     solve,
     until=5.0,
+    positive=("g",),
     start={"theta": "-theta_0"},
     modes={"foot_2": "stick"},
     held={**LEFT, "x''": 0, "y''": 0},

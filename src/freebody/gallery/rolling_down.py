@@ -114,5 +114,6 @@ ROLLING_DOWN = Entry(
     build,
     solve,
     until=1.5,
+    positive=("g",),
     modes={"slope": "stick"},
 )

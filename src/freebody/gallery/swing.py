@@ -109,5 +109,6 @@ SWING = Entry(
     build,
     solve,
     until=20.0,
+    positive=("L", "a", "g"),
     start=START,
 )

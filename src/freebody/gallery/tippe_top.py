@@ -56,6 +56,7 @@ def solve(case: Case) -> Solved:
 
     case.refuse_unless("mu", case["mu"] > 0, "friction greater than 0")
     case.refuse_unless("a", 0 < case["a"] < case["R"], "a mass centre within the ball, below its middle")
+    case.refuse_unless("spin", case["spin"] != 0, "a spin")
     start = {"air": fb.Rotation.euler("ZXZ", 0, case["theta_0"], 0), "air_wz": "spin"}
     level = fb.event("air_e0^2 + air_e3^2 - air_e1^2 - air_e2^2", name="horizontal")
     trajectory = case.motion(initial=start, events=[level])
@@ -112,5 +113,6 @@ TIPPE_TOP = Entry(
     build,
     solve,
     until=18.0,
+    positive=("m", "I_3", "g"),
     near={"air": (1, 0, 0, 0)},
 )

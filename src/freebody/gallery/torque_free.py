@@ -38,7 +38,7 @@ def build() -> fb.System:
         I_1b="kg m²: I_1 in case (b)",
         I_3b="kg m²: I_3 in case (b)",
         earth_ratio="1: (I_3 - I_1)/I_1 of the earth, case (c)",
-        earth_spin="1/day: revolutions of the earth, case (c)",
+        earth_spin="rev/day: revolutions of the earth, case (c)",
     )
     return s
 

@@ -93,6 +93,7 @@ def solve(case: Case) -> Solved:
             "largest velocity at which it rolls", atoms["mu"] * atoms["g"] / sympy.Abs(rate), "m/s", how
         ),
     }  # fmt: skip
+    case.refuse_unless("v_0", case["v_0"] != 0, "a ball that moves on the ground")
     case.refuse_unless(
         "v_0", answers["mu_needed"].value < case["mu"],
         f"a velocity at which the ball rolls, up to {answers['v_max'].value:g} m/s",
@@ -147,6 +148,7 @@ TURNTABLE = Entry(
     build,
     solve,
     until=10.0,
+    positive=("g", "mu"),
     start={"x": "x_0", "y'": "v_0"},
     bodies=("ball",),
     modes={"top": "stick"},

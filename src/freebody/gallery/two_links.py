@@ -7,10 +7,8 @@ on the line to the right of O; at x = theta = 0 the links are straight and both 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-import sympy
 
 import freebody as fb
 
@@ -23,15 +21,16 @@ STRAIGHT = {"x": 0, "theta": 0, "x'": 0, "theta'": 0}
 
 def build() -> fb.System:
     """The pulley goes along the line; link 2 hangs on it, link 1 on link 2, and the hinge O closes the loop."""
-    s, link_1, link_2 = parts()
+    s = parts()
     theta, theta_2, x_B = s.coordinates("theta theta_2 x_B")
-    L = s.expression("L")
     pulley = s.body("pulley", fb.particle(0))
-    s.slider("line", s.ground, pulley, at=(2 * L, 0, 0), axis="x", coordinate=x_B)
-    s.hinge("B", pulley, link_2, to=(L / 2, 0, 0), axis="z", coordinate=theta_2)
-    s.hinge("A", link_2, link_1, at=(-L / 2, 0, 0), to=(L / 2, 0, 0), axis="z", coordinate=-theta - theta_2)
-    s.hinge("O", s.ground, link_1, to=(-L / 2, 0, 0), axis="z")
-    connect(s, pulley.origin, x_B)
+    s.slider("line", s.ground, pulley, at=("2*L", 0, 0), axis="x", coordinate=x_B)
+    left, right = ("-L/2", 0, 0), ("L/2", 0, 0)
+    s.hinge("B", pulley, "link_2", to=right, axis="z", coordinate=theta_2)
+    s.hinge("A", "link_2", "link_1", at=left, to=right, axis="z", coordinate=-theta - theta_2)
+    s.hinge("O", s.ground, "link_1", to=left, axis="z")
+    s.force("k_1_B", pulley, ("-k_1*(x_B + x)", 0, 0))
+    s.force("k_1_M", s.bodies["mass"], ("k_1*(x_B + x)", 0, 0))
     explain(
         s,
         theta="rad: angle of link 1 below the horizontal",
@@ -43,26 +42,25 @@ def build() -> fb.System:
 
 def symmetric() -> fb.System:
     """The same machine with theta for both links: two coordinates, in which its equations of motion are written."""
-    s, link_1, link_2 = parts()
+    s = parts()
     theta = s.coordinates("theta")
-    L = s.expression("L")
-    s.hinge("O", s.ground, link_1, to=(-L / 2, 0, 0), axis="z", coordinate=-theta)
-    s.hinge("A", link_1, link_2, at=(L / 2, 0, 0), to=(-L / 2, 0, 0), axis="z", coordinate=2 * theta)
-    connect(s, link_2.point(L / 2, 0, 0), -2 * L * (1 - sympy.cos(theta)))
+    s.hinge("O", s.ground, "link_1", to=("-L/2", 0, 0), axis="z", coordinate=-theta)
+    s.hinge("A", "link_1", "link_2", at=("L/2", 0, 0), to=("-L/2", 0, 0), axis="z", coordinate=2 * theta)
+    s.force("k_1_B", s.bodies["link_2"].point("L/2", 0, 0), ("k_1*(2*L*(1 - cos(theta)) - x)", 0, 0))
+    s.force("k_1_M", s.bodies["mass"], ("-k_1*(2*L*(1 - cos(theta)) - x)", 0, 0))
     return s
 
 
-def parts() -> tuple[fb.System, Any, Any]:
+def parts() -> fb.System:
     """Parameters, mass and links; the mass slides to the left."""
     s = fb.System("two_links")
-    m, L, M, _, k_2, g = s.parameters(m=1.0, L=0.5, M=2.0, k_1=200.0, k_2=100.0, g=9.81)
-    s.parameters(t_1=0.5, t_2=1.0)
-    s.gravity = (0, -g, 0)
+    m, L, M, *_ = s.parameters(m=1.0, L=0.5, M=2.0, k_1=200.0, k_2=100.0, g=9.81, t_1=0.5, t_2=1.0)
+    s.gravity = (0, "-g", 0)
     mass = s.body("mass", fb.particle(M))
-    link_2 = s.body("link_2", fb.slender_bar(m, L, axis="x"))
-    link_1 = s.body("link_1", fb.slender_bar(m, L, axis="x"))
+    for name in ("link_2", "link_1"):
+        s.body(name, fb.slender_bar(m, L, axis="x"))
     guide = s.slider("guide", s.ground, mass, at=(3 * L, 0, 0), axis=(-1, 0, 0), coordinate="x")
-    s.spring("k_2", guide, stiffness=k_2)
+    s.spring("k_2", guide, stiffness="k_2")
     explain(
         s,
         m="kg: mass of each link",
@@ -75,14 +73,7 @@ def parts() -> tuple[fb.System, Any, Any]:
         t_2="s: second time to answer for",
         x="m: displacement of the mass to the left",
     )
-    return s, link_1, link_2
-
-
-def connect(s: fb.System, end: Any, displacement: Any) -> None:
-    """The spring k_1 from B, at its displacement to the right, to the mass: stretched by -(displacement + x)."""
-    pull = -s.expression("k_1") * (displacement + s.expression("x"))
-    s.force("k_1_B", end, (pull, 0, 0))
-    s.force("k_1_M", s.bodies["mass"], (-pull, 0, 0))
+    return s
 
 
 def equilibrium(case: Case) -> tuple[float, float]:
@@ -159,4 +150,5 @@ TWO_LINKS = Entry(
     build,
     solve,
     until=3.0,
+    positive=("g",),
 )

@@ -36,25 +36,16 @@ def build() -> fb.System:
     m_B, *_ = s.parameters(m_B=85.0, v=5.0, kick=0.5, t_1=1.0)
     s.gravity = (0, 0, g)
 
-    def inertia(xx: float, yy: float, zz: float, xz: float = 0) -> Any:
-        return ((xx, 0, xz), (0, yy, 0), (xz, 0, zz))
-
-    rear = s.body("rear_wheel", fb.MassProperties(2, (0, 0, 0), inertia(0.0603, 0.12, 0.0603)))
-    frame = s.body("frame", fb.MassProperties(m_B, (0.3, 0, -0.9), inertia(9.2, 11, 2.8, 2.4)))
-    fork = s.body("fork", fb.MassProperties(4, (0.9, 0, -0.7), inertia(0.05892, 0.06, 0.00708, -0.00756)))
-    front = s.body("front_wheel", fb.MassProperties(3, (0, 0, 0), inertia(0.1405, 0.28, 0.1405)))
+    # of the moments, and of the product I_xz: minus the entry of the matrix in the table
+    solid = fb.MassProperties.from_products
+    rear = s.body("rear_wheel", solid(2, (0, 0, 0), (0.0603, 0.12, 0.0603)))
+    frame = s.body("frame", solid(m_B, (0.3, 0, -0.9), (9.2, 11, 2.8), (0, -2.4, 0)))
+    fork = s.body("fork", solid(4, (0.9, 0, -0.7), (0.05892, 0.06, 0.00708), (0, 0.00756, 0)))
+    front = s.body("front_wheel", solid(3, (0, 0, 0), (0.1405, 0.28, 0.1405)))
     s.free("air", s.ground, frame)
     s.hinge("rear_axle", frame, rear, at=(0, 0, -r_R), axis="y", coordinate="rear")
-    steering = (w + c, 0, 0)  # where the steering axis meets the ground
-    s.hinge(
-        "steering",
-        frame,
-        fork,
-        at=steering,
-        to=steering,
-        axis=("sin(lam)", 0, "cos(lam)"),
-        coordinate="delta",
-    )
+    foot, tilted = (w + c, 0, 0), ("sin(lam)", 0, "cos(lam)")
+    s.hinge("steering", frame, fork, at=foot, to=foot, axis=tilted, coordinate="delta")
     s.hinge("front_axle", fork, front, at=(w, 0, -r_F), axis="y", coordinate="front")
     s.rolling("rear_contact", rear, radius=r_R, axis="y", normal="-z")
     s.rolling("front_contact", front, radius=r_F, axis="y", normal="-z")
@@ -170,5 +161,6 @@ WHIPPLE_BICYCLE = Entry(
     build,
     solve,
     until=4.0,
+    positive=("g", "w", "r_R", "r_F", "m_B"),
     bodies=(),
 )

@@ -11,6 +11,7 @@ from ..describe.names import finite
 from ..errors import ModelError, nearest
 from ..scalar.algebra import floats
 from ..scalar.expression import evaluate
+from ..scalar.units import quantity
 
 if TYPE_CHECKING:
     from .model import Model
@@ -72,6 +73,8 @@ def check_assumptions(model: Model, numbers: Mapping[str, float]) -> None:
 
 
 def _number(value: Any, name: str, model: Model) -> float:
+    if isinstance(value, str):
+        value = quantity(value, model.about.get(name, ("", ""))[0], f"parameter '{name}'")
     expression = model.names.expression(value, f"the value of parameter '{name}'")
     if isinstance(expression, sympy.Basic) and expression.free_symbols:
         raise ModelError(f"Expected a number for parameter '{name}', got '{value}'.")

@@ -6,10 +6,10 @@ The language has numbers, names, ``+ - * / ** ^``, signs, parentheses and a fixe
     product  = signed { ("*" | "/") signed }
     signed   = { "+" | "-" } power
     power    = atom [ ("**" | "^") signed ]          right to left, binds tighter than a sign on its left
-    atom     = number | number "deg" | name | function "(" sum { "," sum } ")" | "(" sum ")"
+    atom     = number | number "deg" | number "rad" | name | function "(" sum { "," sum } ")" | "(" sum ")"
 
 A name may end in primes: ``theta'`` is the speed of ``theta``. Text is never handed to ``eval`` or
-``sympify``. Decimals are exact: ``0.1`` is 1/10 and ``75deg`` is 5 pi/12.
+``sympify``. Decimals are exact: ``0.1`` is 1/10 and ``75deg`` or ``75°`` is 5 pi/12.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ CONSTANTS = {"pi": sympy.pi}
 _TOKEN = re.compile(
     r"(?P<space>\s+)"
     r"|(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
-    r"|(?P<name>[^\W\d]\w*'*)"
+    r"|(?P<name>[^\W\d]\w*'*|°)"
     r"|(?P<operator>\*\*|[-+*/^(),])"
 )
 
@@ -146,8 +146,6 @@ class _Parser:
             return "; use round parentheses."
         if character == "'":
             return "; primes stand directly behind a coordinate's name."
-        if character in "°º":
-            return "; write 75deg."
         if character in "·×":
             return "; write * for a product."
         return "."
@@ -306,9 +304,9 @@ class _Parser:
             int(power or 0) - len(decimals)
         )
         unit = self.token
-        if unit.kind == "name" and unit.at == token.at + len(token.text) and unit.text in ("deg", "rad"):
+        if unit.kind == "name" and unit.at == token.at + len(token.text) and unit.text in ("deg", "°", "rad"):
             self.index += 1
-            return value * _DEGREE if unit.text == "deg" else value
+            return value if unit.text == "rad" else value * _DEGREE
         return value
 
     def name(self) -> Any:

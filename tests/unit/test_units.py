@@ -1,0 +1,70 @@
+"""Numbers with a unit by name."""
+
+from __future__ import annotations
+
+import pytest
+import sympy
+
+import freebody as fb
+from freebody.errors import ExpressionError, ModelError
+from freebody.scalar.units import UNITS, quantity, unit
+
+R = sympy.Rational
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted", "expected"),
+    [
+        ("75deg", "rad", 5 * sympy.pi / 12), ("75 degrees", "rad", 5 * sympy.pi / 12),
+        ("75°", "rad", 5 * sympy.pi / 12), ("-75 °", "rad", -5 * sympy.pi / 12),
+        ("1.2 rad", "rad", R(6, 5)), ("0.5", "rad", R(1, 2)),
+        ("3 rpm", "rad/s", sympy.pi / 10), ("2 rev/s", "rad/s", 4 * sympy.pi), ("2 rad/s", "rad/s", 2),
+        ("2*pi rad", "rad", 2 * sympy.pi), ("pi/2 - 5deg", "rad", 17 * sympy.pi / 36), ("2*(3 - 1) cm", "m", R(1, 25)),
+        ("-3e-2 kg m^2", "kg m²", R(-3, 100)), ("5 kg·m²", "kg m²", 5), ("9.81 m s^-2", "m/s²", R(981, 100)),
+        ("10 N*m*s/rad", "N m s", 10), ("4 N m", "N m/rad", 4), ("20 km/h", "m/s", R(50, 9)), ("3 mm", "m", R(3, 1000)),
+        ("7 g", "kg", R(7, 1000)), ("2 kN", "N", 2000), ("1 rev/day", "rev/day", 1), ("2/s", "1/s", 2),
+        ("25 cm", "mm", 250), ("25 cm", "", R(1, 4)), ("30 deg", "", sympy.pi / 6),
+    ],
+)  # fmt: skip
+def test_quantity(text: str, wanted: str, expected: object) -> None:
+    assert sympy.simplify(quantity(text, wanted) - expected) == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted", "message"),
+    [
+        ("3 furlongs", "m", r"Unknown unit 'furlongs' in 'furlongs'; known units: m, km, .*revolutions\."),
+        ("3 degs", "rad", "Unknown unit 'degs'.*did you mean 'deg'"),
+        ("2pi", "rad", r"Unknown unit 'pi' in 'pi'; write a product as 2\*pi\."),
+        ("2 kg", "m", "Expected parameter 'x' in m or a unit of its kind, got '2 kg'"),
+        ("30deg", "m", "Expected parameter 'x' in m"), ("30deg", "1", "Expected parameter 'x' as a pure number"),
+        ("3 Hz", "rad/s", "Expected parameter 'x' in rad/s .*got '3 Hz'. A frequency of turns is written in rev/s."),
+        ("3 m", "slug", "Expected parameter 'x' as a plain number in slug, a unit without a size here, got '3 m'"),
+        ("wide", "m", "Expected a number for parameter 'x', such as 0.3, .*got 'wide'"),
+        ("5 m + 2 cm", "m", "Expected a number for parameter 'x'"), ("", "m", "got an empty text"),
+    ],
+)  # fmt: skip
+def test_refused(text: str, wanted: str, message: str) -> None:
+    with pytest.raises(ExpressionError, match=message):
+        quantity(text, wanted, "parameter 'x'")
+
+
+def test_a_text_that_is_no_unit() -> None:
+    with pytest.raises(ExpressionError, match="Expected a unit such as m/s"):
+        unit("m/s+")
+    assert unit("1") == (1, (0, 0, 0, 0)) and unit("N m") == UNITS["J"]
+
+
+def test_values_of_a_model() -> None:
+    """Text is read in the unit that the system says of the parameter."""
+    s = fb.System("bar")
+    L, turn = s.parameters(L=2.0, turn=1.0)
+    s.describe(L, unit="mm", about="length")
+    s.body("bar", fb.slender_bar(1, L / 1000, axis="x"))
+    s.hinge("pin", s.ground, "bar", axis="z", coordinate="theta")
+    model = fb.assemble(s)
+    assert model.values({L: "3 cm", "turn": "180 deg"}) == pytest.approx({"L": 30, "turn": sympy.pi.evalf()})
+    with pytest.raises(
+        (ModelError, ExpressionError), match="Expected parameter 'L' in mm or a unit of its kind"
+    ):
+        model.values({"L": "3 kg"})
