@@ -162,6 +162,11 @@ def test_the_command_writes_the_file(tmp_path: Path) -> None:
         (["ex-6-5", "-o", "x.jpg"], "expected a file name that ends in .svg, .pdf, .png, .tex"),
         (["ex-6-5", "--at", "1", "--at", "theta=1"], "expected one time, or coordinates by name, not both"),
         (["ex-6-5", "--at", "-1"], "expected a time of 0 s or later"),
+        (
+            ["ex-6-5", "--at", "1e9"],
+            "a time within the run of ex-6-5, 0 to 10 s, got 1e+09 s; add --until 1e+09 for a longer one",
+        ),
+        (["ex-6-5", "--at", "2", "--until", "1"], "0 to 1 s, got 2 s; --until ends before it"),
         (["ex-6-5", "--at", "thet=1"], "did you mean 'theta'"),
         (["ex-6-5", "--mode", "blank"], "--mode is of free-body diagrams"),
     ],
@@ -172,6 +177,21 @@ def test_the_command_refuses(arguments: list[str], message: str, tmp_path: Path,
     assert result.exit_code != 0
     assert message in result.output + str(result.exception)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_time_beyond_the_run_needs_its_length(tmp_path: Path) -> None:
+    model, out = tmp_path / "body.toml", tmp_path / "body.svg"
+    model.write_text(
+        'name = "body"\n[bodies.body]\nsolid = "sphere"\nmass = 1\nradius = 1\n'
+        '[joints.way]\ntype = "slider"\nchild = "body"\naxis = "x"\ncoordinate = "x"\n[initial]\n"x\'" = 1\n'
+    )
+    arguments = ["draw", str(model), "--at", "2", "-o", str(out)]
+    refused = CliRunner().invoke(command, arguments)
+    assert refused.exit_code == 2 and "names no length of its run; add --until 2" in refused.output
+    assert CliRunner().invoke(command, [*arguments, "--until", "2"]).exit_code == 0 and out.exists()
+    beyond = f"{entries()['ex-6-2'].until + 0.5:g}"
+    longer = ["draw", "ex-6-2", "--at", beyond, "--until", beyond, "-o", str(out)]
+    assert CliRunner().invoke(command, longer).exit_code == 0
 
 
 def test_shape_and_colour_are_what_was_chosen() -> None:

@@ -29,6 +29,9 @@ from .model import Number, Setting, find, settings_of
     multiple=True,
     help="Of the arrows (to scale at a time of the motion); or of a contact, such as floor=stick (repeatable).",
 )
+@click.option(
+    "--until", type=Number(), help="Length of the run [s], for a time of it beyond the one that the model names."
+)
 @click.option("--dimensions/--no-dimensions", default=None, help="Whether lengths are written.")
 @click.option("--set", "settings", type=Setting(), multiple=True, help="Value of a parameter (repeatable).")
 @click.option(
@@ -43,6 +46,7 @@ def draw(
     body: str | None,
     place: tuple[str, ...],
     modes: tuple[str, ...],
+    until: float | None,
     dimensions: bool | None,
     settings: tuple[tuple[str, str], ...],
     output: Path | None,
@@ -82,6 +86,7 @@ def draw(
             raise click.UsageError("--mode CONTACT=MODE: at a time of the motion, contacts have its modes.")
         options["modes"] = contacts
     if time is not None:
+        _check_within(found, time, until)
         outcome = found.run(values, max(time, 1e-9), None)
         system, options = outcome.system, {"trajectory": outcome.trajectory, "at": time}
     else:
@@ -104,6 +109,18 @@ def draw(
         picture = free_body_diagram(system, body, mode=mode, **options)
     picture.save(path)
     click.echo(f"Wrote {path}")
+
+
+def _check_within(found: Any, time: float, until: float | None) -> None:
+    """A time is of the run that the model names, or of the one that is asked for."""
+    length = found.until if until is None else until
+    if length is None:
+        raise click.UsageError(f"--at: {found.name} names no length of its run; add --until {time:g}.")
+    if time > length:
+        cure = f"add --until {time:g} for a longer one" if until is None else "--until ends before it"
+        raise click.UsageError(
+            f"--at: expected a time within the run of {found.name}, 0 to {length:g} s, got {time:g} s; {cure}."
+        )
 
 
 def _standing(found: Any, system: Any) -> dict[str, Any]:

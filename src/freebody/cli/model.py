@@ -53,6 +53,10 @@ class FileEntry:
         return self.case.initial
 
     @property
+    def until(self) -> float | None:
+        return self.case.until
+
+    @property
     def near(self) -> Mapping[str, Any]:
         return {**self.case.near, **self.case.initial}
 

@@ -260,7 +260,7 @@ def closed_coordinates(
         step = np.zeros(model.n_u)
         step[free] = -np.linalg.lstsq(G, phi, rcond=DEPENDENT)[0]
         length = np.abs(step).max(initial=0)
-        step *= min(1, 1 / length) if length > 0 else 1
+        step /= max(1, length)
         moved = float_state(model, q, [float(x) for x in step], t, values)
         q = [a + float(b) for a, b in zip(q, coordinate_rates(model, moved), strict=True)]
         for start in model.quaternions:

@@ -33,6 +33,14 @@ def latex_name(name: str, dots: int = 0) -> str:
     return f"{base}_{{{below}}}"
 
 
+def _joined(factors: list[str]) -> str:
+    r"""Factors side by side; a thin space sets a word apart: ``m \, \mathrm{length}``."""
+    return "".join(
+        one + (r" \, " if r"\mathrm" in one or r"\mathrm" in other[:14] else " ")
+        for one, other in zip(factors, factors[1:], strict=False)
+    ) + (factors[-1] if factors else "")
+
+
 class Latex(Printer):
     """Printer of LaTeX."""
 
@@ -50,11 +58,11 @@ class Latex(Printer):
 
     def product(self, p: int, over: list[str], q: int, under: list[str]) -> str:
         if under:
-            top = " ".join([str(p), *over] if p != 1 or not over else over)
-            return rf"\frac{{{top}}}{{{' '.join([str(q), *under] if q != 1 else under)}}}"
+            top = _joined([str(p), *over] if p != 1 or not over else over)
+            return rf"\frac{{{top}}}{{{_joined([str(q), *under] if q != 1 else under)}}}"
         if q != 1:
-            return " ".join([rf"\frac{{{p}}}{{{q}}}", *over])
-        return " ".join([str(p), *over] if p != 1 or not over else over)
+            return _joined([rf"\frac{{{p}}}{{{q}}}", *over])
+        return _joined([str(p), *over] if p != 1 or not over else over)
 
     def added(self, terms: list[tuple[bool, str]]) -> str:
         text = "".join((" - " if negative else " + ") + term for negative, term in terms)

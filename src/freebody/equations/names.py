@@ -18,11 +18,12 @@ GREEK = {
 def parts(name: str) -> tuple[str, str]:
     """(base, subscript): ``theta_1`` and ``theta1`` are θ with subscript 1, ``j_wx`` is j with wx.
 
-    >>> parts("theta1"), parts("I_xx"), parts("arm_2_x"), parts("mass")
-    (('theta', '1'), ('I', 'xx'), ('arm', '2, x'), ('mass', ''))
+    >>> parts("theta1"), parts("I_xx"), parts("arm_2_x"), parts("T1_floor"), parts("mass")
+    (('theta', '1'), ('I', 'xx'), ('arm', '2, x'), ('T', '1, floor'), ('mass', ''))
     """
     base, _, rest = name.strip("_").partition("_")
-    if not rest:
-        match = re.fullmatch(r"([A-Za-z]+?)(\d+)", base)
-        return (match.group(1), match.group(2)) if match else (base, "")
-    return base, rest.strip("_").replace("_", ", ")
+    match = re.fullmatch(r"([A-Za-z]+?)(\d+)", base)
+    below = [match.group(2)] if match else []
+    if rest:
+        below.append(rest.strip("_").replace("_", ", "))
+    return (match.group(1) if match else base), ", ".join(below)

@@ -27,7 +27,9 @@ def build() -> fb.System:
     s.assume(m > 0, I_E > 0, I_C > 0, k_x > 0, k_theta > 0)
     axis = s.body("axis", fb.particle(0))
     # only the moment about the axis that is normal to the plane counts
-    section = s.body("section", fb.MassProperties(m, (0, 0, 0), ((I_C, 0, 0), (0, I_C, 0), (0, 0, I_C))))
+    inertia = ((I_C, 0, 0), (0, I_C, 0), (0, 0, I_C))
+    profile = fb.ellipsoid(1, (4 * b, b / 2, b))
+    section = s.body("section", fb.MassProperties(m, (0, 0, 0), inertia), shape=profile)
     plunge = s.slider("plunge", s.ground, axis, axis="y", coordinate="x")
     pitch = s.hinge("E", axis, section, to=(-b, 0, 0), axis="z", coordinate="theta")
     s.spring("k_x", plunge, stiffness=k_x)

@@ -20,7 +20,8 @@ def build() -> fb.System:
     m, lf, lr, h = s.parameters(m=1500.0, lf=1.2, lr=1.6, h=0.5)
     _, mu, _, g = s.parameters(a=6.0, mu_road=0.4, v=20.0, g=9.81)
     s.gravity = (0, -g, 0)
-    car = s.body("car", fb.box(m, (lf + lr, 2 * h, 2 * h)))
+    between = fb.box(1, (lf + lr, 2 * h, 2 * h)).moved(((lf - lr) / 2, 0, 0))
+    car = s.body("car", fb.box(m, (lf + lr, 2 * h, 2 * h)), shape=between)  # drawn from axle to axle
     s.planar("plane", s.ground, car, at=(0, h, 0), coordinate="x y theta")
     s.contact("front", car.point(lf, -h, 0), s.ground.plane(), friction=mu)
     s.contact("rear", car.point(-lr, -h, 0), s.ground.plane(), friction=mu)

@@ -39,8 +39,11 @@ ANGLES = (35.0, 62.0, 48.0, 20.0, 75.0, 55.0)
 NEAR = 1e-6
 """Gap of bodies that touch, in parts of the size of the machine."""
 
-MOST_CLOSED = 12
-"""Contacts that are closed, one after another, to draw a machine of which no modes are given."""
+MOST_TRIED = 12
+"""Contacts that are tried to be closed, one after another, to draw a machine of which no modes are given."""
+
+FARTHEST = math.radians(45)
+"""Turn up to which a second contact is closed: a bar that leans is not laid down."""
 
 SLIDE = 0.45
 """Displacements of the coordinates that are not named, in parts of the size of the machine."""
@@ -121,24 +124,33 @@ def _touched(model: Model) -> list[Touching]:
 
 def _standing(
     model: Model, q: list[float], t: float, values: dict[str, float], held: Any, size: float
-) -> Any:
-    """Coordinates near ``q`` at which bodies stand on what they may touch: each contact in turn, while all others stay
-    outside of each other."""
+) -> tuple[list[float], int]:
+    """Coordinates near ``q`` at which bodies stand on what they may touch, and how many contacts are closed there: one
+    after another, the nearest first, while all others stay outside of each other."""
     chosen: dict[str, Any] = {}
-    best = None
-    for contact in model.contacts[:MOST_CLOSED]:
+    tried: set[str] = set()
+    best = q
+    angles = [i for i, one in enumerate(model.coordinates) if one.kind == "scalar" and not _slid(model, one)]
+    for _ in model.contacts[:MOST_TRIED]:
+        gaps = [float(one.gap) for one in touches(model, float_state(model, best, None, t, values))]
+        left = [pair for pair in zip(gaps, model.contacts, strict=True) if pair[1].name not in tried]
+        contact = min(left, key=lambda pair: pair[0])[1]
+        tried.add(contact.name)
         mode = "slip" if contact.frictionless else "slip+" if contact.planar is not None else ("slip", (1, 0))
         wanted = {**chosen, contact.name: mode}
         closed = in_modes(model, wanted)
-        for start in (q,) if best is None else (best, q):
+        for start in (best, q) if chosen else (q,):
             try:
                 found = closed_coordinates(closed, start, t, values, held)
             except FreebodyError:
                 continue
+            turned = max((abs(found[i] - q[i]) for i in angles), default=0.0)
+            if chosen and turned > FARTHEST:
+                continue
             if _apart(model, float_state(model, found, None, t, values), size, wanted):
                 chosen, best = wanted, found
                 break
-    return q if best is None else best
+    return best, len(chosen)
 
 
 def _apart(model: Model, state: State, size: float, closed: Iterable[str]) -> bool:
@@ -192,9 +204,10 @@ def configuration(
     size = machine_size(model, numbers)
     problem: Exception | None = None
     closed = {one.contact.name for one in _touched(model)}
-    inside: Configuration | None = (
-        None  # where bodies are in each other, as the coordinates given may want it
-    )
+    # where bodies are in each other, as the coordinates given may want it; where they are apart and nothing touches
+    inside: Configuration | None = None
+    loose: Configuration | None = None
+    stands = bool(model.contacts) and not _touched(model)
     for attempt in range(4):
         q = _telling(model, size, attempt)
         for i in range(model.n_q):
@@ -202,10 +215,11 @@ def configuration(
                 q[i] = float(wanted[i])
             elif i in guess_named:
                 q[i] = float(guessed[i])
+        count = 0
         try:
-            if model.contacts and not _touched(model):
+            if stands:
                 held = _held(model, {i for i in named if i < model.n_q})
-                q = _standing(model, q, t, numbers, held, size)
+                q, count = _standing(model, q, t, numbers, held, size)
             if model.constraints:
                 held = _held(model, {i for i in named if i < model.n_q})
                 # what is near is so at the beginning; a drive takes it on from there
@@ -216,13 +230,16 @@ def configuration(
             state = float_state(model, q, None, t, numbers)
             poses(model, state)
             found = Configuration(model, state, numbers, False, _lookup(model, state))
-            if not model.contacts or _apart(model, state, size, closed):
+            if model.contacts and not _apart(model, state, size, closed):
+                inside = inside or found
+            elif stands and count == 0:
+                loose = loose or found
+            else:
                 return found
-            inside = inside or found
         except ModelError as error:
             problem = error
-    if inside is not None:
-        return inside
+    if loose is not None or inside is not None:
+        return loose or inside
     raise ModelError(
         f"'{model.name}' can not be drawn at these coordinates: {problem} Name coordinates near= a closed position."
     )
@@ -302,6 +319,18 @@ def _telling_time(model: Model, values: Mapping[str, float]) -> float:
     return math.radians(52) / fastest if fastest > 0 else 0.0
 
 
+def _slid(model: Model, coordinate: Any) -> bool:
+    """Whether a coordinate is a displacement, and no angle."""
+    kinds = {
+        link.kind
+        for link in model.links
+        if link.one_dof
+        and isinstance(link.displacement, sympy.Basic)
+        and link.displacement.has(coordinate.symbol)
+    }
+    return kinds == {"slider"}
+
+
 def _telling(model: Model, size: float, attempt: int) -> list[float]:
     """Coordinates that are far from special; other ones at every attempt."""
     q = [0.0] * model.n_q
@@ -309,14 +338,7 @@ def _telling(model: Model, size: float, attempt: int) -> list[float]:
     for i, coordinate in enumerate(model.coordinates):
         if coordinate.kind != "scalar":
             continue
-        kinds = {
-            link.kind
-            for link in model.links
-            if link.one_dof
-            and isinstance(link.displacement, sympy.Basic)
-            and link.displacement.has(coordinate.symbol)
-        }
-        if kinds == {"slider"}:
+        if _slid(model, coordinate):
             # where something stands on a side, nearer and nearer to its middle
             far = (1.0, 0.5, 0.25, 0.1)[attempt] if model.contacts else 1 + 0.3 * attempt
             q[i] = SLIDE * size * (far + 0.25 * slid * (1 if not model.contacts else far))

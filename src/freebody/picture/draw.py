@@ -24,9 +24,10 @@ from .draw_ground import feet, gears, guides, rolling_planes, ropes, surfaces
 from .drawing import Drawing
 from .outlines import outlines, polygon
 from .palette import GREY, INK
-from .placing import Placer
-from .shapes import attachments, fill_of, shapes
+from .placing import Placer, inside
+from .shapes import attachments, fill_of
 from .sheet import Arrow, Circle, Group, Line, Sheet, Style, arc
+from .sides import pieces_of
 from .view import View, view_of
 
 Array = NDArray[np.float64]
@@ -117,7 +118,7 @@ class Machine:
     def __init__(self, e: Equations, now: Configuration, view: View) -> None:
         self.e, self.now, self.view = e, now, view
         self.model = e.model
-        self.pieces = shapes(self.model, now.values)
+        self.pieces = pieces_of(now, view.planar)
         self.placer = Placer()
         self.root = Group()
         self.labels: list[tuple[str, list[tuple[Array, Array | None]], float, str]] = []
@@ -174,19 +175,21 @@ class Machine:
             for piece in self.pieces[name]:
                 points += [p + R @ q for q in piece.points()]
         for joint in self.model.joints.values():
-            if joint.parent == "ground" and joint.type != "free":
+            if joint.parent == "ground" and joint.type not in ("free", "planar"):
                 points.append(self.now.place("ground", joint.at))
         return points
 
     def _from_behind(self) -> list[str]:
-        """Bodies in the order in which they hide each other: in space by depth, in a plane small ones in front."""
+        """Bodies in the order in which they hide each other: by depth, and at one depth small ones in front."""
 
-        def depth(name: str) -> float:
+        def order(name: str) -> tuple[float, float]:
             place = self.model.bodies[name]
-            return float(self.view.toward @ self.now.place(name, place.center))
+            depth = float(self.view.toward @ self.now.place(name, place.center))
+            points = np.array([q for piece in self.pieces[name] for q in piece.points()])
+            return round(depth * self.scale, 3), -float(np.ptp(points, axis=0).max())
 
         names = list(self.model.bodies)
-        return names if self.view.planar else sorted(names, key=depth)
+        return names if self.view.planar else sorted(names, key=order)
 
     def _joints(self) -> dict[str, tuple[str, str, str, Array]]:
         """Type, parent, child and place of every joint, those that close loops included."""
@@ -223,6 +226,8 @@ class Machine:
                 area = polygon(item)
                 if area is not None:
                     self.placer.area(area, 1.0 if piece.kind in ("slender_bar", "rod") else 0.3)
+                else:
+                    self.placer.line(item.points)
         self.root.add(group)
 
     def fill(self, name: str) -> str:
@@ -238,7 +243,8 @@ class Machine:
             elif isinstance(item, Arrow):
                 self.placer.arrow(item)
             else:
-                self.placer.line(item.points)
+                area = polygon(item)
+                self.placer.line(item.points if area is None else np.vstack([area, area[:1]]))
 
     def _joint_symbols(self) -> None:
         for name, (kind, parent, child, point) in self.joints.items():
@@ -250,7 +256,10 @@ class Machine:
                 if parent != "ground" or kind == "cylindrical" or not self.view.planar:
                     self._rail(name, at)
                 continue
-            if "ground" in (parent, child):
+            d = self.axis(name) if kind == "hinge" and not self.view.planar else None
+            if d is not None:
+                self.add(self._shaft(name, at, d), **attributes)
+            elif "ground" in (parent, child):
                 make = symbols.pin_on_ground if kind == "hinge" else symbols.ball_on_ground
                 items = make(at, self._outward(child if parent == "ground" else parent, at))
                 self.add(items + (symbols.pin(at) if kind == "hinge" else []), **attributes)
@@ -259,6 +268,25 @@ class Machine:
                 self.add([Line(square, Style(INK, 1.0, (), INK), True)], **attributes)
             else:
                 self.add(symbols.pin(at), **attributes)
+
+    def _shaft(self, name: str, at: Array, d: Array) -> list[Any]:
+        """A hinge in space: its axis, and where that is fixed the bearings in which a shaft turns."""
+        _, parent, child, _ = self.joints[name]
+        on_ground = "ground" in (parent, child)
+        ends = [at + side * (self.along(child, at, side * d) + 13.0) * d for side in (1.0, -1.0)]
+        items: list[Any] = [Line(np.array(ends), Style(INK, 0.9, (9.0, 2.0, 1.5, 2.0)))]
+        for end, side in zip(ends, (1.0, -1.0), strict=True):
+            items += symbols.bearing(end - 6.0 * side * d, d, self.down) if on_ground else []
+        return [*items, *symbols.pin(at)]
+
+    def along(self, body: str, at: Array, d: Array) -> float:
+        """How far from a point the line in a direction leaves a body [pt]."""
+        way = np.arange(0.0, 2 * WIDE, 1.0)
+        inner = np.zeros(len(way), dtype=bool)
+        for area in self.areas_of(body):
+            for beside in (-2.0, 2.0):  # an axis may be an edge
+                inner |= inside(area, at + way[:, None] * d + beside * np.array([-d[1], d[0]]))
+        return float(way[inner].max()) if inner.any() else 0.0
 
     def _outward(self, body: str, at: Array) -> Array:
         """Down, or where the body hangs down from its joint, up: a bracket does not stand in its body."""

@@ -63,6 +63,9 @@ def _slide(m: Machine, name: str, number: int, link: Link) -> None:
     if length < 8.0:
         return
     d = way / length
+    far = length > m.wide
+    if far:  # not all the way from a far origin
+        start = end - 0.6 * m.wide * d
     side = np.array([-d[1], d[0]])
     choices = []
     for k, (sign, gap) in enumerate((s, g) for g in (24.0, 34.0, 46.0) for s in (1.0, -1.0)):
@@ -71,10 +74,13 @@ def _slide(m: Machine, name: str, number: int, link: Link) -> None:
     shift = min(choices, key=lambda one: one[:2])[2]
     out = shift / np.linalg.norm(shift)
     items = [
-        Line(np.array([start + 3 * out, start + shift + 4 * out]), Style(GREY, 0.7)),
         Line(np.array([end + 13 * out, end + shift + 4 * out]), Style(GREY, 0.7)),
         Arrow(np.array([start, end]) + shift, Style(GREY, 0.9)),
     ]
+    if far:
+        items.append(Line(np.array([start, start - 22.0 * d]) + shift, Style(GREY, 0.9, (3.0, 3.0))))
+    else:
+        items.append(Line(np.array([start + 3 * out, start + shift + 4 * out]), Style(GREY, 0.7)))
     m.add(items, class_="coordinate", data_joint=name)
     m.labels.append((f"${shown}$", [((start + end) / 2 + shift, out)], 10.5, GREY))
 

@@ -28,8 +28,9 @@ from .marks import Mark, Marks
 from .palette import GREY, INK, PAIRS
 from .panel import LONGEST, Panel
 from .placing import Placer
-from .shapes import Primitive, attachments, fill_of, machine_size, shapes
+from .shapes import Primitive, attachments, fill_of, machine_size
 from .sheet import Arrow, Group, Label, Sheet, Style, box_of, moved, overlap
+from .sides import pieces_of
 from .view import View, view_of
 
 Array = NDArray[np.float64]
@@ -173,7 +174,7 @@ class _Maker:
     ) -> None:
         self.e, self.now, self.view, self.found, self.mode = e, now, view, found, mode
         self.angles, self.dimensions, self.kinetic = angles, dimensions, kinetic
-        self.pieces = shapes(now.model, now.values)
+        self.pieces = pieces_of(now, view.planar)
         owners = dict.fromkeys(mark.owner for acting, _ in found.values() for mark in acting if mark.owner)
         exploded = len(found) > 1
         # of a body alone, the colour says what kind of force it is

@@ -5,6 +5,7 @@ matplotlib's mathtext sets them, in STIX letters that come with it; one em is 1.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -40,6 +41,8 @@ def outline(tex: str) -> Outline:
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
+    # mathtext sets no space before a function, as TeX does
+    tex = re.sub(r"(?<![-+=(]) (\\(?:sin|cos|tan|operatorname))", r" \, \1", tex)
     font = FontProperties(family=["STIXGeneral"], math_fontfamily="stix")
     math = "$" in tex
     try:

@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 BAR, ROD, THIN = 8.0, 4.5, 5.0
 """Widths on paper of slender bars, of rods, and of what is seen edge-on [pt]."""
 
-PARTICLE = 9.0
-"""Radius on paper of a particle [pt]."""
+PARTICLE, NOTHING = 9.0, 4.0
+"""Radius on paper of a particle, and of a body that has no mass and no size [pt]."""
 
 _LINE = 1.1
 
@@ -29,7 +29,7 @@ def outlines(
 ) -> list[Any]:
     """Lines and circles of one piece of a body with the posture ``R, p``, on paper [pt].
 
-    ``block`` draws a particle as the block that slides on a guide.
+    ``block`` draws a particle as the block that slides on a guide in the plane.
     """
     style = Style(INK, _LINE, (), "#ffffff" if piece.hole else fill)
     A = R @ piece.axes
@@ -42,11 +42,11 @@ def outlines(
     d = piece.dimensions
     kind = piece.kind
     if kind == "particle":
-        if block:
+        if block and view.planar:
             w, h = 17.0, 11.0
             corners = np.array([(-w, -h), (w, -h), (w, h), (-w, h)])
             return [Line(middle + corners, style, True)]
-        return [Circle(middle, PARTICLE, style)]
+        return [Circle(middle, PARTICLE if piece.solid else NOTHING, style)]
     if kind in ("slender_bar", "rod"):
         half = d["length"] / 2
         width = BAR if kind == "slender_bar" else ROD

@@ -17,7 +17,7 @@ from .marks import Mark
 from .measures import angle_of, dimensions_of
 from .outlines import outlines, polygon
 from .palette import GREY, INK, KINDS
-from .placing import Placer, inside, sampled
+from .placing import Placer, inside, meets, sampled
 from .shapes import Primitive, attachments
 from .sheet import Arrow, Circle, Group, Label, Line, Style, arc
 from .view import View
@@ -28,6 +28,12 @@ LENGTH, LONGEST, SHORTEST = 46.0, 50.0, 11.0
 """Length of an arrow in the symbolic mode, of the longest and the shortest to scale [pt]."""
 
 LABEL = 11.0
+
+LONGER = (1.0, 1.55, 2.1, 2.65, 3.2)
+"""Of arrows on one line from one point, each is longer than the one before; not to scale."""
+
+ALONG = 0.995
+"""Cosine from which on two arrows lie on one line."""
 
 FAR = 15.0
 """Distance [pt] from which on a line leads from a label to its arrow."""
@@ -61,6 +67,7 @@ class Panel:
     unit: float | None = None
     block: bool = False
     placer: Placer = field(default_factory=Placer)
+    taken: list[tuple[Array, Array, float, bool]] = field(default_factory=list)
 
     def page(self, point: Any) -> Array:
         """A point in ground axes on paper."""
@@ -86,7 +93,8 @@ class Panel:
             f"{'kinetic' if kinetic else 'free-body'} diagram of {self.body}",
         )
         R, p = self.now.posture(self.body)
-        outline = Group([], {"class": "outline"})
+        solids = " ".join(dict.fromkeys(piece.kind for piece in self.pieces))
+        outline = Group([], {"class": "outline", "data-solids": solids})
         for piece in self.pieces:
             for item in outlines(piece, R, p, self.view, self.scale, self.fill, self.block):
                 outline.add(item)
@@ -95,6 +103,8 @@ class Panel:
                     # an arrow may lie on a disk or a box, but hides a bar
                     bar = self.view.planar and piece.kind in ("slender_bar", "rod")
                     self.placer.area(area, 1.0 if bar else 0.2)
+                else:
+                    self.placer.line(item.points)
         group.add(outline)
         group.add(self._points())
         measured: list[Any] = []
@@ -127,7 +137,8 @@ class Panel:
         return found
 
     def _leader(self, label: Label, arrow: Group, color: str) -> list[Any]:
-        """A fine line from a label to its arrow, where there was no room beside it."""
+        """A fine line from a label to its arrow, where there was no room beside it: the shortest that crosses no other
+        label."""
         shafts = [item for item in arrow.items if isinstance(item, Arrow)]
         if not shafts:
             return []
@@ -135,13 +146,16 @@ class Panel:
         x0, y0, x1, y1 = label.box
         nearest = np.column_stack([np.clip(along[:, 0], x0, x1), np.clip(along[:, 1], y0, y1)])
         gaps = np.linalg.norm(along - nearest, axis=1)
-        k = int(np.argmin(gaps))
-        if gaps[k] < FAR:
+        if gaps.min() < FAR:
             return []
-        way = (nearest[k] - along[k]) / gaps[k]
-        line = np.array([along[k] + 2.0 * way, nearest[k] - 2.0 * way])
-        self.placer.line(line)
-        return [Line(line, Style(color, 0.5))]
+        others = [box for box in self.placer.boxes if box != label.box]
+        for k in np.argsort(gaps, kind="stable"):
+            way = (nearest[k] - along[k]) / gaps[k]
+            line = np.array([along[k] + 2.0 * way, nearest[k] - 2.0 * way])
+            if not any(meets(line, box) for box in others):
+                self.placer.line(line)
+                return [Line(line, Style(color, 0.5))]
+        return []
 
     # -- points -------------------------------------------------------------------------------------
 
@@ -235,24 +249,19 @@ class Panel:
         d = seen / share
         length = self._length(mark) * (1.0 if self.view.planar else max(0.55, share))
         choices: list[tuple[float, int, Array, bool]] = []
-        for outward, gap, cost in (
-            (True, 0.0, 0.0),
-            (False, 0.0, 0.12),
-            (True, 0.6 * LENGTH, 0.55),
-            (False, 0.6 * LENGTH, 0.6),
-            (True, 1.25 * LENGTH, 0.7),
-            (False, 1.25 * LENGTH, 0.75),
-            (True, 2.0 * LENGTH, 0.95),
-            (False, 2.0 * LENGTH, 1.0),
-        ):
-            if mark.kind in ("weight", "kinetic") and not mark.couple and (gap > 0 or not outward):
-                cost += 4.0  # they start at the mass centre
-            way = d if outward else -d
-            clear = self._edge(at, way) + gap
-            start = at + clear * way if outward else at + (clear + length) * way
-            points = np.array([start, start + length * d])
-            choices.append((cost + self.placer.crowding(points, at), len(choices), points, outward))
+        for step in range(1 if self.unit is not None and not mark.couple else len(LONGER)):
+            for outward in (True, False):
+                way = d if outward else -d
+                cost = 0.3 * step + (0.0 if outward else 0.12)
+                if mark.kind in ("weight", "kinetic") and not mark.couple and not outward:
+                    cost += 4.0  # they start at the mass centre
+                reach = length * LONGER[step]
+                near = at + self._edge(at, way) * way
+                points = np.array([near, near + reach * way])[:: 1 if outward else -1]
+                cost += self.placer.crowding(points, at) + self._hidden(at, way, reach, outward)
+                choices.append((cost, len(choices), points, outward))
         _, _, points, outward = min(choices, key=lambda one: one[:2])
+        self.taken.append((at, d if outward else -d, float(np.linalg.norm(points[1] - points[0])), outward))
         arrow = Arrow(points, style, head)
         group.add(arrow)
         self.placer.arrow(arrow)
@@ -263,6 +272,16 @@ class Panel:
         middle = (points[0] + points[1]) / 2
         three = points[0] + (0.7 if outward else 0.3) * (points[1] - points[0])
         return group, [(far, away), (three, side), (three, -side), (middle, side), (middle, -side)]
+
+    def _hidden(self, at: Array, way: Array, reach: float, outward: bool) -> float:
+        """The cost of an arrow on another one, on the same side of one point: of both heads must be seen where they
+        point."""
+        cost = 0.0
+        for point, other, length, out in self.taken:
+            if float(np.linalg.norm(point - at)) > 1.0 or float(way @ other) < ALONG:
+                continue
+            cost += 0.4 if outward and out and abs(reach - length) > 0.4 * LENGTH else 2.5
+        return cost
 
     def _edge(self, at: Array, d: Array) -> float:
         """How far it is out of a particle, which has no size: its arrows begin at its edge."""

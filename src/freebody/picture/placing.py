@@ -22,7 +22,7 @@ CLEAR = 2.0
 
 _ANGLES = [math.radians(15 * k) for k in range(24)]
 _AT_ONCE = 120
-_AWAY = (3.0, 6.0, 10.0, 15.0, 22.0, 30.0, 42.0, 56.0, 74.0, 95.0)
+_AWAY = (3.0, 6.0, 10.0, 15.0, 22.0, 30.0, 42.0, 56.0, 74.0, 95.0, 120.0, 150.0)
 
 _AROUND = np.array([(math.cos(angle), math.sin(angle)) for angle in _ANGLES])
 _SIGNS = np.where(np.abs(_AROUND) < 0.2, 0.0, np.sign(_AROUND))
@@ -152,7 +152,7 @@ class Placer:
                 & (ink[None, :, 1] > y0[:, None])
                 & (ink[None, :, 1] < y1[:, None])
             )
-            cost += 45.0 * np.minimum(hit.sum(axis=1), 12)
+            cost += 45.0 * np.minimum(hit.sum(axis=1), 12) + np.where(hit.any(axis=1), 150.0, 0.0)
         for area, weight in zip(self.areas, self._weights, strict=True):
             cost += 12.0 * weight * inside(area, centers)
         return cost
@@ -169,6 +169,12 @@ def sampled(points: Array, step: float) -> Array:
     way = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)))])
     at = np.linspace(0.0, way[-1], max(2, int(np.ceil(way[-1] / step)) + 1))
     return np.column_stack([np.interp(at, way, points[:, 0]), np.interp(at, way, points[:, 1])])
+
+
+def meets(line: Array, box: Box) -> bool:
+    """Whether a polyline goes through a box."""
+    along = sampled(line, 0.5)
+    return bool(((along > box[:2]) & (along < box[2:])).all(axis=1).any())
 
 
 def inside(polygon: Array, points: Array) -> Any:

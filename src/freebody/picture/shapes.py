@@ -221,19 +221,29 @@ def _body(model: Model, state: State, name: str, place: Place, size: float) -> l
     center = np.array([float(x) for x in state.vector(place.center)])
     pieces = [] if shape is None else _pieces(state, shape, size)
     if not pieces:
-        pieces = _wheels(model, state, name)
+        pieces = _wheels(model, state, name) or _skins(model, state, name)
     if not pieces:
         return _unknown(state, place, center, list(at.values()), size)
     solid = [piece for piece in pieces if not piece.hole]
+    pieces += _bridges(solid, size)
     for point in _distinct(list(at.values()), size):
-        if not any(_holds(piece, point, 0.02 * size) for piece in solid):
+        if not any(holds(piece, point, 0.02 * size) for piece in (*solid, *pieces)):
             near = min(solid, key=lambda piece: float(np.linalg.norm(piece.center - point)))
             pieces.append(rod(near.center, point, ROD * size))
     for point in _distinct(_feet(model, state, name), size):
-        if not any(_holds(piece, point, 0.02 * size) for piece in solid):
+        if not any(holds(piece, point, 0.02 * size) for piece in solid):
             ends = [_nearest(piece, point) for piece in solid]
             pieces.append(rod(min(ends, key=lambda q: float(np.linalg.norm(q - point))), point, ROD * size))
     return pieces
+
+
+def _bridges(solid: list[Primitive], size: float) -> list[Primitive]:
+    """Rods between particles of one body and its next piece."""
+    return [
+        rod(one.center, other.center, ROD * size)
+        for one, other in zip(solid, solid[1:], strict=False)
+        if "particle" in (one.kind, other.kind) and not holds(one, other.center, 0.02 * size)
+    ]
 
 
 def _nearest(piece: Primitive, point: Array) -> Array:
@@ -314,6 +324,26 @@ def _wheels(model: Model, state: State, body: str) -> list[Primitive]:
     return found
 
 
+def _skins(model: Model, state: State, body: str) -> list[Primitive]:
+    """A body that touches with something round is as round as that."""
+    found: dict[Any, Primitive] = {}
+    for contact in model.contacts:
+        for shape in (contact.feature, contact.surface):
+            kind = kind_of(shape)
+            if shape.body.name != body or kind not in ("sphere", "ellipsoid", "circle") or shape in found:
+                continue
+            at = np.array([float(x) for x in state.vector(shape.at)])
+            if kind == "ellipsoid":
+                a, b, c = (float(state(x)) for x in shape.half_axes)
+                found[shape] = Primitive(kind, {"a": a, "b": b, "c": c}, at)
+            elif not shape.inside:
+                radius = {"radius": float(state(shape.radius))}
+                round_about = (0, 0, 1) if kind == "sphere" else state.vector(shape.axis)
+                axes = turned_to(np.array([float(x) for x in round_about]))
+                found[shape] = Primitive("sphere" if kind == "sphere" else "disk", radius, at, axes)
+    return list(found.values())
+
+
 def _unknown(state: State, place: Place, center: Array, at: list[Array], size: float) -> list[Primitive]:
     """Rods between the points of the joints and the mass centre; of less than two points the ellipsoid of inertia."""
     mass = float(state(place.mass))
@@ -331,13 +361,13 @@ def _unknown(state: State, place: Place, center: Array, at: list[Array], size: f
             dimensions = {"a": max(a, thin), "b": max(b, thin), "c": max(c, thin)}
             result = [Primitive("ellipsoid", {k: float(v) for k, v in dimensions.items()}, center, axes)]
             return result + [
-                rod(center, p, ROD * size) for p in points if not _holds(result[0], p, 0.02 * size)
+                rod(center, p, ROD * size) for p in points if not holds(result[0], p, 0.02 * size)
             ]
     hub = center if mass > 0 else points[0] if points else np.zeros(3)
     ends = _distinct(points, size)
     pieces = [rod(hub, p, ROD * size) for p in ends if float(np.linalg.norm(p - hub)) > 1e-9 * size]
     pieces += [rod(a, b, ROD * size) for a, b in zip(ends, ends[1:], strict=False)]
-    return pieces or [Primitive("particle", {"radius": PARTICLE * size}, center)]
+    return pieces or [Primitive("particle", {"radius": PARTICLE * size}, center, solid=mass > 0)]
 
 
 def rod(start: Array, end: Array, radius: float) -> Primitive:
@@ -370,8 +400,8 @@ def _distinct(points: list[Array], size: float) -> list[Array]:
     return result
 
 
-def _holds(piece: Primitive, point: Array, slack: float) -> bool:
-    """Whether a point lies in a piece, or on it."""
+def holds(piece: Primitive, point: Array, slack: float) -> bool:
+    """Whether a point of a body, in its axes, lies in a piece, or on it."""
     x, y, z = piece.axes.T @ (point - piece.center)
     if piece.kind == "mesh":
         low, high = np.min(piece["vertices"], axis=0), np.max(piece["vertices"], axis=0)

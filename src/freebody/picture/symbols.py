@@ -39,6 +39,16 @@ def pin_on_ground(at: Array, down: Array) -> list[Any]:
     return [Line(bracket, Style(INK, 1.1, (), "#ffffff"), True), *hatch]
 
 
+def bearing(at: Array, along: Array, down: Array) -> list[Any]:
+    """A shaft's bearing: a stroke on both sides of the axis, hatched ground behind one of them."""
+    normal = np.array([-along[1], along[0]])
+    normal = normal if float(normal @ down) >= 0 else -normal
+    low, high = at + 4.0 * normal, at - 4.0 * normal
+    ends = [(middle - 8.0 * along, middle + 8.0 * along) for middle in (low, high)]
+    side = 1.0 if along[0] * normal[1] - along[1] * normal[0] < 0 else -1.0
+    return [*hatched(*ends[0], side), Line(np.array(ends[1]), Style(INK, 1.3))]
+
+
 def pin(at: Array) -> list[Any]:
     """A hinge."""
     return [Circle(at, 3.2, Style(INK, 1.1, (), "#ffffff"))]
