@@ -249,8 +249,8 @@ INTERNAL = {
     "free_body.Action", "grouped.Grouped", "latex.Latex", "lines.Name", "lines.Sign", "mathml.MathML",
     "operating_point.OperatingPoint", "planar.Plane", "printer.Printer", "rational.Rationals", "reaction.Component",
     "reduction.Choice", "reduction.Slopes", "request.Request", "request.Unknown", "response.Start", "solve.Branch",
-    "stability.Amended", "stability.Linear", "steady_motion.Words", "steady_numeric.Pieces",
-    "steady_numeric.Underdetermined", "steady_problem.Problem", "steady_solve.Found", "steady_solve.Root",
+    "stability.Amended", "stability.Linear", "stability.Spectrum", "steady_motion.Words", "steady_numeric.Pieces",
+    "steady_numeric.RootFound", "steady_numeric.Underdetermined", "steady_problem.Problem", "steady_solve.Found", "steady_solve.Root",
     "steady_turning.Turning", "steady_turning.TurningProblem", "systems.Row", "terms.Sum", "terms.Term", "text.Text",
     "vocabulary.Vocabulary",
 }  # fmt: skip

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 import sympy
@@ -374,8 +376,7 @@ def test_substitution_in_other_fields() -> None:
         Substitution(ring, arrays, {m: 1.0})(x)
 
 
-def test_conditions_freed_of_a_length_have_no_roots_of_their_own():
-    """A block and tackle: a balance times |y| holds at y = 0, the balance itself does not."""
+def tackle():
     s = fb.System("tackle")
     M, m, g, L = s.parameters(M=100, m=30, g=9.81, L=14)
     s.gravity = (g, 0, 0)
@@ -384,7 +385,12 @@ def test_conditions_freed_of_a_length_have_no_roots_of_their_own():
     s.slider("w", s.ground, weight, at=(0, 0, 1), axis="x", coordinate="y")
     up, over = s.ground.point(0, 0, 0), s.ground.point(0, 0, 1)
     s.rope([up, block.origin, up, block.origin, up, over, weight.origin], L + 1)
-    found = fb.steady_motions(s)
+    return s
+
+
+def test_conditions_freed_of_a_length_have_no_roots_of_their_own():
+    """A block and tackle: a balance times |y| holds at y = 0, the balance itself does not."""
+    found = fb.steady_motions(tackle())
     assert found.at({}) == ()
     balanced = found.at({"m": 25})  # wherever it hangs
     assert balanced
@@ -393,22 +399,106 @@ def test_conditions_freed_of_a_length_have_no_roots_of_their_own():
         assert 4 * abs(state.values["x"]) + abs(state.values["y"]) == pytest.approx(14)
 
 
-def test_a_linkage_without_forces_rests_in_every_closed_position():
-    """A root found by division by what a later root makes zero is no solution: it is left out, not divided by."""
+def linkage(a, b, c, d):
+    """Four bars without forces."""
     s = fb.System("four bars")
-    a, b, c, d = s.parameters(a=0.3, b=0.9, c=0.7, d=1.0)
     A, B, C = (s.body(name, fb.slender_bar(1, x)) for name, x in zip("ABC", (a, b, c), strict=True))
     s.hinge("O", s.ground, A, to=(-a / 2, 0, 0), axis="z", coordinate="p")
     s.hinge("P", A, B, at=(a / 2, 0, 0), to=(-b / 2, 0, 0), axis="z", coordinate="q")
     s.hinge("G", s.ground, C, at=(d, 0, 0), to=(-c / 2, 0, 0), axis="z", coordinate="r")
     s.hinge("Q", B, C, at=(b / 2, 0, 0), to=(c / 2, 0, 0))
-    found = fb.steady_motions(s, values={"p": 1.0})
-    assert found.states
+    return s
+
+
+def gap(p, q, r, a, b, c, d):
+    """Of the loop."""
+    return [
+        a * np.cos(p) + b * np.cos(p + q) - d - c * np.cos(r),
+        a * np.sin(p) + b * np.sin(p + q) - c * np.sin(r),
+    ]
+
+
+BARS = [
+    (Fraction(3, 10), Fraction(9, 10), Fraction(7, 10), 1),
+    (Fraction(8, 10), Fraction(6, 10), Fraction(7, 10), 1),
+]
+
+
+@pytest.mark.parametrize(("bars", "pieces"), [(BARS[0], 2), (BARS[1], 1)], ids=["Grashof", "not Grashof"])
+def test_a_linkage_without_forces_rests_anywhere_on_its_circuits(bars, pieces) -> None:
+    """Its closed positions are one circle, or two where a bar can turn all the way round (Grashof's law)."""
+    found = fb.steady_motions(linkage(*bars), values={})
+    assert len(found.states) == pieces
     for state in found.states:
-        p, q, r = (state.state[name] for name in "pqr")
-        gap = [
-            0.3 * np.cos(p) + 0.9 * np.cos(p + q) - 1 - 0.7 * np.cos(r),
-            0.3 * np.sin(p) + 0.9 * np.sin(p + q) - 0.7 * np.sin(r),
-        ]
-        assert np.abs(gap).max() < 1e-12
+        assert np.abs(gap(*(state.state[name] for name in "pqr"), *map(float, bars))).max() < 1e-12
+        assert state.values["Q_x"] == state.values["Q_y"] == 0
+        assert state.stability.family == 1 and state.stability.verdict == "neutral along the family"
+        assert "one of a family of dimension 1, neutral along the family" in state.text()
+        assert np.abs(state.stability.eigenvalues).max() == 0
+
+
+def test_a_place_that_is_given_picks_members_of_the_family() -> None:
+    """A root found by division by what a later root makes zero is no solution: it is left out, not divided by."""
+    found = fb.steady_motions(linkage(*BARS[0]), values={"p": 1.0})
+    assert len(found.states) == 2  # the open and the crossed one
+    for state in found.states:
+        assert np.abs(gap(*(state.state[name] for name in "pqr"), *map(float, BARS[0]))).max() < 1e-12
         assert max(abs(state.values["Q_x"]), abs(state.values["Q_y"])) < 1e-12
+        assert state.stability.family == 1 and state.stability.verdict == "neutral along the family"
+
+
+def balanced():
+    """A pendulum on a force to the point above the pin that grows with the distance: V = (k h - m g) y + const."""
+    s = fb.System("balanced")
+    m, L, g, h, k = s.parameters(m=1, L=2, g=10, h=1, k=10)
+    s.parameters(c=0)
+    s.gravity = (0, -g, 0)
+    bob = s.body("bob", fb.particle(m))
+    s.hinge("O", s.ground, bob, to=(0, L, 0), coordinate="theta")
+    s.force("f", bob.origin, ("-k*L*sin(theta)", "k*(h + L*cos(theta))", 0))
+    s.generalized_force("theta", "-c*theta'")
+    return s
+
+
+def test_a_balanced_pendulum_rests_anywhere() -> None:
+    found = fb.steady_motions(balanced())
+    assert found.text() == "0 = sin(theta)  unless h*k - m*g = 0\ntheta = 0\ntheta = pi"
+    assert r"\quad\text{unless }" in found.latex() and "unless" in found.mathml()
+    ((condition,),) = found.excluded
+    assert sympy.Symbol("h", real=True) in condition.free_symbols and isinstance(condition, sympy.Ne)
+    for values in ({}, {"theta": 0.5}):
+        (state,) = found.at(values)
+        assert state.stability.family == 1 and state.stability.verdict == "neutral along the family"
+        (damped,) = found.at({**values, "c": 1})
+        assert damped.stability.family == 1 and damped.stability.spectral == "asymptotically stable"
+        assert damped.stability.verdict == "neutral along the family"
+        (driven,) = found.at({**values, "c": -1})
+        assert driven.stability.family == 1 and driven.stability.verdict == "unstable"
+    assert [state.stability.family for state in found.at({"k": 9})] == [0, 0]
+    assert [state.stability.verdict for state in found.at({"k": 9})] == ["stable", "unstable"]
+
+
+def test_of_a_balanced_tackle_one_member_is_given_for_each_side() -> None:
+    states = fb.steady_motions(tackle()).at({"m": 25})
+    assert [np.sign(state.values["rope"]) for state in states] == [-1, 1]
+    assert all(state.stability.family == 1 for state in states)
+
+
+def test_a_double_root_is_no_family() -> None:
+    """At F = F_max = 2/3 sqrt(1/3) of V' = z³ - z + F two equilibria meet: the kernel is there, the family is not."""
+    s = point("z - z^3 - F")
+    found = fb.steady_motions(s, values={"F": 2 / 27**0.5, "m": 1})
+    assert len(found.states) >= 2 and all(state.stability.family == 0 for state in found.states)
+
+
+def test_where_a_leading_coefficient_is_zero_in_numbers_the_other_root_is_left() -> None:
+    """A gyroscope whose axis is level: (A - C) cos θ psi'² - C psi' phi' + m g L = 0 has the root m g L/(C phi')."""
+    s = fb.System("level")
+    m, L, g = s.parameters(m=1, L=0.3, g=9.81)
+    s.gravity = (0, 0, -g)
+    body = s.body("top", fb.cylinder(m, 1, L).moved((0, 0, L)))
+    s.gimbal("pivot", s.ground, body, coordinate="psi theta phi")
+    found = fb.steady_motions(s, solve_for="psi'")
+    assert [len(one.nonzero) for one in found] == [1, 1, 0, 0]
+    (state,) = found.at({"theta": np.pi / 2, "phi'": 20})
+    assert state.values["psi'"] == pytest.approx(2 * 0.3 * 9.81 / 20, rel=1e-12)  # C = m/2

@@ -46,22 +46,31 @@ class Stability(Lines):
     spectral : str
         "asymptotically stable", "stable" (all eigenvalues on the imaginary axis: in the linear approximation),
         "unstable", "undecided" (more zeros than symmetries, or rolling that positions depend on), or "singular" (the
-        coordinates are, here).
+        coordinates are, here). Of a member of a family it is said of deviations from the family.
     energy : str
         "stable" (definite energy), "unstable" (odd number of negative eigenvalues), or "undecided".
     eigenvalues : ndarray of complex, [1/s]
     stiffness : ndarray or None
         Eigenvalues of the second derivative of the amended potential.
+    family : int
+        Dimension of the continuous family of steady motions that this one belongs to; 0 for an isolated one.
     """
 
     spectral: str
     energy: str
     eigenvalues: np.ndarray
     stiffness: np.ndarray | None
+    family: int = 0
 
     @property
     def verdict(self) -> str:
-        """The stronger statement of the two: "stable" by energy holds for the nonlinear equations."""
+        """The stronger statement of the two: "stable" by energy holds for the nonlinear equations.
+
+        A member of a family is "neutral along the family", unless it is unstable: beside it is another steady motion,
+        to which the machine does not return from.
+        """
+        if self.family and "unstable" not in (self.spectral, self.energy):
+            return "neutral along the family"
         if self.spectral in ("unstable", "asymptotically stable"):
             return self.spectral
         if self.energy != "undecided":
@@ -77,11 +86,38 @@ class Stability(Lines):
         return lines
 
     def __str__(self) -> str:
-        return f"{self.verdict} (spectral: {self.spectral}; energy: {self.energy})"
+        shown = f"{self.verdict} (spectral: {self.spectral}; energy: {self.energy})"
+        return f"one of a family of dimension {self.family}, {shown}" if self.family else shown
 
 
 def _listed(values: Sequence[Any]) -> list[Any]:
     return [piece for x in values for piece in (x, COMMA)][:-1]
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Eigenvalues of M q'' + C q' + K q = 0 and the largest that its entries let expect.
+
+    Attributes
+    ----------
+    values : ndarray of complex
+    scale : float
+        max(|C|/|M|, sqrt(|K|/|M|)), before constraints take part of it away.
+    damped : bool
+        Whether there are forces of speeds; without them every zero is double.
+    """
+
+    values: np.ndarray
+    scale: float
+    damped: bool
+
+    @classmethod
+    def of(cls, A: np.ndarray, M: np.ndarray, C: np.ndarray, K: np.ndarray) -> Spectrum:
+        """The spectrum of A, which is made from these."""
+        found = np.linalg.eigvals(A)
+        m, c, k = (float(np.abs(x).max(initial=0)) for x in (M, C, K))
+        scale = max(c / m, (k / m) ** float(HALF)) if m else 0
+        return cls(found[np.lexsort((found.imag, found.real))], scale, c > EPS * scale * m)
 
 
 class Linear:
@@ -103,10 +139,10 @@ class Linear:
         at = Substitution(self.problem.ring, arrays, atoms)
         return tuple(np.array([[float(at(x)) for x in row] for row in A]) for A in (self.M, self.C, self.K))  # type: ignore[return-value]
 
-    def eigenvalues(self, atoms: Mapping[Any, Any]) -> np.ndarray | None:
+    def spectrum(self, atoms: Mapping[Any, Any]) -> Spectrum | None:
         """Of small deviations; None where the mass matrix is singular."""
         p = self.problem
-        M, C, K = self.matrices(atoms)
+        M, C, K = whole = self.matrices(atoms)
         n = len(M)
         if p.matrix:
             at = Substitution(p.ring, arrays, atoms)
@@ -127,13 +163,12 @@ class Linear:
                         S[r.index(index[j]), index[pivot]] -= float(x)
             K = K[:, r]
         if n == 0:
-            return np.zeros(0, dtype=complex)
+            return Spectrum(np.zeros(0, dtype=complex), 0, False)
         scale = np.sqrt(np.abs(M).max(initial=0))
         if scale == 0 or np.linalg.cond(M) > 1 / np.sqrt(EPS):
             return None
         A = np.block([[R, S], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
-        found = np.linalg.eigvals(A)
-        return found[np.lexsort((found.imag, found.real))]
+        return Spectrum.of(A, *whole)
 
     def characteristic(self, values: Mapping[Any, Any], s: Any) -> list[Any] | None:
         """Coefficients in s, lowest first, of det(M s² + C s + K) over a steady motion, powers of s taken out.
@@ -322,16 +357,17 @@ class _AlongSeries(Substitution):
         return super()._make(index) if g.depends & self._moving else self.ring.variable(index)
 
 
-def stability(linear: Linear, amended: Amended, atoms: Mapping[Any, Any]) -> Stability:
-    """Stability in numbers of one steady motion."""
-    found = linear.eigenvalues(atoms)
-    coupled = bool(linear.problem.coupled)
-    families = len(linear.problem.families)
-    if found is None:
-        spectral, found = "singular", np.zeros(0, dtype=complex)
+def stability(linear: Linear, amended: Amended, atoms: Mapping[Any, Any], family: int = 0) -> Stability:
+    """Stability in numbers of one steady motion, of a family of that dimension."""
+    spectrum = linear.spectrum(atoms)
+    found = np.zeros(0, dtype=complex) if spectrum is None else spectrum.values
+    if spectrum is None:
+        spectral, family = "singular", 0
+    elif linear.problem.coupled:
+        spectral = "undecided"
     else:
-        zeros = families * (2 if linear.problem.matrix else 1)
-        spectral = "undecided" if coupled else spectral_verdict(found, zeros)
+        zeros = len(linear.problem.families) * (2 if linear.problem.matrix else 1)
+        spectral = spectral_verdict(spectrum, zeros, family)
     stiffness = amended.stiffness(atoms) if spectral != "singular" else amended.singular(atoms)
     energy = "undecided"
     if stiffness is not None:
@@ -340,12 +376,20 @@ def stability(linear: Linear, amended: Amended, atoms: Mapping[Any, Any]) -> Sta
             energy = "stable"
         elif (np.abs(stiffness) > small).all() and int((stiffness < 0).sum()) % 2:
             energy = "unstable"
-    return Stability(spectral, energy, found, stiffness)
+    return Stability(spectral, energy, found, stiffness, family)
 
 
-def spectral_verdict(found: np.ndarray, zeros: int) -> str:
-    """What eigenvalues say, of which so many are zero by the symmetries."""
+def spectral_verdict(spectrum: Spectrum, zeros: int, family: int = 0) -> str:
+    """What eigenvalues say, of which so many are zero by the symmetries, and others along a family.
+
+    A family of dimension k has k zeros, each of them double where no force depends on speeds.
+    """
+    found = spectrum.values
     scale = np.abs(found).max(initial=0)
+    if family:
+        scale = max(scale, spectrum.scale)
+        found = found[np.argsort(np.abs(found), kind="stable")][family * (1 if spectrum.damped else 2) :]
+        zeros += family if spectrum.damped else 0
     # a double eigenvalue is known to the square root of round-off
     small = 16 * np.sqrt(EPS) * scale
     if (found.real > small).any():

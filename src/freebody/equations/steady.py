@@ -8,6 +8,7 @@ what is asked for, and in numbers otherwise.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -19,15 +20,16 @@ from ..model.model import Model
 from ..scalar.polynomial import Polynomial
 from ..scalar.substitute import Substitution, arrays
 from .along_motion import numbers
-from .display import displayed, equation_latex, text
+from .display import displayed, equation_latex, equation_text, text
 from .show import EQUALS, elements, inner, words
 from .steady_motion import SteadyMotion, SteadyState
 from .steady_problem import Problem
-from .steady_solve import Found, factors, product, solutions
+from .steady_solve import Found, excluded, factors, product, solutions
 
 if TYPE_CHECKING:
     from .continuation import Branch
     from .equations import Equations
+    from .steady_numeric import RootFound
 
 
 def steady_motions(
@@ -44,7 +46,7 @@ def steady_motions(
     Of a ball or free joint ``p`` the unknowns are angles: R = R_n(p_psi) R_a(p_theta) R_b(p_phi), n the vertical, b the
     body's axis of symmetry, if it has one (else n). The rates are p_psi' of turning about the vertical and p_phi' of
     spin, where these are symmetries, so that a body may spin while it precesses. Of motions in numbers that turn into
-    each other or are mirror images, one is given.
+    each other or are mirror images, one is given, and so it is of the members of a continuous family.
 
     Parameters
     ----------
@@ -184,6 +186,21 @@ class SteadyMotions(Sequence[SteadyMotion]):
     def _live(self, x: Any) -> Any:
         return product(self._factors(x))
 
+    @cached_property
+    def excluded(self) -> tuple[tuple[Any, ...], ...]:
+        """Per condition the sums of parameters that are taken as not zero, SymPy ``Ne``.
+
+        Where one of them is zero, the condition holds whatever the unknowns are. Roots in numbers are found there too.
+        """
+        p = self.problem
+        return tuple(
+            tuple(sympy.Ne(displayed(f, p.ring), 0, evaluate=False) for f in self._excluded(x))
+            for x in p.conditions
+        )
+
+    def _excluded(self, x: Any) -> list[Any]:
+        return excluded(self.problem.ring, x, set(self.problem.unknowns))
+
     @property
     def unknowns(self) -> tuple[str, ...]:
         """Names of the unknowns in the conditions."""
@@ -230,7 +247,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
         return self.at(self._given or {})
 
     def at(self, values: Mapping[Any, Any]) -> tuple[SteadyState, ...]:
-        """All steady motions in numbers.
+        """All steady motions in numbers; of a continuous family one of each connected piece, marked as such.
 
         Parameters
         ----------
@@ -242,26 +259,35 @@ class SteadyMotions(Sequence[SteadyMotion]):
         ModelError
             More unknowns than conditions.
         """
-        from .steady_numeric import Underdetermined, roots
+        import numpy as np
+
+        from .steady_family import dimension
+        from .steady_numeric import Pieces, Underdetermined, roots
 
         p = self.problem
         atoms, asked, given = self._numbers(values)
-        live = [self._live(x) for x in p.conditions]
+        moving = [*p.rates, *p.terms]
         try:
-            found = roots(p.ring, live, asked, atoms)
+            found = roots(p.ring, p.conditions, asked, atoms, moving)
         except Underdetermined:
             names = [p.name(a) for a in asked]
             raise ModelError(
-                f"The {len(live)} condition(s) of steady motion do not determine {', '.join(names)}. Give values of "
-                f"some of them: values={{'{names[-1]}': ...}}."
+                f"The {len(p.conditions)} condition(s) of steady motion do not determine {', '.join(names)}. Give "
+                f"values of some of them: values={{'{names[-1]}': ...}}."
             ) from None
-        found = [one for one in found if self._balanced(atoms, asked, one[0])]
+        found = [root for root in found if self._balanced(atoms, asked, root.values)]
         result = []
-        for k, (x, residual, error) in enumerate(found):
-            name = self._label(found, k, asked)
-            result.append(
-                self._state(name, dict(zip(asked, map(float, x), strict=True)), atoms, given, residual, error)
-            )
+        # a coordinate that is given may pick one of a family
+        placed = {a: x for a, x in given.items() if a in p.coordinates}
+        rest = {a: x for a, x in atoms.items() if a not in placed}
+        whole = Pieces(p.ring, p.conditions, [*asked, *placed], rest)
+        held = np.array([a in moving for a in whole.unknowns], dtype=bool)
+        for k, root in enumerate(found):
+            if placed:
+                free = np.append(root.open, np.zeros(len(placed), dtype=bool))
+                x = np.append(root.values, list(placed.values()))
+                root = replace(root, family=dimension(whole, x, held | free))
+            result.append(self._state(self._label(found, k, asked), root, asked, atoms, given))
         return tuple(p.distinct(result, atoms))
 
     def _balanced(self, atoms: Mapping[Any, Any], asked: Sequence[Any], x: Any) -> bool:
@@ -281,7 +307,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
         """Of two values of one rate, which: fast or slow."""
         if len(asked) != 1 or asked[0] not in self.problem.rates or len(found) != 2:
             return ""
-        mine, other = abs(found[k][0][0]), abs(found[1 - k][0][0])
+        mine, other = abs(found[k].values[0]), abs(found[1 - k].values[0])
         if abs(mine - other) * 10**9 <= mine + other:
             return ""
         return "fast" if mine > other else "slow"
@@ -318,15 +344,18 @@ class SteadyMotions(Sequence[SteadyMotion]):
         return atoms, asked, given
 
     def _state(
-        self, name: str, solved: dict[Any, float], atoms: Mapping[Any, Any], given: Mapping[Any, float],
-        residual: float, error: float,
+        self, name: str, root: RootFound, asked: Sequence[Any], atoms: Mapping[Any, Any], given: Mapping[Any, float]
     ) -> SteadyState:  # fmt: skip
-        full = self._full({**atoms, **solved})
         p = self.problem
+        solved = dict(zip(asked, map(float, root.values), strict=True))
+        full = self._full({**atoms, **solved})
         state = {c.name: float(full[c.symbol]) for c in p.e.model.coordinates}
         state.update({s.name: float(full[s.symbol]) for s in p.e.model.speeds})
         shown = {p.name(a): v for a, v in {**given, **solved}.items()}
-        return SteadyState(name, shown, state, residual, error, p.stability(self.linear, self.amended, full))
+        places = set(p.coordinates)
+        family = root.family + sum(bool(x) for a, x in zip(asked, root.open, strict=True) if a in places)
+        found = p.stability(self.linear, self.amended, full, family)
+        return SteadyState(name, shown, state, root.residual, root.error, found)
 
     def _full(self, atoms: dict[Any, Any]) -> dict[Any, Any]:
         """Numbers of all atoms on a steady motion: rates from terms, speeds from rates, accelerations zero."""
@@ -409,7 +438,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
         verdicts = []
         for z in path:
             full = self._full({**atoms, **dict(zip((*asked, symbol), map(float, z), strict=True))})
-            verdicts.append(p.stability(self.linear, self.amended, full).verdict)
+            verdicts.append(p.stability(self.linear, self.amended, full, 0).verdict)
         marks = tuple(
             Special(kind, float(z[-1]), {n: float(x) for n, x in zip(names, z, strict=False)})
             for kind, z in special
@@ -425,6 +454,8 @@ class SteadyMotions(Sequence[SteadyMotion]):
         lines = []
         for x in self.problem.conditions:
             lines.append("0 = " + " or ".join(text(f, ring) for f in self._factors(x)))
+            if zero := self._excluded(x):
+                lines[-1] += "  unless " + " or ".join(equation_text(f, 0, ring) for f in zero)
         return "\n".join([*lines, *(one.text() for one in self._found)])
 
     def latex(self) -> str:
@@ -433,6 +464,9 @@ class SteadyMotions(Sequence[SteadyMotion]):
         lines = []
         for x in self.problem.conditions:
             lines.append("&" + r"\ \text{or}\ ".join(equation_latex(f, 0, ring) for f in self._factors(x)))
+            if zero := self._excluded(x):
+                unless = r"\ \text{or}\ ".join(equation_latex(f, 0, ring) for f in zero)
+                lines[-1] += r"\quad\text{unless }" + unless
         lines += ["&" + one.latex() for one in self._found]
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
 
@@ -443,6 +477,8 @@ class SteadyMotions(Sequence[SteadyMotion]):
         for x in self.problem.conditions:
             parts = [inner(f, ring) + EQUALS + "<mn>0</mn>" for f in self._factors(x)]
             lines.append(words("  or  ").join(parts))
+            if zero := [inner(f, ring) + EQUALS + "<mn>0</mn>" for f in self._excluded(x)]:
+                lines[-1] += words("  unless  ") + words("  or  ").join(zero)
         return elements([*lines, *(one._formula() for one in self._found)])
 
     def _repr_latex_(self) -> str:

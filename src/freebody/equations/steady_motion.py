@@ -119,6 +119,12 @@ class SteadyMotion:
         return tuple(sympy.Ge(displayed(x, self._p.ring), 0, evaluate=False) for x in self._exists)
 
     @cached_property
+    def nonzero(self) -> tuple[Any, ...]:
+        """What the values are divided by and must not be zero, SymPy ``Ne``; roots in numbers need none of it."""
+        shown = dict.fromkeys(displayed(x, self._p.ring) for x in self.found.nonzero if type(x) is Polynomial)
+        return tuple(sympy.Ne(x, 0, evaluate=False) for x in shown)
+
+    @cached_property
     def assuming(self) -> tuple[Any, ...]:
         """Inequalities that the name stands under: "fast" and "slow" change places with the sign of the spin."""
         return tuple(sympy.Gt(displayed(x, self._p.ring), 0, evaluate=False) for x in self.found.positive)

@@ -4,12 +4,14 @@ One unknown: roots of a polynomial, in the unknown itself or in exp(i x) of an a
 starts. Every root is refined by Newton's method with exact derivatives; its residual, relative to the size of the
 terms, and the last step are reported.
 
-A root is isolated, or open in some unknowns, which then may have any value.
+A root is isolated, or open in some unknowns, which then may have any value, or one of a family of roots
+(:mod:`freebody.equations.steady_family`), of which one is given for each connected piece.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
@@ -17,11 +19,27 @@ import numpy as np
 
 from ..scalar.polynomial import Ring
 from ..scalar.substitute import Substitution, arrays
+from .steady_family import deficiency, dimension, representatives
 from .steady_solve import coefficients, factors
 
 EPS = float(np.finfo(float).eps)
 STARTS = 256
 STEPS = 60
+
+
+@dataclass(frozen=True)
+class RootFound:
+    """One root: values of the unknowns, relative residual, last Newton step, and what is free at it.
+
+    ``open`` marks unknowns that may have any value, given as zero; ``family`` is the dimension of the family of roots
+    in the other ones.
+    """
+
+    values: np.ndarray
+    residual: float
+    error: float
+    open: np.ndarray
+    family: int
 
 
 class Pieces:
@@ -98,20 +116,20 @@ class Pieces:
 
 
 def roots(
-    ring: Ring, conditions: Sequence[Any], unknowns: Sequence[Any], given: Mapping[Any, Any]
-) -> list[Any]:
-    """(values of the unknowns, relative residual, last Newton step) of every root found.
-
-    An unknown that may have any value at a root is reported as zero.
+    ring: Ring, conditions: Sequence[Any], unknowns: Sequence[Any], given: Mapping[Any, Any],
+    held: Sequence[Any] = (),
+) -> list[RootFound]:  # fmt: skip
+    """Every root found, and of a family one root of each connected piece. In a family ``held`` unknowns are constant.
 
     Raises
     ------
     Underdetermined
         Fewer conditions than unknowns on every branch.
     """
-    known = set(unknowns)
-    if unknowns and all(_holds(ring, x, known, given) for x in conditions):  # all unknowns are open
-        return [(np.zeros(len(unknowns)), float(0), float(0))]
+    known, n = set(unknowns), len(unknowns)
+    conditions = [x for x in conditions if not _holds(ring, x, known, given)]
+    if not conditions:  # all unknowns are open
+        return [RootFound(np.zeros(n), float(0), float(0), np.ones(n, dtype=bool), 0)]
     choices = []
     for x in conditions:
         pieces = factors(ring, x, known)
@@ -138,12 +156,12 @@ def roots(
         for live in branches
         if live and live not in determined and all(len(ring.atoms_of(p) & known) == 1 for p in live)
     ]
-    found: list[Any] = []
+    found: list[RootFound] = []
     for live in determined:
-        for root in _of_branch(Pieces(ring, live, unknowns, given)):
-            if not any(_same(root[0], other[0]) for other in found):
+        for root in _of_branch(Pieces(ring, live, unknowns, given), held):
+            if not any(_same(root.values, other.values) for other in found):
                 found.append(root)
-    return sorted(found, key=lambda one: tuple(one[0]))
+    return sorted(found, key=lambda root: tuple(root.values))
 
 
 class Underdetermined(Exception):
@@ -166,8 +184,9 @@ def _same(a: np.ndarray, b: np.ndarray) -> bool:
     return bool((np.abs(a - b) <= np.sqrt(EPS) * (1 + np.abs(a))).all())
 
 
-def _of_branch(one: Pieces) -> list[Any]:
-    result: list[Any] = []
+def _of_branch(one: Pieces, held: Sequence[Any]) -> list[RootFound]:
+    constant = np.array([a in held for a in one.unknowns], dtype=bool)
+    result: list[RootFound] = []
     for x in _starts(one, dict.fromkeys(range(len(one.pieces))), {}).T:
         x = one.newton(x[:, None], 8)[:, 0]
         if not np.isfinite(x).all():
@@ -181,10 +200,20 @@ def _of_branch(one: Pieces) -> list[Any]:
             continue
         x = np.where(one.angles, np.pi - np.mod(np.pi - x, 2 * np.pi), x)
         step = float(np.abs(np.linalg.pinv(J) @ F).max(initial=0))
-        x = np.where(_open(one, x), 0, x)
-        if not any(_same(x, other[0]) for other in result):
-            result.append((x, residual, step))
-    return result
+        free = _open(one, x)
+        x = np.where(free, 0, x)
+        rounded = np.where(np.abs(x) <= EPS * EPS, 0, x)  # Newton's method does not tell less from zero
+        with np.errstate(all="ignore"):
+            x = rounded if np.isfinite(one.jacobian(rounded)).all() else x
+        if not any(_same(x, other.values) for other in result):
+            result.append(RootFound(x, residual, step, free, deficiency(one, x, free | constant)))
+    kept = [root for root in result if not root.family]
+    for kernel in sorted({root.family for root in result} - {0}):
+        some = [root for root in result if root.family == kernel]
+        for k in representatives(one, [root.values for root in some], constant, kernel):
+            root = some[k]
+            kept.append(replace(root, family=dimension(one, root.values, root.open | constant)))
+    return kept
 
 
 def _starts(one: Pieces, left: dict[int, None], fixed: dict[Any, float]) -> np.ndarray:
@@ -239,10 +268,9 @@ def _univariate(one: Pieces) -> np.ndarray | None:
     (atom,) = one.unknowns
     index = ring.find(atom).index  # type: ignore[union-attr]
     depending = [g for g in ring.used(x) if g.depends & 1 << index]
-    at = Substitution(ring, arrays, one.given)
     if len(depending) == 1 and depending[0].index == index:
         c = coefficients(ring, x, index)
-        table = [float(at(c.get(k, 0))) for k in range(max(c), -1, -1)]
+        table = [_number(ring, c.get(k, 0), one.given) for k in range(max(c), -1, -1)]
         found = np.roots(table)
         near = np.abs(found.imag) <= np.sqrt(EPS) * (np.abs(found) + np.abs(found).max(initial=0) * EPS)
         return found[near].real[None, :]
@@ -255,7 +283,7 @@ def _univariate(one: Pieces) -> np.ndarray | None:
     for power, rest in coefficients(ring, x, s).items():
         inner = coefficients(ring, ring.coerce(rest), c_)
         for other, value in inner.items():
-            parts[power, other] = float(at(value))
+            parts[power, other] = _number(ring, value, one.given)
             degree = max(degree, power + other)
     # sin = (z - 1/z)/(2i), cos = (z + 1/z)/2, times z^degree
     total = np.zeros(2 * degree + 1, dtype=complex)
@@ -271,3 +299,9 @@ def _univariate(one: Pieces) -> np.ndarray | None:
     # double roots lie off the circle by the root of round-off; Newton decides
     near = np.abs(np.abs(found) - 1) <= 1 / np.float64(1024)
     return np.angle(found[near])[None, :]
+
+
+def _number(ring: Ring, c: Any, given: Mapping[Any, Any]) -> float:
+    """A coefficient, zero where only round-off is left of its terms: the degree is lower at such values."""
+    part = Pieces(ring, [ring.coerce(c)], [], given)
+    return float(0) if _vanishes(part) else float(part.values(np.zeros((0,)))[0])

@@ -258,11 +258,11 @@ class Problem:
 
         return Amended(self)
 
-    def stability(self, linear: Any, amended: Any, full: Mapping[Any, Any]) -> Any:
-        """Stability of the motion at these numbers."""
+    def stability(self, linear: Any, amended: Any, full: Mapping[Any, Any], family: int) -> Any:
+        """Stability of the motion at these numbers, one of a family of that dimension."""
         from .stability import stability
 
-        return stability(linear, amended, full)
+        return stability(linear, amended, full, family)
 
     # -- names ------------------------------------------------------------------------------------
 

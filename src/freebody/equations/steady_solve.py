@@ -148,6 +148,15 @@ def factors(ring: Ring, x: Any, unknowns: set[Any]) -> list[Any] | None:
     return live or ([product(found)] if found else None)
 
 
+def excluded(ring: Ring, x: Any, unknowns: set[Any]) -> list[Any]:
+    """Sums of parameters that :func:`factors` takes as not zero: where one is, its condition says nothing."""
+    kept = factors(ring, x, unknowns)
+    if not kept or not ring.atoms_of(kept[0]) & unknowns:
+        return []
+    rest = (f for f, _ in ring.factor(x)[1] if len(f) > 1 and not ring.atoms_of(f) & unknowns)
+    return [f for f in rest if not is_positive(ring, f.num) and not is_positive(ring, -f.num)]
+
+
 def sign_kept(ring: Ring, x: Any) -> Any:
     """x without factors that are known to be positive: of the same sign."""
     if type(x) is not Polynomial:

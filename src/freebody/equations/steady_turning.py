@@ -44,7 +44,7 @@ from ..space.quaternion import quaternion_product
 from ..space.turn import matrix_about
 from .along_motion import residuals_of
 from .operating_point import tangent_drift
-from .stability import Stability, spectral_verdict
+from .stability import Spectrum, Stability, spectral_verdict
 from .steady_problem import Problem, cleared
 
 if TYPE_CHECKING:
@@ -404,14 +404,25 @@ class TurningProblem(Problem):
     def amended(self) -> Any:
         return _Unknown()
 
-    def stability(self, linear: Any, amended: Any, full: Mapping[Any, Any]) -> Stability:
+    def stability(self, linear: Any, amended: Any, full: Mapping[Any, Any], family: int) -> Stability:
         """By eigenvalues, in axes of the joints that turn back by the spins, in which the coefficients are constant."""
-        found = self._eigenvalues(full)
-        zeros = 2 * len(self.rates)
-        verdict = "singular" if found is None else spectral_verdict(found, zeros)
-        return Stability(verdict, "undecided", np.zeros(0, dtype=complex) if found is None else found, None)
+        spectrum = self._spectrum(full)
+        if spectrum is None:
+            return Stability("singular", "undecided", np.zeros(0, dtype=complex), None)
+        if any(self._upright(one, full) for one in self.turnings):
+            family = 0  # what is free there may be the angles only
+        verdict = spectral_verdict(spectrum, 2 * len(self.rates), family)
+        return Stability(verdict, "undecided", spectrum.values, None, family)
 
-    def _eigenvalues(self, full: Mapping[Any, Any]) -> np.ndarray | None:
+    def _upright(self, one: Turning, full: Mapping[Any, Any]) -> bool:
+        """Whether the axis b is vertical, where the turn about n and that about b are the same."""
+        (_, (a, theta), (b, _)) = one.turns
+        angle = float(full[theta])
+        n, b_n = (np.array(v, dtype=float) for v in (one.vertical, b))
+        turned = b_n * np.cos(angle) + np.cross(np.array(a, dtype=float), b_n) * np.sin(angle)
+        return bool(np.abs(np.cross(n, turned)).max() < SAME)
+
+    def _spectrum(self, full: Mapping[Any, Any]) -> Spectrum | None:
         from .linearize import _terms
 
         model = self.e.model
@@ -436,8 +447,7 @@ class TurningProblem(Problem):
         n = model.n_u
         top = np.hstack([A + back, np.eye(n)])
         low = np.hstack([-np.linalg.solve(M, K), back - np.linalg.solve(M, C)])
-        found = np.linalg.eigvals(np.vstack([top, low]))
-        return found[np.lexsort((found.imag, found.real))]
+        return Spectrum.of(np.vstack([top, low]), M, C, K)
 
 
 class _Unknown:
