@@ -63,6 +63,7 @@ class Solution:
     ``forces``     λ, and ``rates`` r, shape (m,)
     ``residual``   greatest violation of the laws above, in parts of the greatest force and rate
     ``ties``       (contact, law) that hold with equality, so that derivatives have to decide
+    ``missed``     the same of the inequalities alone
     ``rank_lack``  number of forces that the motion does not determine; N is then least in norm, T in Σ |T|²/N
     """
 
@@ -72,6 +73,7 @@ class Solution:
     residual: float
     ties: tuple[tuple[int, str], ...]
     rank_lack: int = 0
+    missed: float = 0.0
 
 
 def solutions(A: Array, c: Array, contacts: Sequence[Touching], among: Any = None) -> list[Solution]:
@@ -349,9 +351,9 @@ def _judged(
             slack.append((i, "cone", (contact.static * forces[at] - T) * f))
         elif n and contact.sliding is None and contact.friction > 0:
             slack.append((i, "onset", float(d @ rates[at + 1 : at + 1 + n]) * r))
-    worst = max([worst, *(-value for _, _, value in slack)], default=worst)
+    missed = max((-value for _, _, value in slack), default=0.0)
     ties = tuple((i, law) for i, law, value in slack if value <= SMALL)
-    return Solution(modes, forces, rates, worst, ties, lack)
+    return Solution(modes, forces, rates, max(worst, missed), ties, lack, missed)
 
 
 def _typical(A: Array, c: Array) -> float:
