@@ -1,4 +1,4 @@
-"""Bouncing ball, rocking block, ball on a turntable, tippe top, rattleback: answers against closed forms and laws."""
+"""Bouncing ball, rocking block, ball on a turntable, tippe top, rattleback, Euler's disk: answers against closed forms and laws."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import sympy
 from scipy.integrate import quad, solve_ivp
 
 from chapter_answers import check_formulas, check_numbers, compare, outcome
+from freebody import exact
 from freebody.errors import ModelError
 from freebody.exact.elementary import arctan, cos, sin, sqrt
 from freebody.gallery.rattleback import vertical_spin
@@ -140,6 +141,53 @@ def test_slow_tippe_top_does_not_rise():
     assert found.answers["rises"].value == "no" and found.answers["t_half"].value == "none: it does not rise"
 
 
+def sliding_top(p, y):
+    """(rates of (v, w, e), N) of a ball on a floor that slides; e its axis, C at a below the middle; in ground axes.
+
+    r = a e - R z,  F = N (z - mu slip/|slip|),  m v' = F - m g z,  I_1 w' + (I_3 - I_1) ((w.e) e)' = r x F, and N from
+    z_C = R - a e.z.
+    """
+    v, w, e = np.split(np.asarray(y), 3)
+    z = np.array([0, 0, 1.0])
+    r = p["a"] * e - p["R"] * z
+    slip = v + np.cross(w, r)
+    slip[2] = 0
+    push = z - p["mu"] * slip / np.linalg.norm(slip)
+    difference = p["I_3"] - p["I_1"]
+    turned = np.cross(w, e)
+    twist = np.cross(r, push)
+    still = -difference * (w @ e) * turned / p["I_1"]
+    per_N = (twist - difference * (twist @ e) / p["I_3"] * e) / p["I_1"]
+    free = -p["a"] * (np.cross(still, e) + np.cross(w, turned)) @ z
+    N = (p["g"] + free) / (1 / p["m"] + p["a"] * np.cross(per_N, e) @ z)
+    return [*(N * push / p["m"] - p["g"] * z), *(still + N * per_N), *turned], N
+
+
+def test_the_hops_of_the_tippe_top_are_its_own():
+    """N falls to zero where it does in balances written out by hand: the nutation grows until it lifts the top."""
+    found = outcome("tippe-top")
+    motion, p = found.trajectory, found.values
+    first = next(event for event in motion.events if "N reached 0" in str(event))
+    begin = 3.0  # it slides from here on
+    R = motion.poses["top"].rotation
+    k = int(np.searchsorted(motion.t, begin))
+    w, v = (R[k] @ [motion[f"air_{letter}{axis}"][k] for axis in "xyz"] for letter in "wv")
+    e = R[k, :, 2]
+    start = [*(v - p["a"] * np.cross(w, e)), *w, *e]  # that of C
+    lifts = lambda _, y: sliding_top(p, y)[1]  # noqa: E731
+    lifts.terminal = True
+    end = solve_ivp(
+        lambda _, y: sliding_top(p, y)[0],
+        (motion.t[k], 10),
+        start,
+        "DOP853",
+        rtol=1e-11,
+        atol=1e-12,
+        events=lifts,
+    )
+    assert end.t[-1] == pytest.approx(first.time, abs=1e-6)
+
+
 def rolling_stone(p, spin, times):
     """Angular velocity about the vertical of a rolling ellipsoid: its own equations for ω and the vertical γ.
 
@@ -178,3 +226,51 @@ def test_rattleback_reverses_one_way_only():
     assert mirrored["t_0"].value == pytest.approx(answers["t_0"].value, rel=1e-6)
     symmetric = outcome("rattleback", D=0.0).answers
     assert symmetric["reverses"].value == symmetric["reverses_back"].value == "no"
+
+
+def euler_disk(p):
+    turn = exact.euler_disk_turn(p["R"], p["theta_0"], p["g"])
+    return {
+        "turn": turn,
+        "energy": exact.euler_disk_energy(p["m"], p["R"], p["theta_0"], p["g"]),
+        "t_end": exact.euler_disk_end(p["m"], p["R"], p["c"], p["theta_0"]),
+    }
+
+
+@pytest.mark.parametrize(("changed", "limit"), [({}, "stick → slip"), ({"mu": 100.0, "c": 1e-6}, "")])
+def test_euler_s_disk_ends_where_its_own_balances_do(changed, limit):
+    found = outcome("euler-disk", **changed)
+    p, answers, motion = found.values, found.answers, found.trajectory
+    for key, value in euler_disk(p).items():
+        assert answers[key].value == pytest.approx(value, rel=1e-12)
+    assert limit in answers["limit"].value
+
+    def rates(_, y):
+        return [y[1], *exact.rolling_disk(p["m"], p["R"], p["c"], y, p["g"]).accelerations]
+
+    def grips(_, y):
+        one = exact.rolling_disk(p["m"], p["R"], p["c"], y, p["g"])
+        return p["mu"] * one.normal - one.friction
+
+    grips.terminal = True
+    start = [motion[name][0] for name in ("theta", "theta'", "psi'", "phi'")]
+    end = solve_ivp(
+        rates,
+        (0, answers["t_end"].value),
+        start,
+        "DOP853",
+        rtol=1e-12,
+        atol=1e-13,
+        events=grips,
+        dense_output=True,
+    )
+    assert end.t[-1] == pytest.approx(answers["t_limit"].value, rel=1e-7)
+    times = motion.t[:-1:100]
+    for k, name in enumerate(("theta", "theta'", "psi'", "phi'")):
+        np.testing.assert_allclose(motion[name][:-1:100], end.sol(times)[k], rtol=1e-7, atol=1e-7)
+    # what the centre does besides is of second order in the angle
+    assert answers["t_limit"].value < answers["t_end"].value or not limit
+    with pytest.raises(ModelError, match="Expected an angle between 0 and 90 degrees, got theta_0 = 0"):
+        outcome("euler-disk", theta_0=0.0)
+    with pytest.raises(ModelError, match="Expected a damping greater than 0, got c = 0"):
+        outcome("euler-disk", c=0.0)

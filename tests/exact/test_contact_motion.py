@@ -421,3 +421,21 @@ def test_blows_on_a_disk_that_rolls():
     assert motion.energy.relative_residual < 1e-13
     last = fb.simulate(s, 0.5, initial={"y": 0.3}, impulses=blows[:1])
     assert last.at(0.5)["x'"] == pytest.approx(2)
+
+
+@pytest.mark.parametrize("mu", [1e10, 1e12])
+def test_a_disk_that_does_not_slip_leaves_a_ledge_at_the_angle_of_no_slip(mu):
+    # 3/4 m R² w² = m g R (1 - cos), N = m g cos - m R w² = 0: cos = 4/7, which finite friction exceeds by some 1/mu
+    R, first = 0.25, 0.05
+    s = fb.System("ledge")
+    s.gravity = (0, -G, 0)
+    body = s.body("disk", fb.disk(3, R))
+    s.planar("plane", s.ground, body, to=(0, -R, 0), coordinate="x y theta")
+    s.contact("O", body.circle(R), s.ground.point(0, 0, 0), friction=mu)
+    start = {"theta": first, "theta'": math.sqrt(4 * G / (3 * R) * (1 - math.cos(first)))}
+    motion = fb.simulate(s, 0.7, initial=start, tolerance=1e-13)
+    assert [m.mode for m in motion.modes] == ["stick", "slip-", "open"]
+    gone = motion.events[-1].state
+    angle = math.atan2(R * math.sin(gone["theta"]) - gone["x"], R * math.cos(gone["theta"]) + gone["y"])
+    assert math.cos(angle) == pytest.approx(4 / 7, abs=0.02 / mu + 1e-13)
+    assert gone["theta'"] == pytest.approx(math.sqrt(4 * G / (7 * R)), rel=0.1 / mu + 1e-12)

@@ -18,6 +18,7 @@ planar machines         :func:`pendulum`, :func:`pendulum_period`, :func:`hinged
 sliding and tipping     :func:`sliding_body`, :func:`leaning_board`, :func:`braking_car`, :func:`monorail_car`
 rolling and leaving     :func:`pulled_disk`, :func:`rolling_down`, :func:`bar_in_cylinder`, :func:`disk_off_ledge`,
                         :func:`bar_on_ledge`, :func:`disk_in_cylinder`, :func:`falling_bar`
+Euler's disk            :func:`euler_disk_turn`, :func:`euler_disk_energy`, :func:`euler_disk_end`, :func:`rolling_disk`
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ from .contact import (
     sliding_body,
 )
 from .coupled import airfoil, airfoil_motion, folding_equilibrium, folding_links
+from .euler_disk import RollingDisk, euler_disk_end, euler_disk_energy, euler_disk_turn, rolling_disk
 from .falling import (
     BarInCylinder,
     BarOnLedge,
@@ -94,6 +96,7 @@ __all__ = [
     "MonorailCar",
     "PrecessionResponse",
     "PulledDisk",
+    "RollingDisk",
     "RollingDown",
     "SlidingBody",
     "SymmetricMotion",
@@ -118,6 +121,9 @@ __all__ = [
     "double_pendulum",
     "double_pendulum_frequencies",
     "dumbbell_product",
+    "euler_disk_end",
+    "euler_disk_energy",
+    "euler_disk_turn",
     "falling_bar",
     "folding_equilibrium",
     "folding_links",
@@ -137,6 +143,7 @@ __all__ = [
     "platform_turn",
     "precession_response",
     "pulled_disk",
+    "rolling_disk",
     "rolling_down",
     "sink_rates",
     "sleeping_spin",

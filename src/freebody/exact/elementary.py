@@ -34,4 +34,4 @@ def _function(name: str) -> Callable[..., Any]:
 
 sin, cos, tan = _function("sin"), _function("cos"), _function("tan")
 arcsin, arccos, arctan, arctan2 = (_function(name) for name in ("arcsin", "arccos", "arctan", "arctan2"))
-sqrt = _function("sqrt")
+sqrt, log = _function("sqrt"), _function("log")

@@ -61,6 +61,7 @@ def entries() -> Gallery:
     from .double_pendulum import DOUBLE_PENDULUM
     from .dumbbell import DUMBBELL
     from .energy_sink import ENERGY_SINK
+    from .euler_disk import EULER_DISK
     from .falling_bar import FALLING_BAR
     from .falling_cat import FALLING_CAT
     from .flat_spin import FLAT_SPIN
@@ -107,5 +108,5 @@ def entries() -> Gallery:
         PROJECTILE, STRUCK_GYROSCOPE, TUMBLING_BODY, ROLLING_DISK, FOUR_BAR, SLIDER_CRANK, TWO_GEARS,
         BLOCK_AND_TACKLE, WHIPPLE_BICYCLE, GYROCOMPASS, JEFFCOTT, REACTION_WHEEL, CONTROL_MOMENT_GYRO,
         YO_YO, ENERGY_SINK, FALLING_CAT, PRECESSION_PATHS, FLAT_SPIN, SLEEPING_TOP, GYRO_MONORAIL, SWING,
-        BOUNCING_BALL, ROCKING_BLOCK, TURNTABLE, TIPPE_TOP, RATTLEBACK,
+        BOUNCING_BALL, ROCKING_BLOCK, TURNTABLE, TIPPE_TOP, RATTLEBACK, EULER_DISK,
     )  # fmt: skip

@@ -17,7 +17,7 @@ F. Génot, B. Brogliato, New results on Painlevé paradoxes (1999).
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SimulationError
+from .slip_directions import Sought, directions, newton
 
 Array = NDArray[np.float64]
 
@@ -62,6 +63,7 @@ class Solution:
     ``forces``     λ, and ``rates`` r, shape (m,)
     ``residual``   greatest violation of the laws above, in parts of the greatest force and rate
     ``ties``       (contact, law) that hold with equality, so that derivatives have to decide
+    ``missed``     the same of the inequalities alone
     ``rank_lack``  number of forces that the motion does not determine; N is then least in norm, T in Σ |T|²/N
     """
 
@@ -71,6 +73,7 @@ class Solution:
     residual: float
     ties: tuple[tuple[int, str], ...]
     rank_lack: int = 0
+    missed: float = 0.0
 
 
 def solutions(A: Array, c: Array, contacts: Sequence[Touching], among: Any = None) -> list[Solution]:
@@ -169,14 +172,15 @@ def _solved(
         if one is not None:
             yield one
         return
-    seen: list[Array] = []
-    for start in _starts(A, c, contacts, modes, sought):
-        angles = _directions(A, c, contacts, modes, sought, start)
-        if angles is None or any(np.abs(np.exp(1j * angles) - np.exp(1j * a)).max() < 1e-7 for a in seen):
-            continue
+    starts = np.array(list(_starts(A, c, contacts, modes, sought)))
+    columns, rows = _unknowns(len(c), contacts, modes)
+    looked = [Sought(contacts[i].row, contacts[i].friction) for i in sought]
+    found = directions(A, c, np.zeros(len(c)), columns, rows, looked, starts)
+    if found is None:
+        found = _chosen_directions(A, c, contacts, modes, sought, starts)
+    for angles in found:
         one = _linear(A, c, contacts, _turned(modes, sought, angles))
         if one is not None:
-            seen.append(angles)
             yield one
             if first and one.residual <= SMALL:
                 return
@@ -202,7 +206,7 @@ def _starts(A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int]
         at = contacts[i].row + 1
         T = c[at : at + 2] if one is None else -one.forces[at : at + 2]
         first.append(np.arctan2(T[1], T[0]))
-    turns = {1: 8, 2: 4}.get(len(sought), 1)
+    turns = {1: 8, 2: 6}.get(len(sought), 1)
     for shifts in itertools.product(range(turns), repeat=len(sought)):
         yield np.array(first) + 2 * np.pi * np.array(shifts) / turns
 
@@ -233,10 +237,10 @@ def relaxed(
     return x
 
 
-def _directions(
-    A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int], angles: Array
-) -> Array | None:
-    """Angles at which the slip begins along its own direction, r_T × d = 0, by Newton's method."""
+def _chosen_directions(
+    A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int], starts: Array
+) -> Iterator[Array]:
+    """Directions where the forces are a choice among many (:func:`balanced`), by Newton's method on that choice."""
 
     def across(a: Array) -> Array | None:
         one = _linear(A, c, contacts, _turned(modes, sought, a))
@@ -249,55 +253,42 @@ def _directions(
             ]
         )
 
-    return newton(across, angles)
+    seen: list[Array] = []
+    for start in starts:
+        angles = newton(across, start)
+        if angles is None or any(np.abs(np.exp(1j * angles) - np.exp(1j * a)).max() < 1e-7 for a in seen):
+            continue
+        seen.append(angles)
+        yield angles
 
 
-def newton(function: Callable[[Array], Array | None], x: Array) -> Array | None:
-    """A zero of a function of angles near ``x``; the slope by differences decides the way, not the zero."""
-    step = 1e-6
-    for _ in range(40):
-        value = function(x)
-        if value is None:
-            return None
-        columns = []
-        for k in range(len(x)):
-            turned = x.copy()
-            turned[k] += step
-            other = function(turned)
-            if other is None:
-                return None
-            columns.append((other - value) / step)
-        change = np.linalg.lstsq(np.array(columns).T, -value, rcond=1e-8)[0]
-        change = np.clip(change, -0.5, 0.5)
-        x = x + change
-        if np.abs(change).max() < 1e-14:
-            return x
-    return x if np.abs(change).max() < 1e-12 else None
+def _unknowns(
+    m: int, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]]
+) -> tuple[list[Array], list[int]]:
+    """λ = B x, by columns, and the rows of r that vanish; no column where a direction is yet to be found."""
+    columns, rows = [], []
+    unit = np.eye(m)
+    for contact, (mode, d) in zip(contacts, modes, strict=True):
+        if mode == OPEN:
+            continue
+        at, n = contact.row, contact.tangents
+        rows.append(at)
+        if mode == STICK:
+            columns += list(unit[at : at + 1 + n])
+            rows += range(at + 1, at + 1 + n)
+        elif d is not None:
+            e = unit[at].copy()
+            e[at + 1 : at + 1 + n] = -contact.friction * d
+            columns.append(e)
+    return columns, rows
 
 
 def _linear(
     A: Array, c: Array, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]]
 ) -> Solution | None:
     """Forces and rates of one combination; None where its equations have no solution."""
-    m = len(c)
-    columns, rows = [], []  # λ = B x, and the rows of r that vanish
-    for contact, (mode, d) in zip(contacts, modes, strict=True):
-        if mode == OPEN:
-            continue
-        e = np.zeros(m)
-        e[contact.row] = 1.0
-        rows.append(contact.row)
-        if mode == SLIP:
-            for k in range(contact.tangents):
-                e[contact.row + 1 + k] = -contact.friction * d[k]
-        columns.append(e)
-        if mode == STICK:
-            for k in range(contact.tangents):
-                e = np.zeros(m)
-                e[contact.row + 1 + k] = 1.0
-                columns.append(e)
-                rows.append(contact.row + 1 + k)
-    forces, lack = np.zeros(m), 0
+    columns, rows = _unknowns(len(c), contacts, modes)
+    forces, lack = np.zeros(len(c)), 0
     if rows:
         found = balanced(A, c, contacts, np.array(columns).T, rows, forces)
         if found is None:
@@ -360,9 +351,9 @@ def _judged(
             slack.append((i, "cone", (contact.static * forces[at] - T) * f))
         elif n and contact.sliding is None and contact.friction > 0:
             slack.append((i, "onset", float(d @ rates[at + 1 : at + 1 + n]) * r))
-    worst = max([worst, *(-value for _, _, value in slack)], default=worst)
+    missed = max((-value for _, _, value in slack), default=0.0)
     ties = tuple((i, law) for i, law, value in slack if value <= SMALL)
-    return Solution(modes, forces, rates, worst, ties, lack)
+    return Solution(modes, forces, rates, max(worst, missed), ties, lack, missed)
 
 
 def _typical(A: Array, c: Array) -> float:

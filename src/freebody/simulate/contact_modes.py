@@ -48,7 +48,10 @@ def modes_at(work: ContactRun, t: float, y: Array, current: Modes) -> tuple[Mode
     if not kept:  # those at the limit of friction that others hold, with no slip to come
         kept = [one for one in found if lasts(work, t, y, seen, chosen, contacts, one, True)]
     kept = _held(kept, contacts)
-    groups = distinct(kept, responses, alike=work.alike(contacts, seen, chosen, y))
+    alike = work.alike(contacts, seen, chosen, y)
+    groups = distinct(kept, responses, alike=alike)
+    if len(groups) > 1:  # an inequality that is missed by round-off: a great friction makes much of that
+        groups = distinct([one for one in kept if one.missed <= 0], responses, alike=alike) or groups
     if len(groups) != 1:
         raise paradox(work, t, y, seen, contacts, A, groups or distinct(found, responses), bool(groups))
 

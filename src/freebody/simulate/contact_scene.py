@@ -15,11 +15,13 @@ from typing import Any, cast
 import numpy as np
 
 from ..dynamics import State, coordinate_rates, kinetic_energy, potential_energy
+from ..dynamics.composite import mass_matrix
+from ..dynamics.constrained import constrained_loading
 from ..dynamics.constraints import linearized, rows
 from ..dynamics.contact import contact_layout, contact_rows, touches
 from ..dynamics.contact_motion import contact_forces, contact_problem, friction_power, in_modes
 from ..dynamics.linear import Factorization
-from ..dynamics.motion import Motion, motion, total_power
+from ..dynamics.motion import Motion, total_power
 from ..dynamics.state import float_state
 from ..model import Model
 from ..model.contact import Contact
@@ -212,6 +214,7 @@ class Phase(Kernels):
         self._endings: dict[Any, tuple[Ending, ...]] = {}
         self.loose: Any = None
         self.shown: Modes = modes
+        self._closed = any(mode != "open" for mode in modes)
 
     # -- equations -------------------------------------------------------------------------------
 
@@ -220,8 +223,9 @@ class Phase(Kernels):
         ``projection``."""
 
         def functions(state: State) -> dict[str, Sequence[Any]]:
-            moving, forces = self._moving(state)
-            heat = -friction_power(self.model, state, forces) if forces else 0
+            moving = self._motion(state)
+            forces = contact_forces(self.model, state, moving.multipliers)
+            heat = -friction_power(self.model, state, forces) if self._closed else 0
             found: dict[str, Sequence[Any]] = {
                 "rates": [
                     *coordinate_rates(self.model, state),
@@ -237,50 +241,42 @@ class Phase(Kernels):
 
         return self._program("motion", functions)
 
-    def _moving(self, state: State) -> tuple[Motion, Any]:
-        """Motion, and contact forces; of those that the motion leaves open, N is least in norm and T in Σ |T|²/N.
+    def _motion(self, state: State) -> Motion:
+        """The motion; of forces that the conditions leave open, N is least in norm and T in Σ |T|²/N.
 
         Friction shared in proportion to N reaches its limit at all contacts of a sliding body at once.
         """
-        moving = motion(self.model, state, self.active)
-        if all(mode == "open" for mode in self.modes):
-            return moving, {}
-        multipliers: Sequence[Any] = moving.multipliers
-        if self._spare:
-            least = self._shared(state, multipliers, [1] * len(multipliers))
-            kinds = rows(self.model)
-            normal = {row.owner: x for row, x in zip(kinds, least, strict=True) if not row.on_speeds}
-            mine = {c.name for c in self.model.contacts}
-            weights = [normal[row.owner] if row.on_speeds and row.owner in mine else 1 for row in kinds]
-            multipliers = self._shared(state, multipliers, weights)
-        return moving, contact_forces(self.model, state, multipliers)
+        moving = super()._motion(state)
+        if not self._spare:
+            return moving
+        moving = self._shared(state, moving, [1] * len(moving.multipliers))
+        kinds = rows(self.model)
+        normal = {row.owner: x for row, x in zip(kinds, moving.multipliers, strict=True) if not row.on_speeds}
+        mine = {c.name for c in self.model.contacts}
+        weights = [normal[row.owner] if row.on_speeds and row.owner in mine else 1 for row in kinds]
+        return self._shared(state, moving, weights)
 
-    def _shared(self, state: State, multipliers: Sequence[Any], weights: Sequence[Any]) -> list[Any]:
-        """Multipliers with the same effect, G_aᵀ λ' + G_sᵀ λ_s = G_aᵀ λ, of which Σ λ²/w is least.
+    def _shared(self, state: State, moving: Motion, weights: Sequence[Any]) -> Motion:
+        """The motion with forces λ that keep the independent conditions too, of which Σ λ²/w is least.
 
-        With G_s = C G_a for the spare rows:  λ' = W_a ν,  λ_s = W_s C ν,  (W_a + Cᵀ W_s C) ν = λ.
+        With K their generalized forces and S = G M⁻¹ Kᵀ:  S λ = S λ₀,  λ = W Sᵀ ν,  (S W Sᵀ) ν = S λ₀.
         """
-        G = linearized(self.model, state).matrix
-        held = [G[i] for i in self.active]
-        gram = Factorization([[_dot(a, b) for b in held] for a in held])
-        C = [gram.solve([_dot(G[i], a) for a in held]) for i in self._spare]
-        w = [weights[i] for i in self._spare]
-        n = len(held)
-        square = [
-            [
-                (weights[self.active[i]] if i == j else 0)
-                + _dot([c[i] * x for c, x in zip(C, w, strict=True)], [c[j] for c in C])
-                for j in range(n)
-            ]
-            for i in range(n)
-        ]
-        nu = Factorization(square).solve([multipliers[i] for i in self.active])
-        result = list(multipliers)
-        for i, value in zip(self.active, nu, strict=True):
-            result[i] = weights[i] * value
-        for i, c in zip(self._spare, C, strict=True):
-            result[i] = weights[i] * _dot(c, nu)
-        return result
+        given = linearized(self.model, state)
+        M = Factorization(mass_matrix(self.model, state))
+        mine = [*self.active, *self._spare]
+        X = [M.solve(given.acting[i]) for i in mine]
+        S = [[_dot(given.matrix[i], x) for x in X] for i in self.active]
+        weighted = [[weights[i] * x for i, x in zip(mine, row, strict=True)] for row in S]
+        square = [[_dot(a, b) for b in S] for a in weighted]
+        goal = [_dot(row, [moving.multipliers[i] for i in mine]) for row in S]
+        nu = Factorization(square).solve(goal)
+        multipliers, udot = list(moving.multipliers), list(moving.udot)
+        for place, (i, x) in enumerate(zip(mine, X, strict=True)):
+            value = _dot([row[place] for row in weighted], nu)
+            if not given.symmetric:  # else the motion is the same
+                udot = [a + (value - multipliers[i]) * b for a, b in zip(udot, x, strict=True)]
+            multipliers[i] = value
+        return Motion(tuple(udot), tuple(multipliers), constrained_loading(self.model, state, multipliers))
 
     @cached_property
     def _spare(self) -> list[int]:
@@ -291,7 +287,8 @@ class Phase(Kernels):
     # -- contacts --------------------------------------------------------------------------------
 
     def _quantities(self, state: State) -> dict[str, list[Any]]:
-        moving, forces = self._moving(state)
+        moving = self._motion(state)
+        forces = contact_forces(self.model, state, moving.multipliers)
         given = contact_rows(self.model, state)
         a = [_dot(row, moving.udot) + b for row, b in zip(given.matrix, given.bias, strict=True)]
         lam: list[Any] = []
@@ -309,9 +306,8 @@ class Phase(Kernels):
 
         def functions(state: State) -> dict[str, Sequence[Any]]:
             found = self._quantities(state)
-            moving, _ = self._moving(state)
             outputs = [*found["acceleration"], *found["force"]]
-            seeds = [1, *coordinate_rates(self.model, state), *moving.udot]
+            seeds = [1, *coordinate_rates(self.model, state), *self._motion(state).udot]
             return {"slopes": forward(cast(Tape, state.field), outputs, [state.t, *state.q, *state.u], seeds)}
 
         return self._program("slopes", functions)

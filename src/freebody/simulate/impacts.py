@@ -32,10 +32,10 @@ from .complementarity import (
     Touching,
     balanced,
     distinct,
-    newton,
     relaxed,
     solutions,
 )
+from .slip_directions import Sought, directions, newton
 
 Kind = tuple[bool, str, Any]
 """Of a contact in expansion: whether it is held, whether it sticks or slips, and the direction of slip."""
@@ -116,21 +116,21 @@ def _poisson(
 def _expansions(A: Array, c: Array, contacts: Sequence[Touching], given: Array) -> list[Solution]:
     """Solutions in which the impulses ``given`` act in any case: λ_N = given + x, 0 <= x ⟂ r_N >= 0.
 
-    Each contact is held (r_N = 0) or lets go (x = 0), and sticks or slips; all combinations are tried. Of several
-    contacts in space: those that do not slip, and the one that relaxation points to; of two, all if these are none.
+    Each contact is held (r_N = 0) or lets go (x = 0), and sticks or slips; all combinations are tried. Of more than
+    :data:`WHOLE` contacts in space: those that do not slip, and the one that relaxation points to.
     """
     choices: list[list[Kind]] = []
     for contact, p in zip(contacts, given, strict=True):
         plain = contact.tangents == 0 or contact.friction == 0
-        directions: list[Any] = [None] if contact.tangents == 2 else [np.array([1.0]), np.array([-1.0])]
-        rough = [(STICK, None), *((SLIP, d) for d in directions)]
+        ways: list[Any] = [None] if contact.tangents == 2 else [np.array([1.0]), np.array([-1.0])]
+        rough = [(STICK, None), *((SLIP, d) for d in ways)]
         modes = [(SLIP, np.zeros(contact.tangents))] if plain else rough
         choices.append([(True, *mode) for mode in modes])
         choices[-1] += [(False, *mode) for mode in modes] if p > 0 else [(False, OPEN, None)]
     sought = sum(any(mode == SLIP and d is None for _, mode, d in one) for one in choices)
     near = relaxed(A, c, contacts, 300, given) if sought else given
     whole = itertools.product(*choices)
-    if sought <= 1:
+    if sought <= WHOLE:
         return [one for kinds in whole for one in _expanded(A, c, contacts, given, kinds, near)]
     guess: list[Kind] = []
     for contact, p, one in zip(contacts, given, choices, strict=True):
@@ -140,58 +140,61 @@ def _expansions(A: Array, c: Array, contacts: Sequence[Touching], given: Array) 
         same = [kind for kind in one if kind[0] == (pressed > p * (1 + 1e-6) + 1e-12 * float(near.max()))]
         guess.append(next((kind for kind in same if kind[1] == wanted), same[0]))
     steady = [[kind for kind in one if not (kind[1] == SLIP and kind[2] is None)] for one in choices]
-    found = [
+    return [
         one
         for kinds in [tuple(guess), *itertools.product(*steady)]
         for one in _expanded(A, c, contacts, given, kinds, near)
     ]
-    if not found and sought <= WHOLE:
-        found = [one for kinds in whole for one in _expanded(A, c, contacts, given, kinds, near)]
-    return found
 
 
 def _expanded(
     A: Array, c: Array, contacts: Sequence[Touching], given: Array, kinds: Sequence[Kind], near: Array
 ) -> list[Solution]:
-    """Solutions of one combination; directions of slip in space are sought by Newton's method from several starts."""
+    """Solutions of one combination, with all directions of slip that are found."""
     sought = [i for i, (_, mode, d) in enumerate(kinds) if mode == SLIP and d is None]
 
-    def moved(angles: Array) -> tuple[Array, Array, int] | None:
-        """Impulses and speeds for given directions of slip, and how many impulses they leave open."""
-        base = np.zeros(len(c))
-        columns: list[Array] = []
-        rows: list[int] = []
-        for i, (contact, (held, mode, d)) in enumerate(zip(contacts, kinds, strict=True)):
+    def system(turned: Sequence[Kind]) -> tuple[Array, list[Array], list[int]]:
+        """Known impulses, columns of the unknown ones, rows of the speeds that vanish."""
+        base, columns, rows = np.zeros(len(c)), [], []
+        unit = np.eye(len(c))
+        for contact, p, (held, mode, d) in zip(contacts, given, turned, strict=True):
             if mode == OPEN:
                 continue
-            e = np.zeros(len(c))
-            e[contact.row] = 1.0
-            if mode == SLIP:
-                if i in sought:
-                    angle = angles[sought.index(i)]
-                    d = np.array([np.cos(angle), np.sin(angle)])
-                e[contact.row + 1 : contact.row + 1 + contact.tangents] = -contact.friction * d
+            at, n = contact.row, contact.tangents
+            e = unit[at].copy()
+            if mode == SLIP and d is not None:
+                e[at + 1 : at + 1 + n] = -contact.friction * d
+            if held:
+                rows.append(at)
+            if mode == SLIP and d is None:
+                continue
             if held:
                 columns.append(e)
-                rows.append(contact.row)
             else:
-                base += given[i] * e
+                base += p * e
             if mode == STICK:
-                for k in range(contact.row + 1, contact.row + 1 + contact.tangents):
-                    columns.append(np.eye(len(c))[k])
-                    rows.append(k)
-        if not rows:
-            return base, A @ base + c, 0
-        found = balanced(A, c, contacts, np.array(columns).T, rows, base)
-        return None if found is None else (found[0], A @ found[0] + c, found[1])
+                columns += list(unit[at + 1 : at + 1 + n])
+                rows += range(at + 1, at + 1 + n)
+        return base, columns, rows
+
+    def moved(turned: Sequence[Kind]) -> tuple[Array, int] | None:
+        base, columns, rows = system(turned)
+        return balanced(A, c, contacts, np.array(columns).T, rows, base) if rows else (base, 0)
+
+    def turned_by(angles: Array) -> list[Kind]:
+        turned = list(kinds)
+        for i, angle in zip(sought, angles, strict=True):
+            turned[i] = (turned[i][0], SLIP, np.array([np.cos(angle), np.sin(angle)]))
+        return turned
 
     def across(angles: Array) -> Array | None:
-        one = moved(angles)
+        one = moved(turned_by(angles))
         if one is None:
             return None
+        v = A @ one[0] + c
         at = [contacts[i].row for i in sought]
         return np.array(
-            [one[1][k + 2] * np.cos(x) - one[1][k + 1] * np.sin(x) for k, x in zip(at, angles, strict=True)]
+            [v[k + 2] * np.cos(x) - v[k + 1] * np.sin(x) for k, x in zip(at, angles, strict=True)]
         )
 
     def starts() -> Iterator[Array]:
@@ -199,29 +202,33 @@ def _expanded(
             first = np.array(
                 [np.arctan2(sign * x[contacts[i].row + 2], sign * x[contacts[i].row + 1]) for i in sought]
             )
-            turns = 4 if sign > 0 and len(sought) <= WHOLE else 1
+            turns = 6 if sign > 0 and len(sought) <= WHOLE else 1
             for shifts in itertools.product(range(turns), repeat=len(sought)):
                 yield first + 2 * np.pi / turns * np.array(shifts)
 
+    found: Any = [np.empty(0)]
+    if sought:
+        looked = [
+            Sought(contacts[i].row, contacts[i].friction, None if kinds[i][0] else float(given[i]))
+            for i in sought
+        ]
+        begin = list(starts())
+        found = directions(A, c, *system(kinds), looked, np.array(begin))
+        if found is None:
+            found = (x for x in (newton(across, start) for start in begin) if x is not None)
     results: list[Solution] = []
-    for start in starts():
-        angles = newton(across, start) if sought else start
-        one = None if angles is None else moved(angles)
-        if one is None or angles is None:
+    for angles in found:
+        turned = turned_by(angles)
+        one = moved(turned)
+        if one is None:
             continue
-        forces, rates, lack = one
-        turned = list(kinds)
-        for i, angle in zip(sought, angles, strict=True):
-            turned[i] = (turned[i][0], SLIP, np.array([np.cos(angle), np.sin(angle)]))
+        forces, lack = one
+        rates = A @ forces + c
         if _fits(contacts, given, turned, forces, rates, A, c):
             modes = tuple(
                 (mode if held or mode == OPEN else f"let go, {mode}", d) for held, mode, d in turned
             )
             results.append(Solution(modes, forces, rates, 0.0, (), lack))
-            if not sought or len(contacts) > 1:  # of one contact all directions are looked for
-                break
-        if not sought:
-            break
     return results
 
 

@@ -35,7 +35,7 @@ from ..dynamics import (
 from ..dynamics.constrained import position_correction, speed_correction
 from ..dynamics.constraints import linearized, rows
 from ..dynamics.mobility import check_bodies
-from ..dynamics.motion import all_reactions, motion, total_power
+from ..dynamics.motion import Motion, all_reactions, motion, total_power
 from ..errors import ModelError
 from ..model import Model, assemble
 from ..model.closure import Closure
@@ -141,12 +141,15 @@ class Kernels:
         """Any functions of the state, compiled once under a key: named lists of outputs."""
         return self._program(key, functions)
 
+    def _motion(self, state: State) -> Motion:
+        return motion(self.model, state, self.active)
+
     def motion(self) -> Program:
         """Functions ``rates``, ``energy`` (kinetic, potential) and, of a constrained model, ``projection`` and
         ``dropped`` (residual and rate of the conditions that were redundant at the start)."""
 
         def functions(state: State) -> dict[str, Sequence[Any]]:
-            moving = motion(self.model, state, self.active)
+            moving = self._motion(state)
             power = total_power(self.model, state, moving)
             self._work = not _is_zero(power)
             rates = [*coordinate_rates(self.model, state), *moving.udot]
@@ -237,7 +240,7 @@ class Kernels:
         """Function ``reactions``: of each joint, force (3) and moment (3)."""
 
         def functions(state: State) -> dict[str, Sequence[Any]]:
-            moving = motion(self.model, state, self.active)
+            moving = self._motion(state)
             found = all_reactions(self.model, state, moving)
             return {
                 "reactions": [x for name in found for vector in found[name] for x in vector],

@@ -1,0 +1,173 @@
+"""Directions in which slips begin in space: along their own acceleration (in an impact, speed), r_T × d = 0.
+
+    λ = base + B x + Σ N_i e(d_i),    e(d) = n - μ d,    r = A λ + c,    r = 0 on the rows held
+
+with x and the N of contacts that are held from the rows. For one direction d = (cos a, sin a), Cramer's rule makes
+det S · (r_T × d) a trigonometric polynomial of degree 2 in a: its roots are those of a polynomial of degree 4, so that
+all directions are found. For several, Newton's method runs from many starts at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+SINGULAR = 1e10
+"""Condition from which the rows held count as dependent: the forces are then a choice, not a solution."""
+
+STEPS = 20
+"""Of Newton's method; the starts lie close enough for fewer."""
+
+
+@dataclass(frozen=True)
+class Sought:
+    """A contact whose direction is sought: its row, its friction, and its normal force where that is given."""
+
+    row: int
+    friction: float
+    given: float | None = None
+
+
+def directions(
+    A: Array,
+    c: Array,
+    base: Array,
+    columns: Sequence[Array],
+    rows: Sequence[int],
+    sought: Sequence[Sought],
+    starts: Array,
+) -> list[Array] | None:
+    """Angles of the directions, an array for each solution; None where the rows held are dependent.
+
+    Parameters
+    ----------
+    base, columns   known forces, and those of the unknowns, but for the contacts sought
+    rows            rows of r that vanish, those of the held contacts sought included
+    starts          angles to begin from, shape (n, number sought), where there are several
+    """
+    problem = _Problem(A, c, base, columns, list(rows), sought)
+    if len(sought) == 1:
+        starts = 2 * np.pi * np.arange(5)[:, None] / 5
+    S = problem.matrix(starts)[1]
+    if S.size and not np.linalg.cond(S).min() < SINGULAR:
+        return None
+    try:
+        if len(sought) == 1:
+            value, _ = problem.across(starts)
+            h = np.fft.fft(value[:, 0] * np.linalg.det(S)) / 5
+            # Σ h_k z^k, k = -2 to 2, times z², highest power first
+            roots = np.roots(h[[2, 1, 0, 4, 3]]) if np.abs(h).max() > 0 else np.empty(0)
+            starts = np.angle(roots[np.abs(np.abs(roots) - 1) < 1e-3])[:, None]
+        found = problem.polished(starts)
+    except np.linalg.LinAlgError:
+        return None
+    distinct: list[Array] = []
+    for angles in found:
+        if all(np.abs(np.exp(1j * angles) - np.exp(1j * one)).max() >= 1e-7 for one in distinct):
+            distinct.append(angles)
+    return distinct
+
+
+class _Problem:
+    def __init__(
+        self,
+        A: Array,
+        c: Array,
+        base: Array,
+        columns: Sequence[Array],
+        rows: list[int],
+        sought: Sequence[Sought],
+    ) -> None:
+        self.A, self.c, self.base, self.rows, self.sought = A, c, base, rows, sought
+        self.fixed = np.array(columns).reshape(-1, len(c)).T
+        self.held = [i for i, one in enumerate(sought) if one.given is None]
+        self.at = np.array([one.row for one in sought])
+
+    def _units(self, cos: Array, sin: Array) -> Array:
+        """e(d) of each contact sought, or with (-sin, cos) its derivative but for the normal; (n, k, m)."""
+        E = np.zeros((*cos.shape, len(self.c)))
+        for i, one in enumerate(self.sought):
+            E[:, i, one.row + 1] = -one.friction * cos[:, i]
+            E[:, i, one.row + 2] = -one.friction * sin[:, i]
+        return E
+
+    def matrix(self, angles: Array) -> tuple[Array, Array, Array]:
+        """e(d), S and B at each of the angles."""
+        E = self._units(np.cos(angles), np.sin(angles))
+        for i, one in enumerate(self.sought):
+            E[:, i, one.row] = 1.0
+        B = np.concatenate(
+            [np.broadcast_to(self.fixed, (len(E), *self.fixed.shape)), E[:, self.held].transpose(0, 2, 1)],
+            axis=2,
+        )
+        return E, self.A[self.rows] @ B, B
+
+    def across(self, angles: Array) -> tuple[Array, Array]:
+        """r_T × d of the contacts sought, (n, k), and its derivatives by the angles, (n, k, k)."""
+        E, S, B = self.matrix(angles)
+        cos, sin = np.cos(angles), np.sin(angles)
+        turned = self._units(-sin, cos)
+        base = np.broadcast_to(self.base, (len(E), len(self.c))).copy()
+        for i, one in enumerate(self.sought):
+            if one.given is not None:
+                base += one.given * E[:, i]
+        goal = -(base @ self.A.T + self.c)[:, self.rows]
+        x = np.linalg.solve(S, goal[..., None])[..., 0] if self.rows else np.empty((len(E), 0))
+        r = (base + np.einsum("nmj,nj->nm", B, x)) @ self.A.T + self.c
+        first, second = r[:, self.at + 1], r[:, self.at + 2]
+        value = second * cos - first * sin
+        slope = np.zeros((*value.shape, len(self.sought)))
+        slots = self.fixed.shape[1]
+        for i, one in enumerate(self.sought):
+            N = one.given if one.given is not None else x[:, slots + self.held.index(i), None]
+            push = N * turned[:, i]
+            if self.rows:
+                dx = np.linalg.solve(S, -(push @ self.A.T)[:, self.rows, None])[..., 0]
+                push = push + np.einsum("nmj,nj->nm", B, dx)
+            change = push @ self.A.T
+            slope[:, :, i] = change[:, self.at + 2] * cos - change[:, self.at + 1] * sin
+        own = np.arange(len(self.sought))
+        slope[:, own, own] -= second * sin + first * cos
+        return value, slope
+
+    def polished(self, angles: Array) -> list[Array]:
+        """Zeros near the starts, by Newton's method; those that are not reached in a few steps are left out."""
+        reached = []
+        for _ in range(STEPS):
+            if not len(angles):
+                break
+            value, slope = self.across(angles)
+            change = -np.einsum("nij,nj->ni", np.linalg.pinv(slope, rcond=1e-8), value)
+            angles = angles + np.clip(change, -0.5, 0.5)
+            last = np.abs(change).max(axis=1) < 1e-13
+            reached += list(angles[last])
+            angles = angles[~last]
+        return reached
+
+
+def newton(function: Callable[[Array], Array | None], x: Array) -> Array | None:
+    """A zero of a function of angles near ``x``; the slope by differences decides the way, not the zero."""
+    step = 1e-6
+    for _ in range(40):
+        value = function(x)
+        if value is None:
+            return None
+        columns = []
+        for k in range(len(x)):
+            turned = x.copy()
+            turned[k] += step
+            other = function(turned)
+            if other is None:
+                return None
+            columns.append((other - value) / step)
+        change = np.linalg.lstsq(np.array(columns).T, -value, rcond=1e-8)[0]
+        change = np.clip(change, -0.5, 0.5)
+        x = x + change
+        if np.abs(change).max() < 1e-14:
+            return x
+    return x if np.abs(change).max() < 1e-12 else None
