@@ -102,6 +102,16 @@ def constrained_loading(model: Model, state: State, multipliers: Sequence[Any]) 
     return result
 
 
+def pressed(
+    model: Model, state: State, loads: Loading, acting: Sequence[tuple[Any, Vector, Vector]]
+) -> Loading:
+    """Loads together with more (place, force, moment) in ground axes, the places as in :func:`wrenches`."""
+    result = Loading(dict(loads.wrenches), dict(loads.along), dict(loads.generalized))
+    for where, force, moment in acting:
+        _press(model, state, result, where, force, moment)
+    return result
+
+
 def _press(model: Model, state: State, result: Loading, where: Any, force: Vector, moment: Vector) -> None:
     """Add a wrench at a point; ``where`` may be (body, point) with a point that is not of the body."""
     body, point = where if isinstance(where, tuple) else (where.body, where)

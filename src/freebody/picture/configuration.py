@@ -98,7 +98,7 @@ def equations_at(
     ModelError
         Modes for equations that have theirs, or for a motion, which has its own.
     SimulationError
-        A motion that knows no modes of its contacts, of method "timestepping".
+        A motion whose forces are means over steps, of method "timestepping".
     """
     if modes is not None and (isinstance(system, Equations) or trajectory is not None):
         owner = "the equations given" if isinstance(system, Equations) else "a motion"
@@ -107,14 +107,13 @@ def equations_at(
         return system
     if trajectory is None or not trajectory.kernels.model.contacts:
         return equations(system, modes=modes)
-    changes = getattr(trajectory, "modes", None)
-    if changes is None:
+    if not hasattr(trajectory.path, "segments"):
         raise SimulationError(
-            f"A motion of '{trajectory.name}' by method='timestepping' has means over steps and no modes of contacts, "
-            "so that no free-body diagram can be drawn of a moment. Simulate with method='auto', or draw with modes=."
+            f"A motion of '{trajectory.name}' by method='timestepping' has means over steps and no forces of a moment, "
+            "so that no free-body diagram can be drawn of one. Simulate with method='auto', or draw with modes=."
         )
     t = _moment(trajectory, at)
-    begun = [change for change in changes if change.start <= t]
+    begun = [change for change in trajectory.modes if change.start <= t]
     return equations(system, modes={change.contact: change.mode for change in begun})
 
 

@@ -230,7 +230,8 @@ class _Source:
             forces = np.concatenate([row[4] for row in rows])[order]
             touched, extra = forces, self.contacts.geometry(t, states)
             if self.stepped:
-                touched, extra = forces[:, :0], np.concatenate([forces, extra], axis=1)
+                touched, extra = forces[:, :0], np.concatenate([reactions, forces, extra], axis=1)
+                reactions = reactions[:, :0]
         n = self.model.n_q + self.model.n_u
         rest = np.concatenate([loads, reactions, energy, ledger, states[:, :n], touched], axis=1)
         rotation = pose[:, :, 3:].reshape(len(t), self.count, 3, 3)
@@ -244,14 +245,14 @@ class _Source:
         low, high = sorted((phase.path.start, phase.path.end))
         times = np.clip(t[chosen], low, high)
         states = phase.path.sample(times)
+        stepping: Any = trajectory
         if self.stepped:
-            reactions = np.zeros((len(times), 6 * len(self.joints)))  # not known of steps
+            reactions = stepping.mean_reactions(times)
         else:
             reactions = self._observed(phase.kernels.reactions(), "reactions", times, states)
         n = self.model.n_q + self.model.n_u
         ledger = np.zeros((len(times), 2))
         if self.stepped:
-            stepping: Any = trajectory
             ledger[:, 0] = stepping.work_until(times)[:, 0]
         else:
             if trajectory.kernels.works or states.shape[1] > n:
@@ -295,6 +296,8 @@ class _Source:
     def finished(self, found: _Sample, tolerance: float) -> Keyframes:
         n_loads, n_joints = 3 * len(self.loads), 6 * len(self.joints)
         loads, reactions = found.rest[:, :n_loads], found.rest[:, n_loads : n_loads + n_joints]
+        if self.stepped:
+            reactions, n_joints = found.extra[:, :n_joints], 0
         T, V, W, heat = found.rest[:, n_loads + n_joints : n_loads + n_joints + 4].T
         vectors = {arrow.key: loads[:, 3 * i : 3 * i + 3] for i, arrow in enumerate(self.loads)}
         for arrow in self.arrows:
@@ -309,8 +312,9 @@ class _Source:
         touched = None
         if self.contacts is not None:
             width = self.contacts.rows
-            forces = found.extra[:, :width] if self.stepped else found.rest[:, -width:]
-            touched = self.contacts.touched(forces, found.extra[:, width * self.stepped :])
+            extra = found.extra[:, 6 * len(self.joints) * self.stepped :]
+            forces = extra[:, :width] if self.stepped else found.rest[:, -width:]
+            touched = self.contacts.touched(forces, extra[:, width * self.stepped :])
             for arrow in self.arrows:
                 if arrow.contact is not None:
                     vectors[arrow.key] = touched.force(arrow.contact, arrow.role == "friction")

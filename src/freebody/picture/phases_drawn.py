@@ -13,7 +13,7 @@ MOST = 3
 def lasting(trajectory: Any) -> list[tuple[dict[str, str], float]]:
     """The sets of modes of a motion that lasted longest, with how long [s], in the order in which they began.
 
-    Empty for motions that know no modes: of machines without contacts, and of method "timestepping".
+    Empty for machines without contacts, and for motions of method "timestepping", whose forces are means over steps.
     """
     names = [contact.name for contact in trajectory.kernels.model.contacts]
     segments = getattr(trajectory.path, "segments", ())

@@ -59,7 +59,7 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
         )
     for name, motion in (getattr(trajectory, "contacts", None) or {}).items():
         variables.update(_of_contact(name, motion))
-    for name, reaction in _reactions(trajectory).items():
+    for name, reaction in trajectory.reactions.items():
         where = f"on {reaction.on}, in {reaction.frame} axes"
         variables[f"{name}.force"] = (
             ("time", "axis"),
@@ -101,14 +101,6 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
             "source": f"freebody {__version__}",
         },
     )
-
-
-def _reactions(trajectory: Trajectory) -> Any:
-    """Those of joints, where the method knows them."""
-    try:
-        return trajectory.reactions
-    except SimulationError:
-        return {}
 
 
 def _of_contact(name: str, motion: Any) -> dict[str, Any]:

@@ -115,25 +115,42 @@ def impulse(
         y, active = closed_start(model, numbers, initial or {}, near or {}, begin, False)
         state = float_state(model, y[: model.n_q].tolist(), y[model.n_q :].tolist(), begin, values)
         jumps = float_jumps(model, state, active or independent_rows(model, state))
-    R = None if frame is None else rotation(model, state, place_of(model, _frame(model, frame))[0])
     if normal is not None or restitution is not None:
         if impulse is not None or normal is None or restitution is None:
             raise ModelError(
                 "Expected either impulse=, or normal= and restitution= together, by which the impulse is found."
             )
-        direction = _vector(state, normal, R, "the normal")
+        direction = _vector(state, normal, _axes(model, state, frame), "the normal")
         if all(c == 0 for c in direction):
             raise ModelError(f"Expected a direction for the normal, got {normal!r}.")
         e_N = state(model.names.expression(restitution, "the coefficient of restitution"))
         P = restituted(e, state, jumps, point, direction, e_N)
-    elif impulse is None and moment is None:
+        _, _, n = given_blow(model, state, point, ZERO, moment, frame)
+    else:
+        _, P, n = given_blow(model, state, point, impulse, moment, frame)
+    return Struck(e, state, jumps, [(point, P, n)])
+
+
+def given_blow(
+    model: Model, state: State, at: Any, impulse: Any, moment: Any, frame: Any
+) -> tuple[Point, Vector, Vector]:
+    """The point of a blow, its impulse and its moment impulse in ground axes [N s, N m s]; arguments of
+    :func:`impulse`."""
+    point = _point(model, at)
+    if impulse is None and moment is None:
         raise ModelError(
             "Expected an impulse, impulse=(Jx, Jy, Jz), a moment impulse, or normal= and restitution=."
         )
-    else:
-        P = ZERO if impulse is None else _vector(state, impulse, R, "the impulse")
-    n = ZERO if moment is None else _vector(state, moment, R, "the moment impulse")
-    return Struck(e, state, jumps, [(point, P, n)])
+    R = _axes(model, state, frame)
+    return (
+        point,
+        ZERO if impulse is None else _vector(state, impulse, R, "the impulse"),
+        ZERO if moment is None else _vector(state, moment, R, "the moment impulse"),
+    )
+
+
+def _axes(model: Model, state: State, frame: Any) -> Any:
+    return None if frame is None else rotation(model, state, place_of(model, _frame(model, frame))[0])
 
 
 def centre_of_percussion(

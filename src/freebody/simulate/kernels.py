@@ -117,13 +117,19 @@ class Kernels:
         """Values in the order of the model's parameters."""
         return np.array([values[parameter.name] for parameter in self.model.parameters], dtype=float)
 
-    def _program(self, key: Any, functions: Callable[[State], Mapping[str, Sequence[Any]]]) -> Program:
+    def _program(
+        self, key: Any, functions: Callable[..., Mapping[str, Sequence[Any]]], inputs: int = 0
+    ) -> Program:
         if key not in self._programs:
             tape = Tape()
             state = traced_state(self.model, tape)
             parameters = [state.values[parameter.symbol] for parameter in self.model.parameters]
-            given = {name: list(outputs) for name, outputs in functions(state).items()}
-            compiled = compile_tape(tape, given, state.t, [*state.q, *state.u], parameters)
+            more = [tape.input(f"input {k}") for k in range(inputs)]
+            given = {
+                name: list(outputs)
+                for name, outputs in (functions(state, more) if inputs else functions(state)).items()
+            }
+            compiled = compile_tape(tape, given, state.t, [*state.q, *state.u, *more], parameters)
             self._programs[key] = Program(compiled)
         return self._programs[key]
 
@@ -137,9 +143,14 @@ class Kernels:
             self._programs["large"] = Program(looped)
         return self._programs["large"]
 
-    def program(self, key: Any, functions: Callable[[State], Mapping[str, Sequence[Any]]]) -> Program:
-        """Any functions of the state, compiled once under a key: named lists of outputs."""
-        return self._program(key, functions)
+    def program(
+        self, key: Any, functions: Callable[..., Mapping[str, Sequence[Any]]], inputs: int = 0
+    ) -> Program:
+        """Any functions of the state, compiled once under a key: named lists of outputs.
+
+        With ``inputs``, so many numbers that follow the state in y are their second argument.
+        """
+        return self._program(key, functions, inputs)
 
     def _motion(self, state: State) -> Motion:
         return motion(self.model, state, self.active)

@@ -1,12 +1,12 @@
 """The time-stepping loop of Moreau and Jean, compiled: contact and friction as velocities and impulses of a step.
 
     q_M = q + h/2 q'(q, u)
-    M (u⁺ - u) = h f(t + h/2, q_M, u) + Wᵀ Λ + Gᵀ λ             (M, f, W, G at q_M)
+    M (u⁺ - u) = h f(t + h/2, q_M, u) + J + Wᵀ Λ + Gᵀ λ            (M, f, W, G at q_M;  J: blows in this step)
     0 <= Λ_N ⟂ v_N⁺ + e v_N⁻ >= 0,  -Λ_T in μ Λ_N Sgn(v_T⁺),  G u⁺ + g = 0        where the gap at q_M is closed
-    q⁺ = q + h q'(q_M, (u + u⁺)/2),   then moved by M⁻¹ Wᵀ to gaps >= 0 and φ = 0
+    q⁺ = q + h q'(q_M, (u + u⁺)/2),   then moved by M⁻¹ Wᵀ and M⁻¹ Gᵀ to gaps >= 0 and φ = 0
 
-The friction cones are exact: |Λ_T| <= μ Λ_N, in space the disk itself. The problem is solved by Gauss-Seidel sweeps with
-projection, until every contact satisfies its law to the tolerance, as a speed relative to the greatest in the problem.
+The friction cones are exact: |Λ_T| <= μ Λ_N, in space the disk itself (`moreau_problem`); constraints are eliminated
+(`moreau_rows`). Speeds stand in block order here: place i of a block is speed ``order[i]`` of the model.
 
 Written for `machine.compiled`: pointers, no exceptions. Sources: M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999);
 V. Acary, B. Brogliato, Numerical Methods for Nonsmooth Dynamical Systems (2008), chapters 10 and 13.
@@ -17,116 +17,14 @@ from __future__ import annotations
 
 import math
 
-from .machine import Compiled, Integers, Reals, call, compiled, greater, lesser, root
+from . import moreau_problem, moreau_rows
+from .machine import Compiled, Integers, Reals, call, compiled, greater, root
+from .moreau_problem import solve
+from .moreau_rows import along, answer, back, factor, held
 
 CLOSED_GAP = 1e-10
 DEEP = 1e-10
-
-
-@compiled
-def cholesky(M: Reals, L: Reals, n: int) -> int:
-    """L Lᵀ = M; 0 if M is not positive definite."""
-    for i in range(n):
-        for j in range(i + 1):
-            total = M[i * n + j]
-            for k in range(j):
-                total -= L[i * n + k] * L[j * n + k]
-            if i == j:
-                if not total > 0.0:
-                    return 0
-                L[i * n + i] = root(total)
-            else:
-                L[i * n + j] = total / L[j * n + j]
-    return 1
-
-
-@compiled
-def back(L: Reals, n: int, b: Reals, at: int, x: Reals, to: int) -> None:
-    """x[to:] = M⁻¹ b[at:]."""
-    for i in range(n):
-        total = b[at + i]
-        for k in range(i):
-            total -= L[i * n + k] * x[to + k]
-        x[to + i] = total / L[i * n + i]
-    for i in range(n - 1, -1, -1):
-        total = x[to + i]
-        for k in range(i + 1, n):
-            total -= L[k * n + i] * x[to + k]
-        x[to + i] = total / L[i * n + i]
-
-
-@compiled
-def couple(
-    W: Reals, at: int, X: Reals, A: Reals, L: Reals, rows: Integers, count: int, n: int, width: int
-) -> None:
-    """X = M⁻¹ Wᵀ and A = W M⁻¹ Wᵀ of the rows at hand; A has rows of length ``width``."""
-    for a in range(count):
-        back(L, n, W, at + rows[a] * n, X, a * n)
-    for a in range(count):
-        for b in range(count):
-            total = 0.0
-            for k in range(n):
-                total += W[at + rows[a] * n + k] * X[b * n + k]
-            A[a * width + b] = total
-
-
-@compiled
-def _row(A: Reals, x: Reals, b: Reals, a: int, count: int, width: int) -> float:
-    total = b[a]
-    for k in range(count):
-        total += A[a * width + k] * x[k]
-    return total
-
-
-@compiled
-def sweep(
-    A: Reals, b: Reals, x: Reals, kinds: Integers, mu: Reals, count: int, width: int, tolerance: float, most: int,
-    left: Reals, place: int,
-) -> int:  # fmt: skip
-    """Solve the problem of one step for x; the sweeps it took, or -1. ``left[place]`` becomes the residual.
-
-    ``kinds`` of a row: 0 bilateral; 1 normal; 2 its only tangent; 3 the first of its two tangents (the second is 4).
-    ``mu`` of a tangent row is the coefficient of its contact; its normal row stands just before.
-    """
-    scale = 1e-300
-    for a in range(count):
-        scale = greater(scale, abs(b[a]))
-    for k in range(most):
-        worst = 0.0
-        a = 0
-        while a < count:
-            kind = kinds[a]
-            d = A[a * width + a]
-            if kind == 3:
-                e = a + 1
-                step = greater(d, A[e * width + e]) + abs(A[a * width + e])
-                r, s = _row(A, x, b, a, count, width), _row(A, x, b, e, count, width)
-                limit = mu[a] * x[a - 1]
-                if step > 0.0:
-                    p, q = x[a] - r / step, x[e] - s / step
-                    length = root(p * p + q * q)
-                    if length > limit:
-                        p, q = p * limit / length, q * limit / length
-                    worst = greater(worst, greater(abs(p - x[a]), abs(q - x[e])) * step)
-                    x[a], x[e] = p, q
-                a += 2
-                continue
-            if d > 0.0:
-                new = x[a] - _row(A, x, b, a, count, width) / d
-                if kind == 1:
-                    new = greater(0.0, new)
-                elif kind == 2:
-                    limit = mu[a] * x[a - 1]
-                    new = greater(-limit, lesser(limit, new))
-                worst = greater(worst, abs(new - x[a]) * d)
-                x[a] = new
-            a += 1
-        left[place] = worst / scale
-        if not math.isfinite(worst):
-            return -1
-        if worst <= tolerance * scale:
-            return k + 1
-    return -1
+FAR = 1e300
 
 
 @compiled
@@ -139,19 +37,23 @@ def _unit(y: Reals, quaternions: Integers, nq: int) -> None:
 
 
 @compiled
+def _hidden(out: Reals, at_gap: int, at_reach: int, reach_of: Integers, reaches: int) -> None:
+    """A contact whose foot is beyond the end of its side is far away."""
+    for k in range(reaches):
+        if out[at_reach + k] < 0.0:
+            out[at_gap + reach_of[k]] = FAR
+
+
+@compiled
 def closed_rows(
-    out: Reals, at_gap: int, E: int, m: int, held: int, tangents: Integers, mu: Reals, restitution: Reals,
-    bound: float, friction: int, rows: Integers, kinds: Integers, coefficient: Reals,
+    out: Reals, at_gap: int, E: int, tangents: Integers, mu: Reals, restitution: Reals, friction: int,
+    rows: Integers, kinds: Integers, coefficient: Reals,
 ) -> int:  # fmt: skip
-    """The rows of a problem, and their number: all bilateral ones, then those of contacts whose gap is at most
-    ``bound``, with their tangents where ``friction`` is not 0."""
+    """The rows of a problem, and their number: of contacts that are closed, with tangents where ``friction`` is not 0."""
     count, row = 0, 0
-    for i in range(held):
-        rows[count], kinds[count], coefficient[count] = m + i, 0, 0.0
-        count += 1
     for e in range(E):
         size = 1 + tangents[e]
-        if out[at_gap + e] <= bound:
+        if out[at_gap + e] <= CLOSED_GAP:
             for k in range(size if friction != 0 else 1):
                 rows[count] = row + k
                 kinds[count] = 1 if k == 0 else (2 if size == 2 else 2 + k)
@@ -162,25 +64,66 @@ def closed_rows(
 
 
 @compiled
-def march(
-    kernel: int, moving: int, c: Reals, n_q: int, n: int, E: int, m: int, held: int, tangents: Integers, mu: Reals,
-    restitution: Reals, quaternions: Integers, nq: int, clock: Reals, steps: int, y: Reals, z: Reals,
-    out: Reals, rate: Reals, L: Reals, X: Reals, A: Reals, b: Reals, x: Reals, memory: Reals, rows: Integers,
-    kinds: Integers, coefficient: Reals, v: Reals, states: Reals, impulses: Reals, works: Reals, report: Reals,
-    most: int,
-) -> int:  # fmt: skip
-    """``steps`` steps from ``y``; the number done, less than asked where a problem was not solved.
+def answers(
+    W: Reals, at_W: int, X: Reals, sigma: Reals, L: Reals, squares: Integers, pieces: Integers,
+    row_first: Integers, row_at: Integers, blocks: Integers, m: int, constraints: int, n: int, K: Reals, S: Reals,
+    spare: Reals, rows: Integers, kinds: Integers, d: Reals, count: int,
+) -> None:  # fmt: skip
+    """X, σ and the d of `moreau_problem.sweep` of all rows at hand."""
+    for a in range(count):
+        r = rows[a]
+        answer(
+            W, at_W + row_at[r], X, row_at[r], sigma, a * constraints, L, squares, pieces, row_first[r],
+            row_first[r + 1], blocks, m, row_first, row_at, at_W, constraints, n, K, S, spare,
+        )  # fmt: skip
+        d[3 * a] = _across(W, at_W + row_at[r], X, row_at[r], row_at[r + 1])
+    for a in range(count):  # the rows of one contact are over the same blocks
+        if kinds[a] == 2 or kinds[a] == 3:
+            d[3 * a - 2] = _across(W, at_W + row_at[rows[a - 1]], X, row_at[rows[a]], row_at[rows[a] + 1])
+        if kinds[a] == 3:
+            e = row_at[rows[a + 1]]
+            d[3 * a - 1] = _across(W, at_W + row_at[rows[a - 1]], X, e, row_at[rows[a + 1] + 1])
+            d[3 * a + 1] = _across(W, at_W + row_at[rows[a]], X, e, row_at[rows[a + 1] + 1])
+            d[3 * a + 2] = greater(d[3 * a], d[3 * a + 3]) + abs(d[3 * a + 1])
 
-    ``out`` of ``kernel``: M (n n), f (n), gap (E), W over G (m + held rows of n), w over g, φ (held). ``out`` of
-    ``moving``: q' (n_q), power of loads. Row k of ``states``, ``impulses``, ``works`` (contacts, loads) belongs to
-    the end of step k. ``clock``: time, length of a step, tolerance. ``report``: greatest residual, sweeps, greatest depth after a step, residual of the last,
-    rows of the problem of speeds that was not solved.
+
+@compiled
+def _across(W: Reals, at: int, X: Reals, first: int, last: int) -> float:
+    total = 0.0
+    for k in range(last - first):
+        total += W[at + k] * X[first + k]
+    return total
+
+
+@compiled
+def march(
+    system: int, closing: int, moving: int, c: Reals, n_q: int, n: int, E: int, m: int, constraints: int,
+    holonomic: int, order: Integers, blocks: Integers, squares: Integers, nb: int, pieces: Integers,
+    row_first: Integers, row_at: Integers, tangents: Integers, reach_of: Integers, reaches: int,
+    quaternions: Integers, nq: int, mu: Reals, restitution: Reals, clock: Reals, steps: int, kick: Reals,
+    y: Reals, z: Reals, out: Reals, rate: Reals, u: Reals, v: Reals, dv: Reals, L: Reals, X: Reals, K: Reals,
+    S: Reals, sigma: Reals, spare: Reals, d: Reals, b: Reals, x: Reals, before: Reals, past: Reals, local: Reals,
+    memory: Reals, lam: Reals, rows: Integers, kinds: Integers, coefficient: Reals, states: Reals,
+    impulses: Reals, works: Reals, modes: Integers, report: Reals, most: int,
+) -> int:  # fmt: skip
+    """``steps`` steps from ``y``; the number done, less than asked where one could not be: ``report[4]`` says why.
+
+    ``out`` of ``system``: M by blocks, f (n), gap (E), reaches, rates of contacts (m) and constraints, φ (holonomic), W
+    over G by rows. Of ``closing``: gap, reaches, φ. Of ``moving``: q' (n_q), power of loads. Row k of ``states``,
+    ``impulses`` (m and constraints), ``works`` (contacts and blows; loads and constraints) and ``modes`` (E: 0 open, 1
+    stick, 2 slip, 3 slip+, 4 slip-) belongs to step k. ``clock``: time, length of a step, tolerance. ``kick``: J of the
+    first step. ``report``: greatest residual, sweeps, greatest depth after a step, residual of the last, why it stopped
+    (1 contacts, 2 mass matrix, 3 constraints, 4 overlap, 5 not finite), how deep.
     """
     t, h, tolerance = clock[0], clock[1], clock[2]
-    at_f, at_gap, width = n * n, n * n + n, m + held
-    at_W = at_gap + E
-    at_w = at_W + width * n
-    at_phi = at_w + width
+    at_f = squares[nb]
+    at_gap = at_f + n
+    at_reach = at_gap + E
+    at_rate = at_reach + reaches
+    at_phi = at_rate + m + constraints
+    at_W = at_phi + holonomic
+    width = m + constraints
+    report[4] = 0.0
     done = 0
     while done < steps:
         now = t + done * h
@@ -189,117 +132,300 @@ def march(
             z[i] = y[i] + 0.5 * h * rate[i]
         for i in range(n):
             z[n_q + i] = y[n_q + i]
+            u[i] = y[n_q + order[i]]
         _unit(z, quaternions, nq)
-        call(kernel, now + 0.5 * h, z, 0, c, out, 0)
-        if cholesky(out, L, n) == 0:
+        call(system, now + 0.5 * h, z, 0, c, out, 0)
+        _hidden(out, at_gap, at_reach, reach_of, reaches)
+        if factor(out, L, blocks, squares, nb) == 0:
+            report[4] = 2.0
             return done
-        back(L, n, out, at_f, v, 0)
+        if (
+            held(out, at_W, L, squares, pieces, row_first, row_at, blocks, m, constraints, n, K, S, spare)
+            == 0
+        ):
+            report[4] = 3.0
+            return done
+        # without contacts: v, the change of the speeds, and the impulses of the constraints
         for i in range(n):
-            v[i] = y[n_q + i] + h * v[i]
-        count = closed_rows(
-            out, at_gap, E, m, held, tangents, mu, restitution, CLOSED_GAP, 1, rows, kinds, coefficient
-        )
+            spare[i] = h * out[at_f + i]
+            if done == 0:
+                spare[i] += kick[i]
+        for k in range(nb):
+            back(L, squares[k], blocks[k + 1] - blocks[k], spare, blocks[k], v, blocks[k])
+        for i in range(constraints):
+            r = m + i
+            spare[i] = -out[at_rate + r] - along(
+                out, at_W + row_at[r], pieces, row_first[r], row_first[r + 1], blocks, v, 0
+            )
+        back(S, 0, constraints, spare, 0, lam, 0)
+        for i in range(constraints):
+            for k in range(n):
+                v[k] += lam[i] * K[i * n + k]
+        count = closed_rows(out, at_gap, E, tangents, mu, restitution, 1, rows, kinds, coefficient)
+        scale = 1e-300
         for a in range(count):
             r = rows[a]
-            before, free = out[at_w + r], out[at_w + r]
-            for k in range(n):
-                before += out[at_W + r * n + k] * y[n_q + k]
-                free += out[at_W + r * n + k] * v[k]
-            b[a] = free
-            if kinds[a] == 1 and before < 0.0:
-                b[a] += coefficient[a] * before
+            before[a] = out[at_rate + r]
+            b[a] = before[a] + along(
+                out, at_W + row_at[r], pieces, row_first[r], row_first[r + 1], blocks, v, 0
+            )
+            # a rebound that the forces of one step take back is over within the step
+            if kinds[a] == 1 and -coefficient[a] * before[a] > before[a] - b[a]:
+                b[a] += coefficient[a] * before[a]
             x[a] = memory[r]
-            z[n_q + n + a] = before
-        couple(out, at_W, X, A, L, rows, count, n, width)
+            k, total = at_W + row_at[r], 0.0
+            for p in range(row_first[r], row_first[r + 1]):
+                for i in range(blocks[pieces[p]], blocks[pieces[p] + 1]):
+                    total += abs(out[k] * (u[i] + v[i]))
+                    k += 1
+            scale = greater(scale, greater(abs(b[a]), total))
+        answers(
+            out,
+            at_W,
+            X,
+            sigma,
+            L,
+            squares,
+            pieces,
+            row_first,
+            row_at,
+            blocks,
+            m,
+            constraints,
+            n,
+            K,
+            S,
+            spare,
+            rows,
+            kinds,
+            d,
+            count,
+        )
         used = 0
-        report[4] = count
+        for i in range(n):
+            dv[i] = 0.0
+        report[3] = 0.0
         if count > 0:
-            used = sweep(A, b, x, kinds, coefficient, count, width, tolerance, most, report, 3)
+            used = solve(
+                out,
+                at_W,
+                X,
+                pieces,
+                row_first,
+                row_at,
+                blocks,
+                rows,
+                kinds,
+                coefficient,
+                d,
+                b,
+                x,
+                count,
+                n,
+                dv,
+                past,
+                local,
+                width,
+                scale,
+                tolerance,
+                most,
+                report,
+                3,
+            )
             if used < 0:
+                report[4] = 1.0
                 return done
         report[0] = greater(report[0], report[3])
         report[1] += used
-        for r in range(width):
+        for i in range(n):
+            v[i] += u[i] + dv[i]
+            if not math.isfinite(v[i]):
+                report[4] = 5.0
+                return done
+        for r in range(m):
             memory[r] = 0.0
         lost = 0.0
         for a in range(count):
-            memory[rows[a]] = x[a]
-            for k in range(n):
-                v[k] += x[a] * X[a * n + k]
+            r = rows[a]
+            memory[r] = x[a]
+            for i in range(constraints):
+                lam[i] -= sigma[a * constraints + i] * x[a]
+            b[a] = before[a]
+            k = at_W + row_at[r]
+            for p in range(row_first[r], row_first[r + 1]):
+                for i in range(blocks[pieces[p]], blocks[pieces[p] + 1]):
+                    b[a] += out[k] * (v[i] - u[i])
+                    k += 1
+            lost += 0.5 * x[a] * (before[a] + b[a])
+        for e in range(E):
+            modes[done * E + e] = 0
+        e, row = 0, 0
         for a in range(count):
-            if kinds[a] != 0:
-                r = rows[a]
-                after = out[at_w + r]
-                for k in range(n):
-                    after += out[at_W + r * n + k] * v[k]
-                lost += 0.5 * x[a] * (z[n_q + n + a] + after)
+            r = rows[a]
+            if kinds[a] == 1:
+                while row < r:
+                    row += 1 + tangents[e]
+                    e += 1
+                if x[a] > 0.0:
+                    still = 100.0 * tolerance * scale
+                    mode = 1
+                    if tangents[e] == 1:
+                        if b[a + 1] > still:
+                            mode = 3
+                        elif b[a + 1] < -still:
+                            mode = 4
+                    elif tangents[e] == 2 and b[a + 1] * b[a + 1] + b[a + 2] * b[a + 2] > still * still:
+                        mode = 2
+                    modes[done * E + e] = mode
         for r in range(m):
-            impulses[done * m + r] = memory[r]
-        report[4] = 0.0
+            impulses[done * width + r] = memory[r]
+        given = 0.0
+        for i in range(constraints):
+            r = m + i
+            impulses[done * width + r] = lam[i]
+            k = at_W + row_at[r]
+            for p in range(row_first[r], row_first[r + 1]):
+                for j in range(blocks[pieces[p]], blocks[pieces[p] + 1]):
+                    given += 0.5 * lam[i] * out[k] * (u[j] + v[j])
+                    k += 1
         # positions, with the mean of the speeds
         for i in range(n):
-            z[n_q + i] = 0.5 * (y[n_q + i] + v[i])
+            z[n_q + order[i]] = 0.5 * (u[i] + v[i])
+            if done == 0:
+                lost += 0.5 * kick[i] * (u[i] + v[i])
         call(moving, now + 0.5 * h, z, 0, c, rate, 0)
         works[2 * done] = lost
-        works[2 * done + 1] = h * rate[n_q]
+        works[2 * done + 1] = h * rate[n_q] + given
         for i in range(n_q):
-            y[i] += h * rate[i]
+            z[i] = y[i] + h * rate[i]
         for i in range(n):
-            y[n_q + i] = v[i]
-        _unit(y, quaternions, nq)
+            z[n_q + order[i]] = v[i]
+        _unit(z, quaternions, nq)
         # back to gaps >= 0 and φ = 0, with the least motion of the masses
-        depth = 0.0
-        for _ in range(20):
-            call(kernel, now + h, y, 0, c, out, 0)
+        depth, error, tries = 0.0, 0.0, 0
+        while tries < 30:
+            tries += 1
+            call(closing, now + h, z, 0, c, out, 0)
+            _hidden(out, 0, E, reach_of, reaches)
             depth = 0.0
             for e in range(E):
-                depth = greater(depth, -out[at_gap + e])
+                depth = greater(depth, -out[e])
             error = depth
-            for i in range(held):
-                error = greater(error, abs(out[at_phi + i]))
-            if error <= DEEP:
+            for i in range(holonomic):
+                error = greater(error, abs(out[E + reaches + i]))
+            if error <= DEEP or not math.isfinite(error):
                 break
-            count = closed_rows(
-                out, at_gap, E, m, held, tangents, mu, restitution, CLOSED_GAP, 0, rows, kinds, coefficient
-            )
-            row = 0
+            call(system, now + h, z, 0, c, out, 0)
+            _hidden(out, at_gap, at_reach, reach_of, reaches)
+            if factor(out, L, blocks, squares, nb) == 0:
+                report[4] = 2.0
+                return done
+            if (
+                held(out, at_W, L, squares, pieces, row_first, row_at, blocks, m, holonomic, n, K, S, spare)
+                == 0
+            ):
+                report[4] = 3.0
+                return done
+            for i in range(holonomic):
+                spare[i] = -out[at_phi + i]
+            back(S, 0, holonomic, spare, 0, lam, 0)
+            for k in range(n):
+                v[k] = 0.0
+                for i in range(holonomic):
+                    v[k] += lam[i] * K[i * n + k]
+            count = closed_rows(out, at_gap, E, tangents, mu, restitution, 0, rows, kinds, coefficient)
+            row, e, scale = 0, 0, 1e-300
             for a in range(count):
                 r = rows[a]
+                while row < r:
+                    row += 1 + tangents[e]
+                    e += 1
                 x[a] = 0.0
-                if r >= m:
-                    b[a] = out[at_phi + r - m]
-                else:
-                    row, e = 0, 0
-                    while row < r:
-                        row += 1 + tangents[e]
-                        e += 1
-                    b[a] = out[at_gap + e]
-            if cholesky(out, L, n) == 0:
-                return done
-            couple(out, at_W, X, A, L, rows, count, n, width)
-            if sweep(A, b, x, kinds, coefficient, count, width, tolerance, most, report, 3) < 0:
-                return done
-            for i in range(n_q + n):
-                z[i] = y[i]
+                b[a] = out[at_gap + e] + along(
+                    out, at_W + row_at[r], pieces, row_first[r], row_first[r + 1], blocks, v, 0
+                )
+                scale = greater(scale, abs(b[a]))
+            answers(
+                out,
+                at_W,
+                X,
+                sigma,
+                L,
+                squares,
+                pieces,
+                row_first,
+                row_at,
+                blocks,
+                m,
+                holonomic,
+                n,
+                K,
+                S,
+                spare,
+                rows,
+                kinds,
+                d,
+                count,
+            )
             for i in range(n):
-                total = 0.0
-                for a in range(count):
-                    total += x[a] * X[a * n + i]
-                z[n_q + i] = total
+                dv[i] = 0.0
+            if (
+                count > 0
+                and solve(
+                    out,
+                    at_W,
+                    X,
+                    pieces,
+                    row_first,
+                    row_at,
+                    blocks,
+                    rows,
+                    kinds,
+                    coefficient,
+                    d,
+                    b,
+                    x,
+                    count,
+                    n,
+                    dv,
+                    past,
+                    local,
+                    width,
+                    scale,
+                    greater(1e-9, 0.1 * DEEP / scale),
+                    most,
+                    report,
+                    3,
+                )
+                < 0
+            ):
+                report[4] = 4.0
+                report[5] = depth
+                return done
+            for i in range(n):
+                before[i] = z[n_q + order[i]]
+                z[n_q + order[i]] = v[i] + dv[i]
             call(moving, now + h, z, 0, c, rate, 0)
             for i in range(n_q):
-                y[i] += rate[i]
-            _unit(y, quaternions, nq)
+                z[i] += rate[i]
+            for i in range(n):
+                z[n_q + order[i]] = before[i]
+            _unit(z, quaternions, nq)
+        if not error <= DEEP:
+            report[4] = 4.0 if math.isfinite(error) else 5.0
+            report[5] = error
+            return done
         report[2] = greater(report[2], depth)
-        _keep(y, states, done * (n_q + n), n_q + n)
+        for i in range(n_q + n):
+            y[i] = z[i]
+            states[done * (n_q + n) + i] = z[i]
         done += 1
     return done
 
 
-@compiled
-def _keep(y: Reals, states: Reals, at: int, count: int) -> None:
-    for i in range(count):
-        states[at + i] = y[i]
-
-
-FUNCTIONS = {name: value for name, value in globals().items() if isinstance(value, Compiled)}
+FUNCTIONS = {
+    name: value
+    for module in (vars(moreau_rows), vars(moreau_problem), globals())
+    for name, value in module.items()
+    if isinstance(value, Compiled)
+}

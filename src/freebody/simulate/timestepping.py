@@ -11,8 +11,7 @@ import hashlib
 import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -21,195 +20,31 @@ import numpy as np
 
 from ..compile import cache as disk
 from ..compile import native
-from ..dynamics import State, coordinate_rates, mass_matrix
-from ..dynamics.constraints import linearized
-from ..dynamics.contact import contact_rows
-from ..dynamics.energy import load_power
-from ..dynamics.newton_euler import bias
-from ..errors import SimulationError
+from ..dynamics.constraints import rows as conditions
+from ..dynamics.impulse import blows_on, generalized_impulse
+from ..dynamics.mobility import massless_motion
+from ..dynamics.state import State, float_state
+from ..errors import ModelError, SimulationError
+from .blow import Blow, blows_of, call_of, scheduled
 from .contact_motion import check_coefficients
 from .contact_scene import scene_of_layout
-from .contact_trajectory import ContactMotion
-from .event import EventSpec
+from .event import EventSpec, expressions_of
+from .impulse import given_blow
 from .initial import number
-from .kernels import Kernels, Program
+from .kernels import Kernels
 from .loop import LIBRARIES, Function, outside
-from .path import FINISHED, INTERRUPTED, TERMINAL, Array, Crossing, Path, Rates, observe
-from .phases import EventList
-from .polish import polished
-from .trajectory import Energy, Trajectory, _ByName
+from .path import FINISHED, INTERRUPTED, TERMINAL, Array, Crossing, Rates, observe
+from .stepped_kernels import Shape, gaps, stepping
+from .stepped_trajectory import Impulses, SteppedTrajectory, Steps
 
 RESIDUAL = 1e-12
 """Speed by which a contact may miss its laws, in parts of the greatest free speed in the problem of a step."""
-SWEEPS = 2_000
-"""Sweeps of one problem before it is handed to Newton's method (`polish`); ten times more where that fails."""
-MOST_SWEEPS = 200_000
-_PIECE = 0.1
-
-
-@dataclass(frozen=True, eq=False)
-class Steps(Path):
-    """States at the ends of steps, straight between them."""
-
-    def sample(self, times: Any, dense: bool = False) -> Array:
-        del dense
-        wanted = np.atleast_1d(np.asarray(times, dtype=float))
-        outside = ~((wanted >= self.start) & (wanted <= self.end))
-        if outside.any():
-            raise ValueError(
-                f"Expected times within the run, {self.start:g} to {self.end:g}; got {wanted[outside][0]!r}. "
-                "Ask for a time inside, or simulate further."
-            )
-        k = np.clip(np.searchsorted(self.times, wanted, side="right") - 1, 0, max(len(self.times) - 2, 0))
-        if len(self.times) == 1:
-            return np.repeat(self.states, wanted.size, axis=0)
-        x = ((wanted - self.times[k]) / (self.times[k + 1] - self.times[k]))[:, None]
-        y = (1 - x) * self.states[k] + x * self.states[k + 1]
-        for i in self.rates.quaternions:
-            y[:, i : i + 4] /= np.linalg.norm(y[:, i : i + 4], axis=1, keepdims=True)
-        return y
-
-
-class SteppedTrajectory(Trajectory):
-    """A motion in steps of given length, made by ``fb.simulate(..., method="timestepping", step=h)``.
-
-    Attributes
-    ----------
-    residual : float
-        Greatest speed by which a contact missed its laws in any step, in parts of the greatest free speed there.
-    depth : float
-        Greatest penetration at the end of any step [m].
-    sweeps : float
-        Mean number of Gauss-Seidel sweeps of a step.
-    """
-
-    method = "Moreau-Jean time stepping, exact Coulomb cones"
-
-    def __init__(
-        self,
-        *arguments: Any,
-        impulses: Array,
-        works: Array,
-        residual: float,
-        depth: float,
-        sweeps: float,
-        scene: Any,
-    ) -> None:
-        super().__init__(*arguments)
-        self.residual, self.depth, self.sweeps = residual, depth, sweeps
-        self._impulses, self._works, self._layout = impulses, works, scene
-
-    def _step_of(self, times: Array) -> Any:
-        """The step that ends at or after each time."""
-        ends = self.path.times[1:]
-        return np.clip(np.searchsorted(ends, times, side="left"), 0, max(len(ends) - 1, 0))
-
-    def mean_forces(self, times: Array) -> Array:
-        """Contact forces, means over the step that ends at or after each time, in the order of the layout [N]."""
-        lengths = np.diff(self.path.times)
-        if not len(lengths):
-            return np.zeros((len(times), self._impulses.shape[1]))
-        k = self._step_of(times)
-        return np.asarray(self._impulses[k] / lengths[k, None])
-
-    def work_until(self, times: Array) -> Array:
-        """Work done since the start, and of that by contacts, shape (n, 2) [J]."""
-        total = np.concatenate([[[0.0, 0.0]], np.cumsum(self._works, axis=0)])
-        columns = [np.interp(times, self.path.times, column) for column in total.T]
-        return np.column_stack([columns[0] + columns[1], columns[0]])
-
-    @cached_property
-    def contacts(self) -> dict[str, ContactMotion]:
-        """Gap, mean forces over the step, slip and mode of every contact, by name."""
-        first, tangents = self._layout
-        kernels = self.kernels
-        program = _gaps(kernels)
-        found = self._observed(program, "contact", self.t, self.states)
-        E = len(first)
-        gaps, rates = found[:, :E], found[:, E:]
-        lengths = np.diff(self.path.times)
-        k = self._step_of(self.t)
-        forces = (
-            self._impulses[k] / lengths[k, None] if len(lengths) else np.zeros((len(self.t), rates.shape[1]))
-        )
-        result = {}
-        for e, contact in enumerate(kernels.model.contacts):
-            at, n = first[e], tangents[e]
-            lam, v = forces[:, at : at + 1 + n], rates[:, at + 1 : at + 1 + n]
-            mu = number(kernels.model, self.values, contact.friction, "a coefficient of friction")
-            T = np.linalg.norm(lam[:, 1:], axis=1)
-            margin = mu * lam[:, 0] - T
-            slipping = np.linalg.norm(v, axis=1) > 1e-9
-            mode = np.where(lam[:, 0] > 0, np.where(slipping, "slip", "stick"), "open")
-            result[contact.name] = ContactMotion(
-                gaps[:, e], lam[:, 0], lam[:, 1] if n == 1 else lam[:, 1:], v[:, 0] if n == 1 else v,
-                np.where(mode == "open", np.nan, margin), mode, lam,
-            )  # fmt: skip
-        return _ByName("contact", result)
-
-    @cached_property
-    def energy(self) -> Energy:
-        """The energy ledger, whose residual is the error of the steps, of first order in their length."""
-        times = np.concatenate([[self.path.start], self.t])
-        states = np.concatenate([self.path.states[:1], self.states])
-        both = self._observed(self.kernels.motion(), "energy", times, states)
-        total = np.concatenate([[[0.0, 0.0]], np.cumsum(self._works, axis=0)])
-        work = np.array([np.interp(times, self.path.times, column) for column in total.T])
-        residual = both.sum(axis=1) - both[0].sum() - work.sum(axis=0)
-        return Energy(both[1:, 0], both[1:, 1], work.sum(axis=0)[1:], residual[1:], work[0][1:])
-
-    @property
-    def events(self) -> Any:
-        """Where the expressions that were asked for pass through zero, between two steps."""
-        return EventList(super().events)
-
-    @property
-    def reactions(self) -> Any:
-        raise SimulationError(
-            "Reactions of joints are not kept by method='timestepping', which knows impulses of steps. Contact forces "
-            "are in .contacts; for reactions, simulate with method='auto'."
-        )
-
-
-def _gaps(kernels: Kernels) -> Program:
-    def functions(state: State) -> Mapping[str, Sequence[Any]]:
-        given = contact_rows(kernels.model, state)
-        return {"contact": [*given.gap, *given.rate]}
-
-    return kernels._program("gaps", functions)
-
-
-def _stepping(kernels: Kernels) -> Program:
-    """Functions ``system`` and ``moving``; see `moreau.march`."""
-    model = kernels.model
-
-    def functions(state: State) -> Mapping[str, Sequence[Any]]:
-        given = contact_rows(model, state)
-        held = linearized(model, state)
-        active = kernels.active
-        M = mass_matrix(model, state)
-        return {
-            "system": [
-                *(x for row in M for x in row),
-                *(-x for x in bias(model, state)),
-                *given.gap,
-                *(x for row in given.matrix for x in row),
-                *(x for i in active for x in held.matrix[i]),
-                *given.drift,
-                *(held.rate[i] - _dot(held.matrix[i], state.u) for i in active),
-                *(held.residual[i] for i in active),
-            ],
-            "moving": [*coordinate_rates(model, state), load_power(model, state)],
-        }
-
-    return kernels._program("stepping", functions)
-
-
-def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
-    total: Any = 0
-    for x, y in zip(a, b, strict=True):
-        total = total + x * y
-    return total
+SWEEPS = 100_000
+"""Sweeps of one problem before the run is given up."""
+PAST = 4 + 2 * 12
+"""Rows of the memory of `moreau_problem.solve`."""
+BLOCK = 1000
+"""Steps between two looks at events, progress and the keyboard."""
 
 
 def stepped_motion(
@@ -245,142 +80,295 @@ def stepped_motion(
         raise SimulationError(
             "Friction and impacts have no way back: a run with contacts needs until later than start."
         )
-    if impulses:
-        raise SimulationError("impulses= are not applied by method='timestepping'. Take method='auto'.")
-    check_coefficients(model, values)
-    different = [
-        c.name
-        for c in model.contacts
-        if number(model, values, c.friction, "mu") != number(model, values, c.static_friction, "mu_s")
-    ]
-    if different:
-        raise SimulationError(
-            f"method='timestepping' knows one coefficient of friction, but contact '{different[0]}' has a static one "
-            f"besides. Leave static_friction out, or take method='auto'."
-        )
+    _check_laws(kernels, values)
+    blows = blows_of(impulses)
+    for one in blows:
+        if one.options["normal"] is not None or one.options["restitution"] is not None:
+            raise SimulationError(
+                f"The blow '{one.name}' meets a surface (normal=, restitution=), which method='timestepping' solves "
+                "only with the other contacts: describe the surface by s.contact(..., restitution=e), or give impulse=."
+            )
     count = max(round((end - begin) / h), 1 if end > begin else 0)
     if count and abs(count * h - (end - begin)) > 1e-9 * max(h, abs(end)):
         count = math.ceil((end - begin) / h)
     h = (end - begin) / count if count else h
-    return _march(
-        kernels, values, state, begin, h, count, specs, expressions, tolerances, times, samples, between
-    )
+    run = _Run(kernels, values, begin, h, count, specs, expressions, blows, end)
+    return run.motion(state, tolerances, times, samples, between)
 
 
-def _march(
-    kernels: Kernels, values: Any, state: Array, begin: float, h: float, count: int, specs: Any, expressions: Any,
-    tolerances: Any, times: Any, samples: Any, between: Any,
-) -> SteppedTrajectory:  # fmt: skip
+def _check_laws(kernels: Kernels, values: Mapping[str, float]) -> None:
     model = kernels.model
-    first, tangents, m = scene_of_layout(model)
-    n_q, n, E, held = model.n_q, model.n_u, len(first), len(kernels.active)
-    program = _stepping(kernels)
-    constants = program.constants(kernels.parameters(values))
-    width = m + held
+    check_coefficients(model, values)
+    for c in model.contacts:
+        if number(model, values, c.friction, "mu") != number(model, values, c.static_friction, "mu_s"):
+            raise SimulationError(
+                f"method='timestepping' knows one coefficient of friction, but contact '{c.name}' has a static one "
+                "besides. Leave static_friction out, or take method='auto'."
+            )
+        if c.impact != "newton" and number(model, values, c.restitution, "e") != 0:
+            raise SimulationError(
+                f"method='timestepping' knows Newton's restitution, but contact '{c.name}' has impact='{c.impact}'. "
+                "Leave impact= out, or take method='auto'."
+            )
 
-    def coefficient(name: str) -> Array:
-        return np.array([number(model, values, getattr(c, name), name) for c in model.contacts])
 
-    y = np.array(state[: n_q + n], dtype=float)
-    y0 = y.copy()
-    reals = {name: np.zeros(size) for name, size in (
-        ("z", n_q + n + width), ("out", program.outputs("system")), ("rate", n_q + 1), ("L", n * n),
-        ("X", width * n), ("A", width * width), ("b", width), ("x", width), ("memory", width),
-    )}  # fmt: skip
-    rows, kinds = np.zeros(width, dtype=np.int64), np.zeros(width, dtype=np.int64)
-    coefficients, v, report = np.zeros(width), np.zeros(n), np.zeros(5)
-    sizes = np.array(tangents, dtype=np.int64)
-    quaternions = np.array(model.quaternions, dtype=np.int64)
-    mu, e = coefficient("friction"), coefficient("restitution")
-    blocks: list[tuple[Array, Array, Array]] = []
-    done, status = 0, FINISHED
-    stop: Crossing | None = None
-    sweeps = SWEEPS
-    march = loop()
-    depth = observe(
-        _gaps(kernels).address("contact"), E + m, np.array([begin]), y[None],
-        _gaps(kernels).constants(kernels.parameters(values)),
-    )[0, :E]  # fmt: skip
-    if depth.min(initial=0) < -1e-9:
-        worst = int(depth.argmin())
-        raise SimulationError(
-            f"The initial state of '{model.name}' has contact '{model.contacts[worst].name}' {-depth[worst]:.6g} m "
-            f"deep. Begin with every gap at zero or above."
+class _Run:
+    """One run: the compiled loop, its memory, and what it has done so far."""
+
+    def __init__(
+        self, kernels: Kernels, values: Mapping[str, float], begin: float, h: float, count: int,
+        specs: Sequence[EventSpec], expressions: Sequence[Any], blows: Sequence[Blow], end: float,
+    ) -> None:  # fmt: skip
+        self.kernels, self.values, self.begin, self.h, self.count = kernels, values, begin, h, count
+        self.model = model = kernels.model
+        self.parameters = kernels.parameters(values)
+        self.program, self.shape = stepping(kernels)
+        self.constants = self.program.constants(self.parameters)
+        self.first, self.tangents, self.rows = scene_of_layout(model)
+        self.memory = _memory(kernels, values, self.program, self.shape, self.tangents, self.rows)
+        self.march = loop()
+        timed, self.called = scheduled(kernels, values, blows, begin, end)
+        self.timed: dict[int, list[Blow]] = {}
+        for time, one in timed:
+            k = min(math.floor((time - begin) / h * (1 + 1e-12)), max(count - 1, 0))
+            self.timed.setdefault(k, []).append(one)
+        self.left = {id(one): np.inf if one.times is None else one.times for one in self.called}
+        calls = [call_of(one) for one in self.called]
+        self.asked = len(specs)
+        self.specs = [*specs, *calls]
+        self.expressions = [*expressions, *expressions_of(model, calls)]
+        self.parts: list[list[Array]] = [[], [], [], []]  # states, impulses, works, modes
+        self.blows: dict[int, list[tuple[str, Any]]] = {}
+        self.done = 0
+
+    def motion(
+        self, state: Array, tolerances: Array, times: Any, samples: Any, between: Any
+    ) -> SteppedTrajectory:
+        n = self.model.n_q + self.model.n_u
+        y = np.array(state[:n], dtype=float)
+        self.start = y.copy()
+        self._check_start(y)
+        status, stop = FINISHED, None
+        try:
+            while self.done < self.count and stop is None:
+                y, stop = self._advanced(y)
+                if between is not None:
+                    between(self.begin + self.done * self.h)
+        except KeyboardInterrupt:
+            status = INTERRUPTED
+        except SimulationError as error:
+            got = self._trajectory("failed", None, tolerances, times, samples)
+            error.trajectory = got  # type: ignore[attr-defined]
+            raise
+        return self._trajectory(TERMINAL if stop else status, stop, tolerances, times, samples)
+
+    def _check_start(self, y: Array) -> None:
+        program, E = gaps(self.kernels), len(self.first)
+        found = observe(
+            program.address("gap"), program.outputs("gap"), np.array([self.begin]), y[None],
+            program.constants(self.parameters),
+        )[0]  # fmt: skip
+        depth = -found[:E]
+        depth[self.shape.reach_of[found[E:] < 0]] = -np.inf
+        worst = int(depth.argmax())
+        if depth[worst] > 1e-9:
+            raise SimulationError(
+                f"The initial state of '{self.model.name}' has contact '{self.model.contacts[worst].name}' "
+                f"{depth[worst]:.6g} m deep. Begin with every gap at zero or above."
+            )
+
+    def _advanced(self, y: Array) -> tuple[Array, Crossing | None]:
+        """The state some steps on, and the terminal event, if there is one on the way."""
+        now = [*self.timed.pop(self.done, []), *self.timed.pop(-1, [])]
+        watched = bool(self.called) or any(spec.terminal for spec in self.specs)
+        size = (
+            1
+            if now
+            else min(BLOCK // 10 if watched else BLOCK, min(self.timed, default=self.count) - self.done)
         )
-    terminal = [i for i, spec in enumerate(specs) if spec.terminal]
-    block = max(1, min(100 if terminal else 1000, count))
-    try:
-        while done < count:
-            size = min(block, count - done)
-            states, impulses, works = np.empty((size, n_q + n)), np.empty((size, m)), np.empty((size, 2))
-            got = march(
-                program.address("system"), program.address("moving"), constants, n_q, n, E, m, held, sizes, mu, e,
-                quaternions, len(quaternions), np.array([begin + done * h, h, RESIDUAL]), size, y, reals["z"],
-                reals["out"], reals["rate"], reals["L"], reals["X"], reals["A"], reals["b"], reals["x"],
-                reals["memory"], rows, kinds, coefficients, v, states, impulses, works, report, sweeps,
-            )  # fmt: skip
-            blocks.append((states[:got], impulses[:got], works[:got]))
-            done += got
-            if got > 0:
-                sweeps = SWEEPS
-            if got < size and np.isfinite(y).all() and sweeps <= MOST_SWEEPS and report[4] > 0:
-                found = _by_newton(reals, rows, kinds, coefficients, int(report[4]))
-                if not found or got == 0:
-                    sweeps *= 10
+        size = min(size, self.count - self.done)
+        before = y.copy()
+        if now:
+            self._strike(now, y)
+        found = self._steps(y, size)
+        if not watched:
+            self._keep(found)
+            return y, None
+        states = np.concatenate([before[None], found[0]])
+        moments = self.begin + self.h * np.arange(self.done, self.done + len(states), dtype=np.float64)
+        for c in _crossings(self.kernels, self.values, self.specs, self.expressions, moments, states):
+            if c.number < self.asked:
+                if self.specs[c.number].terminal:
+                    self._keep(found)
+                    return y, c
                 continue
-            if got < size or not np.isfinite(y).all():
-                raise SimulationError(
-                    f"The contacts of '{model.name}' were not solved in the step at t = {begin + done * h:.9g} s: "
-                    f"after {MOST_SWEEPS} sweeps, and Newton's method, a law is still missed by {report[3]:.3g} of the "
-                    f"greatest speed (to reach: {RESIDUAL:g}). A shorter step, or masses less far apart, need fewer."
-                )
-            if terminal:
-                whole = np.concatenate([y0[None] if len(blocks) == 1 else blocks[-2][0][-1:], blocks[-1][0]])
-                moments = begin + h * np.arange(done - got, done + 1, dtype=np.float64)
-                passed = _crossings(kernels, values, specs, expressions, moments, whole)
-                stop = next((c for c in passed if c.number in terminal), None)
-                if stop is not None:
-                    status = TERMINAL
-                    break
-            if between is not None:
-                between(begin + done * h)
-    except KeyboardInterrupt:
-        status = INTERRUPTED
-    states = np.concatenate([y0[None], *(b[0] for b in blocks)])
-    impulses = np.concatenate([np.empty((0, m)), *(b[1] for b in blocks)])
-    works = np.concatenate([np.empty((0, 2)), *(b[2] for b in blocks)])
-    moments = begin + h * np.arange(len(states), dtype=np.float64)
-    if stop is not None:  # within a step: its part up to the event
-        k = int(np.searchsorted(moments, stop.time, side="left"))
-        part = (stop.time - moments[k - 1]) / h
-        states, moments = np.concatenate([states[:k], stop.state[None]]), np.append(moments[:k], stop.time)
-        impulses, works = impulses[:k].copy(), works[:k].copy()
-        impulses[-1] *= part
-        works[-1] *= part
-    rates = Rates(0, n_q + n, constants, tuple(model.quaternions), program)
-    crossings = _crossings(kernels, values, specs, expressions, moments, states)
-    if stop is not None:  # the last state is the event itself
-        earlier = (
-            c for c in crossings if c.time < moments[-2] or (c.time < stop.time and c.number != stop.number)
+            one = self.called[c.number - self.asked]
+            if now or not self.left[id(one)] > 0:
+                continue
+            self.left[id(one)] -= 1  # back to the beginning of the step, and struck there
+            k = int(np.searchsorted(moments, c.time, side="left")) - 1
+            self._keep([part[:k] for part in found])
+            self.timed.setdefault(-1, []).append(one)
+            return states[k].copy(), None
+        self._keep(found)
+        return y, None
+
+    def _keep(self, found: Sequence[Any]) -> None:
+        for kept, part in zip(self.parts, found, strict=True):
+            kept.append(part)
+        self.done += len(found[0])
+
+    def _strike(self, now: Sequence[Blow], y: Array) -> None:
+        """The generalized impulse of blows, where the machine stands in the middle of the step."""
+        n_q, t = self.model.n_q, self.begin + self.done * self.h
+        rate = observe(self.program.address("moving"), n_q + 1, np.array([t]), y[None], self.constants)[0]
+        q = y[:n_q] + self.h / 2 * rate[:n_q]
+        for i in self.model.quaternions:
+            q[i : i + 4] /= np.linalg.norm(q[i : i + 4])
+        state: State = float_state(self.model, q.tolist(), y[n_q:].tolist(), t + self.h / 2, self.values)
+        told = []
+        for one in now:
+            options = {key: one.options[key] for key in ("at", "impulse", "moment", "frame")}
+            try:
+                told.append((one.name, [given_blow(self.model, state, **options)]))
+            except ModelError as error:
+                raise SimulationError(f"The blow '{one.name}' at t = {t:.9g} s can not be: {error}") from None
+        loads = blows_on(self.model, state, [blow for _, blows in told for blow in blows])
+        kick = np.array([float(x) for x in generalized_impulse(self.model, state, loads)])
+        self.memory["kick"][:] = kick[self.shape.order]
+        self.blows[self.done] = told
+
+    def _steps(self, y: Array, size: int) -> list[Any]:
+        """States, impulses, works and modes of the next steps; ``y`` becomes the last state."""
+        model, shape, memory = self.model, self.shape, self.memory
+        E, held = len(self.first), len(shape.held)
+        width = self.rows + held
+        states, impulses = np.empty((size, len(y))), np.empty((size, width))
+        works, modes = np.empty((size, 2)), np.empty((size, E), dtype=np.int64)
+        t = self.begin + self.done * self.h
+        report = memory["report"]
+        got = self.march(
+            *(self.program.address(name) for name in ("system", "closing", "moving")), self.constants, model.n_q,
+            model.n_u, E, self.rows, held, shape.holonomic, shape.order, shape.blocks, shape.squares,
+            len(shape.blocks) - 1, shape.pieces, shape.row_first, shape.row_at, memory["tangents"], shape.reach_of,
+            len(shape.reach_of), memory["quaternions"], len(model.quaternions), memory["mu"], memory["restitution"],
+            np.array([t, self.h, RESIDUAL]), size, memory["kick"], y,
+            *(memory[name] for name in (*_REALS, *_WHOLES)), states, impulses, works, modes, report, SWEEPS,
+        )  # fmt: skip
+        memory["kick"][:] = 0.0
+        if got < size:
+            self._keep([states[:got], impulses[:got], works[:got], modes[:got]])
+            raise SimulationError(self._failure(t + got * self.h, y))
+        return [states, impulses, works, modes]
+
+    def _failure(self, t: float, y: Array) -> str:
+        report, model = self.memory["report"], self.model
+        where = f"the step of '{model.name}' at t = {t:.9g} s"
+        if report[4] == 1:
+            return (
+                f"The contacts of '{model.name}' were not solved in the step at t = {t:.9g} s: after {SWEEPS} sweeps a "
+                f"law is still missed by {report[3]:.3g} of the greatest speed (to reach: {RESIDUAL:g}). Where "
+                "friction jams a contact (Painlevé) or restitution works against it, there may be no solution: less friction or "
+                "restitution=0 has one. Else a shorter step, or masses less far apart, need fewer sweeps."
+            )
+        if report[4] == 2:
+            q, u = y[: model.n_q].tolist(), y[model.n_q :].tolist()
+            idle = massless_motion(model, float_state(model, q, u, t, self.values))
+            names = f" {' and '.join(map(repr, idle))} together move no mass." if idle else ""
+            return (
+                f"Expected a mass matrix that is positive definite in {where}.{names} Give every body that can move by "
+                "itself a mass and moments of inertia, or hold what moves no mass by a joint."
+            )
+        if report[4] == 3:
+            return (
+                f"The constraints of '{model.name}' depend on each other in {where}: bars that come into line do this. "
+                "Stop before with a terminal event, or change the lengths."
+            )
+        if report[4] == 4:
+            return (
+                f"No place without overlap was found in {where}: {report[5]:.3g} m are left (to reach: 1e-10 m). "
+                "Bodies wedged in too narrow a space, or driven into each other, do this; else take a shorter step."
+            )
+        return (
+            f"A rate or a speed is not a finite number in {where}. A division by zero, or a root or logarithm of a "
+            "negative number does this: check the loads there, or take a shorter step."
         )
-        crossings = (*earlier, stop)
-    lengths = np.diff(moments)
-    path = Steps(rates, moments, lengths, states, crossings, status, 0, 0, len(states))
-    return SteppedTrajectory(
-        kernels, values, path, specs, tolerances, times, samples, impulses=impulses, works=works,
-        residual=float(report[0]), depth=float(report[2]), sweeps=float(report[1]) / max(done, 1),
-        scene=(first, tangents),
-    )  # fmt: skip
+
+    def _trajectory(
+        self, status: str, stop: Crossing | None, tolerances: Array, times: Any, samples: Any
+    ) -> SteppedTrajectory:
+        n, E, held, h = len(self.start), len(self.first), len(self.shape.held), self.h
+        widths = (n, self.rows + held, 2, E)
+        states, impulses, works, modes = (
+            np.concatenate([np.empty((0, width)), *part])
+            for width, part in zip(widths, self.parts, strict=True)
+        )
+        states = np.concatenate([self.start[None], states])
+        moments = self.begin + h * np.arange(len(states), dtype=np.float64)
+        if stop is not None:  # within a step: its part up to the event
+            k = int(np.searchsorted(moments, stop.time, side="left"))
+            part = (stop.time - moments[k - 1]) / h
+            states, moments = (
+                np.concatenate([states[:k], stop.state[None]]),
+                np.append(moments[:k], stop.time),
+            )
+            impulses, works, modes = impulses[:k].copy(), works[:k].copy(), modes[:k]
+            impulses[-1] *= part
+            works[-1] *= part
+        rates = Rates(0, n, self.constants, tuple(self.model.quaternions), self.program)
+        specs, expressions = self.specs[: self.asked], self.expressions[: self.asked]
+        crossings = _crossings(self.kernels, self.values, specs, expressions, moments, states)
+        if stop is not None:  # the last state is the event itself
+            earlier = (
+                c
+                for c in crossings
+                if c.time < moments[-2] or (c.time < stop.time and c.number != stop.number)
+            )
+            crossings = (*earlier, stop)
+        path = Steps(rates, moments, np.diff(moments), states, crossings, status, 0, 0, len(states))
+        constraints = np.zeros((len(impulses), len(conditions(self.model))))
+        constraints[:, self.shape.held] = impulses[:, self.rows :]
+        steps = range(len(impulses))
+        did = Impulses(
+            impulses[:, : self.rows], constraints, works, modes.astype(np.int64),
+            {k: told for k, told in self.blows.items() if k in steps},
+        )  # fmt: skip
+        report = self.memory["report"]
+        return SteppedTrajectory(
+            self.kernels, self.values, path, specs, tolerances, times, samples, step=h, impulses=did,
+            residual=float(report[0]), depth=float(report[2]), sweeps=float(report[1]) / max(self.done, 1),
+            scene=(self.first, self.tangents),
+        )  # fmt: skip
 
 
-def _by_newton(reals: Mapping[str, Array], rows: Any, kinds: Any, coefficients: Array, count: int) -> bool:
-    """Solve the problem on which the sweeps stopped. Its impulses, or else those reached, begin the next try."""
-    width = len(reals["x"])
-    A, b, x = reals["A"].reshape(width, width)[:count, :count], reals["b"][:count], reals["x"][:count]
-    found = polished(A, b, kinds[:count], coefficients[:count], x.copy(), RESIDUAL / 3)
-    reals["memory"][:] = 0.0
-    reals["memory"][rows[:count]] = x if found is None else found
-    return found is not None
+_REALS = (
+    "z", "out", "rate", "u", "v", "dv", "L", "X", "K", "S", "sigma", "spare", "d", "b", "x", "before", "past", "local",
+    "memory", "lam",
+)  # fmt: skip
+_WHOLES = ("rows", "kinds", "coefficient")
+
+
+def _memory(
+    kernels: Kernels, values: Mapping[str, float], program: Any, shape: Shape, tangents: Sequence[int], m: int
+) -> dict[str, Array]:
+    """The arrays of the loop, by the names of its arguments."""
+    model = kernels.model
+    n, held = model.n_u, len(shape.held)
+    most = max(m, n, 1)
+    sizes = {
+        "z": model.n_q + n, "out": program.outputs("system"), "rate": model.n_q + 1, "u": n, "v": n, "dv": n,
+        "L": int(shape.squares[-1]), "X": int(shape.row_at[-1]), "K": held * n, "S": held * held, "sigma": m * held,
+        "spare": max(n, held * held, 2 * held), "d": 3 * m + 6, "b": most, "x": most, "before": most,
+        "past": PAST * most + 16, "local": 6,
+        "memory": most, "lam": max(held, 1), "coefficient": most, "kick": n, "report": 6,
+    }  # fmt: skip
+    result = {name: np.zeros(max(size, 1)) for name, size in sizes.items()}
+    result |= {name: np.zeros(most, dtype=np.int64) for name in ("rows", "kinds")}
+    result["tangents"] = np.array(tangents, dtype=np.int64)
+    result["quaternions"] = np.array(model.quaternions, dtype=np.int64)
+    for name, attribute in (("mu", "friction"), ("restitution", "restitution")):
+        result[name] = np.array([number(model, values, getattr(c, attribute), name) for c in model.contacts])
+    return result
 
 
 def _crossings(
@@ -413,7 +401,7 @@ def _crossings(
 # --- the machine code of the loop, from the disk or from numba -----------------------------------
 
 _ONE = threading.Lock()
-_SOURCES = ("moreau.py", "machine.py", "layout.py")
+_SOURCES = ("moreau.py", "moreau_problem.py", "moreau_rows.py", "machine.py", "layout.py")
 
 
 def loop() -> Function:

@@ -1,0 +1,323 @@
+"""The motion of a machine in steps of given length: impulses of every step, and what follows from them.
+
+What acts in a step is known as its impulse. Forces here are means over a step, impulse/h; those of the joints are what
+the momentum of every body needs beside the loads and the contact forces:  I A + V ×* (I V) = Σ F  with the mean
+acceleration A of the step, at its middle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..dynamics.constraints import rows
+from ..dynamics.motion import all_reactions
+from ..dynamics.newton_euler import drive_power
+from ..dynamics.state import float_state
+from .contact_run import Change, shown
+from .contact_trajectory import ContactMotion, ContactTrajectory, Timeline
+from .event import Event
+from .initial import number
+from .path import Array, Path
+from .phases import EventList, Happening
+from .stepped_kernels import gaps, mean_reactions, step_motion, stepping
+from .trajectory import Energy, Reaction, Trajectory, _ByName
+
+MODES = ("open", "stick", "slip", "slip+", "slip-")
+"""Names of the modes that the loop counts (`moreau.march`)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Steps(Path):
+    """States at the ends of steps, straight between them."""
+
+    def sample(self, times: Any, dense: bool = False) -> Array:
+        del dense
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+        outside = ~((wanted >= self.start) & (wanted <= self.end))
+        if outside.any():
+            raise ValueError(
+                f"Expected times within the run, {self.start:g} to {self.end:g}; got {wanted[outside][0]!r}. "
+                "Ask for a time inside, or simulate further."
+            )
+        k = np.clip(np.searchsorted(self.times, wanted, side="right") - 1, 0, max(len(self.times) - 2, 0))
+        if len(self.times) == 1:
+            return np.repeat(self.states, wanted.size, axis=0)
+        x = ((wanted - self.times[k]) / (self.times[k + 1] - self.times[k]))[:, None]
+        y = (1 - x) * self.states[k] + x * self.states[k + 1]
+        for i in self.rates.quaternions:
+            y[:, i : i + 4] /= np.linalg.norm(y[:, i : i + 4], axis=1, keepdims=True)
+        return y
+
+
+@dataclass(frozen=True, eq=False)
+class Impulses:
+    """What every step did: impulses of ``contacts`` (m) and ``constraints`` (all conditions) [N
+    s], ``works`` (of contacts
+    and blows; of loads and constraints) [J], ``modes`` (E) as places in :data:`MODES`.
+
+    ``blows`` by step, as (name, [(point, impulse, moment impulse)]).
+    """
+
+    contacts: Array
+    constraints: Array
+    works: Array
+    modes: Any
+    blows: Mapping[int, Sequence[tuple[str, Any]]]
+
+
+class SteppedTrajectory(Trajectory):
+    """A motion in steps of given length, made by ``fb.simulate(..., method="timestepping", step=h)``.
+
+    Forces are means over a step: at an output time, over the step that ends then or later.
+
+    Attributes
+    ----------
+    step : float
+        Length of the steps [s].
+    residual : float
+        Greatest speed by which a contact missed its laws in any step, in parts of the greatest there without contact
+        forces: Σ |W| |u|, which the speeds of a contact are sums and differences of.
+    depth : float
+        Greatest penetration at the end of any step [m].
+    sweeps : float
+        Mean number of sweeps of a step.
+    """
+
+    method = "Moreau-Jean time stepping, exact Coulomb cones"
+
+    def __init__(
+        self,
+        *arguments: Any,
+        step: float,
+        impulses: Impulses,
+        residual: float,
+        depth: float,
+        sweeps: float,
+        scene: Any,
+    ) -> None:
+        super().__init__(*arguments)
+        self.step, self.residual, self.depth, self.sweeps = step, residual, depth, sweeps
+        self.impulses, self._layout = impulses, scene
+
+    def _step_of(self, times: Array) -> Any:
+        """The step that ends at or after each time."""
+        ends = self.path.times[1:]
+        return np.clip(np.searchsorted(ends, times, side="left"), 0, max(len(ends) - 1, 0))
+
+    def _mean(self, impulses: Array, times: Array) -> Array:
+        lengths = np.diff(self.path.times)
+        if not len(lengths):
+            return np.zeros((len(times), impulses.shape[1]))
+        k = self._step_of(times)
+        return np.asarray(impulses[k] / lengths[k, None])
+
+    def mean_forces(self, times: Array) -> Array:
+        """Contact forces, means over the step that ends at or after each time, in the order of the layout [N]."""
+        return self._mean(self.impulses.contacts, times)
+
+    def mean_reactions(self, times: Array) -> Array:
+        """Reactions of all joints, means over the step that ends at or after each time: force and moment of each in
+        turn, shape (n, 6 joints) [N, N m]."""
+        steps, place = np.unique(self._step_of(times), return_inverse=True)
+        return np.asarray(self._of_steps(steps)[0][place])
+
+    def _of_steps(self, steps: Any) -> tuple[Array, Array]:
+        """Mean reactions, and mean power of the drives, of these steps."""
+        program = mean_reactions(self.kernels)
+        if len(self.path.times) < 2:
+            return np.zeros((len(steps), program.outputs("reactions"))), np.zeros(len(steps))
+        n_q, h = self.kernels.model.n_q, self.step
+        moving, _ = stepping(self.kernels)
+        t, begin = self.path.times[steps], self.path.states[steps]
+        rate = self._observed(moving, "moving", t, begin)
+        middle = begin[:, :n_q] + h / 2 * rate[:, :n_q]
+        for i in self.kernels.model.quaternions:
+            middle[:, i : i + 4] /= np.linalg.norm(middle[:, i : i + 4], axis=1, keepdims=True)
+        lengths = (self.path.times[steps + 1] - t)[:, None]
+        u = begin[:, n_q:]
+        known = [
+            (self.path.states[steps + 1, n_q:] - u) / lengths,
+            self.impulses.contacts[steps] / lengths,
+            self.impulses.constraints[steps] / lengths,
+        ]
+        given = np.concatenate([middle, u, *known], axis=1)
+        found = self._observed(program, "reactions", t + h / 2, given)
+        drive = self._observed(program, "drive", t + h / 2, given)[:, 0]
+        for k in np.flatnonzero(np.isin(steps, list(self.impulses.blows))):
+            found[k], drive[k] = self._struck(steps[k], t[k] + h / 2, middle[k], u[k], [x[k] for x in known])
+        return found, drive
+
+    def _struck(self, step: int, t: float, q: Array, u: Array, known: Any) -> tuple[Any, float]:
+        """The same of a step in which blows fell."""
+        model = self.kernels.model
+        state = float_state(model, q.tolist(), u.tolist(), t, self.values)
+        blows = [
+            (point, tuple(x / self.step for x in P), tuple(x / self.step for x in n))
+            for _, acting in self.impulses.blows[step]
+            for point, P, n in acting
+        ]
+        udot, forces, multipliers = (x.tolist() for x in known)
+        moving = step_motion(model, state, udot, forces, multipliers, blows)
+        found = all_reactions(model, state, moving)
+        return (
+            [float(x) for name in found for vector in found[name] for x in vector],
+            float(drive_power(model, state, moving.udot, moving.loads)),
+        )
+
+    @cached_property
+    def reactions(self) -> dict[str, Reaction]:
+        """What every joint transmits to its child, a mean over a step; see :attr:`Trajectory.reactions`."""
+        found = self.mean_reactions(self.t)
+        return _ByName(
+            "joint",
+            {
+                name: Reaction(found[:, 6 * i : 6 * i + 3], found[:, 6 * i + 3 : 6 * i + 6], on, about)
+                for i, (name, on, about) in enumerate(self.kernels.transmitting)
+            },
+        )
+
+    @cached_property
+    def multipliers(self) -> dict[str, Array]:
+        """Constraint forces by name, means over a step; see :attr:`Trajectory.multipliers`."""
+        found = self._mean(self.impulses.constraints, self.t)
+        names = [row.name for row in rows(self.kernels.model)]
+        return _ByName("constraint", {name: found[:, i] for i, name in enumerate(names)})
+
+    @cached_property
+    def _work(self) -> Array:
+        """Work of every step: of contacts and blows, of loads, constraints and drives, shape (steps, 2) [J]."""
+        works = self.impulses.works
+        model = self.kernels.model
+        if not len(works) or not any(link.driven for link in model.links):
+            return works
+        _, drive = self._of_steps(np.arange(len(works)))
+        return works + np.column_stack([np.zeros(len(works)), drive * np.diff(self.path.times)])
+
+    def work_until(self, times: Array) -> Array:
+        """Work done since the start, and of that by contacts and blows, shape (n, 2) [J]."""
+        total = np.concatenate([[[0.0, 0.0]], np.cumsum(self._work, axis=0)])
+        columns = [np.interp(times, self.path.times, column) for column in total.T]
+        return np.column_stack([columns[0] + columns[1], columns[0]])
+
+    @cached_property
+    def energy(self) -> Energy:
+        """The energy ledger, whose residual is the error of the steps, of first order in their length."""
+        times = np.concatenate([[self.path.start], self.t])
+        states = np.concatenate([self.path.states[:1], self.states])
+        both = self._observed(self.kernels.motion(), "energy", times, states)
+        work = self.work_until(times)
+        residual = both.sum(axis=1) - both[0].sum() - work[:, 0]
+        return Energy(both[1:, 0], both[1:, 1], work[1:, 0], residual[1:], work[1:, 1])
+
+    # -- contacts --------------------------------------------------------------------------------
+
+    @cached_property
+    def contacts(self) -> dict[str, ContactMotion]:
+        """Gap, mean forces over the step, slip and mode of every contact, by name."""
+        first, tangents = self._layout
+        model = self.kernels.model
+        program = gaps(self.kernels)
+        found = self._observed(program, "gap", self.t, self.states)
+        rates = self._observed(program, "rate", self.t, self.states)
+        forces = self.mean_forces(self.t)
+        none = np.zeros((len(self.t), len(first)), dtype=np.int64)
+        modes = np.array(MODES)[
+            self.impulses.modes[self._step_of(self.t)] if len(self.impulses.modes) else none
+        ]
+        result = {}
+        for e, contact in enumerate(model.contacts):
+            at, n = first[e], tangents[e]
+            lam, v = forces[:, at : at + 1 + n], rates[:, at + 1 : at + 1 + n]
+            mu = number(model, self.values, contact.friction, "a coefficient of friction")
+            margin = mu * lam[:, 0] - np.linalg.norm(lam[:, 1:], axis=1)
+            mode = modes[:, e]
+            result[contact.name] = ContactMotion(
+                found[:, e], lam[:, 0], lam[:, 1] if n == 1 else lam[:, 1:], v[:, 0] if n == 1 else v,
+                np.where(mode == "open", np.nan, margin), mode, lam,
+            )  # fmt: skip
+        return _ByName("contact", result)
+
+    @cached_property
+    def modes(self) -> Timeline:
+        """Of every contact: mode, from the beginning of the step in which it began to the end of its last, and why."""
+        return Timeline(change for _, _, change in self._changes)
+
+    @cached_property
+    def _changes(self) -> list[tuple[int, int, Change]]:
+        """(step, contact, change) of all modes, in the order in which they began."""
+        names, times, modes = (
+            [c.name for c in self.kernels.model.contacts],
+            self.path.times,
+            self.impulses.modes,
+        )
+        if not len(modes):
+            return []
+        found = []
+        for e, name in enumerate(names):
+            begins = [0, *(np.flatnonzero(np.diff(modes[:, e])) + 1).tolist()]
+            for k, end in zip(begins, [*begins[1:], len(modes)], strict=True):
+                why = "the start" if k == 0 else self._why(k, e)
+                change = Change(name, MODES[modes[k, e]], float(times[k]), float(times[end]), why)
+                found.append((k, e, change))
+        return sorted(found, key=lambda one: one[:2])
+
+    def _why(self, step: int, e: int) -> str:
+        before, now = (MODES[self.impulses.modes[k, e]] for k in (step - 1, step))
+        if before == "open":
+            return "the gap closed"
+        if now == "open":
+            return "N reached 0"
+        if now == "stick":
+            return "the slip stopped"
+        if before != "stick":
+            return "the slip turned round"
+        at = self._layout[0][e]
+        T = self.impulses.contacts[step, at + 1 : at + 1 + self._layout[1][e]] / self.step
+        return f"|T| reached {float(np.linalg.norm(T)):.6g} N"
+
+    @cached_property
+    def happenings(self) -> tuple[Happening, ...]:
+        """Blows and changes of mode, in their order, each at the beginning of its step."""
+        found: list[tuple[int, int, str, str]] = []
+        for step, blows in self.impulses.blows.items():
+            before, after = (self._speeds(k) for k in (step, step + 1))
+            jumps = ", ".join(
+                f"{name} {before[name]:.6g} → {after[name]:.6g}"
+                for name in before
+                if before[name] != after[name]
+            )
+            found += [(step, -1, name, f"{name}: {jumps or 'no speed changes'}") for name, _ in blows]
+        last: dict[int, str] = {}
+        for step, e, change in self._changes:
+            if step > 0:
+                text = f"contact {change.contact}: {shown(last[e])} → {shown(change.mode)}, {change.why}"
+                found.append((step, e, change.contact, text))
+            last[e] = change.mode
+        return tuple(
+            Happening(
+                float(self.path.times[step]),
+                name,
+                0,
+                dict(zip(self.names, self.path.states[step].tolist(), strict=True)),
+                text,
+                dict(zip(self.names, self.path.states[step + 1].tolist(), strict=True)),
+            )
+            for step, _, name, text in sorted(found, key=lambda one: one[:2])
+        )
+
+    def _speeds(self, place: int) -> dict[str, float]:
+        model = self.kernels.model
+        return dict(zip(model.speed_names, self.path.states[place, model.n_q :].tolist(), strict=True))
+
+    @cached_property
+    def events(self) -> list[Event]:
+        """The events asked for, located between two steps; blows and changes of mode, where their step begins."""
+        both = [(event.time, i, event) for i, event in enumerate([*super().events, *self.happenings])]
+        return EventList(event for *_, event in sorted(both, key=lambda entry: entry[:2]))
+
+    plot_margin = ContactTrajectory.plot_margin
