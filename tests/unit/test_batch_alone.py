@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from importlib import import_module
+from multiprocessing import get_context
 
 import numpy as np
 import pytest
@@ -280,6 +282,18 @@ def test_an_interrupted_batch_in_memory_keeps_the_lanes_that_are_done() -> None:
     waiting = (data.status == "waiting").values
     assert 0 < waiting.sum() < 40 and np.isnan(data["y"].values[waiting]).all()
     assert np.isfinite(data["y"].values[~waiting]).all()
+
+
+def test_executors_give_the_same_whatever_they_are() -> None:
+    """Threads of a user do not mix the contacts of lanes; processes get the machine by pickling."""
+    s, heights = ball(), np.linspace(0.2, 2, 70)
+    options = {"samples": 4, "outputs": ["y", "floor.mode", "modes"]}
+    here = fb.simulate(s, 0.7, initial={"y": 0.1 + heights}, **options)
+    with ThreadPoolExecutor(2) as pool:
+        assert fb.simulate(s, 0.7, initial={"y": 0.1 + heights}, executor=pool, **options).identical(here)
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        few = fb.simulate(s, 0.7, initial={"y": 0.1 + heights[:2]}, executor=pool, **options)
+    assert np.array_equal(few["y"], here["y"][:2]) and np.array_equal(few["modes"], here["modes"][:2])
 
 
 def test_time_stepping_is_as_alone() -> None:

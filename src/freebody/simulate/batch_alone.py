@@ -15,7 +15,9 @@ from __future__ import annotations
 import copy
 import json
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from functools import cached_property
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -53,6 +55,10 @@ _BRACKETS = 4  # that are closed, of one quantity in one block
 _BLOCK = 1000  # steps that are looked at together
 
 
+_ONE = Lock()
+"""Of lanes that share what Python keeps: phases of contacts, memories of controllers."""
+
+
 class Alone:
     """Runs of lanes one by one, ready to begin."""
 
@@ -81,7 +87,8 @@ class Alone:
     def chunk(self, lanes: Any) -> None:
         """Run some lanes, given by number, and put what they left where it belongs."""
         for lane in lanes:
-            self.lane(int(lane))
+            with nullcontext() if self._threads() else _ONE:
+                self.lane(int(lane))
 
     def lane(self, lane: int) -> None:
         """Run one lane."""
