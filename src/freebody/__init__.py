@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from .picture.free_body_diagram import free_body_diagram as free_body_diagram
     from .picture.report import report as report
     from .simulate.blow import blow as blow
+    from .simulate.contact_trajectory import timeline as timeline
     from .simulate.event import event as event
     from .simulate.impulse import centre_of_percussion as centre_of_percussion
     from .simulate.impulse import impulse as impulse
@@ -116,6 +117,7 @@ _EXPORTS = {
     "steady_motions": "equations.steady",
     "sweep": "study.sweep",
     "testing": "testing",
+    "timeline": "simulate.contact_trajectory",
     "torus": "space.solids",
     "tube": "space.solids",
     "write": "formats",

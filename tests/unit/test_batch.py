@@ -140,6 +140,30 @@ def test_a_terminal_event_ends_a_lane_and_leaves_nan_behind() -> None:
     assert np.array_equal(known, data.time <= quarter)
 
 
+def test_a_terminal_event_is_not_counted_where_the_run_begins() -> None:
+    """A stone thrown up from the ground y = 0 is back after 2 v/g; by the compiled lanes, and run by run."""
+    s = fb.System("stone")
+    g = s.parameters(g=9.81)
+    s.gravity = (0, -g, 0)
+    stone = s.body("stone", fb.particle(1))
+    s.slider("rail", s.ground, stone, axis="y", coordinate="y")
+    speeds = np.array([3.0, 5.0])
+    landing = fb.event("y", name="landing", terminal=True)
+    events = [landing, fb.event("y", name="level")]
+    nothing = fb.blow(100, at=stone, impulse=(0, 0, 0))
+    for more in ({}, {"impulses": [nothing]}):
+        data = fb.simulate(s, 100, initial={"y'": speeds}, events=events, outputs=["final(y)"], **more)
+        assert set(data.status.values) == {"terminal event"}
+        assert np.allclose(data["event_time"][:, 0], 2 * speeds / 9.81, rtol=1e-12)
+        assert np.array_equal(data["event_time"][:, 0], data["end"])
+        assert data["event_count"].values.tolist() == [[1, 2], [1, 2]]  # others count as in a run alone
+        assert np.array_equal(data["event_time"][:, 1], [0, 0])
+    grid = fb.sweep(s, {"y'": speeds, "g": [9.81, 1.62]}, 100, events=[landing], outputs="max(y)")
+    assert np.allclose(grid["event_time"][..., 0], 2 * speeds[:, None] / grid.g.values, rtol=1e-12)
+    alone = fb.simulate(s, 100, initial={"y'": 3.0}, events=[landing])
+    assert [one.time for one in alone.events] == [0.0, alone.path.end]
+
+
 def test_a_lane_that_fails_is_reported_and_the_others_go_on() -> None:
     s = fb.System("repelled")
     s.parameters(a=1.0)
@@ -242,10 +266,10 @@ def test_a_store_goes_on_where_it_was_left(tmp_path, monkeypatch) -> None:
         ({"initial": {"theta": [1, 2]}, "outputs": []}, "at least one output"),
         ({"initial": {"theta": [1, 2]}, "outputs": ["theta", "theta"]}, "'theta' is asked for twice"),
         ({"initial": {"theta": [1, "x"]}}, "Expected an array of numbers for the initial values of 'theta'"),
-        ({"initial": {"theta": [1, 2]}, "method": "structure"}, "for a batch, got method='structure'"),
+        ({"initial": {"theta": [1, 2]}, "method": "structure"}, "the length of a step for method=\"structure\""),
         ({"initial": {"theta": [1, 2]}, "threads": 0}, "at least 1, got 0"),
         ({"initial": {"theta": [1, 2]}, "samples": 1}, "at least 2, got 1"),
-        ({"initial": {"theta": [1, 2]}, "impulses": ["x"]}, "without impulses="),
+        ({"initial": {"theta": [1, 2]}, "impulses": ["x"]}, "in impulses, got 'x'"),
         ({"initial": {"theta": "log(m - 1)"}, "values": {"m": [2.0, 1.0]}}, "has no value in lane 1"),
         ({"until": "m", "values": {"m": [2.0, 1.0]}}, "until to be the same for all lanes, but 'm' depends"),
         ({"until": [1, 2], "values": {"m": [2.0, 1.0]}}, "one number for until"),
@@ -268,17 +292,6 @@ def test_impossible_parameters_name_the_lane() -> None:
 def test_results_larger_than_the_memory_are_refused_before_they_are_computed() -> None:
     with pytest.raises(SimulationError, match=r'GiB. Pass store="lanes.nc"'):
         fb.simulate(pendulum(), 1, initial={"theta": np.zeros(10**6)}, samples=10**6)
-
-
-def test_machines_with_signals_are_refused_by_name() -> None:
-    s = fb.System("gusty")
-    guide = s.slider("guide", s.ground, s.body("cart", fb.particle(2)), axis="x", coordinate="x")
-    s.spring("spring", guide, stiffness=3.0)
-    s.generalized_force("x", fb.signal([0.0, 1.0, 2.0], [0.0, 1.0, 0.0], name="gust"))
-    with pytest.raises(
-        SimulationError, match=r"'gusty' has signals or controllers \(gust\).*not for a batch"
-    ):
-        fb.simulate(s, 1, initial={"x": [0.0, 0.1]})
 
 
 def test_lanes_of_large_trees_agree_with_the_run_alone_to_its_tolerance() -> None:

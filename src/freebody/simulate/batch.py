@@ -3,7 +3,9 @@
     lane k:  y' = f(t, y, c(p_k)),   y(t₀) = y_k
 
 Every lane is integrated as a run alone would be, with its own steps and events, in one compiled loop (`lanes`); threads
-share the lanes. Only what is asked for is kept.
+share the lanes. What that loop can not do, runs alone do, one by one (`batch_alone`). Only what is asked for is kept.
+
+The file is longer than others: it reads the arguments, keeps the memory, and drives the loop.
 """
 
 from __future__ import annotations
@@ -11,7 +13,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -19,20 +20,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..compile.looped import is_large
 from ..dynamics.mobility import check_bodies
-from ..errors import ModelError, SimulationError
+from ..errors import ModelError, SimulationError, nearest
 from ..model.values import check_assumptions
 from . import lanes_layout as at
 from . import layout, loop
+from .batch_alone import NO_START, REASON, REFUSED, Alone
 from .batch_kernels import BatchProgram, batch_program
 from .batch_start import Lanes, lanes_of
 from .batch_store import Store, dataset_of
-from .driven import refuse_switched
+from .batch_threads import share
+from .blow import blows_of
+from .driven import at_time, check_signals, intervals
 from .event import EventSpec, expressions_of, specs_of
-from .initial import number
+from .impacts import ORDERS
+from .initial import named_state, number
 from .kernels import Kernels, kernels_of
-from .methods import BUDGET, FINE
-from .outputs import Output, outputs_of
+from .methods import BUDGET, FINE, check_method, check_method_of_contacts
+from .outputs import TIMELINE, Output, outputs_of
 from .progress import Progress
 
 if TYPE_CHECKING:
@@ -41,6 +47,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 METHODS = ("auto", "dop853", "dop54", "gauss", "radau")
+"""Those of which there is a loop over lanes."""
 SAMPLES = 101
 """Output times when none are asked for."""
 
@@ -53,11 +60,10 @@ STATUS = {
     layout.DIVERGED: "iteration diverged",
     at.TOO_MANY: "too many steps",
     at.LEFT: "constraints contradicted",
-    9: "no start",
+    NO_START: "no start",
+    REFUSED: "refused",
 }
 """How a lane may end."""
-NO_START = 9
-_PIECE = 0.25  # seconds between two looks at the keyboard
 _ROOM = 64  # steps between two looks at the output times
 _SECONDS = 3.0  # between two writes to a store
 _BLOCK = 1 << 26  # bytes of results that are held before they go to the store
@@ -73,6 +79,8 @@ def simulate_batch(
     values: Mapping[Any, Any] | None = None,
     tolerance: Any = 1e-9,
     events: Any = (),
+    impulses: Any = (),
+    impacts: str = "simultaneous",
     method: str = "auto",
     step: Any = None,
     times: Any = None,
@@ -86,13 +94,11 @@ def simulate_batch(
     threads: int | None = None,
     executor: Any = None,
 ) -> xarray.Dataset:
-    """See :func:`freebody.simulate`, whose arguments these are; here some are arrays of one length.
-
-    ``executor``, with ``submit`` as those of ``concurrent.futures``, runs blocks of lanes in other processes.
-    """
+    """See :func:`freebody.simulate`, whose arguments these are; here some are arrays of one length."""
     asked = dict(
-        near=near, project=project, tolerance=tolerance, events=events, method=method, step=step, times=times,
-        samples=samples, start=start, max_step=max_step, max_steps=max_steps, outputs=outputs,
+        near=near, project=project, tolerance=tolerance, events=events, impulses=impulses, impacts=impacts,
+        method=method, step=step, times=times, samples=samples, start=start, max_step=max_step, max_steps=max_steps,
+        outputs=outputs,
     )  # fmt: skip
     job = job_of(s, until, initial=initial, values=values, threads=threads, **asked)
     given = job.given
@@ -119,7 +125,10 @@ def simulate_batch(
         except KeyboardInterrupt:  # what is done is kept
             if kept is not None and part is not None:
                 kept.write(part)
-    return dataset_of(job, results) if kept is None else kept.dataset()
+    data = dataset_of(job, results) if kept is None else kept.dataset()
+    if not job.looped and (data["status"] == STATUS[NO_START]).all():
+        raise SimulationError(f"No lane has a start. Lane 0: {data[REASON].values[0]}")
+    return data
 
 
 def _elsewhere(
@@ -166,6 +175,8 @@ def job_of(
     values: Mapping[Any, Any] | None,
     tolerance: Any,
     events: Any,
+    impulses: Any,
+    impacts: str,
     method: str,
     step: Any,
     times: Any,
@@ -181,21 +192,12 @@ def job_of(
 
     kernels = kernels_of(s)
     model = kernels.model
-    refuse_switched(model, "a batch")
-    if model.contacts:
-        raise SimulationError(
-            f"Expected a machine without contacts for a batch, but '{model.name}' has "
-            f"{', '.join(map(repr, model.contacts))}. Simulate them one by one."
-        )
-    if method not in METHODS:
-        raise SimulationError(
-            f"Expected one of {', '.join(map(repr, METHODS))} for a batch, got method={method!r}."
-        )
-    if step is not None and (isinstance(step, bool) or not 0 < step < math.inf or method == "auto"):
-        raise SimulationError(
-            f"Expected a length of steps greater than 0 s, with a method that is named, got step={step!r} with "
-            f"method={method!r}."
-        )
+    check_method(method, step)
+    if model.contacts and method != "timestepping":
+        check_method_of_contacts(method, step)
+    if impacts not in ORDERS:
+        raise SimulationError(f"Unknown order of impacts {impacts!r}; {nearest(str(impacts), ORDERS)}")
+    blows = blows_of(impulses)
     if max_step is not None and not max_step > 0:
         raise SimulationError(f"Expected a longest step greater than 0 s, got max_step={max_step!r}.")
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
@@ -213,15 +215,34 @@ def job_of(
         wanted = np.linspace(begin, end, int(count)) if begin != end else np.array([begin])
     specs = specs_of(events)
     expressions = expressions_of(model, specs)
-    asked = outputs_of(model, outputs)
+    asked = outputs_of(model, outputs, bool(model.contacts) and method != "timestepping")
+    check_signals(model)
+    given = replace(given, columns={**given.columns, **at_time(model, {}, begin)})
     _check_bodies(kernels, given)
-    states, failed, active = given.states(near or {}, begin, project, kernels)
-    if model.constraints:
-        kernels = kernels.holding(active)
     tolerances = _tolerances(kernels, tolerance)
+    alone = dict(
+        near=near, project=project, tolerance=tolerance, events=specs, impulses=blows, impacts=impacts, method=method,
+        step=step, max_step=max_step, max_steps=max_steps,
+    )  # fmt: skip
+    looped = not (
+        model.contacts or model.controllers or blows or method not in METHODS or is_large(model)
+    )  # fmt: skip
+    states, failed, active = np.empty((1, 0)), dict[int, str](), tuple[int, ...]()
+    if not looped:
+        if method == "timestepping" and "work_rate" in asked.values:
+            raise SimulationError(
+                "Expected outputs other than 'work_rate' for method='timestepping', whose contacts do their work in "
+                "impulses. Ask for 'work'."
+            )
+        named_state(model, given.values_of(0), given.initial_of(0))  # names that no lane knows
+    else:
+        states, failed, active = given.states(near or {}, begin, project, kernels)
+        if model.constraints:
+            kernels = kernels.holding(active)
     return Job(
         kernels, given, states, failed, begin, end, wanted, specs, expressions, asked, tolerances, method, step,
-        math.inf if max_step is None else float(max_step), max_steps, threads or _processors(),
+        math.inf if max_step is None else float(max_step), max_steps, threads or _processors(), s, alone,
+        looped,
     )  # fmt: skip
 
 
@@ -286,14 +307,29 @@ class Job:
     longest: float
     max_steps: int | None
     threads: int
+    machine: Any
+    alone: Mapping[str, Any]
+    """Options of `simulate` for one lane."""
+    looped: bool
+    """Whether the compiled loop runs the lanes, else `simulate` each."""
 
     @property
     def bytes_per_lane(self) -> int:
         times = self.wanted.size if self.asked.timed else 0
         return 8 * (times * len(self.asked.timed) + 4 * len(self.asked.reduced) + 3 * len(self.specs) + 6)
 
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """Names of what is kept of a lane in words."""
+        if self.looped:
+            return ()
+        return (*((TIMELINE,) if self.asked.timeline else ()), REASON)
+
     def run(self, part: Results, between: Callable[[float], None]) -> None:
         """Run lanes, and those that turn out to be stiff once more."""
+        if not self.looped:
+            Alone(self, part).run(np.flatnonzero(part.waiting) + part.low, between)
+            return
         first = "dop853" if self.method == "auto" else self.method
         if self.method == "auto" and self.tolerances.size and self.tolerances.min() < FINE:
             first = "gauss"
@@ -307,8 +343,9 @@ class Job:
         stiff = np.flatnonzero(part.kept[:, 0] == layout.STIFF)
         if stiff.size:
             part.clear(stiff)
-            _Loop(self, "radau", part, False).run(stiff + part.low, between)
-            part.by_radau[stiff] = True
+            # with signals, a run alone changes its method in the leg that is stiff
+            again = Alone(self, part) if self.kernels.model.signals else _Loop(self, "radau", part, False)
+            again.run(stiff + part.low, between)
 
 
 @dataclass(frozen=True, eq=False)
@@ -323,7 +360,7 @@ class Results:
     counts: NDArray[np.int64]
     kept: NDArray[np.int64]
     ends: Array
-    by_radau: NDArray[np.bool_]
+    texts: NDArray[Any]
 
     @staticmethod
     def of(job: Job, low: int, high: int) -> Results:
@@ -334,19 +371,21 @@ class Results:
         return Results(
             low, high, np.full((n, times, len(asked.timed)), math.nan),
             np.full((n, len(asked.reduced), at.EXTREMES), math.nan), np.full((n, m, 2), math.nan),
-            np.zeros((n, m), dtype=np.int64), kept, np.full(n, job.begin), np.zeros(n, dtype=bool),
+            np.zeros((n, m), dtype=np.int64), kept, np.full(n, job.begin),
+            np.full((n, len(job.texts)), "", dtype=object),
         )  # fmt: skip
 
     def take(self, part: Results) -> None:
         """Put in place what some of the lanes left."""
         rows = slice(part.low - self.low, part.high - self.low)
-        for name in ("values", "reduced", "event_times", "counts", "kept", "ends", "by_radau"):
+        for name in ("values", "reduced", "event_times", "counts", "kept", "ends", "texts"):
             getattr(self, name)[rows] = getattr(part, name)
 
     def clear(self, rows: Any) -> None:
         """Forget what lanes left."""
         for array in (self.values, self.reduced, self.event_times):
             array[rows] = math.nan
+        self.texts[rows] = ""
         self.counts[rows] = 0
         self.kept[rows] = (-1, 0, 0, 0)
 
@@ -365,7 +404,7 @@ def _blocks(job: Job, kept: Any) -> Iterator[tuple[int, int]]:
         yield 0, n
         return
     largest = max(1, min(_BLOCK // job.bytes_per_lane, 1 << 16))
-    low, size = 0, min(64, largest)
+    low, size = 0, min(64 if job.looped else 1, largest)
     while low < n:
         clock = perf_counter()
         high = min(low + size, n)
@@ -424,14 +463,15 @@ class _Loop:
         sizes[at.N_DROPPED] = program.dropped
         sizes[at.N_CONSTANTS] = program.compiled.hoisted
         self.sizes = sizes
-        span = abs(job.end - job.begin)
         options = np.zeros(at.OPTIONS)
         options[at.T0], options[at.T1], options[at.LONGEST] = job.begin, job.end, job.longest
         options[at.ORDER], options[at.FINEST] = layout.ORDERS[method], FINE
-        if job.step is not None and span > 0:
-            longest = min(job.longest, span)
-            options[at.FIRST_STEP] = span / math.ceil(span / min(job.step, longest) * (1 - 1e-12))
         self.options = options
+        spans, places, settings = intervals(kernels, given.values_of(0), job.begin, job.end)
+        sizes[at.N_LEGS], sizes[at.N_SETTINGS] = len(spans), len(places)
+        lengths = [_whole(t1 - t0, job.step, job.longest) for t0, t1 in spans]
+        self.legs = np.column_stack([spans, lengths, settings])
+        self.columns = np.array([*places, 0], dtype=np.int64)
         # the kernels of a method follow the quaternions; its constants are those of the rates
         projection = program.address("projection")
         self.quaternions = np.array(
@@ -457,7 +497,8 @@ class _Loop:
         events = layout.most_events(m)
         largest = max(2, len(self.job.asked.reduced), self.program.dropped)
         return (
-            np.zeros(size), np.zeros(size), np.zeros(max(1, self.program.compiled.hoisted)), np.zeros(2 * max(n, 1)),
+            np.zeros(size), np.zeros(size), self._mine(), np.zeros(max(1, self.program.compiled.hoisted)),
+            np.zeros(2 * max(n, 1)),
             np.zeros(_ROOM + 1), np.zeros(_ROOM + 1), np.zeros((_ROOM + 1) * max(n, 1)),
             np.zeros(max(m, 1), dtype=np.int64), np.zeros((layout.PARTS + 3) * (m + 1)), np.zeros(max(m, 1)),
             np.zeros(max(1, events) * layout.FOUND), np.zeros((_ROOM + events + 1) * layout.LOGGED),
@@ -466,13 +507,18 @@ class _Loop:
             np.zeros(layout.INTEGERS, dtype=np.int64),
         )  # fmt: skip
 
+    def _mine(self) -> Array:
+        """Parameters of one lane."""
+        return np.zeros(int(self.sizes[at.N_PARAMETERS]) + 1)
+
     def _memory_of_eight(self) -> tuple[Any, ...]:
         n, hoisted, size = self.n, self.program.compiled.hoisted, int(self.sizes[at.N_WORK])
         eight, count = 8 * n, max(1, self.wanted.size)
         return (
-            np.zeros(size), np.zeros(size), np.zeros(max(2, n)), _aligned(layout.ROWS * eight + 24),
-            _aligned(8 * max(1, hoisted)), np.zeros(8 * max(1, hoisted)), np.zeros(2 * eight), np.zeros(n), np.zeros(8),
-            np.zeros(8), np.zeros(72, dtype=np.int64), np.zeros(2), np.zeros(1), np.zeros(2 * n), np.zeros(count * n),
+            np.zeros(size), np.zeros(size), np.zeros(max(2, n)), self._mine(), _aligned(layout.ROWS * eight + 24),
+            _aligned(8 * max(1, hoisted)), np.zeros(8 * max(1, hoisted)), np.zeros(2 * eight), np.zeros(n),
+            np.zeros(at.WIDE_NUMBERS), np.zeros(8), np.zeros(at.WIDE_COUNTS, dtype=np.int64), np.zeros(2), np.zeros(1),
+            np.zeros(2 * n), np.zeros(count * n),
             np.zeros(layout.INTEGERS, dtype=np.int64),
         )  # fmt: skip
 
@@ -487,8 +533,8 @@ class _Loop:
         parameters = self.given.parameters(lanes)
         new = Results.of(job, 0, n)
         given = (
-            0, n, self.addresses, self.sizes, self.options, initial, parameters, self.wanted, self.quaternions,
-            self.relative, job.tolerances,
+            0, n, self.addresses, self.sizes, self.options, initial, parameters, self.legs, self.columns, self.wanted,
+            self.quaternions, self.relative, job.tolerances,
         )  # fmt: skip
         if self.wide:
             self.function(*given, *memory, new.values, new.kept, new.ends)
@@ -512,29 +558,18 @@ class _Loop:
         lanes = np.arange(self.part.low, self.part.high, dtype=np.int64) if todo is None else todo
         threads = max(1, min(self.job.threads, len(lanes)))
         rooms = [self.memory() for _ in range(threads)]
-        size, place, done = 2 * layout.WIDTH if self.wide else 1, 0, 0
         largest = max(1, _BLOCK // (8 * self.job.bytes_per_lane))
-        if threads == 1:
-            while place < len(lanes):
-                clock = perf_counter()
-                self.chunk(lanes[place : place + size], rooms[0])
-                place += size
-                size = _next(size, perf_counter() - clock, largest)
-                between(float(self.part.low + min(place, len(lanes))))
-            return
-        with ThreadPoolExecutor(threads, thread_name_prefix="freebody") as pool:
-            while place < len(lanes):
-                clock = perf_counter()
-                size = min(size, -(-(len(lanes) - place) // threads))
-                tasks = []
-                for room in rooms:
-                    tasks.append(pool.submit(self.chunk, lanes[place : place + size], room))
-                    place += size
-                for task in tasks:
-                    task.result()
-                done = min(place, len(lanes))
-                size = _next(size, perf_counter() - clock, largest)
-                between(float(self.part.low + done))
+        share(
+            lanes, self.chunk, rooms, 2 * layout.WIDTH if self.wide else 1, largest,
+            lambda done: between(float(self.part.low + done)),
+        )  # fmt: skip
+
+
+def _whole(span: float, step: float | None, longest: float) -> float:
+    """Length of all steps of an interval, of which a whole number fits; 0 where none is given."""
+    if step is None or span == 0:
+        return 0.0
+    return abs(span) / math.ceil(abs(span) / min(step, longest, abs(span)) * (1 - 1e-12))
 
 
 def _aligned(count: int) -> Array:
@@ -542,8 +577,3 @@ def _aligned(count: int) -> Array:
     room = np.zeros(count + 8)
     shift = -(room.ctypes.data // 8) % 8
     return room[shift : shift + count]
-
-
-def _next(size: int, seconds: float, largest: int) -> int:
-    """Lanes of the next chunk: about as many as fit between two looks at the keyboard."""
-    return int(max(1, min(4 * size, largest, 1 + size * _PIECE / max(seconds, 1e-6))))

@@ -46,7 +46,8 @@ class Lanes:
 
     def initial_of(self, lane: int) -> dict[str, Any]:
         """Initial values of one lane by name."""
-        return {name: x[lane] if name in self.varied[1] else x for name, x in self.initial.items()}
+        found = {name: x[lane] if name in self.varied[1] else x for name, x in self.initial.items()}
+        return {name: float(x) if isinstance(x, np.floating) else x for name, x in found.items()}
 
     def part(self, lanes: NDArray[np.int64]) -> tuple[dict[str, Any], dict[str, Any]]:
         """Values and initial values of some lanes, as a user would give them."""

@@ -16,6 +16,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import SimulationError
+from .batch_alone import REASON
+from .batch_kernels import batch_program
+from .contact_scene import scene_of
+from .outputs import CONTACT_MODES, TIMELINE, OfContact
 from .trajectory import unit_of_name
 
 if TYPE_CHECKING:
@@ -23,16 +27,21 @@ if TYPE_CHECKING:
 
 
 _SMALL = 1 << 28  # bytes that are read at once
+_TEXTS = {
+    TIMELINE: "modes of contacts: [contact, mode, start, end, why], ...; read by freebody.timeline",
+    REASON: "why the run failed",
+}
 
 
 def _variables(job: Any) -> dict[str, tuple[tuple[str, ...], Any, dict[str, str]]]:
     """Name -> dimensions, type, attributes of everything that depends on the lane."""
     model, asked = job.kernels.model, job.asked
     result: dict[str, Any] = {}
-    for name in asked.timed:
-        result[name] = (("lane", "time"), "f8", _about(model, name))
+    for name, value in zip(asked.timed, asked.timed_values, strict=True):
+        result[name] = (("lane", "time"), "f8", _about(model, name, value))
     for name, (how, place) in asked.numbers.items():
-        result[name] = (("lane",), "f8", {"long_name": f"{how} of {asked.reduced[place]}"})
+        about = _about(model, asked.reduced[place], asked.reduced_values[place])
+        result[name] = (("lane",), "f8", {**about, "long_name": f"{how} of {asked.reduced[place]}"})
     if job.specs:
         first = "first time of each event; nan where it did not happen"
         result["event_time"] = (("lane", "event"), "f8", {"units": "s", "long_name": first})
@@ -44,12 +53,26 @@ def _variables(job: Any) -> dict[str, tuple[tuple[str, ...], Any, dict[str, str]
         result["event_count"] = (("lane", "event"), "i8", {"long_name": "how often each event happened"})
     result["end"] = (("lane",), "f8", {"units": "s", "long_name": "time at which the run ended"})
     result["steps"] = (("lane",), "i8", {"long_name": "accepted steps"})
+    for name in job.texts:
+        result[name] = (("lane",), "text", {"long_name": _TEXTS[name]})
     result["blame"] = (("lane",), "i8", {"long_name": "component of the state that stopped a failed lane"})
     result["status"] = (("lane",), "i1", {"long_name": "how the run ended"})
     return result
 
 
-def _about(model: Any, name: str) -> dict[str, str]:
+_UNITS = {"gap": "m", "normal": "N", "tangential": "N", "slip": "m/s", "margin": "N"}
+
+
+def _about(model: Any, name: str, value: Any) -> dict[str, Any]:
+    if isinstance(value, OfContact):
+        about = {"long_name": f"{value.what} of contact {model.contacts[value.contact].name}"}
+        if value.what == "mode":
+            return {
+                **about,
+                "flag_values": np.arange(len(CONTACT_MODES)),
+                "flag_meanings": " ".join(CONTACT_MODES),
+            }
+        return {"units": _UNITS[value.what], **about}
     if name in model.coordinate_names or name in model.speed_names:
         return {"units": unit_of_name(model, name), "long_name": name}
     if name in ("kinetic_energy", "potential_energy", "energy", "work"):
@@ -100,6 +123,8 @@ def _parts(job: Any, part: Any) -> dict[str, Any]:
     if job.specs:
         result["event_time"], result["event_last"] = part.event_times[..., 0], part.event_times[..., 1]
         result["event_count"] = part.counts
+    for i, name in enumerate(job.texts):
+        result[name] = part.texts[:, i]
     result["end"], result["steps"], result["blame"] = part.ends, part.kept[:, 1], part.kept[:, 3]
     result["status"] = part.kept[:, 0]
     return result
@@ -127,9 +152,17 @@ def _told(data: xarray.Dataset, codes: Any, blame: Any, job: Any) -> xarray.Data
     words = np.full(len(codes), "", dtype=f"<U{widest}")
     for code in np.unique(codes):
         words[codes == code] = STATUS[int(code)]
+    for name in (*job.asked.timed, *job.asked.numbers):
+        if job.asked.is_mode(name):
+            numbers = data[name].values
+            place = np.where(np.isfinite(numbers), numbers, len(CONTACT_MODES)).astype(int)
+            about = {"long_name": data[name].attrs["long_name"]}
+            data[name] = (data[name].dims, np.array([*CONTACT_MODES, ""], dtype=object)[place], about)
+    for name in job.texts:
+        data[name] = data[name].astype(object)
     data["status"] = ("lane", words, {"long_name": "how the run ended"})
     names = np.array([*job.kernels.names, ""], dtype=str)
-    good = np.isin(codes, (-1, 1, 2, 9))
+    good = np.isin(codes, (-1, 1, 2, 9, 10))
     data["blame"] = (
         "lane", names[np.where(good, len(names) - 1, np.minimum(blame, len(names) - 1))],
         {"long_name": "coordinate or speed that stopped a failed lane"},
@@ -183,6 +216,7 @@ class Store:
 
     def _create(self) -> None:
         import h5netcdf
+        import h5py
 
         from .batch import STATUS
 
@@ -199,8 +233,6 @@ class Store:
                 for name, (dims, values, *about) in _coordinates(job).items():
                     values = np.asarray(values)
                     if values.dtype == object:
-                        import h5py
-
                         made = file.create_variable(name, (dims,), dtype=h5py.string_dtype())
                         made[:] = values
                     else:
@@ -209,6 +241,11 @@ class Store:
                         file[name].attrs[key] = text
                 beside = [name for name in _coordinates(job) if name not in sizes]
                 for name, (dims, kind, about) in _variables(job).items():
+                    if kind == "text":
+                        made = file.create_variable(_escaped(name), dims, dtype=h5py.string_dtype())
+                        made[:] = ""
+                        made.attrs.update(about)
+                        continue
                     # a first number takes the whole place in the file, filled
                     empty = np.nan if kind == "f8" else -1
                     made = file.create_variable(_escaped(name), dims, dtype=kind, fillvalue=empty)
@@ -284,13 +321,30 @@ def _escaped(name: str) -> str:
 
 def _mark(job: Any) -> str:
     """Hash of everything that the results depend on."""
-    from .batch_kernels import batch_program
-
     digest = hashlib.sha256()
-    program = batch_program(
-        job.kernels, job.asked.timed_values, job.asked.reduced_values, job.expressions, False
-    ).compiled
-    digest.update(repr(program.operations).encode())
+    if job.looped:
+        program = batch_program(
+            job.kernels, job.asked.timed_values, job.asked.reduced_values, job.expressions, False
+        ).compiled
+        digest.update(repr(program.operations).encode())
+    else:
+        digest.update(repr(job.kernels.motion().compiled.operations).encode())
+        if job.kernels.model.contacts:
+            digest.update(repr(scene_of(job.kernels).program.compiled.operations).encode())
+        blows = [(x.name, str(x.when), x.times, *map(str, x.options.values())) for x in job.alone["impulses"]]
+        start = [(name, np.asarray(x).tolist()) for name, x in sorted(job.given.initial.items())]
+        digest.update(
+            repr(
+                (
+                    blows,
+                    start,
+                    job.alone["impacts"],
+                    job.alone["near"],
+                    job.alone["project"],
+                    job.asked.timeline,
+                )
+            ).encode()
+        )
     for parameter in job.kernels.model.parameters:
         digest.update(np.asarray(job.given.columns[parameter.name], dtype=float).tobytes())
     for array in (job.states, job.wanted, job.tolerances):

@@ -35,6 +35,7 @@ PHASES = 100_000
 """Phases of one run at most."""
 ENDLESS = 200
 """Changes of mode at one moment before they are refused as endless."""
+_KEPT = 8  # snapshots that are kept
 
 
 @dataclass
@@ -83,6 +84,7 @@ class ContactRun:
         self.bounces: list[Bounce] = []
         self.indeterminate: dict[str, float] = {}
         self._setups: dict[Any, Any] = {}
+        self._seen: dict[tuple[float, bytes], Snapshot] = {}
         self._constants = self.scene.program.constants(self.parameters)
         self.rates: Rates | None = None
         self.left: set[int] = set()  # contacts that begin to leave the end of their side at this moment
@@ -90,7 +92,13 @@ class ContactRun:
     # -- numbers ---------------------------------------------------------------------------------
 
     def look(self, t: float, y: Array) -> Snapshot:
-        return self.scene.at(t, y, self._constants)
+        """The contacts at one moment; what was seen last is asked for several times at each event."""
+        key = (t, y.tobytes())
+        if key not in self._seen:
+            if len(self._seen) == _KEPT:
+                del self._seen[next(iter(self._seen))]
+            self._seen[key] = self.scene.at(t, y, self._constants)
+        return self._seen[key]
 
     def u(self, y: Array) -> Array:
         return y[self.n : self.n + self.model.n_u]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -63,6 +64,38 @@ class Timeline(list[Change]):
 
     def __str__(self) -> str:
         return "\n".join(map(str, self))
+
+
+def timeline(text: Any) -> Timeline:
+    """The modes of all contacts in a lane of a batch, from when to when, and why they began.
+
+    Parameters
+    ----------
+    text : str or DataArray of one
+        Of the variable ``modes`` of a batch: ``data["modes"][3]``.
+
+    Returns
+    -------
+    Timeline
+        As ``trajectory.modes`` of the run alone; empty for a lane that has no motion.
+
+    Raises
+    ------
+    SimulationError
+        What is not the timeline of one lane.
+
+    Examples
+    --------
+    >>> print(timeline('[["floor", "stick", 0.0, 2.0, "the start"]]'))
+    floor: stick from 0 to 2 s (the start)
+    """
+    try:
+        given = text.item() if hasattr(text, "item") else text
+        return Timeline(Change(*entry) for entry in (json.loads(given) if given else []))
+    except (TypeError, ValueError):
+        raise SimulationError(
+            f'Expected the modes of one lane, such as data["modes"][3], got {text!r}.'
+        ) from None
 
 
 class ContactTrajectory(PhasedTrajectory):

@@ -195,6 +195,30 @@ class Drives:
             self.numbers[name] = value
 
 
+def intervals(
+    kernels: Kernels, numbers: Mapping[str, float], begin: float, end: float
+) -> tuple[Array, list[int], Array]:
+    """Intervals from ``begin`` to ``end`` in which signals are polynomials, (start, end) of each; places of their
+    coefficients among the parameters; and their values, a row for each interval."""
+    model = kernels.model
+    names = [symbol.name for placed in model.signals for symbol in placed.symbols]
+    order = [parameter.name for parameter in model.parameters]
+    places = [order.index(name) for name in names]
+    if not names:
+        return np.array([[begin, end]]), places, np.empty((1, 0))
+    drives = Drives(kernels, numbers, begin, end)
+    spans: list[tuple[float, float]] = []
+    settings: list[list[float]] = []
+    t, nowhere = begin, np.empty(0)
+    while not spans or t < end:
+        drives.change(t, nowhere)
+        until = min(drives.until(), end)
+        spans.append((t, until))
+        settings.append([drives.numbers[name] for name in names])
+        t = until
+    return np.array(spans), places, np.array(settings)
+
+
 def _answers(one: Any, answer: Any, t: float) -> Iterator[tuple[str, float]]:
     """Inputs and their values from what a controller returned."""
     expected = (

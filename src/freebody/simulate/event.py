@@ -58,7 +58,8 @@ def event(expression: Any, name: str | None = None, direction: int = 0, terminal
     direction : {0, 1, -1}
         Only where the expression rises (+1) or falls (-1) in the direction of the run; both at 0.
     terminal : bool
-        Whether the run stops there. An event at the very start of a run is recorded but does not stop it.
+        Whether the run stops there. An event at the very start of a run is recorded but does not stop it; in a batch
+        only those after the start count, so that the time of the event is that of the end.
 
     Returns
     -------

@@ -101,8 +101,9 @@ def integrate(
     """
     loop.use(method)
     y, start, until = np.array(state, dtype=float), float(start), float(until)
-    for i in rates.quaternions:
-        y[i : i + 4] /= np.linalg.norm(y[i : i + 4])
+    for i in rates.quaternions:  # in the order of the compiled loop, to the last bit
+        a, b, c, d = y[i : i + 4].tolist()
+        y[i : i + 4] /= math.sqrt(a * a + b * b + c * c + d * d)
     rtol = np.broadcast_to(np.asarray(relative, dtype=float), y.shape).copy()
     atol = np.broadcast_to(np.asarray(absolute, dtype=float), y.shape).copy()
 

@@ -5,8 +5,11 @@ the same first step, the same control, the same states between steps, to the las
 asked for: outputs at given times, extremes, first and last times of events, and how it ended; its steps are forgotten.
 
 Outputs at given times are ends of shorter steps (`stepping.sample`), made in memory of their own, so that they do not
-disturb the run. Extremes are looked for at the start and the end of every step and at the zeros of the rate of what is
-asked for, which are watched as events are.
+disturb the run. Where signals have break points, the run goes in legs as a run alone does (`driven`): constants, the
+memory of the step control and the length of the first step are new in each. Extremes are looked for at the start and
+the end of every step and at the zeros of the rate of what is asked for, which are watched as events are.
+
+The file is longer than others by its list of places; the loop is one function, which no Python may interrupt.
 """
 
 from __future__ import annotations
@@ -24,17 +27,19 @@ from .lanes_layout import (
     ENERGY,
     EXTREMES,
     FINEST,
-    FIRST_STEP,
     KEPT,
     LEFT,
+    LEG,
     LIMIT,
     LONGEST,
     N_DROPPED,
     N_EVENTS,
+    N_LEGS,
     N_OUTPUTS,
     N_PARAMETERS,
     N_QUATERNIONS,
     N_REDUCED,
+    N_SETTINGS,
     N_TIMES,
     N_WATCHED,
     N_WORK,
@@ -58,6 +63,7 @@ from .layout import (
     ASKED,
     BLAME,
     EVENTS,
+    FINISHED,
     FIXED,
     INTEGERS,
     LOGGED,
@@ -72,10 +78,12 @@ from .layout import (
     STATE,
     STEP,
     TAKEN,
+    TERMINAL,
     TIME,
     UNTIL,
 )
 from .machine import Compiled, Integers, Reals, call, greater, lesser, shifted, whole
+from .stepping import _EPS
 
 __all__ = ["functions"]
 
@@ -168,13 +176,46 @@ def widen(
 
 
 @part
+def set_constants(
+    prologue: int, lane: int, leg: int, sizes: Integers, parameters: Reals, legs: Reals, columns: Integers, mine: Reals,
+    c: Reals,
+) -> None:  # fmt: skip
+    """Constants of a lane in an interval between break points of its signals."""
+    p, settings = sizes[N_PARAMETERS], sizes[N_SETTINGS]
+    for k in range(p):
+        mine[k] = parameters[lane * p + k]
+    for k in range(settings):
+        mine[columns[k]] = legs[leg * (LEG + settings) + LEG + k]
+    call(prologue, 0.0, mine, 0, c, c, 0)
+
+
+@part
+def log_event(
+    row: int, t: float, start: float, first: float, legs: int, terminal: int, counts: Integers, event_times: Reals
+) -> None:  # fmt: skip
+    """Event number ``row`` of all lanes, unless it was the end of the leg before; this leg began at ``first``.
+
+    A terminal event at the ``start`` of the run ends no run, and is not what ends this one."""
+    if terminal != 0 and t == start:
+        return
+    again = legs > 1 and counts[row] > 0 and abs(event_times[2 * row + 1] - t) <= 1e-12
+    if again and t - first <= 4.0 * _EPS * greater(1.0, abs(first)):
+        return
+    if counts[row] == 0:
+        event_times[2 * row] = t
+    event_times[2 * row + 1] = t
+    counts[row] += 1
+
+
+@part
 def lanes(
     begin: int, end: int, kernels: Integers, sizes: Integers, options: Reals, initial: Reals, parameters: Reals,
-    wanted: Reals, quaternions: Integers, relative: Reals, tolerances: Reals, directions: Integers,
-    terminal: Integers, work: Reals, other: Reals, c: Reals, absolute: Reals, times: Reals, lengths: Reals,
-    states: Reals, last: Integers, table: Reals, g: Reals, found: Reals, event_log: Reals, event_states: Reals,
-    sampled: Reals, spare: Reals, reals: Reals, integers: Integers, spare_integers: Integers, values: Reals,
-    reduced: Reals, event_times: Reals, counts: Integers, kept: Integers, ends: Reals,
+    legs: Reals, columns: Integers, wanted: Reals, quaternions: Integers, relative: Reals, tolerances: Reals,
+    directions: Integers, terminal: Integers, work: Reals, other: Reals, mine: Reals, c: Reals, absolute: Reals,
+    times: Reals, lengths: Reals, states: Reals, last: Integers, table: Reals, g: Reals, found: Reals,
+    event_log: Reals, event_states: Reals, sampled: Reals, spare: Reals, reals: Reals, integers: Integers,
+    spare_integers: Integers, values: Reals, reduced: Reals, event_times: Reals, counts: Integers, kept: Integers,
+    ends: Reals,
 ) -> None:  # fmt: skip
     """Runs ``begin`` to ``end`` - 1.
 
@@ -182,6 +223,8 @@ def lanes(
     ----------
     kernels, sizes, options      addresses, counts and numbers (`lanes_layout`)
     initial, parameters          rows of each lane: y, and the parameters
+    legs                         rows of each interval: start, end, length of all steps or 0, settings of the signals
+    columns                      which parameters these settings are
     wanted                       output times, in the order of the run
     quaternions                  as for `stepping.advance`
     relative, tolerances         of each component; the last of ``tolerances``, of the work, in parts of the energy
@@ -194,148 +237,181 @@ def lanes(
     kept, ends                   rows of each lane: how it ended, steps, rejected steps, component to blame; when
     """
     n, w, nq = sizes[N], sizes[WIDTH_OF_ROW], sizes[N_QUATERNIONS]
-    p, m, asked = sizes[N_PARAMETERS], sizes[N_WATCHED], sizes[N_EVENTS]
+    m, asked = sizes[N_WATCHED], sizes[N_EVENTS]
     outputs, count, many = sizes[N_OUTPUTS], sizes[N_TIMES], sizes[N_REDUCED]
-    room = sizes[ROOM]
-    rates, start, until = kernels[RATES], options[T0], options[T1]
-    direction = 1.0 if until >= start else -1.0
-    longest = lesser(options[LONGEST], abs(until - start))
+    room, prologue = sizes[ROOM], kernels[PROLOGUE]
+    rates, start, finish = kernels[RATES], options[T0], options[T1]
+    direction = 1.0 if finish >= start else -1.0
     own = shifted(absolute, n)
     for lane in range(begin, end):
-        call(kernels[PROLOGUE], 0.0, parameters, lane * p, c, c, 0)
-        for i in range(sizes[N_WORK]):
-            work[i] = 0.0
+        given, taken, rejected, blame = 0, 0, 0, 0
+        energy, natural = 1.0, 0.0
+        place = lane * many * EXTREMES
+        code, now = FINISHED, start
         for i in range(n):
             work[STATE * w + i] = initial[lane * n + i]
-            absolute[i] = tolerances[i]
-            own[i] = relative[i]
-        normalise(work, STATE * w, quaternions, nq)
-        for k in range(INTEGERS):
-            integers[k] = 0
-        for k in range(REALS):
-            reals[k] = 0.0
-        reals[TIME] = reals[START] = start
-        call(rates, start, work, STATE * w, c, work, 0)
-        code = RUNNING
-        for i in range(n):
-            if not math.isfinite(work[i]) and code == RUNNING:
-                code = NOT_FINITE
-                integers[BLAME] = i
-        if sizes[WORKS] != 0 and code == RUNNING:
-            call(kernels[ENERGY], start, work, STATE * w, c, spare, 0)
-            energy = greater(abs(spare[0]), abs(spare[1]))
-            if 0.0 < energy < math.inf:
-                absolute[n - 1] *= energy
-        step = options[FIRST_STEP]
-        if step == 0.0:
-            step = first_length(
-                rates, start, direction, longest, work, w, n, c, relative, absolute, options[ORDER]
-            )  # fmt: skip
-        for i in range(w):  # rows that only the first step has used
-            work[POINT * w + i] = 0.0
-            work[w + i] = 0.0
-        integers[ASKED] = sizes[STIFF_ASKED]
-        if options[FIRST_STEP] != 0.0:
-            integers[FIXED] = 1
-        reals[UNTIL], reals[MAX_STEP] = until, options[LONGEST]
-        reals[STEP], reals[OLD_ERROR] = direction * lesser(step, longest), 1e-4
-        if m > 0:
-            call(kernels[WATCHED], start, work, STATE * w, c, table, 0)
-            for e in range(m):
-                last[e] = 1 if table[e] > 0.0 else (-1 if table[e] < 0.0 else 0)
-        if many > 0:
-            place = lane * many * EXTREMES
-            widen(kernels[REDUCED], start, work, STATE * w, c, spare, many, reduced, place)
-            for k in range(many):
-                reduced[place + EXTREMES * k + 2] = spare[k]
-        done, given = 0, 0
-        left, budget = sizes[LIMIT], sizes[BUDGET]
-        if longest == 0.0 and code == RUNNING:
-            code = ENDED
-            for k in range(count):
-                call(kernels[OUTPUTS], start, work, STATE * w, c, values, (lane * count + k) * outputs)
-        while code == RUNNING:
-            allowed = room if left > room else left
-            if 0 < budget < allowed:
-                allowed = budget
-            code = advance(
-                rates, n, c, work, w, quaternions, nq, own, absolute, reals, integers, allowed, times, lengths,
-                states, kernels[WATCHED], m, c, directions, terminal, last, table, g, found, event_log, event_states,
-            )  # fmt: skip
-            done = integers[ACCEPTED]
-            left -= done
-            now = reals[TIME]
-            if budget > 0 and done > 0:
-                budget -= done
-                if budget == 0:
-                    finest = own[0]
-                    for i in range(n):
-                        finest = lesser(own[i], finest)
-                    tighter = tightening(
-                        sizes[BUDGET], now - start, until - now, options[ORDER], options[FINEST] / finest
-                    )
-                    for i in range(n):
-                        own[i] *= tighter
-                        absolute[i] *= tighter
-                    reals[STEP] *= tighter ** (1.0 / options[ORDER])
-            times[done] = now
+        for leg in range(sizes[N_LEGS]):
+            if code != FINISHED:
+                continue
+            row = leg * (LEG + sizes[N_SETTINGS])
+            first, until = legs[row], legs[row + 1]
+            if leg > 0 and asked > 0:  # functions that jump across zero at the break point
+                call(kernels[WATCHED], first, work, STATE * w, c, table, 0)
+                set_constants(prologue, lane, leg, sizes, parameters, legs, columns, mine, c)
+                call(kernels[WATCHED], first, work, STATE * w, c, g, 0)
+                for e in range(asked):
+                    if (table[e] < 0.0 < g[e]) or (g[e] < 0.0 < table[e]):
+                        sign = 1 if g[e] > 0.0 else -1
+                        if directions[e] == 0 or directions[e] == sign:
+                            log_event(
+                                lane * asked + e, first, start, first - 1.0, 0, terminal[e], counts, event_times
+                            )  # fmt: skip
+                            if terminal[e] != 0:
+                                code = TERMINAL
+                if code == TERMINAL:
+                    set_constants(prologue, lane, leg - 1, sizes, parameters, legs, columns, mine, c)
+                    while given < count and (wanted[given] - now) * direction <= 0.0:
+                        at_now = (lane * count + given) * outputs
+                        call(kernels[OUTPUTS], wanted[given], work, STATE * w, c, values, at_now)
+                        given += 1
+                    continue
+            else:
+                set_constants(prologue, lane, leg, sizes, parameters, legs, columns, mine, c)
+            longest = lesser(options[LONGEST], abs(until - first))
+            for i in range(sizes[N_WORK]):
+                if i < STATE * w or i >= STATE * w + n:
+                    work[i] = 0.0
             for i in range(n):
-                states[done * n + i] = work[STATE * w + i]
-            for k in range(integers[EVENTS]):
-                e = whole(event_log[LOGGED * k + 1])
-                if e < asked:
-                    row = (lane * asked + e) * 2
-                    if counts[lane * asked + e] == 0:
-                        event_times[row] = event_log[LOGGED * k]
-                    event_times[row + 1] = event_log[LOGGED * k]
-                    counts[lane * asked + e] += 1
-                if many > 0:
-                    widen(
-                        kernels[REDUCED], event_log[LOGGED * k], event_states, k * n, c, spare, many, reduced,
-                        lane * many * EXTREMES,
-                    )  # fmt: skip
-            if many > 0:
-                for k in range(1, done + 1):
-                    widen(
-                        kernels[REDUCED],
-                        times[k],
-                        states,
-                        k * n,
-                        c,
-                        spare,
-                        many,
-                        reduced,
-                        lane * many * EXTREMES,
-                    )
-            reach = given
-            while reach < count and (wanted[reach] - now) * direction <= 0.0:
-                reach += 1
-            if reach > given:
-                for i in range(sizes[N_WORK]):
-                    other[i] = 0.0
-                sample(
-                    rates, n, c, other, w, quaternions, nq, done, times, lengths, states, 0, reach - given,
-                    shifted(wanted, given), sampled, own, absolute, spare_integers,
+                absolute[i] = tolerances[i]
+                own[i] = relative[i]
+            normalise(work, STATE * w, quaternions, nq)
+            for k in range(INTEGERS):
+                integers[k] = 0
+            for k in range(REALS):
+                reals[k] = 0.0
+            reals[TIME] = reals[START] = first
+            call(rates, first, work, STATE * w, c, work, 0)
+            code = RUNNING
+            for i in range(n):
+                if not math.isfinite(work[i]) and code == RUNNING:
+                    code = NOT_FINITE
+                    integers[BLAME] = i
+            if sizes[WORKS] != 0 and code == RUNNING:
+                if leg == 0:
+                    call(kernels[ENERGY], first, work, STATE * w, c, spare, 0)
+                    energy = greater(abs(spare[0]), abs(spare[1]))
+                if 0.0 < energy < math.inf:
+                    absolute[n - 1] *= energy
+            step = legs[row + 2]
+            if step != 0.0:
+                integers[FIXED] = 1
+            elif natural > 0.0:
+                step = natural
+            else:
+                step = first_length(
+                    rates, first, direction, longest, work, w, n, c, own, absolute, options[ORDER]
                 )  # fmt: skip
-                for k in range(given, reach):
-                    call(
-                        kernels[OUTPUTS], wanted[k], sampled, (k - given) * n, c, values,
-                        (lane * count + k) * outputs,
+            for i in range(w):  # rows that only the first step has used
+                work[POINT * w + i] = 0.0
+                work[w + i] = 0.0
+            integers[ASKED] = sizes[STIFF_ASKED]
+            reals[UNTIL], reals[MAX_STEP] = until, options[LONGEST]
+            reals[STEP], reals[OLD_ERROR] = direction * lesser(step, longest), 1e-4
+            if m > 0:
+                call(kernels[WATCHED], first, work, STATE * w, c, table, 0)
+                for e in range(m):
+                    last[e] = 1 if table[e] > 0.0 else (-1 if table[e] < 0.0 else 0)
+            if many > 0:
+                widen(kernels[REDUCED], first, work, STATE * w, c, spare, many, reduced, place)
+                if leg == 0:
+                    for k in range(many):
+                        reduced[place + EXTREMES * k + 2] = spare[k]
+            done = 0
+            now, stride = first, 0.0
+            left, budget = sizes[LIMIT], sizes[BUDGET]
+            if longest == 0.0 and code == RUNNING:
+                code = ENDED
+                for k in range(count):
+                    call(kernels[OUTPUTS], start, work, STATE * w, c, values, (lane * count + k) * outputs)
+            while code == RUNNING:
+                allowed = room if left > room else left
+                if 0 < budget < allowed:
+                    allowed = budget
+                code = advance(
+                    rates, n, c, work, w, quaternions, nq, own, absolute, reals, integers, allowed, times, lengths,
+                    states, kernels[WATCHED], m, c, directions, terminal, last, table, g, found, event_log,
+                    event_states,
+                )  # fmt: skip
+                done = integers[ACCEPTED]
+                left -= done
+                now = reals[TIME]
+                for k in range(done):
+                    stride = greater(stride, abs(lengths[k]))
+                if budget > 0 and done > 0:
+                    budget -= done
+                    if budget == 0:
+                        finest = own[0]
+                        for i in range(n):
+                            finest = lesser(own[i], finest)
+                        tighter = tightening(
+                            sizes[BUDGET], now - first, until - now, options[ORDER], options[FINEST] / finest
+                        )
+                        for i in range(n):
+                            own[i] *= tighter
+                            absolute[i] *= tighter
+                        reals[STEP] *= tighter ** (1.0 / options[ORDER])
+                times[done] = now
+                for i in range(n):
+                    states[done * n + i] = work[STATE * w + i]
+                for k in range(integers[EVENTS]):
+                    e = whole(event_log[LOGGED * k + 1])
+                    if e < asked:
+                        log_event(
+                            lane * asked + e, event_log[LOGGED * k], start, first, sizes[N_LEGS], terminal[e], counts,
+                            event_times,
+                        )  # fmt: skip
+                    if many > 0:
+                        widen(
+                            kernels[REDUCED], event_log[LOGGED * k], event_states, k * n, c, spare, many, reduced, place
+                        )  # fmt: skip
+                if many > 0:
+                    for k in range(1, done + 1):
+                        widen(kernels[REDUCED], times[k], states, k * n, c, spare, many, reduced, place)
+                reach = given
+                while reach < count and (wanted[reach] - now) * direction <= 0.0:
+                    if wanted[reach] == until and code == FINISHED and leg + 1 < sizes[N_LEGS]:
+                        break  # the break point belongs to the next leg
+                    reach += 1
+                if reach > given:
+                    for i in range(sizes[N_WORK]):
+                        other[i] = 0.0
+                    sample(
+                        rates, n, c, other, w, quaternions, nq, done, times, lengths, states, 0, reach - given,
+                        shifted(wanted, given), sampled, own, absolute, spare_integers,
                     )  # fmt: skip
-                given = reach
-            if sizes[N_DROPPED] > 0:
-                for k in range(done + 1):
-                    size = 0.0
-                    for i in range(n):
-                        size = greater(size, abs(states[k * n + i]))
-                    call(kernels[DROPPED], times[k], states, k * n, c, spare, 0)
-                    for j in range(sizes[N_DROPPED]):
-                        if abs(spare[j]) > 1e-6 * (1.0 + size):
-                            code = LEFT
-            if code == RUNNING and left <= 0:
-                code = TOO_MANY
+                    for k in range(given, reach):
+                        call(
+                            kernels[OUTPUTS], wanted[k], sampled, (k - given) * n, c, values,
+                            (lane * count + k) * outputs,
+                        )  # fmt: skip
+                    given = reach
+                if sizes[N_DROPPED] > 0:
+                    for k in range(done + 1):
+                        size = 0.0
+                        for i in range(n):
+                            size = greater(size, abs(states[k * n + i]))
+                        call(kernels[DROPPED], times[k], states, k * n, c, spare, 0)
+                        for j in range(sizes[N_DROPPED]):
+                            if abs(spare[j]) > 1e-6 * (1.0 + size):
+                                code = LEFT
+                if code == RUNNING and left <= 0:
+                    code = TOO_MANY
+            natural = stride if integers[TAKEN] > 1 else greater(natural, stride)
+            taken += integers[TAKEN]
+            rejected += integers[REJECTED]
+            blame = integers[BLAME]
         kept[KEPT * lane] = code
-        kept[KEPT * lane + 1] = integers[TAKEN]
-        kept[KEPT * lane + 2] = integers[REJECTED]
-        kept[KEPT * lane + 3] = integers[BLAME]
-        ends[lane] = reals[TIME]
+        kept[KEPT * lane + 1] = taken
+        kept[KEPT * lane + 2] = rejected
+        kept[KEPT * lane + 3] = blame
+        ends[lane] = now

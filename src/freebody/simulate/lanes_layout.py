@@ -22,12 +22,16 @@ N, WIDTH_OF_ROW, N_WORK, N_QUATERNIONS, N_PARAMETERS, N_CONSTANTS, N_EVENTS, N_W
 )
 N_OUTPUTS, N_TIMES, N_REDUCED, ROOM, LIMIT, WORKS, STIFF_ASKED, N_DROPPED = 8, 9, 10, 11, 12, 13, 14, 15
 BUDGET = 16
-SIZES = 17
+# number of intervals in which signals are polynomials (1 without signals), and of parameters that differ between them
+N_LEGS, N_SETTINGS = 17, 18
+SIZES = 19
 
-# numbers: start and end of the run, longest step, length of all steps or 0, order of the method, relative tolerance
-# below which none is tightened
-T0, T1, LONGEST, FIRST_STEP, ORDER, FINEST = 0, 1, 2, 3, 4, 5
-OPTIONS = 6
+# numbers of an interval, in a row before its settings: start, end, length of all steps or 0
+LEG = 3
+
+# numbers: start and end of the run, longest step, order of the method, relative tolerance below which none is tightened
+T0, T1, LONGEST, ORDER, FINEST = 0, 1, 2, 3, 4
+OPTIONS = 5
 
 EXTREMES = 4  # numbers kept of a quantity: greatest, smallest, first, last
 KEPT = 4  # integers kept of a lane: how it ended, steps, rejected steps, component to blame
@@ -35,3 +39,5 @@ KEPT = 4  # integers kept of a lane: how it ended, steps, rejected steps, compon
 # how a lane ends, besides what `layout` names
 ENDED = 1  # as layout.FINISHED
 TOO_MANY, LEFT = 7, 8
+
+WIDE_COUNTS, WIDE_NUMBERS = 88, 48  # integers and numbers that the loop over eight lanes keeps of them

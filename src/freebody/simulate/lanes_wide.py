@@ -10,6 +10,8 @@ looked for (`lanes` serves the others). States at output times are made as for o
 
 Rows of ``wide`` hold component i of lane l at 8 i + l, as do the two rows of ``absolute``: absolute and relative
 tolerances of each lane.
+
+The file is longer than others: it is the one loop, with the steps of `dop853` for eight lanes.
 """
 
 from __future__ import annotations
@@ -30,12 +32,14 @@ from .lanes_layout import (
     ENERGY,
     FINEST,
     KEPT,
+    LEG,
     LIMIT,
     LONGEST,
     N_CONSTANTS,
+    N_LEGS,
     N_OUTPUTS,
-    N_PARAMETERS,
     N_QUATERNIONS,
+    N_SETTINGS,
     N_TIMES,
     N_WORK,
     ORDER,
@@ -82,6 +86,7 @@ normalise: Any = None
 sample: Any = None
 first_length: Any = None
 tightening: Any = None
+set_constants: Any = None
 
 
 def part(function: Any) -> Any:
@@ -286,31 +291,58 @@ def stiff_wide(lane: int, n: int, wide: Reals, w: int, h: float, counts: Integer
     return 1 if counts[SUSPECT + lane] >= 15 else 0
 
 
-# places of eight integers each: number of the run (-1: none), steps, rejected steps, suspicions, calm steps, whether
-# the step before was rejected, outputs given, whether the step reaches the end
-RUN, TAKEN, REJECTED, SUSPECT, CALM, AFTER, GIVEN, ENDS = 0, 8, 16, 24, 32, 40, 48, 56
-COUNTS = 64
+# places of eight integers each: number of the run (-1: none), steps of this leg, rejected steps, suspicions, calm
+# steps, whether the step before was rejected, outputs given, whether the step reaches the end, leg, steps of the legs
+# before; and the component to blame
+RUN, TAKEN, REJECTED, SUSPECT, CALM, AFTER, GIVEN, ENDS, AT, BEFORE = 0, 8, 16, 24, 32, 40, 48, 56, 64, 72
+COUNTS = 80
+# places of eight numbers each: error of the step before, longest step of this leg and of those before, start and end of
+# the leg, energy at the start of the run
+OLDS, STRIDE, NATURAL, FIRST, LAST_TIME, SIZE = 0, 8, 16, 24, 32, 40
 
 
 @part
 def enter(
     lane: int, run: int, kernels: Integers, sizes: Integers, options: Reals, initial: Reals, parameters: Reals,
-    quaternions: Integers, relative: Reals, tolerances: Reals, work: Reals, spare: Reals, wide: Reals, w: int,
-    c: Reals, alone: Reals, absolute: Reals, single: Reals, olds: Reals, counts: Integers,
+    legs: Reals, columns: Integers, quaternions: Integers, relative: Reals, tolerances: Reals, work: Reals,
+    spare: Reals, mine: Reals, wide: Reals, w: int, c: Reals, alone: Reals, absolute: Reals, single: Reals,
+    control: Reals, counts: Integers,
 ) -> int:  # fmt: skip
     """A run enters a lane; RUNNING, or NOT_FINITE with the component in ``counts[COUNTS]``. See `lanes.lanes`."""
+    for i in range(sizes[N]):
+        work[STATE * sizes[WIDTH_OF_ROW] + i] = initial[run * sizes[N] + i]
+    for k in range(10):
+        counts[8 * k + lane] = 0
+    counts[RUN + lane] = run
+    control[NATURAL + lane] = 0.0
+    control[SIZE + lane] = 1.0
+    return enter_leg(
+        lane, kernels, sizes, options, parameters, legs, columns, quaternions, relative, tolerances, work, spare, mine,
+        wide, w, c, alone, absolute, single, control, counts,
+    )  # fmt: skip
+
+
+@part
+def enter_leg(
+    lane: int, kernels: Integers, sizes: Integers, options: Reals, parameters: Reals, legs: Reals, columns: Integers,
+    quaternions: Integers, relative: Reals, tolerances: Reals, work: Reals, spare: Reals, mine: Reals, wide: Reals,
+    w: int, c: Reals, alone: Reals, absolute: Reals, single: Reals, control: Reals, counts: Integers,
+) -> int:  # fmt: skip
+    """A run enters its next leg, with the state in ``work``."""
     n, w1, nq, hoisted = sizes[N], sizes[WIDTH_OF_ROW], sizes[N_QUATERNIONS], sizes[N_CONSTANTS]
-    start, until = options[T0], options[T1]
+    leg = counts[AT + lane]
+    row = leg * (LEG + sizes[N_SETTINGS])
+    start, until = legs[row], legs[row + 1]
     direction = 1.0 if until >= start else -1.0
     longest = lesser(options[LONGEST], abs(until - start))
     own = shifted(alone, lane * hoisted)
-    call(kernels[PROLOGUE], 0.0, parameters, run * sizes[N_PARAMETERS], own, own, 0)
+    set_constants(kernels[PROLOGUE], counts[RUN + lane], leg, sizes, parameters, legs, columns, mine, own)
     for j in range(hoisted):
         c[8 * j + lane] = own[j]
     for i in range(sizes[N_WORK]):
-        work[i] = 0.0
+        if i < STATE * w1 or i >= STATE * w1 + n:
+            work[i] = 0.0
     for i in range(n):
-        work[STATE * w1 + i] = initial[run * n + i]
         single[i] = tolerances[i]
     normalise(work, STATE * w1, quaternions, nq)
     call(kernels[RATES], start, work, STATE * w1, own, work, 0)
@@ -319,33 +351,37 @@ def enter(
             counts[COUNTS] = i
             return NOT_FINITE
     if sizes[WORKS] != 0:
-        call(kernels[ENERGY], start, work, STATE * w1, own, spare, 0)
-        energy = greater(abs(spare[0]), abs(spare[1]))
-        if 0.0 < energy < math.inf:
-            single[n - 1] *= energy
-    step = first_length(
-        kernels[RATES], start, direction, longest, work, w1, n, own, relative, single, options[ORDER]
-    )  # fmt: skip
+        if leg == 0:
+            call(kernels[ENERGY], start, work, STATE * w1, own, spare, 0)
+            control[SIZE + lane] = greater(abs(spare[0]), abs(spare[1]))
+        if 0.0 < control[SIZE + lane] < math.inf:
+            single[n - 1] *= control[SIZE + lane]
+    step = control[NATURAL + lane]
+    if step == 0.0:
+        step = first_length(
+            kernels[RATES], start, direction, longest, work, w1, n, own, relative, single, options[ORDER]
+        )  # fmt: skip
     for i in range(n):
         wide[STATE * w + 8 * i + lane] = work[STATE * w1 + i]
         wide[8 * i + lane] = work[i]
         absolute[8 * i + lane] = single[i]
         absolute[w + 8 * i + lane] = relative[i]
     more = ROWS * w
-    wide[more + TIMES + lane] = start
+    wide[more + TIMES + lane] = control[FIRST + lane] = start
+    control[LAST_TIME + lane] = until
     wide[more + STEPS + lane] = direction * lesser(step, longest)
-    olds[lane] = 1e-4
-    for k in range(8):
-        counts[8 * k + lane] = 0
-    counts[RUN + lane] = run
+    control[OLDS + lane] = 1e-4
+    control[STRIDE + lane] = 0.0
+    counts[TAKEN + lane] = counts[SUSPECT + lane] = counts[CALM + lane] = counts[AFTER + lane] = 0
     return RUNNING
 
 
 @part
 def lanes_wide(
     begin: int, end: int, kernels: Integers, sizes: Integers, options: Reals, initial: Reals, parameters: Reals,
-    wanted: Reals, quaternions: Integers, relative: Reals, tolerances: Reals, work: Reals, other: Reals, spare: Reals,
-    wide: Reals, c: Reals, alone: Reals, absolute: Reals, single: Reals, olds: Reals, afters: Reals, counts: Integers,
+    legs: Reals, columns: Integers, wanted: Reals, quaternions: Integers, relative: Reals, tolerances: Reals,
+    work: Reals, other: Reals, spare: Reals, mine: Reals, wide: Reals, c: Reals, alone: Reals, absolute: Reals,
+    single: Reals, control: Reals, afters: Reals, counts: Integers,
     times: Reals, lengths: Reals, states: Reals, sampled: Reals, spare_integers: Integers, values: Reals,
     kept: Integers, ends: Reals,
 ) -> None:  # fmt: skip
@@ -353,8 +389,7 @@ def lanes_wide(
     n, nq = sizes[N], sizes[N_QUATERNIONS]
     w = 8 * n
     outputs, count, hoisted = sizes[N_OUTPUTS], sizes[N_TIMES], sizes[N_CONSTANTS]
-    start, until = options[T0], options[T1]
-    direction = 1.0 if until >= start else -1.0
+    direction = 1.0 if options[T1] >= options[T0] else -1.0
     more = ROWS * w
     following, active = begin, 0
     for lane in range(8):
@@ -364,21 +399,22 @@ def lanes_wide(
         for lane in range(8):
             while counts[RUN + lane] < 0 and following < end:
                 code = enter(
-                    lane, following, kernels, sizes, options, initial, parameters, quaternions, relative, tolerances,
-                    work, spare, wide, w, c, alone, absolute, single, olds, counts,
+                    lane, following, kernels, sizes, options, initial, parameters, legs, columns, quaternions,
+                    relative, tolerances, work, spare, mine, wide, w, c, alone, absolute, single, control, counts,
                 )  # fmt: skip
                 if code == RUNNING:
                     active += 1
                 else:
+                    counts[RUN + lane] = -1
                     kept[KEPT * following] = code
                     kept[KEPT * following + 3] = counts[COUNTS]
-                    ends[following] = start
+                    ends[following] = options[T0]
                 following += 1
             run = counts[RUN + lane]
             if run < 0:
                 wide[more + STEPS + lane] = 0.0
                 continue
-            t, h = wide[more + TIMES + lane], wide[more + STEPS + lane]
+            t, h, until = wide[more + TIMES + lane], wide[more + STEPS + lane], control[LAST_TIME + lane]
             if abs(h) > options[LONGEST]:
                 h = direction * options[LONGEST]
             counts[ENDS + lane] = 0
@@ -387,7 +423,7 @@ def lanes_wide(
                 counts[ENDS + lane] = 1
             elif abs(h) <= 8.0 * _EPS * abs(t) or abs(h) < _TINY:
                 kept[KEPT * run] = COLLAPSED
-                kept[KEPT * run + 1] = counts[TAKEN + lane]
+                kept[KEPT * run + 1] = counts[BEFORE + lane] + counts[TAKEN + lane]
                 kept[KEPT * run + 2] = counts[REJECTED + lane]
                 ends[run] = t
                 counts[RUN + lane] = -1
@@ -409,7 +445,8 @@ def lanes_wide(
             if run < 0:
                 continue
             t, h, after = wide[more + TIMES + lane], wide[more + STEPS + lane], afters[lane]
-            reaches = counts[ENDS + lane] != 0
+            reaches, goes_on = counts[ENDS + lane] != 0, counts[AT + lane] + 1 < sizes[N_LEGS]
+            start, until = control[FIRST + lane], control[LAST_TIME + lane]
             error = judge_wide(lane, n, wide, w, absolute)
             if error <= 1.0 and lost(lane, n, wide, w, 12, 1) >= 0:
                 error = math.nan
@@ -430,12 +467,15 @@ def lanes_wide(
                 wide[more + STEPS + lane] = h
             else:
                 counts[TAKEN + lane] += 1
+                control[STRIDE + lane] = greater(control[STRIDE + lane], abs(h))
                 stiff = stiff_wide(lane, n, wide, w, h, counts)
                 if stiff * sizes[STIFF_ASKED] != 0 and abs(until - after) > MANY * abs(h):
                     code = STIFF
                 given = counts[GIVEN + lane]
                 reach = given
                 while reach < count and (wanted[reach] - after) * direction <= 0.0:
+                    if wanted[reach] == until and reaches and goes_on:
+                        break  # the break point belongs to the next leg
                     reach += 1
                 if reach > given:
                     times[0], times[1], lengths[0] = t, after, h
@@ -461,13 +501,30 @@ def lanes_wide(
                     k = 8 * i + lane
                     wide[STATE * w + k] = wide[END * w + k]
                     wide[k] = wide[12 * w + k]
-                if reaches:
+                if reaches and goes_on:
+                    if counts[TAKEN + lane] > 1:
+                        control[NATURAL + lane] = control[STRIDE + lane]
+                    else:
+                        control[NATURAL + lane] = greater(control[NATURAL + lane], control[STRIDE + lane])
+                    counts[BEFORE + lane] += counts[TAKEN + lane]
+                    counts[AT + lane] += 1
+                    for i in range(n):
+                        work[STATE * sizes[WIDTH_OF_ROW] + i] = wide[STATE * w + 8 * i + lane]
+                    code = enter_leg(
+                        lane, kernels, sizes, options, parameters, legs, columns, quaternions, relative, tolerances,
+                        work, spare, mine, wide, w, c, alone, absolute, single, control, counts,
+                    )  # fmt: skip
+                    if code == RUNNING:
+                        continue
+                    blame = counts[COUNTS]
+                    counts[TAKEN + lane] = 0
+                elif reaches:
                     code = FINISHED
                 elif code == RUNNING and counts[TAKEN + lane] >= sizes[LIMIT]:
                     code = TOO_MANY
                 factor = GREATEST
                 if error > 0.0:
-                    factor = SAFETY * olds[lane] ** BETA / error**EXPONENT
+                    factor = SAFETY * control[OLDS + lane] ** BETA / error**EXPONENT
                     factor = lesser(GREATEST, greater(SMALLEST, factor))
                 if counts[AFTER + lane] != 0:
                     factor = lesser(1.0, factor)
@@ -484,10 +541,10 @@ def lanes_wide(
                         absolute[w + 8 * i + lane] *= tighter
                     h *= tighter ** (1.0 / options[ORDER])
                 wide[more + STEPS + lane] = h
-                olds[lane] = greater(error, 1e-4)
+                control[OLDS + lane] = greater(error, 1e-4)
             if code != RUNNING:
                 kept[KEPT * run] = code
-                kept[KEPT * run + 1] = counts[TAKEN + lane]
+                kept[KEPT * run + 1] = counts[BEFORE + lane] + counts[TAKEN + lane]
                 kept[KEPT * run + 2] = counts[REJECTED + lane]
                 kept[KEPT * run + 3] = blame
                 ends[run] = t

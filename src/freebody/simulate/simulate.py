@@ -63,6 +63,7 @@ def simulate(
     outputs: Any = None,
     store: Any = None,
     threads: int | None = None,
+    executor: Any = None,
     sensitivities: Any = None,
 ) -> Any:
     """The motion of a machine from an initial state, or many motions from arrays of initial states and parameters.
@@ -121,12 +122,16 @@ def simulate(
         called several times a second with the part of the run that is done.
     outputs : name, expression, sequence or mapping of them, optional
         Of a batch: quantities at the output times (all coordinates and speeds if not given), and single numbers of
-        the whole run, "max(theta)", "min(...)", "range(...)", "initial(...)", "final(...)".
+        the whole run, "max(theta)", "min(...)", "range(...)", "initial(...)", "final(...)". Of a contact "floor.gap",
+        ".normal", ".tangential", ".slip", ".margin" and ".mode"; "modes" is the timeline of all (:func:`timeline`).
     store : path, optional
         Of a batch: netCDF file that takes the results as they come. Where it exists and holds the same runs, those
         that are missing are run.
     threads : int, optional
         Of a batch: how many share the lanes; all processors if not given. Results do not depend on it.
+    executor : concurrent.futures.Executor, optional
+        Of a batch: runs blocks of lanes elsewhere, such as a ``ProcessPoolExecutor``. Motions with contacts, which
+        threads do not speed up, go so as fast as there are processors.
     sensitivities : sequence of names, optional
         Parameters, and coordinates and speeds at the start, by which the motion is differentiated:
         ``trajectory.sensitivity["theta", "m"]``. The control of the step covers the derivatives.
@@ -138,7 +143,8 @@ def simulate(
     xarray.Dataset
         Of a batch, which arrays in ``values`` or ``initial`` (entry k is of lane k), ``outputs`` or ``store`` ask for:
         the outputs over ``lane`` and ``time`` (101 times if none are given), first and last times of events, and
-        ``status`` of each lane. A lane that fails is no error: its values are nan from there on.
+        ``status`` of each lane. A lane that fails is no error: its values are nan from there on. Of machines with
+        contacts, blows or controllers ``reason`` says why it failed.
 
     Raises
     ------
@@ -160,20 +166,21 @@ def simulate(
     """
     kernels = kernels_of(s)
     model = kernels.model
-    if outputs is not None or store is not None or asks_for_many(model, initial, values):
+    if (
+        outputs is not None
+        or store is not None
+        or executor is not None
+        or asks_for_many(model, initial, values)
+    ):
         from .batch import simulate_batch
 
         if sensitivities is not None:
             raise SimulationError("Expected one motion for sensitivities=, got a batch. Leave one out.")
-        if tuple(impulses if isinstance(impulses, list | tuple) else [impulses]):
-            raise SimulationError(
-                "Expected a batch without impulses=, which change the speeds between steps. Run such motions one by "
-                "one."
-            )
         return simulate_batch(
             s, until, initial=initial, near=near, project=project, values=values, tolerance=tolerance, events=events,
-            method=method, step=step, times=times, samples=samples, start=start, max_step=max_step,
-            max_steps=max_steps, progress=progress, outputs=outputs, store=store, threads=threads,
+            impulses=impulses, impacts=impacts, method=method, step=step, times=times, samples=samples, start=start,
+            max_step=max_step, max_steps=max_steps, progress=progress, outputs=outputs, store=store, threads=threads,
+            executor=executor,
         )  # fmt: skip
     if model.contacts and method != "timestepping":
         check_method_of_contacts(method, step)
