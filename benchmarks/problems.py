@@ -267,7 +267,7 @@ def flyball_reached(tolerance: float, until: float = 10.0) -> Reached:
 # --- heavy top of the Lie-group literature -------------------------------------------------------
 
 
-def lie_top(ball: bool = True) -> Any:
+def lie_top() -> Any:
     """15 kg, mass centre 1 m along y from the fixed point, J = diag(0.234375, 0.46875, 0.234375) kg m² about it."""
     import freebody as fb
 

@@ -86,7 +86,7 @@ def mujoco(initial: dict[str, float], end: float, step: float) -> tuple[float, n
 
 
 def drake(initial: dict[str, float], end: float, step: float) -> tuple[float, np.ndarray]:
-    """Steps of the SAP solver, which alone knows loops: a ball constraint, which is compliant; of first order."""
+    """Steps of the SAP solver, the only one that takes a ball constraint; their error falls as the step."""
     from pydrake.math import RigidTransform
     from pydrake.multibody.plant import DiscreteContactApproximation, MultibodyPlant
     from pydrake.multibody.tree import FixedOffsetFrame, RevoluteJoint, SpatialInertia, UnitInertia
