@@ -59,8 +59,8 @@ def check_numbers(
 ) -> None:
     """At the defaults, at ``changed``, with each parameter times ``factor`` in turn, and with all of them at random.
 
-    Each changes an answer, except for the parameters ``idle``, which drop out. What is drawn lies between ``factor`` and
-    1 over it, the same at every run.
+    Each changes an answer, except for the parameters ``idle``, which drop out. What is drawn lies between ``factor``
+    and 1 over it, the same at every run.
     """
     before = outcome(name)
     compare(before, closed, loose)

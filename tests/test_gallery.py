@@ -256,7 +256,11 @@ def test_nonsense_is_refused(name: str) -> None:
         ("whipple-bicycle", {"r_R": 0.0}, "Expected r_R greater than 0, got r_R = 0"),
         ("turntable", {"v_0": 0.0}, "Expected a ball that moves on the ground, got v_0 = 0"),
         ("tippe-top", {"spin": 0.0}, "Expected a spin, got spin = 0"),
-        ("gyroscope", {"theta_0": "60 kg"}, "Expected parameter 'theta_0' in rad or a unit of its kind, got '60 kg'"),
+        (
+            "gyroscope",
+            {"theta_0": "60 kg"},
+            "Expected parameter 'theta_0' in rad or a unit of its kind, got '60 kg'",
+        ),
     ],
 )
 def test_values_without_answers(name: str, changed: dict[str, Any], message: str) -> None:

@@ -106,7 +106,9 @@ def test_airfoil_formulas():
 def test_airfoil_refuses_a_mass_centre_on_the_axis_and_too_little_inertia():
     with pytest.raises(ModelError, match="without a distance nothing couples"):
         entries()["prob-6-14"].run({"s": 0})
-    with pytest.raises(ModelError, match=r"Expected I_E - m\*s\^2 > 0 in 'airfoil'.*I_E = 0.1, m = 10, s = 0.1"):
+    with pytest.raises(
+        ModelError, match=r"Expected I_E - m\*s\^2 > 0 in 'airfoil'.*I_E = 0.1, m = 10, s = 0.1"
+    ):
         entries()["prob-6-14"].run({"I_E": 0.1})
 
 

@@ -8,8 +8,8 @@ The loose part is a wheel inside, its axle along the body's x axis, in a viscous
 power that the bearing then loses, c X² lambda²/(2 (lambda² + (c/J)²)), from the kinetic energy, and so finds the
 growth of X.
 
-Source: P. C. Hughes, *Spacecraft Attitude Dynamics* (1986), sections 5.1 and 5.2; W. T. Thomson, *Introduction to Space
-Dynamics* (1961), section 7.4.
+Source: P. C. Hughes, Spacecraft Attitude Dynamics (1986), sections 5.1 and 5.2; W. T. Thomson, Introduction to Space
+Dynamics (1961), section 7.4.
 """
 
 from __future__ import annotations
@@ -121,7 +121,11 @@ def solve(case: Case) -> Solved:
     crossed = () if beyond else happened(
         case.simulate(LONG * case.until, initial=START, events=first, samples=2), name
     )  # fmt: skip
-    never = "none: it is further from the start" if beyond else f"none: not in {LONG * case.until:g} s, {LONG} times the run"
+    never = (
+        "none: it is further from the start"
+        if beyond
+        else f"none: not in {LONG * case.until:g} s, {LONG} times the run"
+    )
     motion = case.simulate(initial=START, events=events, samples=6001)
     at = case.simulate_to([case["t_1"]], initial=START)
     answers: Answers = {

@@ -86,7 +86,7 @@ def solve(case: Case) -> Solved:
             modes = near.simulate_to([0], initial=START).contacts
             checks.append(
                 same(f"modes found by the simulation at F_tip ({'below' if part < 1 else 'above'}), wrong ones",
-                     sum(modes[foot].mode[0].rstrip("+") != mode for foot, mode in zip("AB", feet, strict=True)), 0, 0.5)
+                     sum(modes[foot].mode[0].rstrip("+") != one for foot, one in zip("AB", feet, strict=True)), 0, 0.5)
             )  # fmt: skip
     plots: Plots = {
         "speed.png": saved(lambda: history(trajectory, ["x", "x'"], title="Sliding body")),

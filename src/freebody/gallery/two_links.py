@@ -25,10 +25,10 @@ def build() -> fb.System:
     theta, theta_2, x_B = s.coordinates("theta theta_2 x_B")
     pulley = s.body("pulley", fb.particle(0))
     s.slider("line", s.ground, pulley, at=("2*L", 0, 0), axis="x", coordinate=x_B)
-    left, right = ("-L/2", 0, 0), ("L/2", 0, 0)
-    s.hinge("B", pulley, "link_2", to=right, axis="z", coordinate=theta_2)
-    s.hinge("A", "link_2", "link_1", at=left, to=right, axis="z", coordinate=-theta - theta_2)
-    s.hinge("O", s.ground, "link_1", to=left, axis="z")
+    link_1, link_2 = s.bodies["link_1"], s.bodies["link_2"]
+    s.hinge("B", pulley, link_2, to=("L/2", 0, 0), axis="z", coordinate=theta_2)
+    s.hinge("A", link_2, link_1, at=("-L/2", 0, 0), to=("L/2", 0, 0), axis="z", coordinate=-theta - theta_2)
+    s.hinge("O", s.ground, link_1, to=("-L/2", 0, 0), axis="z")
     s.force("k_1_B", pulley, ("-k_1*(x_B + x)", 0, 0))
     s.force("k_1_M", s.bodies["mass"], ("k_1*(x_B + x)", 0, 0))
     explain(
@@ -43,10 +43,10 @@ def build() -> fb.System:
 def symmetric() -> fb.System:
     """The same machine with theta for both links: two coordinates, in which its equations of motion are written."""
     s = parts()
-    theta = s.coordinates("theta")
-    s.hinge("O", s.ground, "link_1", to=("-L/2", 0, 0), axis="z", coordinate=-theta)
-    s.hinge("A", "link_1", "link_2", at=("L/2", 0, 0), to=("-L/2", 0, 0), axis="z", coordinate=2 * theta)
-    s.force("k_1_B", s.bodies["link_2"].point("L/2", 0, 0), ("k_1*(2*L*(1 - cos(theta)) - x)", 0, 0))
+    theta, link_1, link_2 = s.coordinates("theta"), s.bodies["link_1"], s.bodies["link_2"]
+    s.hinge("O", s.ground, link_1, to=("-L/2", 0, 0), axis="z", coordinate=-theta)
+    s.hinge("A", link_1, link_2, at=("L/2", 0, 0), to=("-L/2", 0, 0), axis="z", coordinate=2 * theta)
+    s.force("k_1_B", link_2.point("L/2", 0, 0), ("k_1*(2*L*(1 - cos(theta)) - x)", 0, 0))
     s.force("k_1_M", s.bodies["mass"], ("-k_1*(2*L*(1 - cos(theta)) - x)", 0, 0))
     return s
 

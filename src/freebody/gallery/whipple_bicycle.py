@@ -2,9 +2,9 @@
 
 Four rigid bodies (rear wheel, frame with rider, front fork, front wheel), three hinges, two thin wheels that roll
 without slip. x points forward, y to the right, z down; the frame's origin is the rear contact point when the bicycle
-stands upright. Linearised about straight running at the speed v,
+stands upright. Linearised about straight running at the speed v, with the lean φ and the steer δ to the right,
 
-    M (φ, δ)'' + v C1 (φ, δ)' + (g K0 + v² K2) (φ, δ) = 0      φ lean to the right, δ steer to the right.
+    M (φ, δ)'' + v C1 (φ, δ)' + (g K0 + v² K2) (φ, δ) = 0
 
 Source: Linearized dynamics equations for the balance and steer of a bicycle: a benchmark and review, Proc. R. Soc. A
 463 (2007) 1955-1982: parameters table 1, coefficients (A 3)-(A 4), eigenvalues table 2.
@@ -122,7 +122,7 @@ def solve(case: Case) -> Solved:
     parts = coefficients(case.equations.model, case.values)
     at = case.simulate_to([case["t_1"]], initial=KICK)
     speeds = stable_speeds(parts, case["g"])
-    roots = ", ".join(f"{z:.14g}" for z in eigenvalues(parts, case["v"], case["g"]))
+    roots = tuple((float(z.real), float(z.imag)) for z in eigenvalues(parts, case["v"], case["g"]))
     rear, front = (at.reactions[f"{wheel}_contact"].force[0].tolist() for wheel in ("rear", "front"))
     units = {"M": "kg m²", "C1": "kg m", "K0": "kg m", "K2": "kg"}
     answers: Answers = {
@@ -130,7 +130,7 @@ def solve(case: Case) -> Solved:
             name: Answer(f"matrix {name} of lean and steer", tuple(map(tuple, parts[name].tolist())), unit)
             for name, unit in units.items()
         },
-        "eigenvalues": Answer("eigenvalues at v", roots, "1/s"),
+        "eigenvalues": Answer("eigenvalues at v: real, imaginary part", roots, "1/s"),
         "stable": Answer("stable from, to", speeds, "m/s"),
         "delta(t_1)": Answer("delta at t_1", float(at["delta"][0]), "rad"),
         "lean'(t_1)": Answer("rate of lean at t_1", float(at["air_wx"][0]), "rad/s"),
