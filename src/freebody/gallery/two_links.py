@@ -159,4 +159,5 @@ TWO_LINKS = Entry(
     build,
     solve,
     until=3.0,
+    near={"x": "L/20"},
 )
