@@ -23,7 +23,7 @@ from .draw_forces import gravity, loads, springs
 from .draw_ground import feet, gears, guides, rolling_planes, ropes, surfaces
 from .drawing import Drawing
 from .outlines import outlines, polygon
-from .palette import GREY, INK
+from .palette import GREY, INK, legible
 from .placing import Placer, inside
 from .shapes import attachments, fill_of
 from .sheet import Arrow, Circle, Group, Line, Sheet, Style, arc
@@ -155,7 +155,7 @@ class Machine:
         if names:
             self._names()
         for tex, anchors, size, color in self.labels:
-            self.root.add(self.placer.label(tex, anchors, size, color))
+            self.root.add(self.placer.label(tex, anchors, size, legible(color)))
         title = f"{self.model.name}" + (f", t = {self.now.t:.4g} s" if self.now.moving else "")
         attributes = {
             "class": "freebody-drawing",

@@ -16,7 +16,7 @@ from .configuration import Configuration
 from .marks import Mark
 from .measures import angle_of, dimensions_of
 from .outlines import outlines, polygon
-from .palette import GREY, INK, KINDS
+from .palette import GREY, INK, KINDS, legible
 from .placing import Placer, inside, meets, sampled
 from .shapes import Primitive, attachments
 from .sheet import Arrow, Circle, Group, Label, Line, Style, arc
@@ -122,7 +122,7 @@ class Panel:
             measured += self._measured(group, found)
         for mark, made, anchors in placed:
             color = self._style(mark).stroke or INK
-            label = self.placer.label(f"${mark.label}$", anchors, LABEL, color)
+            label = self.placer.label(f"${mark.label}$", anchors, LABEL, legible(color))
             made.add(label, *self._leader(label, made, color))
         for _, tex, anchor in measured:
             group.add(self.placer.label(tex, [anchor], 10.0, GREY))
