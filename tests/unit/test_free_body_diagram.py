@@ -363,7 +363,7 @@ def test_files_of_every_kind(moving: Any, tmp_path: Any) -> None:
     for pair in ("scope", "tikzpicture", "document"):
         assert tex.count(rf"\begin{{{pair}}}") == tex.count(rf"\end{{{pair}}}") > 0
     assert tex.count("{") == tex.count("}") and tex.count("$") % 2 == 0
-    assert r"$\mathrm{pin}_{x}$" in tex and "-{Latex" in tex
+    assert r"$\mathrm{pin}_{x}$" in tex and "-{Stealth" in tex
     defined = {line.split("{")[1].split("}")[0] for line in tex.splitlines() if "definecolor" in line}
     used = {
         word.split("=")[1] for word in tex.replace("]", ",").split(",") if word.startswith(("draw=", "fill="))

@@ -36,7 +36,8 @@ def build() -> fb.System:
     nothing = fb.MassProperties(0, (0, 0, 0), ((0, 0, 0), (0, 0, 0), (0, 0, 0)))
     carriage, frame = s.body("carriage", nothing), s.body("frame", nothing)
     # two thin hoops: half of the moment of inertia about a diameter
-    wheels = s.body("wheels", fb.MassProperties(m, (0, 0, 0), ((2 * spin, 0, 0), (0, spin, 0), (0, 0, spin))))
+    inertia = ((2 * spin, 0, 0), (0, spin, 0), (0, 0, spin))
+    wheels = s.body("wheels", fb.MassProperties(m, (0, 0, 0), inertia), shape=fb.ring(1, r, axis="x"))
     s.hinge("turn", s.ground, carriage, axis="z", coordinate="psi")
     s.hinge("lean", carriage, frame, at=(R, 0, 0), axis=(0, -1, 0), coordinate="theta")
     s.hinge("axle", frame, wheels, axis="x", coordinate="p")

@@ -25,13 +25,21 @@ def build() -> fb.System:
     s = fb.System("turboprop")
     I_p, I_e = s.parameters(I_p=8.0, w_p=120.0, I_e=0.6, w_e=1200.0)[::2]
     s.parameters(v=100.0, R=800.0, w_e2=1800.0)
-    airframe = s.body("airframe", fb.MassProperties(1, (0, 0, 0), ((1, 0, 0), (0, 1, 0), (0, 0, 1))))
+    airframe = s.body(
+        "airframe",
+        fb.MassProperties(1, (0, 0, 0), ((1, 0, 0), (0, 1, 0), (0, 0, 1))),
+        shape=fb.ellipsoid(1, (3, 0.6, 0.6)),
+    )
+    shown = {
+        "propeller": fb.box(1, (0.1, 0.3, 2.6)).moved((3, 0, 0)),
+        "engine": fb.cylinder(1, 0.35, 1.5, axis="x").moved((1.2, 0, 0)),
+    }
     s.hinge("yaw", s.ground, airframe, axis="z", coordinate="psi")
     for shaft, rotor, inertia, angle in zip(
         SHAFTS, ("propeller", "engine"), (I_p, I_e), ("p", "n"), strict=True
     ):
         thin = ((inertia, 0, 0), (0, inertia / 2, 0), (0, 0, inertia / 2))
-        body = s.body(rotor, fb.MassProperties(1, (0, 0, 0), thin))
+        body = s.body(rotor, fb.MassProperties(1, (0, 0, 0), thin), shape=shown[rotor])
         s.hinge(shaft, airframe, body, axis="x", coordinate=angle)
     explain(
         s,

@@ -151,4 +151,5 @@ TWO_LINKS = Entry(
     solve,
     until=3.0,
     positive=("g",),
+    near={"x": "L/20"},
 )

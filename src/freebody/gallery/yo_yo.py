@@ -30,7 +30,9 @@ def build() -> fb.System:
     s.assume(inertia > 0, R > 0, m > 0, s.expression("omega_0") > 0, s.expression("l_1") > 0)
     theta, phi = s.coordinates("theta phi")
     drum = s.body(
-        "drum", fb.MassProperties(1, (0, 0, 0), ((inertia, 0, 0), (0, inertia, 0), (0, 0, inertia)))
+        "drum",
+        fb.MassProperties(1, (0, 0, 0), ((inertia, 0, 0), (0, inertia, 0), (0, 0, inertia))),
+        shape=fb.disk(1, R),
     )
     s.hinge("axis", s.ground, drum, axis="z", coordinate=theta)
     for side, sign in (("1", 1), ("2", -1)):

@@ -23,7 +23,7 @@ from .draw_forces import gravity, loads, springs
 from .draw_ground import feet, gears, guides, rolling_planes, ropes, surfaces
 from .drawing import Drawing
 from .outlines import outlines, polygon
-from .palette import GREY, INK
+from .palette import GREY, INK, legible
 from .placing import Placer, inside
 from .shapes import attachments, fill_of
 from .sheet import Arrow, Circle, Group, Line, Sheet, Style, arc
@@ -155,7 +155,7 @@ class Machine:
         if names:
             self._names()
         for tex, anchors, size, color in self.labels:
-            self.root.add(self.placer.label(tex, anchors, size, color))
+            self.root.add(self.placer.label(tex, anchors, size, legible(color)))
         title = f"{self.model.name}" + (f", t = {self.now.t:.4g} s" if self.now.moving else "")
         attributes = {
             "class": "freebody-drawing",
@@ -180,16 +180,15 @@ class Machine:
         return points
 
     def _from_behind(self) -> list[str]:
-        """Bodies in the order in which they hide each other: by depth, and at one depth small ones in front."""
+        """Bodies in the order in which they hide each other: in space by depth, at one depth small ones in front."""
 
         def order(name: str) -> tuple[float, float]:
             place = self.model.bodies[name]
-            depth = float(self.view.toward @ self.now.place(name, place.center))
+            depth = 0.0 if self.view.planar else float(self.view.toward @ self.now.place(name, place.center))
             points = np.array([q for piece in self.pieces[name] for q in piece.points()])
             return round(depth * self.scale, 3), -float(np.ptp(points, axis=0).max())
 
-        names = list(self.model.bodies)
-        return names if self.view.planar else sorted(names, key=order)
+        return sorted(self.model.bodies, key=order)
 
     def _joints(self) -> dict[str, tuple[str, str, str, Array]]:
         """Type, parent, child and place of every joint, those that close loops included."""
@@ -304,12 +303,12 @@ class Machine:
         line = np.array([at - 26.0 * d, at + 26.0 * d])
         self.add([Line(line, Style(INK, 0.8, (8.0, 2.0, 1.5, 2.0)))], class_="joint slider", data_joint=name)
 
-    def axis(self, name: str) -> Array | None:
-        """Direction of a joint's first axis on paper."""
+    def axis(self, name: str, index: int = 0) -> Array | None:
+        """Direction of one of a joint's axes on paper, the first if not said."""
         joint = self.model.joints.get(name)
         if joint is None:
             return None
-        d = self.view(self.axis_in_space(self.model.links[joint.links[0]], joint.links[0]))
+        d = self.view(self.axis_in_space(self.model.links[joint.links[index]], joint.links[index]))
         length = float(np.linalg.norm(d))
         return d / length if length > 0.05 else None
 

@@ -53,21 +53,20 @@ def _joint_spring(m: Machine, name: str, load: JointSpring | JointDamper) -> Non
     at = m.page(joint[3])
     value = load.stiffness if isinstance(load, JointSpring) else load.damping
     kind = "spring" if isinstance(load, JointSpring) else "damper"
-    d = m.axis(load.joint.name)
+    d = m.axis(load.joint.name, load.index)
     link = m.model.links[m.model.joints[load.joint.name].links[load.index]]
     if link.kind != "slider" or d is None:
         m.add(symbols.spiral(at), class_=kind, data_load=name)
         _spring_label(m, value, at, np.array([20.0, 0.0]))
         return
     base = m.page(m.now.place(joint[1], m.model.joints[load.joint.name].at))
-    beside = sum(
-        isinstance(other, JointSpring | JointDamper) and other.joint is load.joint and key != name
-        for key, other in list(m.model.loads.items())[: list(m.model.loads).index(name)]
-    )
+    same = [key for key, other in m.model.loads.items() if _like(load, other)]
+    beside = same.index(name)
     normal = np.array([-d[1], d[0]])
-    shift = (6.0 if beside == 0 else -6.0) * normal if _beside(m, load) else np.zeros(2)
+    shift = (6.0 if beside == 0 else -6.0) * normal if len(same) > 1 else np.zeros(2)
     half = m.reach(joint[2], at, -d)
-    wall = base - 78.0 * d
+    # on the line of its own axis, where the joint has others
+    wall = at + float((base - at) @ d) * d - (half + 60.0) * d
     start, end = wall + shift, at - half * d + shift
     make = symbols.zigzag if isinstance(load, JointSpring) else symbols.dashpot
     m.add(make(start, end), class_=kind, data_load=name)
@@ -76,13 +75,12 @@ def _joint_spring(m: Machine, name: str, load: JointSpring | JointDamper) -> Non
     _spring_label(m, value, (start + end) / 2, end - start)
 
 
-def _beside(m: Machine, load: JointSpring | JointDamper) -> bool:
+def _like(load: JointSpring | JointDamper, other: Any) -> bool:
+    """Whether a load acts along the same axis of the same joint."""
     return (
-        sum(
-            isinstance(other, JointSpring | JointDamper) and other.joint is load.joint
-            for other in m.model.loads.values()
-        )
-        > 1
+        isinstance(other, JointSpring | JointDamper)
+        and other.joint is load.joint
+        and other.index == load.index
     )
 
 

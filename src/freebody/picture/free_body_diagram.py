@@ -355,8 +355,8 @@ class _Maker:
             if not mark.law:
                 continue
             tex = f"${mark.law}$"
-            if len(mark.law) > 420 or size_of(tex, 10.0)[0] > 470.0:
-                left.append(f"${mark.label}$")
+            if len(mark.law) > 420 or size_of(tex, 10.0)[0] > 520.0:
+                left += [f"${mark.label}$"] if f"${mark.label}$" not in left else []
             elif tex not in lines:
                 lines.append(tex)
         if left:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from ..model.model import GROUND
 from .configuration import Configuration
 from .palette import GREY
 from .placing import Placer
-from .shapes import attachments
+from .shapes import Primitive, attachments, holds
 from .sheet import Arrow, Group, Line, Style, arc
 from .view import View
 
@@ -33,11 +34,18 @@ Measured = tuple[Group, str, tuple[Array, Array | None]]
 
 
 def angle_of(
-    e: Equations, now: Configuration, view: View, scale: float, body: str, relative: bool = False
+    e: Equations,
+    now: Configuration,
+    view: View,
+    scale: float,
+    body: str,
+    relative: bool = False,
+    pieces: Sequence[Primitive] = (),
 ) -> list[Measured]:
     """The angle of a body in a planar machine, from where it points when its coordinates are zero.
 
-    ``relative`` measures the coordinate of its own joint, from where it points when that one is zero.
+    ``relative`` measures the coordinate of its own joint, from where it points when that one is zero. Where ``pieces``
+    of the body are given and none holds the joint, the angle stands at the mass centre.
     """
     model, state = e.model, e.state
     link = model.bodies[body].link
@@ -69,6 +77,10 @@ def angle_of(
     ends = [scale * view(now.place(body, model.bodies[body].center))]
     R, p = now.posture(body)
     ends += [scale * view(p + R @ q) for q in attachments(model, now.state, body).values()]
+    local = np.array([float(now.state(x)) for x in joint.to])
+    if pieces and not any(holds(piece, local, 3.0 / scale) for piece in pieces):
+        start = scale * view(now.place(body, model.bodies[body].center))
+        ends = [scale * view(p + R @ q) for piece in pieces for q in piece.points()]
     reach = [float(np.linalg.norm(q - start)) for q in ends]
     far = int(np.argmax(reach))
     if reach[far] < 14.0:

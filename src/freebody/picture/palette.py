@@ -16,8 +16,11 @@ BLUE, VERMILLION, GREEN, ORANGE, SKY, PURPLE = (
     "#CC79A7",
 )
 
-PAIRS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)
-"""Of reactions, one per joint."""
+PAIRS = (BLUE, VERMILLION, PURPLE, GREEN, ORANGE, SKY)
+"""Of reactions, one per joint; the first three, which most machines need, differ in grey, too."""
+
+CONTRAST = 4.5
+"""Of letters to a white page, at least: criterion 1.4.3 of [WCAG2018]."""
 
 BODY_FILLS = ("#dfe8f0", "#f3e6d8", "#dcefe6", "#f2e3ec", "#f7efd2", "#e2f1fa")
 """Pale fills of bodies, in their order."""
@@ -31,6 +34,30 @@ def pale(color: str) -> str:
     """
     parts = (int(color[i : i + 2], 16) for i in (1, 3, 5))
     return "#" + "".join(f"{round(255 - 0.28 * (255 - part)):02x}" for part in parts)
+
+
+def luminance(color: str) -> float:
+    """Relative luminance of a colour, white is 1, as [WCAG2018] defines it.
+
+    >>> round(luminance("#ffffff"), 3), round(luminance("#0072B2"), 3)
+    (1.0, 0.152)
+    """
+    parts = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4 for x in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def legible(color: str) -> str:
+    """A colour dark enough for letters on white, of the same hue.
+
+    >>> legible("#0072B2"), legible("#E69F00")
+    ('#0072B2', '#996a00')
+    """
+    parts = [int(color[i : i + 2], 16) for i in (1, 3, 5)]
+    while 1.05 / (luminance(color) + 0.05) < CONTRAST:
+        parts = [x * 0.96 for x in parts]
+        color = "#" + "".join(f"{round(x):02x}" for x in parts)
+    return color
 
 
 KINDS = {

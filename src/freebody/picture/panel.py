@@ -16,7 +16,7 @@ from .configuration import Configuration
 from .marks import Mark
 from .measures import angle_of, dimensions_of
 from .outlines import outlines, polygon
-from .palette import GREY, INK, KINDS
+from .palette import GREY, INK, KINDS, legible
 from .placing import Placer, inside, meets, sampled
 from .shapes import Primitive, attachments
 from .sheet import Arrow, Circle, Group, Label, Line, Style, arc
@@ -110,7 +110,8 @@ class Panel:
         measured: list[Any] = []
         if angles and self.view.planar:
             measured += self._measured(
-                group, angle_of(self.equations, self.now, self.view, self.scale, self.body)
+                group,
+                angle_of(self.equations, self.now, self.view, self.scale, self.body, pieces=self.pieces),
             )
         placed = [] if blank else [(mark, *self._arrow(mark)) for mark in self._ordered(marks)]
         for mark, made, _ in placed:
@@ -121,7 +122,7 @@ class Panel:
             measured += self._measured(group, found)
         for mark, made, anchors in placed:
             color = self._style(mark).stroke or INK
-            label = self.placer.label(f"${mark.label}$", anchors, LABEL, color)
+            label = self.placer.label(f"${mark.label}$", anchors, LABEL, legible(color))
             made.add(label, *self._leader(label, made, color))
         for _, tex, anchor in measured:
             group.add(self.placer.label(tex, [anchor], 10.0, GREY))
@@ -165,6 +166,8 @@ class Panel:
         center = self._center()
         for at in self._held():
             group.add(Circle(at, 2.4, Style(INK, 0.9, (), "#ffffff")))
+        if not self._heavy():
+            return group
         # the sign of a mass centre: a circle with two black quarters
         r = 3.4
         group.add(Circle(center, r, Style(INK, 0.8, (), "#ffffff")))
@@ -175,6 +178,9 @@ class Panel:
         self.placer.box((x - r, y - r, x + r, y + r))
         return group
 
+    def _heavy(self) -> bool:
+        return self.now.model.bodies[self.body].mass != 0
+
     def _center(self) -> Array:
         return self.page(self.now.place(self.body, self.now.model.bodies[self.body].center))
 
@@ -183,9 +189,10 @@ class Panel:
         found = attachments(self.now.model, self.now.state, self.body)
         center = self._center()
         points: list[Array] = []
+        signs = [center] if self._heavy() else []
         for at in found.values():
             page = self.page(p + R @ at)
-            if all(float(np.linalg.norm(page - q)) > 1.0 for q in [center, *points]):
+            if all(float(np.linalg.norm(page - q)) > 1.0 for q in [*signs, *points]):
                 points.append(page)
         return points
 
@@ -194,7 +201,7 @@ class Panel:
         # where a joint is called C, the sign of the mass centre has to do
         held = {*self.now.model.joints, *self.now.model.constraints}
         taken = "C" in held
-        if not taken and not any(piece.kind == "particle" for piece in self.pieces):
+        if self._heavy() and not taken and not any(piece.kind == "particle" for piece in self.pieces):
             result.append(("$C$", self._center()))
         if blank:
             R, p = self.now.posture(self.body)

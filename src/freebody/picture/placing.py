@@ -172,9 +172,10 @@ def sampled(points: Array, step: float) -> Array:
 
 
 def meets(line: Array, box: Box) -> bool:
-    """Whether a polyline goes through a box."""
-    along = sampled(line, 0.5)
-    return bool(((along > box[:2]) & (along < box[2:])).all(axis=1).any())
+    """Whether a polyline goes through a box, or past it within half the gap of a label."""
+    along, gap = sampled(line, 0.5), CLEAR / 2
+    low, high = np.array(box[:2]) - gap, np.array(box[2:]) + gap
+    return bool(((along > low) & (along < high)).all(axis=1).any())
 
 
 def inside(polygon: Array, points: Array) -> Any:

@@ -65,7 +65,7 @@ class Arrow:
 
     def heads(self) -> list[Array]:
         """The triangles of the heads."""
-        scale = self._size()
+        scale = self.size
         result = [_head(self.points[-1], self._direction(), scale)]
         if self.head == "double":
             result.append(
@@ -78,13 +78,14 @@ class Arrow:
 
     def shaft(self) -> Array:
         """The line without what the heads cover."""
-        scale = self._size()
-        points = _shortened(self.points, 0.8 * HEAD[0] * scale)
+        scale = self.size
+        points = shortened(self.points, 0.8 * HEAD[0] * scale)
         if self.head == "both":
-            points = _shortened(points[::-1], 0.8 * HEAD[0] * scale)[::-1]
+            points = shortened(points[::-1], 0.8 * HEAD[0] * scale)[::-1]
         return points
 
-    def _size(self) -> float:
+    @property
+    def size(self) -> float:
         """Of the heads, for the width of the line; less on a short arrow."""
         length = float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
         room = length / HEAD[0] / (2.4 if self.head in ("double", "both") else 1.4)
@@ -92,7 +93,7 @@ class Arrow:
 
     def _direction(self) -> Array:
         # of a curve the chord under the head
-        short = _shortened(self.points, HEAD[0])
+        short = shortened(self.points, HEAD[0])
         d = self.points[-1] - short[-1]
         return d / np.linalg.norm(d)
 
@@ -215,7 +216,7 @@ def _head(tip: Array, d: Array, scale: float) -> Array:
     return np.array([tip, base + half * side, base + 0.22 * length * d, base - half * side])
 
 
-def _shortened(points: Array, by: float) -> Array:
+def shortened(points: Array, by: float) -> Array:
     """A polyline without its last stretch."""
     kept = list(points)
     left = by

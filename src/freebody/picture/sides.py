@@ -1,4 +1,5 @@
-"""The pieces of bodies in one configuration: their solids, and the sides that others touch where no solid shows them.
+"""The pieces of bodies in one configuration: their solids, and where no solid shows them the sides that others touch
+and the rods that others slide along.
 
 A plane has no end. It is drawn as far as the contact, and to where the body's other planes begin.
 """
@@ -38,6 +39,14 @@ def pieces_of(now: Configuration, planar: bool) -> dict[str, tuple[Primitive, ..
             foot = R.T @ (np.array([float(x) for x in place]) - p)
             if not any(piece.kind != "particle" and holds(piece, foot, 0.02 * size) for piece in found[name]):
                 sides.setdefault(name, []).append((shape, foot))
+    for joint in now.model.joints.values():
+        if joint.type != "slider" or joint.parent == "ground":
+            continue
+        R, p = now.posture(joint.parent)
+        start, end = _numbers(now, joint.at), R.T @ (now.place(joint.child, joint.to) - p)
+        far = float(np.linalg.norm(end - start)) > 0.02 * size
+        if far and not any(holds(piece, end, 0.02 * size) for piece in found[joint.parent]):
+            found[joint.parent] += (rod(start, end, ROD * size),)
     for name, touched in sides.items():
         starts = [_numbers(now, shape.at) for shape, _ in touched if kind_of(shape) == "plane"]
         found[name] += tuple(_side(now, shape, foot, starts, size, planar) for shape, foot in touched)

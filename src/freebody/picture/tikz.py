@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from .sheet import Arrow, Circle, Group, Label, Line, Sheet, Style, flat
+from .sheet import HEAD, Arrow, Circle, Group, Label, Line, Sheet, Style, flat, shortened
 
-_HEADS = {
-    "full": "-{Latex[length=7pt,width=5pt]}",
-    "open": "-{Latex[length=7pt,width=5pt,open]}",
-    "double": "-{Latex[length=7pt,width=5pt] Latex[length=7pt,width=5pt]}",
-    "both": "{Latex[length=5pt,width=4pt]}-{Latex[length=5pt,width=4pt]}",
-}
+NARROW = 0.92
+"""Of Computer Modern, the size at which it is about as wide as the letters that labels are placed by."""
+
+WIDE = 60.0
+"""Width from which on a label is a line of text [pt]."""
 
 
 def tikz(sheet: Sheet) -> str:
@@ -23,6 +22,7 @@ def tikz(sheet: Sheet) -> str:
                 colors.setdefault(color, f"fb{chr(97 + len(colors) // 26)}{chr(97 + len(colors) % 26)}")
     lines = [
         f"% {_comment(sheet.title)}",
+        r"\RequirePackage{fix-cm}",
         r"\documentclass[tikz,border=6pt]{standalone}",
         r"\usepackage{amsmath}",
         r"\usetikzlibrary{arrows.meta}",
@@ -45,21 +45,39 @@ def _items(group: Group, colors: dict[str, str], indent: str) -> list[str]:
             lines += [rf"{indent}\begin{{scope}}", *_items(item, colors, indent + "  ")]
             lines.append(rf"{indent}\end{{scope}}")
         elif isinstance(item, Label):
+            x0, y0, x1, y1 = item.box
+            size = NARROW * item.size
+            # a line of text is held at its beginning, a symbol in its middle
+            anchor, x = ("west", x0) if x1 - x0 > WIDE else ("center", (x0 + x1) / 2)
             lines.append(
-                rf"{indent}\node[anchor=south west,inner sep=0pt,text={colors[item.color]},"
-                rf"font=\fontsize{{{item.size:g}}}{{{1.2 * item.size:g}}}\selectfont] at {_at(item.at)} {{{item.tex}}};"
+                rf"{indent}\node[anchor={anchor},inner sep=0pt,text={colors[item.color]},"
+                rf"font=\fontsize{{{size:.4g}}}{{{1.2 * size:.4g}}}\selectfont] "
+                rf"at {_at((x, (y0 + y1) / 2))} {{{item.tex}}};"
             )
         elif isinstance(item, Circle):
             lines.append(
                 rf"{indent}\path[{_style(item.style, colors)}] {_at(item.center)} circle[radius={item.radius:.3f}];"
             )
+        elif isinstance(item, Arrow):
+            lines += [rf"{indent}\path[{options}] {path};" for options, path in _arrow(item, colors)]
         else:
-            assert isinstance(item, Line | Arrow)
-            head = f"{_HEADS[item.head]}," if isinstance(item, Arrow) else ""
-            path = " -- ".join(map(_at, item.points))
-            closed = " -- cycle" if isinstance(item, Line) and item.closed else ""
-            lines.append(rf"{indent}\path[{head}{_style(item.style, colors)}] {path}{closed};")
+            assert isinstance(item, Line)
+            closed = " -- cycle" if item.closed else ""
+            lines.append(rf"{indent}\path[{_style(item.style, colors)}] {_path(item.points)}{closed};")
     return lines
+
+
+def _arrow(arrow: Arrow, colors: dict[str, str]) -> list[tuple[str, str]]:
+    """Options and points: one path with its heads; of a curve the shaft, and a straight end that bears the head."""
+    length, half = HEAD[0] * arrow.size, HEAD[1] * arrow.size
+    fill = ",line width=0.8pt,fill=white" if arrow.head == "open" else ""
+    tip = f"Stealth[length={length:.3g}pt,width={2 * half:.3g}pt,inset={0.22 * length:.3g}pt{fill}]"
+    heads = {"double": f"-{{{tip} {tip}}}", "both": f"{{{tip}}}-{{{tip}}}"}.get(arrow.head, f"-{{{tip}}}")
+    style = _style(arrow.style, colors)
+    if len(arrow.points) == 2:
+        return [(f"{heads},{style}", _path(arrow.points))]
+    end = shortened(arrow.points, 1.2 * length)
+    return [(style, _path(end)), (f"{heads},{style}", _path([end[-1], arrow.tip]))]
 
 
 def _style(style: Style, colors: dict[str, str]) -> str:
@@ -72,6 +90,10 @@ def _style(style: Style, colors: dict[str, str]) -> str:
     if style.fill is not None:
         parts.append(f"fill={colors[style.fill]}")
     return ",".join(parts)
+
+
+def _path(points: Any) -> str:
+    return " -- ".join(map(_at, points))
 
 
 def _at(point: Any) -> str:
