@@ -173,7 +173,7 @@ def _solved(
             yield one
         return
     starts = np.array(list(_starts(A, c, contacts, modes, sought)))
-    columns, rows = _unknowns(len(c), contacts, modes)
+    columns, rows = unknowns(len(c), contacts, modes)
     looked = [Sought(contacts[i].row, contacts[i].friction) for i in sought]
     found = directions(A, c, np.zeros(len(c)), columns, rows, looked, starts)
     if found is None:
@@ -262,7 +262,7 @@ def _chosen_directions(
         yield angles
 
 
-def _unknowns(
+def unknowns(
     m: int, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]]
 ) -> tuple[list[Array], list[int]]:
     """λ = B x, by columns, and the rows of r that vanish; no column where a direction is yet to be found."""
@@ -287,7 +287,7 @@ def _linear(
     A: Array, c: Array, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]]
 ) -> Solution | None:
     """Forces and rates of one combination; None where its equations have no solution."""
-    columns, rows = _unknowns(len(c), contacts, modes)
+    columns, rows = unknowns(len(c), contacts, modes)
     forces, lack = np.zeros(len(c)), 0
     if rows:
         found = balanced(A, c, contacts, np.array(columns).T, rows, forces)
@@ -388,6 +388,12 @@ def distinct(
         else:
             groups.append((x, [one]))
     return [group for _, group in groups]
+
+
+def most_shared(found: Sequence[Solution]) -> list[Solution]:
+    """Those with most forces that nothing determines, least in norm: the others leave contacts without force."""
+    most = max((one.rank_lack for one in found), default=0)
+    return [one for one in found if one.rank_lack == most]
 
 
 def painleve(A: Array, contact: Touching) -> float:
