@@ -21,7 +21,7 @@ from .complementarity import (
     Solution,
     Touching,
     distinct,
-    most_shared,
+    least_of,
     painleve,
     solutions,
 )
@@ -54,7 +54,7 @@ def modes_at(work: ContactRun, t: float, y: Array, current: Modes) -> tuple[Mode
     if len(groups) > 1:  # an inequality that is missed by round-off: a great friction makes much of that
         groups = distinct([one for one in kept if one.missed <= 0], responses, alike=alike) or groups
     if len(groups) > 1 and work.least:
-        groups = distinct(most_shared(kept), responses, alike=alike)
+        groups = distinct(least_of(kept, A, contacts), responses, alike=alike)
     if len(groups) != 1:
         raise paradox(work, t, y, seen, contacts, A, groups or distinct(found, responses), bool(groups))
 

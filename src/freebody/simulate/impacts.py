@@ -32,11 +32,10 @@ from .complementarity import (
     Touching,
     balanced,
     distinct,
-    most_shared,
-    relaxed,
+    least_of,
     solutions,
 )
-from .slip_directions import Sought, directions, newton
+from .slip_directions import Sought, directions, newton, relaxed
 
 Kind = tuple[bool, str, Any]
 """Of a contact in expansion: whether it is held, whether it sticks or slips, and the direction of slip."""
@@ -100,7 +99,7 @@ def impact(
         if moving:
             c[one.row] += e * before[one.row]
     found = solutions(A, c, contacts)
-    chosen = _only(found, responses, contacts, before, "Newton's law of impact", still, least)
+    chosen = _only(found, A, responses, contacts, before, "Newton's law of impact", still, least)
     return _checked(A, before, chosen.forces, contacts, "newton")
 
 
@@ -109,12 +108,12 @@ def _poisson(
     still: float, least: bool,
 ) -> Impact:  # fmt: skip
     first = solutions(A, before, contacts)
-    compressed = _only(first, responses, contacts, before, "the compression", still, least)
+    compressed = _only(first, A, responses, contacts, before, "the compression", still, least)
     middle = A @ compressed.forces + before
     given = np.array([e * compressed.forces[c.row] for c, e in zip(contacts, restitution, strict=True)])
     found = _expansions(A, middle, contacts, given)
     size = float(np.abs(compressed.forces @ responses).max(initial=0))
-    expanded = _only(found, responses, contacts, before, "the expansion", still, least, size)
+    expanded = _only(found, A, responses, contacts, before, "the expansion", still, least, size)
     return _checked(A, before, compressed.forces + expanded.forces, contacts, "poisson")
 
 
@@ -284,6 +283,7 @@ def _one_by_one(
 
 def _only(
     found: Sequence[Solution],
+    A: Array,
     responses: Array,
     contacts: Sequence[Touching],
     before: Array,
@@ -300,7 +300,7 @@ def _only(
         )
     groups = distinct(found, responses, max(size, still / ALIKE), ALIKE)
     if len(groups) > 1 and least:
-        groups = distinct(most_shared(found), responses, max(size, still / ALIKE), ALIKE)
+        groups = distinct(least_of(found, A, contacts), responses, max(size, still / ALIKE), ALIKE)
     if len(groups) > 1:
         modes = "; ".join(
             ", ".join(f"{c.name}: {m[0]}" for c, m in zip(contacts, g[0].modes, strict=True)) for g in groups
@@ -308,7 +308,7 @@ def _only(
         raise SimulationError(
             f"{len(groups)} different outcomes satisfy {what} with Coulomb friction at contacts {names}: {modes}. "
             f"Rigid bodies do not decide between them; change the friction, or the law (impact='poisson')"
-            + (", or take indeterminate='least'." if any(one.rank_lack for one in found) else ".")
+            + ("." if len(least_of(found, A, contacts)) == len(found) else ", or take indeterminate='least'.")
         )
     return min(groups[0], key=lambda one: (one.rank_lack, sum(m[0] == OPEN for m in one.modes)))
 
