@@ -148,7 +148,7 @@ SHAPES = {
     "zero normal": (lambda b: b.plane(normal=(0, 0, 0)), "has length zero"),
     "side without length": (lambda b: b.segment((1, 0, 0), (1, 0, 0), normal="y"), "Start and end of the segment of body 'disk' are one point, (1, 0, 0)."),
     "oblique normal": (lambda b: b.segment((0, 0, 0), (1, 1, 0), normal="y"), "The normal of the segment of body 'disk' must be at right angles to the side from (0, 0, 0) to (1, 1, 0), got 'y'."),
-    "no corners": (lambda b: b.corners(), "Expected either points or size=(a, b) for the corners of body 'disk', got none."),
+    "no corners": (lambda b: b.corners(), "Expected points, or size=(a, b) of a box, for the corners of body 'disk', got none. A body made of a mesh has corners of its own; this one is a disk."),
     "corners twice": (lambda b: b.corners((0, 0, 0), size=(1, 1)), "got both"),
     "one edge": (lambda b: b.corners(size=(1,)), "Expected two or three edges, size=(a, b, c), for the corners of body 'disk', got (1,)."),
     "moved corners": (lambda b: b.corners((0, 0, 0), at=(1, 0, 0)), "at= moves a box of given size; the corners of body 'disk' are given as points."),

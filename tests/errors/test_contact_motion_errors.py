@@ -95,3 +95,39 @@ def test_a_time_step_that_is_not_solved(monkeypatch):
     monkeypatch.setattr(timestepping, "RESIDUAL", -1.0)  # can not be reached
     with pytest.raises(SimulationError, match="'disk' were not solved in the step at t = 0 s: after 100000 sweeps a law is still missed by 0 of the greatest speed .* Where friction jams a contact"):  # fmt: skip  # noqa: E501
         fb.simulate(s, 0.1, initial={"y": 0.1, "x'": 1}, method="timestepping", step=0.01)
+
+
+def table(**loads):
+    s = fb.System("table")
+    s.gravity = (0, 0, -G)
+    top = s.body("top", fb.box(10, (1, 0.8, 0.1)))
+    s.free("f", s.ground, top)
+    legs = top.corners((-0.5, -0.4, -0.4), (0.5, -0.4, -0.4), (0.5, 0.4, -0.4), (-0.5, 0.4, -0.4))
+    s.contact("leg", legs, s.ground.plane(normal="z"), friction=0.3)
+    for name, (at, components) in loads.items():
+        s.force(name, top.point(*at), components)
+    return s
+
+
+def test_a_table_that_is_pulled_evenly_slides_and_one_that_turns_as_it_slides_is_refused():
+    evenly = fb.simulate(table(F=((0, 0, 0), (60, 0, 0))), 1, initial={"f_z": 0.4})
+    # m a = F - mu m g, however the legs share the weight
+    assert evenly.at(1)["f_vx"] == pytest.approx(6 - 0.3 * G, rel=1e-9)
+    assert {f"N_leg_{k}" for k in range(1, 5)} <= set(evenly.indeterminate)
+    beside = table(F=((0, 0.1, 0), (60, 0, 0)))
+    with pytest.raises(SimulationError, match="statically indeterminate, and with different friction, or a turn as they slide, .* or take indeterminate='least'"):  # fmt: skip  # noqa: E501
+        fb.simulate(beside, 1, initial={"f_z": 0.4})
+    spinning = {"f_z": 0.4, "f_vx": 1, "f_wz": 1}
+    with pytest.raises(SimulationError, match="or take indeterminate='least', which decides for normal forces least in norm"):  # fmt: skip  # noqa: E501
+        fb.simulate(table(), 1, initial=spinning)
+    chosen = fb.simulate(table(), 1, initial=spinning, indeterminate="least")
+    assert chosen.energy.relative_residual < 1e-8
+    assert chosen.modes[-1].mode == "stick"
+    N = np.array([chosen.contacts[f"leg_{k}"].least[:, 0] for k in range(1, 5)])
+    before = chosen.t < chosen.events[0].time
+    assert N[:, before].sum(axis=0) == pytest.approx(10 * G, rel=1e-9)
+
+
+def test_an_unknown_choice_for_indeterminate_forces():
+    with pytest.raises(SimulationError, match=r"Expected indeterminate='refuse' or 'least' \(normal forces least in norm\), got 'most'"):  # fmt: skip  # noqa: E501
+        fb.simulate(table(), 1, initial={"f_z": 0.4}, indeterminate="most")

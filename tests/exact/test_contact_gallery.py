@@ -1,4 +1,4 @@
-"""Bouncing ball, rocking block, ball on a turntable, tippe top, rattleback, Euler's disk: answers against closed forms and laws."""
+"""Bouncing ball, rocking block, turntable, tippe top, rattleback, Euler's disk against closed forms and laws."""
 
 from __future__ import annotations
 

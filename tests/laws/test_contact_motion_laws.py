@@ -93,3 +93,81 @@ def test_fifty_thrown_boxes_end_well_or_are_refused_by_a_law(law):
         assert np.diff(motion.energy.total).max() < 1e-7 * motion.energy.total[0]
         assert min(one.gap.min() for one in motion.contacts.values()) > -1e-11
     assert refused < 10
+
+
+def thrown_in_space(law, solid, shape):
+    s = fb.System("thrown")
+    mu, e = s.parameters(mu=0.5, e=0.3)
+    s.gravity = (0, 0, -G)
+    body = s.body("body", solid)
+    s.free("f", s.ground, body)
+    s.contact("foot", shape(body), s.ground.plane(normal="z"), friction=mu, restitution=e, impact=law)
+    return s
+
+
+def check_space(s, seed, until):
+    """A throw obeys the laws; True if it was refused because Newton's law would make energy (Kane)."""
+    rng = np.random.default_rng(seed)
+    values = {"mu": float(rng.choice([0.0, 0.2, 0.6, 1.0])), "e": float(rng.choice([0.0, 0.3, 0.6, 0.8]))}
+    start = {
+        "f_z": 0.6,
+        "f_vx": rng.normal(),
+        "f_vy": rng.normal(),
+        **{f"f_w{c}": 3 * rng.normal() for c in "xyz"},
+    }
+    try:
+        motion = fb.simulate(s, until, initial=start, values=values, indeterminate="least", samples=401)
+    except fb.errors.SimulationError as error:
+        assert "would make energy" in str(error), (seed, str(error))
+        return True
+    size = 3 * G
+    assert motion.energy.relative_residual < 1e-7
+    assert np.diff(motion.energy.total).max() < 1e-7 * motion.energy.total[0]
+    assert (np.diff(motion.energy.impulses) <= 1e-12).all()
+    push = np.zeros((len(motion.t), 3))
+    for one in motion.contacts.values():
+        N, T = one.least[:, 0], one.least[:, 1:]
+        assert one.gap.min() > -1e-11
+        assert N.min() >= -1e-9 * size
+        assert np.abs(N * one.gap).max() < 1e-9 * size
+        # a slip that begins slowly has the direction of its first 1e-9 m/s
+        assert (values["mu"] * N + 1e-6 * size >= np.linalg.norm(T, axis=1)).all()
+        assert (np.einsum("ni,ni->n", T, one.slip) <= 1e-9 * size).all()
+        push += np.column_stack([T, N])
+    # momentum between two output times with no impact and one set of modes: m dv = (T, N - m g) dt, by Simpson's rule
+    R = np.asarray(motion.poses["body"].rotation)
+    p = 3 * np.einsum("nij,nj->ni", R, np.stack([motion[f"f_v{c}"] for c in "xyz"], axis=-1))
+    events = np.array([event.time for event in motion.events])
+    t, checked = motion.t, 0
+    for i in range(len(t) - 2):
+        if ((events >= t[i]) & (events <= t[i + 2])).any():
+            continue
+        step = (t[i + 2] - t[i]) / 6 * (push[i] + 4 * push[i + 1] + push[i + 2]) - [
+            0,
+            0,
+            size * (t[i + 2] - t[i]),
+        ]
+        np.testing.assert_allclose(p[i + 2] - p[i], step, atol=1e-4 * size * (t[i + 2] - t[i]))
+        checked += 1
+    assert checked > 50
+    return False
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson"])
+def test_thrown_balls(law):
+    s = thrown_in_space(law, fb.sphere(3, 0.2), lambda body: body.sphere(0.2))
+    for seed in range(6):
+        assert not check_space(s, seed, 1.5)
+
+
+def test_a_box_thrown_in_space():
+    s = thrown_in_space("newton", fb.box(3, (0.3, 0.5, 0.4)), lambda body: body.corners(size=(0.3, 0.5, 0.4)))
+    assert not check_space(s, 6, 0.8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["newton", "poisson"])
+@pytest.mark.parametrize("seed", range(1, 9))
+def test_boxes_thrown_in_space_come_to_rest_or_are_refused_by_a_law(law, seed):
+    s = thrown_in_space(law, fb.box(3, (0.3, 0.5, 0.4)), lambda body: body.corners(size=(0.3, 0.5, 0.4)))
+    assert not check_space(s, seed, 2) or law == "newton"

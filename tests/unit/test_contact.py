@@ -391,3 +391,22 @@ def test_the_command_line_names_contacts_and_takes_modes(tmp_path):
     assert refused == "Expected a contact and its mode, such as floor=stick, for --mode, got 'floor'."
     refused = str(run("equations", "--mode", "flor=open").exception)
     assert refused == "Unknown contact 'flor' in modes; did you mean 'floor'?"
+
+
+def test_a_mesh_falls_on_its_vertices():
+    """A cube of a mesh, moved and turned in its body, has the corners of the box, and comes to rest as it does."""
+    corners = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * 0.2
+    sides = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    faces = [face for a, b, c, d in sides for face in ((a, b, c), (a, c, d))]
+    doubled = [tuple(8 * (k % 2) + i for i in face) for k, face in enumerate(faces)]  # as in an STL file
+    solid = fb.mesh(np.vstack([corners, corners]), doubled, mass=2).moved((-0.1, -0.1, -0.1))
+    s = fb.System("cube")
+    s.gravity = (0, 0, -9.81)
+    cube = s.body("cube", solid)
+    s.free("air", s.ground, cube)
+    s.contact("floor", cube.corners(), s.ground.plane(normal="z"), friction=0.5)
+    points = [[float(x) for x in point.components] for point in cube.corners().points]
+    np.testing.assert_allclose(sorted(points), sorted((corners - 0.1).tolist()), atol=1e-15)
+    motion = fb.simulate(s, 0.5, initial={"air_z": 0.6})
+    assert motion.events[0].time == pytest.approx(np.sqrt(2 * 0.5 / 9.81), abs=1e-12)
+    assert motion.at(0.5)["air_z"] == pytest.approx(0.1, abs=1e-12)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from ..errors import ExpressionError, ModelError
-from ..scalar.algebra import cross, dot, subtract
+from ..scalar.algebra import add, apply, cross, dot, subtract
 from ..scalar.expression import exact
 from ..scalar.parser import parse
 from . import body as _body
@@ -183,6 +183,8 @@ def segment(body: Body, start: Any, end: Any, *, normal: Any) -> Segment:
 def corners(body: Body, *points: Any, size: Any = None, at: Any = None) -> Corners:
     """Corners of a convex body: each touches for itself.
 
+    Without points and size they are the vertices of the mesh that the body is made of, those in one place once.
+
     Parameters
     ----------
     *points : Points of the body, three components each, or one array of shape (n, 3)
@@ -198,12 +200,16 @@ def corners(body: Body, *points: Any, size: Any = None, at: Any = None) -> Corne
     >>> block = s.body("block", fb.box(1, (0.2, 1, 0.2)))
     >>> block.corners(size=(0.2, 1)).points[:2]
     (point (-1/10, -1/2, 0) of block, point (1/10, -1/2, 0) of block)
+    >>> faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    >>> stone = s.body("stone", fb.mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], faces, mass=6))
+    >>> len(stone.corners().points)
+    4
     """
     what = f"the corners of {named(body)}"
-    if (size is None) == (not points):
-        raise ModelError(
-            f"Expected either points or size=(a, b) for {what}, got {'both' if points else 'none'}."
-        )
+    if size is not None and points:
+        raise ModelError(f"Expected either points or size=(a, b) for {what}, got both.")
+    if size is None and not points:
+        points = _vertices(body, what)
     if size is not None:
         if isinstance(size, str) or not hasattr(size, "__len__") or len(size) not in (2, 3):
             raise ModelError(f"Expected two or three edges, size=(a, b, c), for {what}, got {size!r}.")
@@ -226,6 +232,19 @@ def corners(body: Body, *points: Any, size: Any = None, at: Any = None) -> Corne
         if hasattr(rows, "__len__") and len(rows) > 0 and hasattr(rows[0], "__len__"):
             points = tuple(rows)
     return Corners(body, tuple(_body.Point(body, _place(body, point, what)) for point in points))
+
+
+def _vertices(body: Body, what: str) -> tuple[Any, ...]:
+    """Vertices of the mesh that a body is made of, in body axes."""
+    shape = body.mass_properties and body.mass_properties.shape
+    if shape is None or shape.kind != "mesh":
+        raise ModelError(
+            f"Expected points, or size=(a, b) of a box, for {what}, got none. A body made of a mesh has corners of its "
+            f"own; this one is {'no mesh' if shape is None else f'a {shape.kind}'}."
+        )
+    return tuple(
+        dict.fromkeys(add(shape.center, apply(shape.axes, tuple(v))) for v in shape["vertices"].tolist())
+    )
 
 
 def heightline(body: Body, height: Any, *, at: Any = None) -> Heightline:

@@ -1,7 +1,7 @@
 """Euler's disk: a thin disk that rolls on a plane, ever flatter and ever faster.
 
-e1 is level along the plane of the disk, e2 points from the foot P up to the centre C, e3 is the axle; the disk makes the
-angle θ with the plane. With ψ' its turn about the vertical Z = sin θ e2 + cos θ e3 and φ' its spin,
+e1 is level along the plane of the disk, e2 points from the foot P up to the centre C, e3 is the axle; the disk makes
+the angle θ with the plane. With ψ' its turn about the vertical Z = sin θ e2 + cos θ e3 and φ' its spin,
 
     ω = θ' e1 + ψ' sin θ e2 + (φ' + ψ' cos θ) e3,     v_C = R (ω1 e3 - ω3 e1)        (no slip)
 
@@ -38,8 +38,8 @@ def euler_disk_energy(m: Any, R: Any, theta: Any, g: Any = 9.81) -> Any:
 def euler_disk_end(m: Any, R: Any, c: Any, theta: Any) -> Any:
     """Time in which the energy of steady turns is spent, from θ to 0 [s]; ψ' is infinite then.
 
-    3/2 m g R cos θ θ' = -c (ψ' cos θ)²  =>  cos θ grows as exp(8 c t/(3 m R²)). The centre is taken to stay at rest, which
-    is so up to parts of θ².
+    3/2 m g R cos θ θ' = -c (ψ' cos θ)²  =>  cos θ grows as exp(8 c t/(3 m R²)). The centre is taken to stay at rest,
+    which is so up to parts of θ².
 
     Examples
     --------

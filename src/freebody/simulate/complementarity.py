@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SimulationError
-from .slip_directions import Sought, directions, newton
+from .slip_directions import Sought, directions, newton, relaxed
 
 Array = NDArray[np.float64]
 
@@ -128,12 +128,18 @@ def _staged(A: Array, c: Array, contacts: Sequence[Touching], choices: Any) -> l
         slips = free and drawn >= (1 - 1e-6) * contact.friction * pressed
         guess.append((OPEN, None) if pressed <= 0 else (SLIP, None) if slips else one[1])
         every.append((OPEN, None) if pressed <= 0 else (SLIP, None) if free else one[1])
-    found = [
-        one
-        for modes in [*itertools.product(*known), tuple(guess), tuple(every)]
-        for one in _solved(A, c, contacts, modes, True)
-        if one.residual <= SMALL
+    # those without one contact: where forces are shared in many ways, the least in norm may pull
+    fewer = [
+        [(OPEN, None) if i == j else mode for j, mode in enumerate(modes)]
+        for modes in (every, guess)
+        for i in range(len(contacts))
+        if modes[i][0] != OPEN
     ]
+    found: list[Solution] = []
+    for sets in ([*itertools.product(*known), guess, every], fewer):
+        if not found:
+            tried = (one for modes in sets for one in _solved(A, c, contacts, modes, True))
+            found = [one for one in tried if one.residual <= SMALL]
     for one in list(found):  # where friction is at its limit, slip is about to begin against it
         limit = {i for i, law in one.ties if law == "cone" and one.forces[contacts[i].row] > 0}
         turned = list(one.modes)
@@ -173,7 +179,7 @@ def _solved(
             yield one
         return
     starts = np.array(list(_starts(A, c, contacts, modes, sought)))
-    columns, rows = _unknowns(len(c), contacts, modes)
+    columns, rows = unknowns(len(c), contacts, modes)
     looked = [Sought(contacts[i].row, contacts[i].friction) for i in sought]
     found = directions(A, c, np.zeros(len(c)), columns, rows, looked, starts)
     if found is None:
@@ -211,32 +217,6 @@ def _starts(A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int]
         yield np.array(first) + 2 * np.pi * np.array(shifts) / turns
 
 
-def relaxed(
-    A: Array, c: Array, contacts: Sequence[Touching], sweeps: int = 200, least: Array | None = None
-) -> Array:
-    """Forces near a solution with exact cones, by Gauss-Seidel sweeps with projection; only to begin a search.
-
-    ``least`` are normal forces that act in any case.
-    """
-    x = np.zeros(len(c))
-    low = np.zeros(len(contacts)) if least is None else least
-    for _ in range(sweeps):
-        last = x.copy()
-        for one, bound in zip(contacts, low, strict=True):
-            at, n = one.row, one.tangents
-            x[at] = max(bound, x[at] - (A[at] @ x + c[at]) / A[at, at]) if A[at, at] > 0 else bound
-            if not n:
-                continue
-            rows = slice(at + 1, at + 1 + n)
-            step = np.trace(A[rows, rows])
-            T = x[rows] - (A[rows] @ x + c[rows]) / step if step > 0 else np.zeros(n)
-            length, limit = float(np.linalg.norm(T)), one.friction * x[at]
-            x[rows] = T * (limit / length) if length > limit else T
-        if np.abs(x - last).max(initial=0) <= 1e-10 * np.abs(x).max(initial=0):
-            break
-    return x
-
-
 def _chosen_directions(
     A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int], starts: Array
 ) -> Iterator[Array]:
@@ -262,7 +242,7 @@ def _chosen_directions(
         yield angles
 
 
-def _unknowns(
+def unknowns(
     m: int, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]]
 ) -> tuple[list[Array], list[int]]:
     """λ = B x, by columns, and the rows of r that vanish; no column where a direction is yet to be found."""
@@ -287,7 +267,7 @@ def _linear(
     A: Array, c: Array, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]]
 ) -> Solution | None:
     """Forces and rates of one combination; None where its equations have no solution."""
-    columns, rows = _unknowns(len(c), contacts, modes)
+    columns, rows = unknowns(len(c), contacts, modes)
     forces, lack = np.zeros(len(c)), 0
     if rows:
         found = balanced(A, c, contacts, np.array(columns).T, rows, forces)
@@ -388,6 +368,16 @@ def distinct(
         else:
             groups.append((x, [one]))
     return [group for _, group in groups]
+
+
+def least_of(found: Sequence[Solution], A: Array, contacts: Sequence[Touching]) -> list[Solution]:
+    """Where normal forces are shared in many ways: those least in norm; else all, which no choice tells apart."""
+    normals = [c.row for c in contacts]
+    sizes = np.linalg.svd(A[np.ix_(normals, normals)], compute_uv=False)
+    if not found or sizes[-1] > SMALL * sizes[0]:
+        return list(found)
+    norms = [float(np.linalg.norm(one.forces[normals])) for one in found]
+    return [one for one, norm in zip(found, norms, strict=True) if norm <= min(norms) * (1 + SMALL)]
 
 
 def painleve(A: Array, contact: Touching) -> float:

@@ -21,6 +21,7 @@ from .complementarity import (
     Solution,
     Touching,
     distinct,
+    least_of,
     painleve,
     solutions,
 )
@@ -52,6 +53,8 @@ def modes_at(work: ContactRun, t: float, y: Array, current: Modes) -> tuple[Mode
     groups = distinct(kept, responses, alike=alike)
     if len(groups) > 1:  # an inequality that is missed by round-off: a great friction makes much of that
         groups = distinct([one for one in kept if one.missed <= 0], responses, alike=alike) or groups
+    if len(groups) > 1 and work.least:
+        groups = distinct(least_of(kept, A, contacts), responses, alike=alike)
     if len(groups) != 1:
         raise paradox(work, t, y, seen, contacts, A, groups or distinct(found, responses), bool(groups))
 
@@ -161,7 +164,8 @@ def paradox(
         return SimulationError(
             f"The normal forces of contacts {closed} of '{work.model.name}' at t = {t:.9g} s are statically "
             f"indeterminate, and each distribution moves the machine otherwise through its friction. Rest the body on "
-            f"fewer contacts (three in space, two in a plane), or take method='timestepping', which decides for one."
+            f"fewer contacts (three in space, two in a plane), or take indeterminate='least', which decides for normal "
+            f"forces least in norm."
         )
     if several:
         sets = " or ".join(

@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import SimulationError, nearest
 from .blow import blows_of, scheduled
 from .contact_run import run
-from .contact_state import ContactRun
+from .contact_state import CHOICES, ContactRun
 from .contact_trajectory import ContactTrajectory
 from .event import EventSpec
 from .impacts import ORDERS
@@ -33,6 +33,7 @@ def touching_motion(
     samples: int | None,
     *,
     order: str,
+    indeterminate: str,
     method: str,
     max_step: float | None,
     max_steps: int | None,
@@ -50,6 +51,10 @@ def touching_motion(
     model = kernels.model
     if order not in ORDERS:
         raise SimulationError(f"Unknown order of impacts {order!r}; {nearest(str(order), ORDERS)}")
+    if indeterminate not in CHOICES:
+        raise SimulationError(
+            f"Expected indeterminate='refuse' or 'least' (normal forces least in norm), got {indeterminate!r}."
+        )
     if end < begin:
         raise SimulationError(
             "Friction and impacts have no way back: a run with contacts needs until later than start."
@@ -74,6 +79,7 @@ def touching_motion(
         },
         timed,
         called,
+        indeterminate == "least",
     )
     y = np.concatenate([state[:n], [0.0, 0.0]])
     phase = work.scene.phase(("open",) * len(model.contacts))

@@ -22,14 +22,17 @@ import numpy as np
 from ..errors import SimulationError
 from .bounces import lifted, limit
 from .bounces import settled as taken_away
-from .complementarity import OPEN, Solution
+from .complementarity import OPEN
 from .contact_leaps import halt, onset
 from .contact_modes import modes_at
-from .contact_scene import Ending, Modes, Phase, Snapshot
+from .contact_scene import Ending, Modes, Phase
 from .contact_state import CROWD, ENDLESS, LOW, PHASES, ContactRun
 from .integrate import integrate
 from .path import FINISHED, TERMINAL, Array, Path, Rates, observe
 from .phases import Phases, Segment
+
+LOOKS = 32
+"""Steps of a phase, the first and others along it, at which forces that nothing determines are looked at."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +125,6 @@ def run(
             continue
         phase, rates, watch, endings = work.setup(modes, t, y, seen)
         y = work.projected(t, y, rates)
-        _agree(work, t, y, rates, one, seen, modes)
         path, t, y, reasons, status = _phase(work, phase, rates, watch, endings, t, y, target, modes, between)
     for change in work.changes:
         if change[3] is None:
@@ -130,29 +132,23 @@ def run(
     return Phases(tuple(work.segments), status)
 
 
-def _agree(
-    work: ContactRun, t: float, y: Array, rates: Rates, one: Solution | None, seen: Snapshot, modes: Modes
-) -> None:
-    """Normal forces that no motion determines must not decide the motion by their friction."""
-    if one is None or not one.rank_lack:
+def _check_shared(work: ContactRun, phase: Phase, path: Path, modes: Modes) -> None:
+    """Forces that no motion determines must not decide the motion by their friction, unless they may."""
+    if work.least or not phase.spare:
         return
-    chosen = [k for k in work.closed(t, seen, y) if seen.rate[work.scene.first[k]] <= work.still(y)]
-    rows = [
-        i
-        for k in chosen
-        for i in range(work.scene.first[k], work.scene.first[k] + 1 + work.scene.tangents[k])
-    ]
-    expected = seen.free + one.forces @ seen.responses[rows]
-    f = observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
-    got = f[work.n : work.n + work.model.n_u]
-    size = float(np.abs(seen.responses[rows]).max(initial=0) * np.abs(one.forces).max(initial=0))
-    alike = 10 * work.alike([work.touching(seen, k, work.still(y)) for k in chosen], seen, chosen, y)
-    if np.abs(got - expected).max(initial=0) > alike * (size + float(np.abs(expected).max(initial=0))):
-        names = ", ".join(f"'{n}'" for n, mode in zip(work.names, modes, strict=True) if mode != OPEN)
-        raise SimulationError(
-            f"The normal forces of contacts {names} at t = {t:.9g} s are statically indeterminate, and with different "
-            "friction each distribution moves the machine otherwise. Give them equal friction, or fewer contacts."
-        )
+    count = len(path.times)
+    for i in np.unique([*range(min(count, LOOKS)), *np.linspace(0, count - 1, LOOKS).astype(int)]):
+        t, y = float(path.times[i]), path.states[i]
+        seen = work.look(t, y)
+        closed = [k for k, mode in enumerate(modes) if mode != OPEN]
+        alike = 10 * work.alike([work.touching(seen, k, work.still(y)) for k in closed], seen, closed, y)
+        if work.spread(modes, seen, y) > alike:
+            names = ", ".join(f"'{work.names[k]}'" for k in closed)
+            raise SimulationError(
+                f"The normal forces of contacts {names} at t = {t:.9g} s are statically indeterminate, and with "
+                "different friction, or a turn as they slide, each distribution moves the machine otherwise. Give them "
+                "equal friction, or fewer contacts, or take indeterminate='least'."
+            )
 
 
 def _phase(
@@ -167,6 +163,7 @@ def _phase(
         **work.options,
     )  # fmt: skip
     _check_depth(work, path, modes)
+    _check_shared(work, phase, path, modes)
     asked = len(work.specs)
     mine = [c for c in path.crossings if c.number >= asked]
     shown_ = tuple(c for c in path.crossings if c.number < work.asked)

@@ -247,7 +247,7 @@ class Phase(Kernels):
         Friction shared in proportion to N reaches its limit at all contacts of a sliding body at once.
         """
         moving = super()._motion(state)
-        if not self._spare:
+        if not self.spare:
             return moving
         moving = self._shared(state, moving, [1] * len(moving.multipliers))
         kinds = rows(self.model)
@@ -263,7 +263,7 @@ class Phase(Kernels):
         """
         given = linearized(self.model, state)
         M = Factorization(mass_matrix(self.model, state))
-        mine = [*self.active, *self._spare]
+        mine = [*self.active, *self.spare]
         X = [M.solve(given.acting[i]) for i in mine]
         S = [[_dot(given.matrix[i], x) for x in X] for i in self.active]
         weighted = [[weights[i] * x for i, x in zip(mine, row, strict=True)] for row in S]
@@ -279,7 +279,7 @@ class Phase(Kernels):
         return Motion(tuple(udot), tuple(multipliers), constrained_loading(self.model, state, multipliers))
 
     @cached_property
-    def _spare(self) -> list[int]:
+    def spare(self) -> list[int]:
         """Conditions of contacts that follow from the others."""
         names = {c.name for c in self.model.contacts}
         return [i for i, row in enumerate(rows(self.model)) if row.owner in names and i not in self.active]

@@ -13,7 +13,7 @@ from ..dynamics.contact import reaches_along
 from ..dynamics.state import float_state
 from ..errors import SimulationError
 from .blow import Blow, call_of, strike
-from .complementarity import OPEN, SLIP, SMALL, STICK, Touching
+from .complementarity import OPEN, SLIP, SMALL, STICK, Touching, unknowns
 from .contact_scene import SMOOTH, Modes, Phase, Snapshot, scene_of
 from .event import EventSpec, expressions_of
 from .impacts import impact
@@ -33,6 +33,8 @@ CROWD = 1e-7
 """Time between two events that counts as none where they crowd [s]."""
 PHASES = 100_000
 """Phases of one run at most."""
+CHOICES = ("refuse", "least")
+"""What becomes of a motion that depends on how forces are shared that nothing determines."""
 ENDLESS = 200
 """Changes of mode at one moment before they are refused as endless."""
 _KEPT = 8  # snapshots that are kept
@@ -61,6 +63,7 @@ class ContactRun:
         options: Mapping[str, Any],
         blows: Sequence[tuple[float, Blow]] = (),
         called: Sequence[Blow] = (),
+        least: bool = False,
     ) -> None:
         self.kernels, self.values = kernels, values
         self.model = kernels.model
@@ -74,7 +77,7 @@ class ContactRun:
         self.blows, self.called = list(blows), tuple(called)
         self.counts = [math.inf if one.times is None else one.times for one in called]
         self.relative, self.absolute = relative, absolute
-        self.order, self.options = order, options
+        self.order, self.options, self.least = order, options, least
         self.names = [c.name for c in self.model.contacts]
         self.n = self.model.n_q
         self.segments: list[Segment] = []
@@ -191,7 +194,7 @@ class ContactRun:
         laws = [self.model.contacts[k].impact for k in chosen]
         e = [float(seen.restitution[k]) for k in chosen]
         try:
-            hit = impact(A, before, contacts, e, laws, responses, self.order, still)
+            hit = impact(A, before, contacts, e, laws, responses, self.order, still, self.least)
         except SimulationError as error:
             raise SimulationError(f"Impact at t = {t:.9g} s of '{self.model.name}': {error}") from None
         after = y.copy()
@@ -366,6 +369,27 @@ class ContactRun:
             if np.linalg.norm(rest) <= SMALL * np.linalg.norm(row):
                 dead.append(k)
         return frozenset(dead)
+
+    def spread(self, modes: Modes, seen: Snapshot, y: Array) -> float:
+        """Accelerations by forces that press no contact, over those by forces of that size.
+
+        More than 0 where the motion depends on how forces are shared that nothing determines: friction makes it so.
+        """
+        chosen = [k for k, mode in enumerate(modes) if mode != OPEN]
+        A, _, responses, contacts = self.part(seen, chosen, y)
+        known = []
+        for k, contact in zip(chosen, contacts, strict=True):
+            rough = contact.tangents and not self.smooth(seen, k)
+            if modes[k] != STICK and rough and contact.sliding is None:
+                return 0.0  # no direction yet
+            d = contact.sliding if rough else np.zeros(contact.tangents)
+            known.append((STICK, None) if modes[k] == STICK else (SLIP, d))
+        columns, rows = unknowns(len(A), contacts, known)
+        B = np.array(columns)
+        _, sizes, right = np.linalg.svd(A[rows] @ B.T)
+        loose = right[int((sizes > SMALL * sizes[0]).sum()) :]
+        moved = B @ responses
+        return float(np.abs(loose @ moved).max(initial=0) / np.abs(moved).max())
 
     def projected(self, t: float, y: Array, rates: Rates) -> Array:
         result = y.copy()

@@ -32,10 +32,10 @@ from .complementarity import (
     Touching,
     balanced,
     distinct,
-    relaxed,
+    least_of,
     solutions,
 )
-from .slip_directions import Sought, directions, newton
+from .slip_directions import Sought, directions, newton, relaxed
 
 Kind = tuple[bool, str, Any]
 """Of a contact in expansion: whether it is held, whether it sticks or slips, and the direction of slip."""
@@ -63,6 +63,7 @@ def impact(
     responses: Array,
     order: str = "simultaneous",
     still: float = 0.0,
+    least: bool = False,
 ) -> Impact:
     """The impulses of an impact.
 
@@ -72,6 +73,7 @@ def impact(
     before             speeds of the contacts just before
     restitution, laws  e, and "newton" or "poisson", of each contact
     still              speed up to which a contact is at rest
+    least              take impulses least in norm where nothing else says how they are shared
 
     Raises
     ------
@@ -91,25 +93,27 @@ def impact(
                 + " collide at once, some by Newton's and some by Poisson's law. Give them one law: impact='newton' "
                 "or 'poisson'."
             )
-        return _poisson(A, before, contacts, restitution, responses, still)
+        return _poisson(A, before, contacts, restitution, responses, still, least)
     c = before.copy()
     for one, e, moving in zip(contacts, restitution, approaching, strict=True):
         if moving:
             c[one.row] += e * before[one.row]
-    chosen = _only(solutions(A, c, contacts), responses, contacts, before, "Newton's law of impact", still)
+    found = solutions(A, c, contacts)
+    chosen = _only(found, A, responses, contacts, before, "Newton's law of impact", still, least)
     return _checked(A, before, chosen.forces, contacts, "newton")
 
 
 def _poisson(
     A: Array, before: Array, contacts: Sequence[Touching], restitution: Sequence[float], responses: Array,
-    still: float,
+    still: float, least: bool,
 ) -> Impact:  # fmt: skip
-    compressed = _only(solutions(A, before, contacts), responses, contacts, before, "the compression", still)
+    first = solutions(A, before, contacts)
+    compressed = _only(first, A, responses, contacts, before, "the compression", still, least)
     middle = A @ compressed.forces + before
     given = np.array([e * compressed.forces[c.row] for c, e in zip(contacts, restitution, strict=True)])
     found = _expansions(A, middle, contacts, given)
     size = float(np.abs(compressed.forces @ responses).max(initial=0))
-    expanded = _only(found, responses, contacts, before, "the expansion", still, size)
+    expanded = _only(found, A, responses, contacts, before, "the expansion", still, least, size)
     return _checked(A, before, compressed.forces + expanded.forces, contacts, "poisson")
 
 
@@ -279,11 +283,13 @@ def _one_by_one(
 
 def _only(
     found: Sequence[Solution],
+    A: Array,
     responses: Array,
     contacts: Sequence[Touching],
     before: Array,
     what: str,
     still: float,
+    least: bool,
     size: float = 0.0,
 ) -> Solution:
     """The one solution; speeds that differ by less than ``still``, in which a contact counts as at rest, are one."""
@@ -293,13 +299,16 @@ def _only(
             f"No impulses satisfy {what} with Coulomb friction at contacts {names} (approach speed along the normal)."
         )
     groups = distinct(found, responses, max(size, still / ALIKE), ALIKE)
+    if len(groups) > 1 and least:
+        groups = distinct(least_of(found, A, contacts), responses, max(size, still / ALIKE), ALIKE)
     if len(groups) > 1:
         modes = "; ".join(
             ", ".join(f"{c.name}: {m[0]}" for c, m in zip(contacts, g[0].modes, strict=True)) for g in groups
         )
         raise SimulationError(
             f"{len(groups)} different outcomes satisfy {what} with Coulomb friction at contacts {names}: {modes}. "
-            f"Rigid bodies do not decide between them; change the friction, or the law (impact='poisson')."
+            f"Rigid bodies do not decide between them; change the friction, or the law (impact='poisson')"
+            + ("." if len(least_of(found, A, contacts)) == len(found) else ", or take indeterminate='least'.")
         )
     return min(groups[0], key=lambda one: (one.rank_lack, sum(m[0] == OPEN for m in one.modes)))
 

@@ -52,6 +52,7 @@ def simulate(
     events: Any = (),
     impulses: Any = (),
     impacts: str = "simultaneous",
+    indeterminate: str = "refuse",
     method: str = "auto",
     step: Any = None,
     times: ArrayLike | None = None,
@@ -104,6 +105,10 @@ def simulate(
     impacts : {"simultaneous", "sequential"}
         Of several contacts that collide at once: all impulses together, or one contact after another, always the
         one that approaches fastest.
+    indeterminate : {"refuse", "least"}
+        What becomes of contacts that slide where the motion depends on how they share forces that nothing determines
+        (four corners of a box that turns as it slides): the run is refused, or their normal forces, and impulses,
+        are taken least in norm.
     times : array, optional
         Output times, within the run; those after a terminal event are left out.
     samples : int, optional
@@ -233,8 +238,8 @@ def simulate(
         with Progress(begin, end, progress) as between:
             return touching_motion(
                 kernels, numbers, state, begin, end, specs, expressions, tolerances, wanted, samples,
-                order=impacts, method=method, max_step=max_step, max_steps=max_steps, impulses=impulses,
-                between=between,
+                order=impacts, indeterminate=indeterminate, method=method, max_step=max_step, max_steps=max_steps,
+                impulses=impulses, between=between,
             )  # fmt: skip
     parameters = kernels.parameters(numbers)
     program = kernels.motion()
