@@ -213,7 +213,8 @@ def solve(
     rows: Integers, kinds: Integers, mu: Reals, d: Reals, b: Reals, x: Reals, count: int, n: int, v: Reals,
     past: Reals, local: Reals, width: int, scale: float, tolerance: float, most: int, left: Reals, place: int,
 ) -> int:  # fmt: skip
-    """Solve for x and v, from the x given; the sweeps it took, or -1. ``left[place]`` becomes the residual in parts of ``scale``.
+    """Solve for x and v, from the x given; the sweeps it took, or -1. ``left[place]`` becomes the residual in parts of
+    ``scale``.
 
     ``past``: 4 + 2 PAIRS rows of ``width``: x before the sweep, f, the last f, the last g, then the differences of f
     and of g in turn; after them |Δf|² of each.

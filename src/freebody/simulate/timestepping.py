@@ -42,7 +42,7 @@ RESIDUAL = 1e-12
 """Speed by which a contact may miss its laws, in parts of the greatest in the problem of a step."""
 ACCEPTED = 1e-9
 """The same of a problem that is all but degenerate, such as of a pile that comes to rest; the trajectory states it."""
-SWEEPS = 1_000
+SWEEPS = 3_000
 """Sweeps of one problem before it is handed to Newton's method (`polish`); ten times more where that fails."""
 MOST_SWEEPS = 100_000
 PAST = 4 + 2 * 12
@@ -253,7 +253,9 @@ class _Run:
         while got < size:
             room = slice(got, size if bound == RESIDUAL else got + 1)
             here = t + got * self.h
-            done = self._marched(y, states[room], impulses[room], works[room], modes[room], here, sweeps, bound)
+            done = self._marched(
+                y, states[room], impulses[room], works[room], modes[room], here, sweeps, bound
+            )
             got += done
             if done:
                 sweeps, bound = SWEEPS, RESIDUAL
@@ -269,15 +271,24 @@ class _Run:
         return [states, impulses, works, modes]
 
     def _marched(
-        self, y: Array, states: Array, impulses: Array, works: Array, modes: Any, t: float, sweeps: int, bound: float
+        self,
+        y: Array,
+        states: Array,
+        impulses: Array,
+        works: Array,
+        modes: Any,
+        t: float,
+        sweeps: int,
+        bound: float,
     ) -> int:
         """The number of steps done, of those that the arrays have room for."""
         model, shape, memory = self.model, self.shape, self.memory
         done = self.march(
             *(self.program.address(name) for name in ("system", "closing", "moving")), self.constants, model.n_q,
             model.n_u, len(self.first), self.rows, len(shape.held), shape.holonomic,
-            shape.order, shape.blocks, shape.squares, len(shape.blocks) - 1, shape.pieces, shape.row_first, shape.row_at, memory["tangents"], shape.reach_of,
-            len(shape.reach_of), memory["quaternions"], len(model.quaternions), memory["mu"], memory["restitution"],
+            shape.order, shape.blocks, shape.squares, len(shape.blocks) - 1, shape.pieces, shape.row_first,
+            shape.row_at, memory["tangents"], shape.reach_of, len(shape.reach_of), memory["quaternions"],
+            len(model.quaternions), memory["mu"], memory["restitution"],
             np.array([t, self.h, bound]), len(states), memory["kick"], y,
             *(memory[name] for name in (*_REALS, *_WHOLES)), states, impulses, works, modes, memory["report"], sweeps,
         )  # fmt: skip
@@ -310,9 +321,10 @@ class _Run:
         if report[4] == 1:
             return (
                 f"The contacts of '{model.name}' were not solved in the step at t = {t:.9g} s: after {MOST_SWEEPS} "
-                f"sweeps and Newton's method a law is still missed by {report[3]:.3g} of the greatest speed (to reach: {ACCEPTED:g}). Where "
-                "friction jams a contact (Painlevé) or restitution works against it, there may be no solution: less "
-                "friction or restitution=0 has one. Else a shorter step, or masses less far apart, need fewer sweeps."
+                f"sweeps and Newton's method a law is still missed by {report[3]:.3g} of the greatest speed (to reach: "
+                f"{ACCEPTED:g}). Where friction jams a contact (Painlevé) or restitution works against it, there may "
+                "be no solution: less friction or restitution=0 has one. Else a shorter step, or masses less far apart, "
+                "need fewer sweeps."
             )
         if report[4] == 2:
             q, u = y[: model.n_q].tolist(), y[model.n_q :].tolist()
@@ -392,7 +404,7 @@ def _within(x: Array, kinds: Any, mu: Array) -> Array:
         while end < len(kinds) and kinds[end] != 1:
             end += 1
         T, limit = float(np.linalg.norm(x[a + 1 : end])), mu[a + 1] * x[a] if end > a + 1 else 0.0
-        if T > limit:
+        if limit < T:
             x[a + 1 : end] *= limit / T
     return x
 
