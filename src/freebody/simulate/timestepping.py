@@ -323,8 +323,8 @@ class _Run:
                 f"The contacts of '{model.name}' were not solved in the step at t = {t:.9g} s: after {MOST_SWEEPS} "
                 f"sweeps and Newton's method a law is still missed by {report[3]:.3g} of the greatest speed (to reach: "
                 f"{ACCEPTED:g}). Where friction jams a contact (Painlevé) or restitution works against it, there may "
-                "be no solution: less friction or restitution=0 has one. Else a shorter step, or masses less far apart, "
-                "need fewer sweeps."
+                "be no solution: less friction or restitution=0 has one. Else a shorter step, or masses less far "
+                "apart, need fewer sweeps."
             )
         if report[4] == 2:
             q, u = y[: model.n_q].tolist(), y[model.n_q :].tolist()
