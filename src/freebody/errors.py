@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
 
 
 class FreebodyError(Exception):
@@ -28,6 +31,17 @@ class SimulationError(FreebodyError, RuntimeError):
 
 class FormatError(FreebodyError, ValueError):
     """A file that is not a model."""
+
+
+def path_of(given: Any, what: str, error: type[FreebodyError]) -> Path:
+    """The path of a file.
+
+    >>> path_of("run.nc", "a trajectory", SimulationError).name
+    'run.nc'
+    """
+    if not isinstance(given, str | os.PathLike) or not Path(given).name:
+        raise error(f"Expected the path of a file for {what}, such as 'run.nc', got {given!r}.")
+    return Path(given)
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

@@ -94,7 +94,7 @@ def shaft(s: Any, joint: Any) -> Shaft:
         An unknown joint, or one that is not a hinge of the tree.
     """
     e = s if isinstance(s, Equations) else equations(s)
-    name = getattr(joint, "name", joint)
+    name = str(getattr(joint, "name", joint))
     if name not in e.model.joints:
         raise ModelError(f"Unknown joint '{name}'; {nearest(str(name), list(e.model.joints))}")
     place = e.model.joints[name]

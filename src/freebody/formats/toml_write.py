@@ -65,6 +65,8 @@ class Writer:
     """Texts of the parts of a system."""
 
     def __init__(self, system: System) -> None:
+        if not isinstance(system, System):
+            raise FormatError(f"Expected a System to write, got {system!r}.")
         if system.controllers or system.names.signals:
             names = [*system.controllers, *(one.name for one in system.names.signals)]
             raise FormatError(

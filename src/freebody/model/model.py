@@ -172,7 +172,7 @@ class Model:
         """
         from .values import parameter_values
 
-        return parameter_values(self, given or {})
+        return parameter_values(self, {} if given is None else given)
 
     def __repr__(self) -> str:
         bodies = "1 body" if len(self.bodies) == 1 else f"{len(self.bodies)} bodies"

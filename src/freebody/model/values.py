@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 def parameter_values(model: Model, given: Mapping[Any, Any]) -> dict[str, float]:
     """See :meth:`Model.values`."""
+    if not isinstance(given, Mapping):
+        raise ModelError(f"Expected values of parameters by name, such as {{'m': 2}}, got {given!r}.")
     by_name = {parameter.name: parameter.default for parameter in model.parameters}
     names = {parameter.symbol: parameter.name for parameter in model.parameters}
     for key, value in given.items():

@@ -11,7 +11,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..errors import SimulationError
+from ..errors import SimulationError, path_of
 from ..formats.files import replacing
 from .animation import animation
 from .keyframes import TOLERANCE
@@ -129,7 +129,7 @@ class Animation:
         FreebodyError
             What the film needs is not there.
         """
-        target = Path(path)
+        target = path_of(path, "an animation", SimulationError)
         kind = target.suffix.lower()
         if kind not in (".html", ".gif", ".mp4"):
             raise SimulationError(f"Expected a file that ends in .html, .gif or .mp4, got '{target.name}'.")

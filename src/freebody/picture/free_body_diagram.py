@@ -119,7 +119,7 @@ def free_body_diagram(
     model = e.model
     mode = _mode(mode, trajectory)
     name = body.name if isinstance(body, Body) else body
-    if name != "all" and name not in model.bodies:
+    if not isinstance(name, str) or (name != "all" and name not in model.bodies):
         raise ModelError(
             f"Expected a body of '{model.name}' (or 'all') for a free-body diagram, got {name!r}; "
             f"{nearest(str(name), [*model.bodies, 'all'])}"

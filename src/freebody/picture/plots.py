@@ -7,7 +7,7 @@ figure is kept alive.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -307,6 +307,8 @@ def _listed(trajectory: Trajectory, names: Any) -> list[Any]:
 
 
 def _text(trajectory: Trajectory, name: Any) -> str:
+    if not isinstance(name, Hashable):
+        raise SimulationError(f"Expected a name or an expression to plot, got {name!r}.")
     return name if isinstance(name, str) else trajectory.kernels.model.names.texts.get(name, str(name))
 
 

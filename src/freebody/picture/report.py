@@ -125,6 +125,8 @@ def document(
     """The text of the page that :func:`report` writes."""
     if not isinstance(s, System):
         raise ModelError(f"Expected a System to report on, got {s!r}.")
+    if not hasattr(trajectory, "kernels"):
+        raise ModelError(f"Expected a motion of fb.simulate to report on, got {trajectory!r}.")
     model = trajectory.kernels.model
     same = model.name == s.name and tuple(model.bodies) == tuple(s.bodies)
     if not same or model.coordinate_names != assemble(s).coordinate_names:

@@ -10,12 +10,11 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import SimulationError
+from ..errors import SimulationError, path_of
 from .batch_alone import REASON
 from .batch_kernels import batch_program
 from .contact_scene import scene_of
@@ -185,7 +184,7 @@ class Store:
     """
 
     def __init__(self, path: Any, job: Any) -> None:
-        self.path, self.job = Path(path), job
+        self.path, self.job = path_of(path, "store=", SimulationError), job
         self.mark = _mark(job)
         if not self.path.parent.is_dir():
             raise SimulationError(

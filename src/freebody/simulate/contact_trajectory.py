@@ -58,8 +58,8 @@ class Timeline(list[Change]):
     def of(self, contact: str) -> list[Change]:
         """Those of one contact."""
         known = {change.contact for change in self}
-        if contact not in known:
-            raise SimulationError(f"Unknown contact '{contact}'; {nearest(contact, known)}")
+        if not isinstance(contact, str) or contact not in known:
+            raise SimulationError(f"Unknown contact '{contact}'; {nearest(str(contact), known)}")
         return [change for change in self if change.contact == contact]
 
     def __str__(self) -> str:
@@ -237,6 +237,8 @@ class ContactTrajectory(PhasedTrajectory):
             figure = Figure(figsize=(7, 3), layout="constrained")
             FigureCanvasAgg(figure)
             ax = figure.subplots()
+        if names is not None and not (isinstance(names, str | list | tuple) and all(isinstance(n, str) for n in names)):
+            raise SimulationError(f"Expected the name of a contact, or a list of them, got {names!r}.")
         for name in [names] if isinstance(names, str) else names or list(self.contacts):
             ax.plot(self.t, self.contacts[name].margin, label=name)
         ax.axhline(0.0, color="0.6", linewidth=0.8)

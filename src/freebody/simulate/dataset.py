@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import SimulationError
+from ..errors import SimulationError, path_of
 from .trajectory import Trajectory, unit_of
 
 if TYPE_CHECKING:
@@ -127,7 +126,7 @@ def _of_contact(name: str, motion: Any) -> dict[str, Any]:
 
 def save(data: xarray.Dataset, path: str | os.PathLike[str]) -> None:
     """Write a dataset to a netCDF-4 file: under another name first, so that no half-written file is left."""
-    target = Path(path)
+    target = path_of(path, "a trajectory", SimulationError)
     if not target.parent.is_dir():
         raise SimulationError(
             f"Can not write '{target}': there is no folder '{target.parent}'. Make it, or choose another path."
@@ -144,7 +143,7 @@ def load(path: str | os.PathLike[str]) -> xarray.Dataset:
     """The dataset that :func:`save` wrote, read into memory."""
     import xarray
 
-    source = Path(path)
+    source = path_of(path, "a trajectory", SimulationError)
     if not source.is_file():
         raise SimulationError(f"There is no file '{source}' to read a trajectory from.")
     try:

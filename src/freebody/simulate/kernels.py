@@ -101,7 +101,7 @@ class Kernels:
 
     def values(self, given: Mapping[Any, Any] | None) -> dict[str, float]:
         """Values of all parameters by name (:meth:`Model.values`); the defaults are read once."""
-        if given:
+        if given is not None and not (isinstance(given, Mapping) and not given):
             return self.model.values(given)
         if self._defaults is None:
             self._defaults = self.model.values()

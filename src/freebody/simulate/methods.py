@@ -39,7 +39,7 @@ BUDGET = 30_000
 
 def check_method(method: Any, step: Any) -> None:
     """Whether there is such a method, and whether it takes steps of a given length."""
-    if method not in METHODS:
+    if not isinstance(method, str) or method not in METHODS:
         raise SimulationError(f"Unknown method {method!r}; {nearest(str(method), METHODS)}")
     if method == "timestepping":  # which asks for its step itself
         return

@@ -113,7 +113,7 @@ def march(
     ``impulses`` (m and constraints), ``works`` (contacts and blows; loads and constraints) and ``modes`` (E: 0 open, 1
     stick, 2 slip, 3 slip+, 4 slip-) belongs to step k. ``clock``: time, length of a step, tolerance. ``kick``: J of the
     first step. ``report``: greatest residual, sweeps, greatest depth after a step, residual of the last, why it stopped
-    (1 contacts, 2 mass matrix, 3 constraints, 4 overlap, 5 not finite), how deep.
+    (1 contacts, 2 mass matrix, 3 constraints, 4 overlap, 5 not finite), how deep or how many rows, their greatest speed.
     """
     t, h, tolerance = clock[0], clock[1], clock[2]
     at_f = squares[nb]
@@ -234,6 +234,7 @@ def march(
             )
             if used < 0:
                 report[4] = 1.0
+                report[5], report[6] = count, scale
                 return done
         report[0] = greater(report[0], report[3])
         report[1] += used

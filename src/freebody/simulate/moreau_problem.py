@@ -213,7 +213,8 @@ def solve(
     rows: Integers, kinds: Integers, mu: Reals, d: Reals, b: Reals, x: Reals, count: int, n: int, v: Reals,
     past: Reals, local: Reals, width: int, scale: float, tolerance: float, most: int, left: Reals, place: int,
 ) -> int:  # fmt: skip
-    """Solve for x and v; the sweeps it took, or -1. ``left[place]`` becomes the residual in parts of ``scale``.
+    """Solve for x and v, from the x given; the sweeps it took, or -1. ``left[place]`` becomes the residual in parts of
+    ``scale``.
 
     ``past``: 4 + 2 PAIRS rows of ``width``: x before the sweep, f, the last f, the last g, then the differences of f
     and of g in turn; after them |Δf|² of each.
@@ -222,6 +223,11 @@ def solve(
     pairs, known, size_old, quiet, wait, mixed = 0, 0, 0.0, 2, 2, 0
     best, since = 0.0, 0
     moved(X, pieces, row_first, row_at, blocks, rows, x, count, n, v)
+    left[place] = (
+        missed(W, at_W, pieces, row_first, row_at, blocks, rows, kinds, mu, d, b, x, count, v) / scale
+    )
+    if left[place] <= tolerance:
+        return 0
     for k in range(most):
         for a in range(count):
             past[a] = x[a]

@@ -15,7 +15,7 @@ Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -60,6 +60,8 @@ def unknowns_of(model: Model, names: Any, initial: Mapping[Any, Any], what: str)
     """
     if isinstance(names, str | sympy.Basic):
         names = [names]
+    if not isinstance(names, Iterable) or isinstance(names, np.ndarray):
+        raise SimulationError(f"Expected a list of names for {what}, got {names!r}.")
     texts = model.names.texts
     parameters = {p.name: p.symbol for p in model.parameters}
     by_symbol = {p.symbol: p.name for p in model.parameters}

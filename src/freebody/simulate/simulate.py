@@ -199,10 +199,14 @@ def simulate(
     if times is not None and samples is not None:
         raise SimulationError("Expected times= or samples=, got both. Leave one out.")
     wanted = _times(times, begin, end)
-    if samples is not None and (isinstance(samples, bool) or int(samples) != samples or samples < 2):
+    if samples is not None and not (
+        isinstance(samples, int | np.integer) and not isinstance(samples, bool) and samples >= 2
+    ):
         raise SimulationError(f"Expected a number of samples of at least 2, got {samples!r}.")
-    if max_step is not None and not max_step > 0:
+    if max_step is not None and not (_is_number(max_step) and max_step > 0):
         raise SimulationError(f"Expected a longest step greater than 0 s, got max_step={max_step!r}.")
+    if max_steps is not None and not (isinstance(max_steps, int | np.integer) and max_steps > 0):
+        raise SimulationError(f"Expected a number of steps of at least 1, got max_steps={max_steps!r}.")
     specs = specs_of(events)
     expressions = expressions_of(model, specs)
     check_signals(model)
@@ -210,7 +214,7 @@ def simulate(
         state, active = closed_start(model, numbers, initial or {}, near or {}, begin, project, kernels)
         kernels = kernels.holding(active)
     else:
-        state = initial_state(model, numbers, initial or {})
+        state = initial_state(model, numbers, {} if initial is None else initial)
     tolerances = _tolerances(kernels, tolerance)
 
     if sensitivities is not None:
@@ -309,7 +313,10 @@ def simulate(
 def _times(times: ArrayLike | None, begin: float, end: float) -> Any:
     if times is None:
         return None
-    wanted = np.atleast_1d(np.array(times, dtype=float))
+    try:
+        wanted = np.atleast_1d(np.array(times, dtype=float))
+    except (TypeError, ValueError):
+        raise SimulationError(f"Expected a list of output times [s], got {times!r}.") from None
     first, last = min(begin, end), max(begin, end)
     if wanted.ndim != 1 or wanted.size == 0:
         raise SimulationError(f"Expected a list of output times, got an array of shape {np.shape(times)}.")
@@ -320,6 +327,10 @@ def _times(times: ArrayLike | None, begin: float, end: float) -> Any:
             "Leave it out, or simulate further."
         )
     return wanted
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
 
 
 def _tolerances(kernels: Kernels, tolerance: Any) -> Any:

@@ -34,13 +34,17 @@ from .initial import number
 from .kernels import Kernels
 from .loop import LIBRARIES, Function, outside
 from .path import FINISHED, INTERRUPTED, TERMINAL, Array, Crossing, Rates, observe
+from .polish import polished
 from .stepped_kernels import Shape, gaps, stepping
 from .stepped_trajectory import Impulses, SteppedTrajectory, Steps
 
 RESIDUAL = 1e-12
-"""Speed by which a contact may miss its laws, in parts of the greatest free speed in the problem of a step."""
-SWEEPS = 100_000
-"""Sweeps of one problem before the run is given up."""
+"""Speed by which a contact may miss its laws, in parts of the greatest in the problem of a step."""
+ACCEPTED = 1e-9
+"""The same of a problem that is all but degenerate, such as of a pile that comes to rest; the trajectory states it."""
+SWEEPS = 3_000
+"""Sweeps of one problem before it is handed to Newton's method (`polish`); ten times more where that fails."""
+MOST_SWEEPS = 100_000
 PAST = 4 + 2 * 12
 """Rows of the memory of `moreau_problem.solve`."""
 BLOCK = 1000
@@ -240,36 +244,87 @@ class _Run:
 
     def _steps(self, y: Array, size: int) -> list[Any]:
         """States, impulses, works and modes of the next steps; ``y`` becomes the last state."""
-        model, shape, memory = self.model, self.shape, self.memory
-        E, held = len(self.first), len(shape.held)
-        width = self.rows + held
+        E, width = len(self.first), self.rows + len(self.shape.held)
         states, impulses = np.empty((size, len(y))), np.empty((size, width))
         works, modes = np.empty((size, 2)), np.empty((size, E), dtype=np.int64)
         t = self.begin + self.done * self.h
-        report = memory["report"]
-        got = self.march(
-            *(self.program.address(name) for name in ("system", "closing", "moving")), self.constants, model.n_q,
-            model.n_u, E, self.rows, held, shape.holonomic, shape.order, shape.blocks, shape.squares,
-            len(shape.blocks) - 1, shape.pieces, shape.row_first, shape.row_at, memory["tangents"], shape.reach_of,
-            len(shape.reach_of), memory["quaternions"], len(model.quaternions), memory["mu"], memory["restitution"],
-            np.array([t, self.h, RESIDUAL]), size, memory["kick"], y,
-            *(memory[name] for name in (*_REALS, *_WHOLES)), states, impulses, works, modes, report, SWEEPS,
-        )  # fmt: skip
-        memory["kick"][:] = 0.0
-        if got < size:
+        report = self.memory["report"]
+        got, sweeps, bound = 0, SWEEPS, RESIDUAL
+        while got < size:
+            room = slice(got, size if bound == RESIDUAL else got + 1)
+            here = t + got * self.h
+            done = self._marched(
+                y, states[room], impulses[room], works[room], modes[room], here, sweeps, bound
+            )
+            got += done
+            if done:
+                sweeps, bound = SWEEPS, RESIDUAL
+            if got == size or (done and report[4] == 0):
+                continue
+            if report[4] == 1 and sweeps <= MOST_SWEEPS:
+                if not self._by_newton() or not done:
+                    bound = ACCEPTED if sweeps > SWEEPS and report[3] <= ACCEPTED else RESIDUAL
+                    sweeps *= 10
+                continue
             self._keep([states[:got], impulses[:got], works[:got], modes[:got]])
             raise SimulationError(self._failure(t + got * self.h, y))
         return [states, impulses, works, modes]
+
+    def _marched(
+        self,
+        y: Array,
+        states: Array,
+        impulses: Array,
+        works: Array,
+        modes: Any,
+        t: float,
+        sweeps: int,
+        bound: float,
+    ) -> int:
+        """The number of steps done, of those that the arrays have room for."""
+        model, shape, memory = self.model, self.shape, self.memory
+        done = self.march(
+            *(self.program.address(name) for name in ("system", "closing", "moving")), self.constants, model.n_q,
+            model.n_u, len(self.first), self.rows, len(shape.held), shape.holonomic,
+            shape.order, shape.blocks, shape.squares, len(shape.blocks) - 1, shape.pieces, shape.row_first,
+            shape.row_at, memory["tangents"], shape.reach_of, len(shape.reach_of), memory["quaternions"],
+            len(model.quaternions), memory["mu"], memory["restitution"],
+            np.array([t, self.h, bound]), len(states), memory["kick"], y,
+            *(memory[name] for name in (*_REALS, *_WHOLES)), states, impulses, works, modes, memory["report"], sweeps,
+        )  # fmt: skip
+        if done:
+            memory["kick"][:] = 0.0
+        return int(done)
+
+    def _by_newton(self) -> bool:
+        """Solve the problem on which the sweeps stopped. Its impulses, or else those reached, begin the next try."""
+        memory, shape = self.memory, self.shape
+        count = int(memory["report"][5])
+        rows, kinds, mu = memory["rows"][:count], memory["kinds"][:count], memory["coefficient"][:count]
+        W, X = np.zeros((count, self.model.n_u)), np.zeros((count, self.model.n_u))
+        at_W = self.program.outputs("system") - int(shape.row_at[-1])
+        for a, r in enumerate(rows):
+            pieces = shape.pieces[shape.row_first[r] : shape.row_first[r + 1]]
+            columns = [i for k in pieces for i in range(shape.blocks[k], shape.blocks[k + 1])]
+            values = slice(shape.row_at[r], shape.row_at[r + 1])
+            W[a, columns], X[a, columns] = memory["out"][at_W:][values], memory["X"][values]
+        x = memory["x"][:count].copy()
+        goal = RESIDUAL * memory["report"][6]
+        found = polished(W @ X.T, memory["b"][:count].copy(), kinds, mu, x.copy(), goal / 3)
+        memory["memory"][:] = 0.0
+        memory["memory"][rows] = x if found is None else _within(found, kinds, mu)
+        return found is not None
 
     def _failure(self, t: float, y: Array) -> str:
         report, model = self.memory["report"], self.model
         where = f"the step of '{model.name}' at t = {t:.9g} s"
         if report[4] == 1:
             return (
-                f"The contacts of '{model.name}' were not solved in the step at t = {t:.9g} s: after {SWEEPS} sweeps a "
-                f"law is still missed by {report[3]:.3g} of the greatest speed (to reach: {RESIDUAL:g}). Where "
-                "friction jams a contact (Painlevé) or restitution works against it, there may be no solution: less friction or "
-                "restitution=0 has one. Else a shorter step, or masses less far apart, need fewer sweeps."
+                f"The contacts of '{model.name}' were not solved in the step at t = {t:.9g} s: after {MOST_SWEEPS} "
+                f"sweeps and Newton's method a law is still missed by {report[3]:.3g} of the greatest speed (to reach: "
+                f"{ACCEPTED:g}). Where friction jams a contact (Painlevé) or restitution works against it, there may "
+                "be no solution: less friction or restitution=0 has one. Else a shorter step, or masses less far "
+                "apart, need fewer sweeps."
             )
         if report[4] == 2:
             q, u = y[: model.n_q].tolist(), y[model.n_q :].tolist()
@@ -341,6 +396,19 @@ class _Run:
         )  # fmt: skip
 
 
+def _within(x: Array, kinds: Any, mu: Array) -> Array:
+    """Impulses that rounding left outside of their cones, moved onto them."""
+    for a in np.flatnonzero(kinds == 1):
+        x[a] = max(x[a], 0.0)
+        end = a + 1
+        while end < len(kinds) and kinds[end] != 1:
+            end += 1
+        T, limit = float(np.linalg.norm(x[a + 1 : end])), mu[a + 1] * x[a] if end > a + 1 else 0.0
+        if limit < T:
+            x[a + 1 : end] *= limit / T
+    return x
+
+
 _REALS = (
     "z", "out", "rate", "u", "v", "dv", "L", "X", "K", "S", "sigma", "spare", "d", "b", "x", "before", "past", "local",
     "memory", "lam",
@@ -360,7 +428,7 @@ def _memory(
         "L": int(shape.squares[-1]), "X": int(shape.row_at[-1]), "K": held * n, "S": held * held, "sigma": m * held,
         "spare": max(n, held * held, 2 * held), "d": 3 * m + 6, "b": most, "x": most, "before": most,
         "past": PAST * most + 16, "local": 6,
-        "memory": most, "lam": max(held, 1), "coefficient": most, "kick": n, "report": 6,
+        "memory": most, "lam": max(held, 1), "coefficient": most, "kick": n, "report": 7,
     }  # fmt: skip
     result = {name: np.zeros(max(size, 1)) for name, size in sizes.items()}
     result |= {name: np.zeros(most, dtype=np.int64) for name in ("rows", "kinds")}

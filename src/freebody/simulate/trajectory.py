@@ -187,6 +187,8 @@ class Trajectory:
 
     def __getitem__(self, name: Any) -> Array:
         """A coordinate, speed or expression (SymPy or text) at the output times."""
+        if not isinstance(name, str | sympy.Basic | int | float):
+            raise SimulationError(f"Expected a coordinate, a speed or an expression of them, got {name!r}.")
         text = name if isinstance(name, str) else self.kernels.model.names.texts.get(name)
         if text in self.names:
             return self.states[:, self.names.index(text)]
@@ -216,7 +218,10 @@ class Trajectory:
         StateView
             By name, ``["theta"]``; ``.q`` and ``.u`` hold all.
         """
-        times = np.asarray(t, dtype=float)
+        try:
+            times = np.asarray(t, dtype=float)
+        except (TypeError, ValueError):
+            raise SimulationError(f"Expected a time of the run, or several [s], got {t!r}.") from None
         try:
             y = self.path.sample(times.reshape(-1))
         except ValueError as error:

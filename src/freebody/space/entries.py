@@ -45,7 +45,7 @@ def number(value: Any, what: str = "a number", error: type[ModelError] = ModelEr
             return number(parse(value, _Parameters()), what, error)
         except ExpressionError as problem:
             raise error(f"Expected {what} as a number or an expression of parameters: {problem}") from None
-    if isinstance(value, bool) or value is None:
+    if isinstance(value, bool) or value is None or getattr(value, "ndim", False):
         raise error(f"Expected {what} as a number or a SymPy expression, got {value!r}.")
     if isinstance(value, (int, Fraction)):
         return exact(value)
