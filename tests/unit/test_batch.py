@@ -294,8 +294,8 @@ def test_results_larger_than_the_memory_are_refused_before_they_are_computed() -
         fb.simulate(pendulum(), 1, initial={"theta": np.zeros(10**6)}, samples=10**6)
 
 
-def test_lanes_of_large_trees_agree_with_the_run_alone_to_its_tolerance() -> None:
-    """A run alone loops over 200 bodies, its sums in another order; each step of either errs by 1e-9 at most."""
+def test_lanes_of_large_trees_are_runs_alone() -> None:
+    """Both loop over the 200 bodies, so that no code of a batch grows with them."""
     s = fb.System("chain")
     s.gravity = (0, -9.81, 0)
     last, place = s.ground, {}
@@ -306,8 +306,7 @@ def test_lanes_of_large_trees_agree_with_the_run_alone_to_its_tolerance() -> Non
     data = fb.simulate(s, 0.01, initial={"q0": [0.1, 0.2]}, samples=3, outputs=["q0", "q199'"])
     alone = fb.simulate(s, 0.01, initial={"q0": 0.1}, samples=3)
     for name in ("q0", "q199'"):
-        size = 1 + np.abs(alone[name]).max()
-        assert np.abs(data[name][0] - alone[name]).max() <= 2 * alone.steps * 1e-9 * size
+        assert np.array_equal(data[name][0], alone[name])
 
 
 def test_a_lane_that_contradicts_an_assumption_is_refused() -> None:

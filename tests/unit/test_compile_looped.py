@@ -54,11 +54,44 @@ def test_random_machines(seed):
         compare(model, kernels, *random_state(model, 10 * seed + k), 0.4)
     q, u = random_state(model, seed)
     forces = np.random.default_rng(seed).normal(size=model.n_u)
-    kernels = LoopedSet(model, forced=True)
+    kernels = LoopedSet(model, "forced")
     found = kernels["accelerations"](0.4, [*q, *u, *forces], kernels.constants([]))
     s = dynamics.float_state(model, q, u, 0.4)
     expected = np.array(dynamics.forward_dynamics(model, s, list(forces)), dtype=float)
     assert np.abs(found - expected).max(initial=0) <= 1e-10 * np.abs(expected).max(initial=1)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_forces_from_accelerations_and_mass_matrices(seed):
+    """Inverse dynamics, bias and mass matrix of random machines, against the algorithms on floats."""
+    back(fb.assemble(random_system(seed, bodies=6, driven=seed % 2 == 0)), seed)
+
+
+def back(model, seed, values=None):
+    q, u = random_state(model, seed)
+    udot = np.random.default_rng(seed).normal(size=model.n_u)
+    s = dynamics.float_state(model, q, u, 0.4, values)
+    M = np.array(dynamics.mass_matrix(model, s), dtype=float)
+    h = np.array(dynamics.bias(model, s), dtype=float)
+    inverse, mass = LoopedSet(model, "inverse"), LoopedSet(model, "mass")
+    parameters = [model.values(values)[p.name] for p in model.parameters]
+    c, d = inverse.constants(parameters), mass.constants(parameters)
+    tau = inverse["inverse_dynamics"](0.4, [*q, *u, *udot], c)
+    size = max(
+        1.0, np.abs(h).max(initial=0), np.abs(M).sum(axis=1).max(initial=0) * np.abs(udot).max(initial=0)
+    )
+    bound = 2e-15 * len(model.links) * size
+    assert (
+        np.abs(tau - np.array(dynamics.inverse_dynamics(model, s, list(udot)), dtype=float)).max(initial=0)
+        <= bound
+    )
+    assert np.abs(inverse["bias"](0.4, [*q, *u], c) - h).max(initial=0) <= bound
+    found = mass["mass_matrix"](0.4, q, d).reshape(model.n_u, model.n_u)
+    assert np.abs(found - M).max(initial=0) <= 2e-15 * len(model.links) * max(1.0, np.abs(M).max(initial=0))
+
+
+def test_forces_where_displacements_are_expressions():
+    back(fb.assemble(described()), 3, {"m": 2.5, "L": 0.4, "k": 0.7})
 
 
 def described():
@@ -117,6 +150,7 @@ def test_program_switches_by_itself(monkeypatch):
     )
     calls = {
         "forward_dynamics": (Q, U, t), "kinetic_energy": (Q, U, t), "potential_energy": (Q, t), "mass_matrix": (Q, t),
+        "bias": (Q, U, t), "inverse_dynamics": (Q, U, Q - U, t),
     }  # fmt: skip
     expected = {name: getattr(straight, name)(*given, m=m) for name, given in calls.items()}
     poses = straight.poses(Q, t, m=m)
@@ -136,7 +170,8 @@ def test_program_switches_by_itself(monkeypatch):
     forced = program.forward_dynamics(Q, U, t, forces=tau, m=m)
     assert forced == pytest.approx(pushed, rel=1e-11, abs=1e-11)
     assert {key for key, (made, _) in program._sets.items() if isinstance(made, looped.LoopedKernel)} == {
-        "forward_dynamics", "forced_dynamics", "kinetic_energy", "potential_energy", "poses",
+        "forward_dynamics", "forced_dynamics", "kinetic_energy", "potential_energy", "poses", "mass_matrix", "bias",
+        "inverse_dynamics",
     }  # fmt: skip
     assert program.describe("forward_dynamics").startswith("forward_dynamics: ")
 

@@ -31,7 +31,7 @@ class Driver:
         for i, link in enumerate(parts.model.links):
             step = owner.step(i)
             parent = parts.base if link.parent == GROUND else parts.record(link.parent)
-            addresses = [step[name].address for name in ("outward", "inward", "final", "place")]
+            addresses = [step[name].address for name in (*owner.loops, "place")]
             rows += [*addresses, parent, owner.offset(i), len(joints), len(parts.joints[i])]
             joints += parts.joints[i]
         self.links, self.joints = owner.table(rows), owner.table(joints)
@@ -40,8 +40,14 @@ class Driver:
         """The module."""
         triple = native.processor()[0]
         head = f'target triple = "{triple}"\ntarget datalayout = "{native.layout()}"\n'
-        batches = [_BATCH.format(name=name, **self._sizes(name)) for name in self.parts.outputs]
-        functions = [self._function(name) for name in self.parts.outputs]
+        if "column" in self.parts.outputs:
+            n_u = len(self.parts.outputs["column"])
+            n_q = self.parts.given - 2 * n_u
+            batches = [_BATCH.format(name="mass_matrix", state=n_q, outputs=n_u * n_u)]
+            functions = [self._column(), self._mass_matrix(n_q, n_u)]
+        else:
+            batches = [_BATCH.format(name=name, **self._sizes(name)) for name in self.parts.outputs]
+            functions = [self._function(name) for name in self.parts.outputs]
         return head + _HELPERS + "\n".join([*self._loops(), *functions, *batches])
 
     def _sizes(self, name: str) -> dict[str, int]:
@@ -49,33 +55,12 @@ class Driver:
 
     def _function(self, name: str) -> str:
         parts = self.parts
-        state = parts.given
-        size = parts.record(self.count)
-        moving = name in ("rates", "accelerations")
+        moving = name in ("rates", "accelerations") or self.owner.back
         placed = not moving or parts.placed
-        lines = [
-            f"define void @{name}(double %t, ptr %y, ptr %c, ptr %out) nounwind {{",
-            f"  %S = call ptr @malloc(i64 {8 * size})",
-            "  store double 0.0, ptr %S, align 8",
-            "  %S1 = getelementptr double, ptr %S, i64 1",
-            "  store double %t, ptr %S1, align 8",
-            "  %S2 = getelementptr double, ptr %S, i64 2",
-            f"  call void @llvm.memset.p0.i64(ptr %S2, i8 0, i64 {8 * state}, i1 false)",
-            f"  call void @copy(ptr %S2, ptr %y, i64 {parts.states[name]})",
-            f"  %ground = getelementptr double, ptr %S, i64 {parts.base}",
-            f"  call void @llvm.memset.p0.i64(ptr %ground, i8 0, i64 {8 * WIDTH}, i1 false)",
-        ]
-        for k in (0, 4, 8):
-            lines += [
-                f"  %one{k} = getelementptr double, ptr %ground, i64 {link_step.PLACE + k}",
-                f"  store double 1.0, ptr %one{k}, align 8",
-            ]
-        lines += self._straight("front")
-        lines.append(f"  %g = getelementptr double, ptr %ground, i64 {link_step.A + 3}")
-        lines.append(self._gather("%g", parts.ground))
+        lines = self._begun(name, parts.states[name])
         lines.append(f"  call void @outward.{'placed' if placed else 'plain'}(double %t, ptr %S, ptr %c)")
         fetched = [parts.record(i) + k for i, k in parts.fetched]
-        first = 2 + state
+        first = 2 + parts.given
         if fetched and name not in ("poses", "postures"):
             early = parts.loads_end - first
             lines.append(f"  %early = getelementptr double, ptr %S, i64 {first}")
@@ -89,10 +74,9 @@ class Driver:
                     f"  call void @press(ptr %S, ptr inttoptr (i64 {targets} to ptr), "
                     f"ptr inttoptr (i64 {sources} to ptr), i64 {len(parts.pressed)})"
                 )
-            lines += [
-                "  call void @inward(double %t, ptr %S, ptr %c)",
-                "  call void @final(double %t, ptr %S, ptr %c)",
-            ]
+            # accelerations follow from articulated inertias, or the wrenches from accelerations
+            order = ("final", "inward") if self.owner.back else ("inward", "final")
+            lines += [f"  call void @{loop}(double %t, ptr %S, ptr %c)" for loop in order]
             late = fetched[parts.loads_end - first :]
             if late:
                 lines.append(f"  %late = getelementptr double, ptr %S, i64 {parts.loads_end}")
@@ -104,6 +88,58 @@ class Driver:
             lines += self._straight("energy")
         lines.append(self._gather("%out", parts.outputs[name]))
         return "\n".join([*lines, "  call void @free(ptr %S)", "  ret void", "}", ""])
+
+    def _begun(self, name: str, state: int) -> list[str]:
+        """The head of a function of ``state`` numbers: S, the front, and the ground."""
+        parts = self.parts
+        lines = [
+            f"define void @{name}(double %t, ptr %y, ptr %c, ptr %out) nounwind {{",
+            "entry:",
+            f"  %S = call ptr @malloc(i64 {8 * parts.record(self.count)})",
+            "  store double 0.0, ptr %S, align 8",
+            "  %S1 = getelementptr double, ptr %S, i64 1",
+            "  store double %t, ptr %S1, align 8",
+            "  %S2 = getelementptr double, ptr %S, i64 2",
+            f"  call void @llvm.memset.p0.i64(ptr %S2, i8 0, i64 {8 * parts.given}, i1 false)",
+            f"  call void @copy(ptr %S2, ptr %y, i64 {state})",
+            f"  %ground = getelementptr double, ptr %S, i64 {parts.base}",
+            f"  call void @llvm.memset.p0.i64(ptr %ground, i8 0, i64 {8 * WIDTH}, i1 false)",
+        ]
+        for k in (0, 4, 8):
+            lines += [
+                f"  %one{k} = getelementptr double, ptr %ground, i64 {link_step.PLACE + k}",
+                f"  store double 1.0, ptr %one{k}, align 8",
+            ]
+        lines += self._straight("front")
+        lines.append(f"  %g = getelementptr double, ptr %ground, i64 {link_step.A + 3}")
+        lines.append(self._gather("%g", parts.ground))
+        return lines
+
+    def _column(self) -> str:
+        """Forces for the accelerations in S, at rest."""
+        parts = self.parts
+        late = [parts.record(i) + k for i, k in parts.fetched]
+        return "\n".join(
+            [
+                "define internal void @column(double %t, ptr %S, ptr %c, ptr %out) nounwind {",
+                *self._straight("front"),
+                "  call void @final(double %t, ptr %S, ptr %c)",
+                "  call void @inward(double %t, ptr %S, ptr %c)",
+                f"  %late = getelementptr double, ptr %S, i64 {parts.loads_end}",
+                self._gather("%late", late),
+                *self._straight("finish"),
+                self._gather("%out", parts.outputs["column"]),
+                "  ret void",
+                "}",
+                "",
+            ]
+        )
+
+    def _mass_matrix(self, n_q: int, n_u: int) -> str:
+        """Column by column: postures once, then unit accelerations."""
+        lines = self._begun("mass_matrix", n_q)
+        lines.append("  call void @outward.plain(double %t, ptr %S, ptr %c)")
+        return "\n".join([*lines, _COLUMNS.format(n_u=n_u, first=2 + n_q + n_u)])
 
     def _straight(self, name: str) -> list[str]:
         if name in self.parts.empty:
@@ -124,12 +160,13 @@ class Driver:
     def _loops(self) -> list[str]:
         s, base = link_step, self.parts.base
         joints = f"ptr inttoptr (i64 {self.joints} to ptr)"
-        fetch = f"""
+        gather = f"""
   %start = load i64, ptr %row6, align 8
   %many = load i64, ptr %row7, align 8
   %places = getelementptr i64, {joints}, i64 %start
   %joint = getelementptr double, ptr %record, i64 {s.JOINT}
-  call void @gather(ptr %joint, ptr %S, ptr %places, i64 %many)
+  call void @gather(ptr %joint, ptr %S, ptr %places, i64 %many)"""
+        fetch = f"""{gather}
   %from = getelementptr double, ptr %parent, i64 {s.V}
   call void @llvm.memcpy.p0.p0.i64(ptr %record, ptr %from, i64 48, i1 false)
 {_call(0, s.OUTWARD)}"""
@@ -138,15 +175,21 @@ class Driver:
   %there = getelementptr double, ptr %record, i64 {s.PARENT_PLACE}
   call void @llvm.memcpy.p0.p0.i64(ptr %there, ptr %above, i64 96, i1 false)
 {_call(3, s.PLACE)}"""
+        # inertias and wrenches of the tips add up, or wrenches alone
+        first, many = (s.INERTIA + 21, 6) if self.owner.back else (s.INERTIA, 27)
         inward = f"""
 {_call(1, s.INWARD)}
-  %sum = getelementptr double, ptr %parent, i64 {s.INERTIA}
-  call void @add(ptr %sum, ptr %to1, i64 27)"""
+  %sum = getelementptr double, ptr %parent, i64 {first}
+  call void @add(ptr %sum, ptr %to1, i64 {many})"""
         final = f"""
   %from = getelementptr double, ptr %parent, i64 {s.A}
   %A = getelementptr double, ptr %record, i64 {s.PARENT_A}
   call void @llvm.memcpy.p0.p0.i64(ptr %A, ptr %from, i64 48, i1 false)
 {_call(2, s.FINAL)}"""
+        if "column" in self.parts.outputs:  # other accelerations, and forces from nothing
+            final = f"""{gather}
+  %p = getelementptr double, ptr %record, i64 {s.INERTIA + 21}
+  call void @llvm.memset.p0.i64(ptr %p, i8 0, i64 48, i1 false){final}"""
         total = f"""
   %kinetic = getelementptr double, ptr %record, i64 {s.KINETIC}
   call void @add(ptr %c, ptr %kinetic, i64 4)"""
@@ -221,6 +264,27 @@ loop:
   %more = icmp slt i64 %next, %n
   br i1 %more, label %loop, label %done
 done:
+  ret void
+}}
+"""
+
+
+_COLUMNS = """  %some = icmp sgt i64 {n_u}, 0
+  br i1 %some, label %loop, label %done
+loop:
+  %j = phi i64 [0, %entry], [%next, %loop]
+  %k = add i64 %j, {first}
+  %unit = getelementptr double, ptr %S, i64 %k
+  store double 1.0, ptr %unit, align 8
+  %w = mul i64 %j, {n_u}
+  %column = getelementptr double, ptr %out, i64 %w
+  call void @column(double %t, ptr %S, ptr %c, ptr %column)
+  store double 0.0, ptr %unit, align 8
+  %next = add i64 %j, 1
+  %more = icmp slt i64 %next, {n_u}
+  br i1 %more, label %loop, label %done
+done:
+  call void @free(ptr %S)
   ret void
 }}
 """

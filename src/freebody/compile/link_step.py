@@ -11,6 +11,12 @@ A link owns a record of :data:`WIDTH` doubles:
     inward             I^a (21) and p^a (6) in the parent, U (6 k), m (k), D (k k)
     final              A (6), y'' (k), force along a driven displacement (1)
     place              R_N (9), p_N (3), kinetic energy (1), first moment m p_N + R_N h (3), origin of the body (3)
+
+From accelerations to forces, where those of the joint stand in place of τ, only these differ:
+
+    carried            A (6), where ``final`` writes it
+    started            the same at rest, with the joint's acceleration from its variables
+    transmitted        wrench on the link in the parent (6), force along the joint (1, 3 or 6), where ``inward`` writes
 """
 
 from __future__ import annotations
@@ -49,6 +55,7 @@ JOINT = 24
 OUTWARD = 44
 V, INERTIA, COORDINATE_RATES = OUTWARD + 12, OUTWARD + 24, OUTWARD + 51
 INWARD = OUTWARD + 58
+ALONG = INWARD + 6
 FINAL = INWARD + 27 + 36 + 6 + 36
 A, RATES = FINAL, FINAL + 6
 PLACE = FINAL + 13
@@ -70,9 +77,14 @@ class Kind:
     massless: bool
 
     @property
+    def joint_of_one(self) -> bool:
+        """Whether one displacement moves the link."""
+        return self.kind in ("hinge", "slider", "screw")
+
+    @property
     def freedom(self) -> int:
         """Number of motions that forces decide."""
-        if self.kind in ("hinge", "slider", "screw"):
+        if self.joint_of_one:
             return 0 if self.driven else 1
         return {"ball": 3, "free": 6}.get(self.kind, 0)
 
@@ -100,7 +112,7 @@ def constants_of(model: Model, i: int) -> list[Any]:
 
 @lru_cache(maxsize=64)
 def compiled_step(kind: Kind) -> KernelSet:
-    """Kernels ``outward``, ``inward``, ``final`` and ``place`` of a kind of link.
+    """Kernels ``outward``, ``inward``, ``final``, ``place``, ``carried``, ``started`` and ``transmitted`` of a kind.
 
     They read the record and write the part of it that their name says.
     """
@@ -178,6 +190,18 @@ def _recorded(tape: Tape, record: list[Any], given: list[Any], kind: Kind) -> di
     force = []
     if kind.driven and S is not None:
         force = [power(S, plus(blocks_times(I_A, a), p_A))]
+    # carried, transmitted: c holds the acceleration along a displacement that is driven
+    started = motion_to_child(R_, r_, _spatial(record[PARENT_A:]))
+    carried = plus(started, c_)
+    if kind.kind in ("ball", "free"):
+        own = (_vector(tau), _vector(tau[3:6]) if kind.kind == "free" else ZERO)
+        started, carried = plus(started, own), plus(carried, own)
+    elif S is not None:
+        started = plus(started, times(joint[2], S))
+    F = plus(momentum_of(inertia, _spatial(record[A:])), p_A)
+    along = [] if S is None else [power(S, F)]
+    if kind.kind in ("ball", "free"):
+        along = [*F[0], *(F[1] if kind.kind == "free" else ())]
     # place
     P = PARENT_PLACE
     R_P, p_P = _matrix(record[P:]), _vector(record[P + 9 :])
@@ -189,6 +213,9 @@ def _recorded(tape: Tape, record: list[Any], given: list[Any], kind: Kind) -> di
         "outward": outward,
         "inward": inward,
         "final": [*_six(a), *rates, *force],
+        "carried": [*_six(carried)],
+        "started": [*_six(started)],
+        "transmitted": [*_six(force_to_parent(R_, r_, F)), *along],
         "place": [*_flat(R_N), *p_N, kinetic, *first, *origin],
     }
 

@@ -7,14 +7,20 @@
     final     accelerations                                                                          (loop)
     finish    u' from the second derivatives of the displacements; energies; power                   (straight)
 
+From accelerations to forces (:mod:`freebody.dynamics.newton_euler`) the loops are outward, carried (accelerations) and
+transmitted (wrenches, tips first); the mass matrix is found so column by column, at rest and without loads.
+
 The straight parts hold what the user wrote, and are empty where a displacement is a coordinate. The loop steps are
 :mod:`freebody.compile.link_step`. All numbers of one call live in one array S of doubles: inputs of the straight
 parts, their outputs, and one record per link; tables of places in S say what goes where.
+
+The file is longer than others: it is the one place that knows where everything stands in S.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from time import perf_counter
 from typing import Any
 
@@ -22,12 +28,16 @@ import numpy as np
 import sympy
 
 from ..dynamics import traced_state
-from ..dynamics.coordinates import accelerations_of_coordinates, forces_on_displacements
+from ..dynamics.coordinates import (
+    accelerations_of_coordinates,
+    forces_on_coordinates,
+    forces_on_displacements,
+)
 from ..dynamics.kinematics import Posture
-from ..dynamics.loading import load_power, loading, spring_energy
+from ..dynamics.loading import Loading, load_power, loading, spring_energy
 from ..dynamics.state import float_state
 from ..model.model import Model
-from ..scalar.algebra import dot, negate
+from ..scalar.algebra import ZERO, dot, negate
 from ..scalar.trace import INPUT, Tape, Traced
 from . import link_step, native
 from .kernels import Kernel, KernelSet, compile_tape
@@ -66,15 +76,23 @@ class LoopedSet:
 
     ``rates`` (q', u' and, where power goes in or out, that), ``accelerations``, ``energy`` (kinetic, potential), each
     of the two, and ``poses`` (position, rotation by rows of each body) as functions of t and y = (q, u), where
-    ``potential_energy`` and ``postures`` (rotation, position) are given q only. If ``forced``, generalized forces
-    besides the model's stand after u in y, and there is ``accelerations`` alone.
+    ``potential_energy`` and ``postures`` (rotation, position) are given q only.
+
+    Other modes: "forced", where generalized forces besides the model's stand after u in y, has ``accelerations`` alone;
+    "inverse", where u' stand there, has ``inverse_dynamics``, and ``bias`` of (q, u); "mass" has ``mass_matrix`` of q.
     """
 
-    def __init__(self, model: Model, forced: bool = False) -> None:
+    def __init__(self, model: Model, mode: str = "motion") -> None:
         self.model = model
+        self.back = mode in ("inverse", "mass")  # from accelerations to forces
+        self.loops = {
+            "inverse": ("outward", "transmitted", "carried"), "mass": ("outward", "transmitted", "started"),
+        }.get(mode, ("outward", "inward", "final"))  # fmt: skip
         self._kinds = [kind_of(link) for link in model.links]
+        if self.back:  # accelerations along displacements are given
+            self._kinds = [replace(kind, driven=True) if kind.joint_of_one else kind for kind in self._kinds]
         self._steps = {kind: compiled_step(kind) for kind in dict.fromkeys(self._kinds)}
-        parts = Parts(model, self._kinds, forced)
+        parts = Parts(model, self._kinds, mode)
         self.works = parts.works
         self.straight: KernelSet = parts.compiled
         self._offsets: list[int] = []
@@ -92,13 +110,15 @@ class LoopedSet:
         used = [self.straight, *self._steps.values()]
         self.size = len(code) + sum(one.size for one in used)
         self.seconds = perf_counter() - start + sum(one.seconds for one in used)
-        names = [name for name in parts.outputs]
+        names = ["mass_matrix"] if mode == "mass" else list(parts.outputs)
+        states = {**parts.states, "mass_matrix": model.n_q}
+        widths = {**{name: len(x) for name, x in parts.outputs.items()}, "mass_matrix": model.n_u**2}
         library.needs = (self._tables, self._steps, self.straight)
         found = library.addresses([*names, *(f"{name}.batch" for name in names)])
         self.kernels = {
             name: Kernel(
-                name, library, found[name], found[f"{name}.batch"], parts.states[name], self.hoisted,
-                len(parts.outputs[name]), self._operations(),
+                name, library, found[name], found[f"{name}.batch"], states[name], self.hoisted, widths[name],
+                self._operations(),
             )
             for name in names
         }  # fmt: skip
@@ -114,7 +134,9 @@ class LoopedSet:
     def _operations(self) -> dict[str, int]:
         total: dict[str, int] = {}
         for kind in self._kinds:
-            for name in ("outward", "inward", "final"):
+            for name in (
+                ("outward", "transmitted", "carried") if self.back else ("outward", "inward", "final")
+            ):
                 for code, count in self._steps[kind][name].operations.items():
                     total[code] = total.get(code, 0) + count
         return dict(sorted(total.items()))
@@ -168,12 +190,13 @@ class Parts:
     S = 0, t, y | fetched from the records | front | loads | finish | energy | records (the ground's first)
     """
 
-    def __init__(self, model: Model, kinds: Sequence[link_step.Kind], forced: bool) -> None:
+    def __init__(self, model: Model, kinds: Sequence[link_step.Kind], mode: str) -> None:
         self.model = model
+        self.mode = mode
         tape = Tape()
         state = traced_state(model, tape)
         zero, time = tape.input("0"), tape.input("time in S")
-        besides = [tape.input(f"force {k}") for k in range(model.n_u)] if forced else []
+        besides = [] if mode == "motion" else [tape.input(f"{mode} {k}") for k in range(model.n_u)]
         self._inputs: list[Traced] = [zero, time, *state.q, *state.u, *besides]
         self.given = model.n_q + model.n_u + len(besides)
         self._places = {x.index: k for k, x in enumerate(self._inputs)} | {state.t.index: 1}
@@ -197,46 +220,47 @@ class Parts:
 
         state.cache["postures"], state.cache["velocities"] = _Inputs(posture), _Inputs(velocity)
         # front
-        loads = loading(model, state)
+        loads = Loading() if mode == "mass" else loading(model, state)
         generalized = dict(loads.generalized)
-        for k, force in enumerate(besides):
-            generalized[k] = generalized.get(k, 0) + force
-        along = forces_on_displacements(model, state, generalized)
-        for i, force in loads.along.items():
-            along[i] = along.get(i, 0) + force
+        along: dict[int, Any] = {}
+        udot = besides if mode in ("inverse", "mass") else None
+        if udot is None:
+            for k, force in enumerate(besides):
+                generalized[k] = generalized.get(k, 0) + force
+            along = forces_on_displacements(model, state, generalized)
+            for i, force in loads.along.items():
+                along[i] = along.get(i, 0) + force
         joints: list[list[Any]] = []
         for i, link in enumerate(model.links):
             if link.one_dof:
-                third = state.second_rate(link, None) if link.driven else along.get(i, 0)
-                joints.append([state(link.displacement), state.rate(link), third])
+                rate = state.rate(link)
+                third = along.get(i, 0)
+                if udot is not None or link.driven:
+                    third = state.second_rate(link, udot)
+                if mode == "mass":
+                    rate, third = 0, 0
+                    for j, partial in link.partials:
+                        third = third + state(partial) * besides[j]
+                joints.append([state(link.displacement), rate, third])
             elif link.u >= 0:
                 n_q, n_u = (7, 6) if link.kind == "free" else (4, 3)
-                forces = [generalized.get(link.u + k, 0) for k in range(n_u)]
+                if udot is None:
+                    forces = [generalized.get(link.u + k, 0) for k in range(n_u)]
+                else:
+                    forces = udot[link.u : link.u + n_u]
                 joints.append([*state.q[link.q : link.q + n_q], *state.u[link.u : link.u + n_u], *forces])
             else:
                 joints.append([])
-        gravity = state.vector(model.gravity)
-        power = load_power(model, state)
-        spring = spring_energy(model, state)
+        gravity = ZERO if mode == "mass" else state.vector(model.gravity)
+        power = 0 if udot is not None else load_power(model, state)
+        spring = 0 if udot is not None else spring_energy(model, state)
         self.placed = len(state.cache["postures"].made) > 0
         self.loads_end = len(self._inputs)
         # finish
-        second, own, driven = {}, {}, {}
-        for i, link in enumerate(model.links):
-            kind = kinds[i]
-            if link.driven:
-                if link.drift != 0:
-                    (driven[i],) = fetch(i, kind.force, 1)
-            elif kind.freedom:
-                rates = fetch(i, link_step.RATES, kind.freedom)
-                if link.one_dof:
-                    second[i] = rates[0]
-                else:
-                    own.update({link.u + k: rate for k, rate in enumerate(rates)})
-        udot = accelerations_of_coordinates(model, state, second, own)
-        for i, force in driven.items():
-            power = power + (force - loads.along.get(i, 0)) * state(model.links[i].drift)
-        self.works = not (isinstance(power, int) and power == 0)
+        if udot is None:
+            finish = self._accelerations(state, kinds, loads, power, fetch)
+        else:
+            finish = self._forces(state, loads, fetch)
         # energy
         sums = [tape.input(f"sum {k}") for k in range(4)]
         self.sums = len(self._inputs)
@@ -249,8 +273,8 @@ class Parts:
         functions: dict[str, list[Any]] = {
             "front": [x for one in joints for x in one] + list(negate(gravity)),
             "loads": [x for wrench in loads.wrenches.values() for vector in wrench for x in vector],
-            "finish": [*udot, power],
-            "energy": [sums[0], potential],
+            "finish": finish,
+            "energy": [sums[0], potential] if udot is None else [],
         }
         computed: dict[str, list[Any]] = {}
         start = len(self._inputs)
@@ -278,9 +302,21 @@ class Parts:
             for n, i in enumerate(loads.wrenches)
             for j in range(6)
         ]
+        self._place_outputs(state, placed)
+        self.states = {name: model.n_q if name in OF_Q else self.given for name in self.outputs}
+        if mode == "inverse":
+            self.states["bias"] = model.n_q + model.n_u
+
+    def _place_outputs(self, state: Any, placed: Any) -> None:
+        """Of each kernel: where its outputs stand in S."""
+        model = self.model
+        if self.mode in ("inverse", "mass"):
+            names = ("inverse_dynamics", "bias") if self.mode == "inverse" else ("column",)
+            self.outputs: dict[str, list[int]] = dict.fromkeys(names, placed["finish"])
+            return
         *accelerations, work = placed["finish"]
         coordinate_rates = self._coordinate_rates(state)
-        self.outputs: dict[str, list[int]] = {
+        self.outputs = {
             "rates": [*coordinate_rates, *accelerations, *([work] if self.works else [])],
             "accelerations": accelerations,
             "energy": placed["energy"],
@@ -301,9 +337,49 @@ class Parts:
                 )
             ],
         }  # fmt: skip
-        if forced:
+        if self.mode == "forced":
             self.outputs = {"accelerations": accelerations}
-        self.states = {name: model.n_q if name in OF_Q else self.given for name in self.outputs}
+
+    def _accelerations(self, state: Any, kinds: Any, loads: Any, power: Any, fetch: Any) -> list[Any]:
+        """u' and the power, from what the loops leave in the records."""
+        model = self.model
+        second, own, driven = {}, {}, {}
+        for i, link in enumerate(model.links):
+            kind = kinds[i]
+            if link.driven:
+                if link.drift != 0:
+                    (driven[i],) = fetch(i, kind.force, 1)
+            elif kind.freedom:
+                rates = fetch(i, link_step.RATES, kind.freedom)
+                if link.one_dof:
+                    second[i] = rates[0]
+                else:
+                    own.update({link.u + k: rate for k, rate in enumerate(rates)})
+        udot = accelerations_of_coordinates(model, state, second, own)
+        for i, force in driven.items():
+            power = power + (force - loads.along.get(i, 0)) * state(model.links[i].drift)
+        self.works = not (isinstance(power, int) and power == 0)
+        return [*udot, power]
+
+    def _forces(self, state: Any, loads: Any, fetch: Any) -> list[Any]:
+        """Generalized forces, from those along the joints in the records: see `newton_euler.inverse_dynamics`."""
+        model = self.model
+        self.works = False
+        tau: list[Any] = [0] * len(model.links)
+        own: dict[int, Any] = {}
+        for i, link in enumerate(model.links):
+            if link.partials:
+                (tau[i],) = fetch(i, link_step.ALONG, 1)
+                tau[i] = tau[i] - loads.along.get(i, 0)
+            elif link.u >= 0:
+                count = 6 if link.kind == "free" else 3
+                own.update({link.u + k: x for k, x in enumerate(fetch(i, link_step.ALONG, count))})
+        total = forces_on_coordinates(model, state, tau)
+        for j, force in own.items():
+            total[j] = force
+        for j, force in loads.generalized.items():
+            total[j] = total[j] - force
+        return list(total)
 
     def record(self, i: int) -> int:
         """Where the record of link i begins; the ground's is the first."""
@@ -335,9 +411,15 @@ class Parts:
 
 LOOPED = {
     "forward_dynamics": "accelerations", "forced_dynamics": "accelerations", "kinetic_energy": "kinetic_energy",
-    "potential_energy": "potential_energy", "poses": "postures",
+    "potential_energy": "potential_energy", "poses": "postures", "inverse_dynamics": "inverse_dynamics", "bias": "bias",
+    "mass_matrix": "mass_matrix",
 }  # fmt: skip
 """Products of a program that large models have in looped form, and their kernels."""
+
+MODES = {
+    "forced_dynamics": "forced", "inverse_dynamics": "inverse", "bias": "inverse", "mass_matrix": "mass",
+}  # fmt: skip
+"""Mode of the set that has them; the others are of "motion"."""
 
 
 class LoopedKernel:

@@ -23,7 +23,7 @@ from ..model import Model, assemble
 from .arguments import array, checked, is_plain, parameters_given, place_of, signals_at
 from .closed import Singularity, actuator_forces, chosen, completed, singularity
 from .kernels import Kernel, KernelSet
-from .looped import LOOPED, LoopedKernel, LoopedSet, is_large
+from .looped import LOOPED, MODES, LoopedKernel, LoopedSet, is_large
 from .products import (
     Product,
     check_conditions,
@@ -162,7 +162,7 @@ class Program:
         self.model = model
         self.threads = threads
         self._active = active
-        self._large: dict[bool, LoopedSet] = {}
+        self._large: dict[str, LoopedSet] = {}
         self._sets: dict[Any, tuple[KernelSet | LoopedKernel, bool]] = {}
         self._constants: dict[Any, OrderedDict[Any, Array]] = {}
         self._plain: dict[Any, tuple[Kernel, Array, tuple[int, ...], tuple[int, ...]]] = {}
@@ -671,10 +671,10 @@ class Program:
         """The kernel of a large tree, of one state and of batches."""
         if key not in LOOPED or not is_large(self.model):
             return None
-        forced = key == "forced_dynamics"
-        if forced not in self._large:
-            self._large[forced] = LoopedSet(self.model, forced)
-        return LoopedKernel(self._large[forced], LOOPED[key]), True
+        mode = MODES.get(key, "motion")
+        if mode not in self._large:
+            self._large[mode] = LoopedSet(self.model, mode)
+        return LoopedKernel(self._large[mode], LOOPED[key]), True
 
     def _run(
         self,

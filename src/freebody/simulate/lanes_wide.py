@@ -17,12 +17,10 @@ The file is longer than others: it is the one loop, with the steps of `dop853` f
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic
 
 from . import dop853, stepping, tableau
@@ -69,9 +67,8 @@ from .layout import (
     RUNNING,
     STATE,
     STIFF,
-    WIDTH,
 )
-from .machine import Compiled, Integers, Reals, call, greater, lesser, root, shifted
+from .machine import Compiled, Integers, Reals, call, greater, lesser, linear, root, shifted
 from .stepping import _EPS, _TINY, GREATEST, SAFETY, SMALLEST
 
 _double, _integer = ir.DoubleType(), ir.IntType(64)
@@ -122,73 +119,11 @@ def call_wide(typing: Any, address: Any, t: Any, i: Any, y: Any, j: Any, c: Any,
     return signature, write
 
 
-def linear_wide(row: Mapping[int, float], chained: bool = False) -> Any:
-    """Compiled ``(work, n, target, base, place)``: `machine.linear` with the step of lane l at ``work[place + l]``."""
-    terms = sorted(row.items())
-    early = terms[:-1] if chained else terms
-
-    def weighted_sum(typing: Any, work: Any, n: Any, target: Any, base: Any, place: Any) -> Any:
-        del typing, n, target, base, place
-        signature = types.void(work, types.int64, types.int64, types.int64, types.int64)
-
-        def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            del signature
-            work_, n_, target_, base_, place_ = arguments
-            vector = ir.VectorType(_double, WIDTH)
-            fma = cgutils.get_or_insert_function(
-                builder.module, ir.FunctionType(vector, [vector] * 3), f"llvm.fmuladd.v{WIDTH}f64"
-            )
-
-            def at(index: Any) -> Any:
-                return builder.bitcast(builder.gep(work_, [index]), vector.as_pointer())
-
-            def place_of(number: Any, offset: Any) -> Any:
-                return at(builder.add(builder.mul(number, n_), offset))
-
-            step = builder.load(at(place_), align=8)
-            based = builder.icmp_signed(">=", base_, _integer(0))
-            safe_base = builder.select(based, base_, _integer(0))
-            entry = builder.block
-            loop = builder.append_basic_block("rows")
-            done = builder.append_basic_block("rows_done")
-            builder.branch(loop)
-            builder.position_at_end(loop)
-            offset = builder.phi(_integer)
-            offset.add_incoming(_integer(0), entry)
-            total = None
-            for number, coefficient in early:
-                value = builder.load(place_of(_integer(number), offset), align=8)
-                weight = ir.Constant(vector, [_double(coefficient)] * WIDTH)
-                total = (
-                    builder.fmul(weight, value)
-                    if total is None
-                    else builder.call(fma, [weight, value, total])
-                )
-            zero = ir.Constant(vector, [_double(0)] * WIDTH)
-            start = builder.select(based, builder.load(place_of(safe_base, offset), align=8), zero)
-            result = start if total is None else builder.call(fma, [step, total, start])
-            if chained:  # the roundings of one lane, whose last row is added by itself
-                number, coefficient = terms[-1]
-                value = builder.load(place_of(_integer(number), offset), align=8)
-                weight = builder.fmul(step, ir.Constant(vector, [_double(coefficient)] * WIDTH))
-                result = builder.call(fma, [weight, value, result])
-            builder.store(result, place_of(target_, offset), align=8)
-            following = builder.add(offset, _integer(WIDTH))
-            offset.add_incoming(following, builder.block)
-            builder.cbranch(builder.icmp_signed("<", following, n_), loop, done)
-            builder.position_at_end(done)
-            return context.get_dummy_value()
-
-        return signature, write
-
-    return intrinsic(weighted_sum)
-
-
 _C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10, _C11 = tableau.C[1:12]
 _a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8, _a9, _a10, _a11 = (
-    linear_wide(row, chained=True) for row in tableau.A[1:12]
+    linear(row, chained=True, lanes=True) for row in tableau.A[1:12]
 )
-_b, _e5, _e3 = linear_wide(tableau.B), linear_wide(tableau.E5), linear_wide(tableau.E3)
+_b, _e5, _e3 = (linear(row, lanes=True) for row in (tableau.B, tableau.E5, tableau.E3))
 
 
 @part

@@ -124,12 +124,15 @@ def shifted(typing: Any, p: Any, k: Any) -> Any:
     return p(p, types.int64), write
 
 
-def linear(row: Mapping[int, float], chained: bool = False) -> Any:
+def linear(row: Mapping[int, float], chained: bool = False, lanes: bool = False) -> Any:
     """Compiled ``(work, n, target, base, h)``: row ``target`` of ``work`` becomes base + h Σ_j row[j] work[j].
 
     ``chained``: the last row has just been written by a kernel, and the target is read by one next. Its numbers are
     then added one by one: a wide sum would wait for the slowest of them, while the angles of the next stage follow
     from speeds, and their sines can be on the way before the accelerations are known.
+
+    ``lanes``: rows hold eight runs side by side, and ``h`` is the place in ``work`` of their eight steps. With
+    ``chained`` the roundings are then those of one run.
 
     ``work`` is one flat array of rows of length ``n``, a multiple of `WIDTH`; ``base`` < 0 stands for a row of zeros.
     """
@@ -138,7 +141,8 @@ def linear(row: Mapping[int, float], chained: bool = False) -> Any:
 
     def weighted_sum(typing: Any, work: Any, n: Any, target: Any, base: Any, h: Any) -> Any:
         del typing, n, target, base, h
-        signature = types.void(work, types.int64, types.int64, types.int64, types.float64)
+        step_type = types.int64 if lanes else types.float64
+        signature = types.void(work, types.int64, types.int64, types.int64, step_type)
 
         def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             del signature
@@ -154,14 +158,19 @@ def linear(row: Mapping[int, float], chained: bool = False) -> Any:
                 zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
                 return builder.shuffle_vector(one, ir.Constant(vector, ir.Undefined), zeros)
 
-            def place(number: Any, offset: Any) -> Any:
-                index = builder.add(builder.mul(number, n_), offset)
+            def all_of(number: float) -> Any:
+                return ir.Constant(vector, [_double(number)] * WIDTH)
+
+            def at(index: Any) -> Any:
                 return builder.bitcast(builder.gep(work_, [index]), vector.as_pointer())
+
+            def place(number: Any, offset: Any) -> Any:
+                return at(builder.add(builder.mul(number, n_), offset))
 
             def load(number: int, offset: Any) -> Any:
                 return builder.load(place(_integer(number), offset), align=8)
 
-            step = splat(h_)
+            step = builder.load(at(h_), align=8) if lanes else splat(h_)
             based = builder.icmp_signed(">=", base_, _integer(0))
             safe_base = builder.select(based, base_, _integer(0))
             entry = builder.block
@@ -173,17 +182,15 @@ def linear(row: Mapping[int, float], chained: bool = False) -> Any:
             offset.add_incoming(_integer(0), entry)
             total = None
             for number, coefficient in early:
-                value = load(number, offset)
-                weight = ir.Constant(vector, [_double(coefficient)] * WIDTH)
+                value, weight = load(number, offset), all_of(coefficient)
                 total = (
                     builder.fmul(weight, value)
                     if total is None
                     else builder.call(fma, [weight, value, total])
                 )
-            zero = ir.Constant(vector, [_double(0)] * WIDTH)
-            start = builder.select(based, builder.load(place(safe_base, offset), align=8), zero)
+            start = builder.select(based, builder.load(place(safe_base, offset), align=8), all_of(0))
             result = start if total is None else builder.call(fma, [step, total, start])
-            if chained:
+            if chained and not lanes:
                 number, coefficient = terms[-1]
                 one = cgutils.get_or_insert_function(
                     builder.module, ir.FunctionType(_double, [_double] * 3), "llvm.fmuladd.f64"
@@ -198,6 +205,10 @@ def linear(row: Mapping[int, float], chained: bool = False) -> Any:
                     value = builder.call(one, [weight, value, known])
                     builder.store_atomic(value, builder.gep(new, [_integer(k)]), "monotonic", 8)
             else:
+                if chained:
+                    number, coefficient = terms[-1]
+                    weight = builder.fmul(step, all_of(coefficient))
+                    result = builder.call(fma, [weight, load(number, offset), result])
                 builder.store(result, place(target_, offset), align=8)
             following = builder.add(offset, _integer(WIDTH))
             offset.add_incoming(following, builder.block)
