@@ -39,7 +39,7 @@ from .reaction import Reaction, unknowns
 
 if TYPE_CHECKING:
     from .eliminate import Elimination
-    from .solve import SolveResult
+    from .solution import SolveResult
 
 if TYPE_CHECKING:
     from .integrals import Integrals
