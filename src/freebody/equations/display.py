@@ -5,6 +5,7 @@ Printed straight from the polynomial; no SymPy expression is built, except by `d
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from ..scalar.polynomial import Ring
@@ -70,6 +71,19 @@ def equation_mathml(left: Any, right: Any, ring: Ring, lump: bool | Lumps = Fals
     """``left = right`` as a MathML ``math`` element."""
     result = _equation(MathML, left, right, ring, lump, "<mo>=</mo>")
     return (document(result[0]), result[1]) if isinstance(result, tuple) else document(result)
+
+
+def lines_of(
+    kind: type[Printer], sides: Sequence[tuple[Any, Any]], ring: Ring, sign: str
+) -> tuple[list[str], list[str]]:
+    """Equations, and what their long roots and denominators are: (lines, lines of the names in them)."""
+    long = Lumps("P")
+    lines = []
+    for left, right in sides:
+        printer = kind(ring, None, long)
+        lines.append(f"{printer.show(left)}{sign}{printer.show(right)}")
+    printer = kind(ring)
+    return lines, [f"{printer.name(name)}{sign}{printer.show(x)}" for name, x in long.table.items()]
 
 
 def equation_displayed(left: Any, right: Any, ring: Ring) -> Any:

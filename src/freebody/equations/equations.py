@@ -32,10 +32,14 @@ from ..scalar.algebra import ZERO, Vector, add, apply, cross
 from ..scalar.polynomial import Ring
 from .constraints import closure_reactions, eliminated, indeterminate
 from .contact_modes import model_in_modes, modes_of
-from .display import displayed, equation_latex, equation_mathml, equation_text
+from .display import displayed, equation_latex, equation_mathml, equation_text, lines_of
 from .free_body import FreeBody, own_body
+from .latex import Latex
 from .lines import EQUALS, Lines, Shown
+from .mathml import MathML, document
+from .printer import Printer
 from .reaction import Reaction, unknowns
+from .text import Text
 
 if TYPE_CHECKING:
     from .eliminate import Elimination
@@ -485,21 +489,23 @@ class Equations:
 
     # -- display ----------------------------------------------------------------------------------
 
+    def _shown(self, kind: type[Printer], sign: str) -> tuple[list[str], list[str]]:
+        return lines_of(kind, [*self.balances, *((x, 0) for x in self._residuals)], self.ring, sign)
+
     def text(self) -> str:
-        """The equations of motion as plain text, a line each."""
-        lines = [*self.balances, *((x, 0) for x in self._residuals)]
-        return "\n".join(equation_text(left, right, self.ring) for left, right in lines)
+        """The equations of motion as plain text, a line each; then what is named in them."""
+        lines, names = self._shown(Text, " = ")
+        return "\n".join([*lines, *(["where"] if names else []), *(f"  {line}" for line in names)])
 
     def latex(self) -> str:
         """The equations of motion as a LaTeX ``aligned`` block."""
-        lines = [*self.balances, *((x, 0) for x in self._residuals)]
-        rows = [equation_latex(a, b, self.ring).replace(" = ", " &= ", 1) for a, b in lines]
-        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+        lines, names = self._shown(Latex, " &= ")
+        return "\\begin{aligned}\n" + " \\\\\n".join([*lines, *names]) + "\n\\end{aligned}"
 
     def mathml(self) -> str:
         """The equations of motion as presentation MathML."""
-        lines = [*self.balances, *((x, 0) for x in self._residuals)]
-        return "\n".join(equation_mathml(a, b, self.ring) for a, b in lines)
+        lines, names = self._shown(MathML, "<mo>=</mo>")
+        return "\n".join(map(document, [*lines, *names]))
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
