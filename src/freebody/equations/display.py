@@ -86,6 +86,32 @@ def lines_of(
     return lines, [f"{printer.name(name)}{sign}{printer.show(x)}" for name, x in long.table.items()]
 
 
+class Formulas:
+    """A result that is a list of equations: ``_lines(write)`` gives them as written by one of the functions above."""
+
+    def _lines(self, write: Any) -> list[str]:
+        raise NotImplementedError
+
+    def text(self) -> str:
+        """The equations as plain text, a line each."""
+        return "\n".join(self._lines(equation_text))
+
+    def latex(self) -> str:
+        """The equations as a LaTeX ``aligned`` block."""
+        rows = [line.replace(" = ", " &= ", 1) for line in self._lines(equation_latex)]
+        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+
+    def mathml(self) -> str:
+        """The equations as presentation MathML, an element each."""
+        return "\n".join(self._lines(equation_mathml))
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return self.text()
+
+
 def equation_displayed(left: Any, right: Any, ring: Ring) -> Any:
     """``left = right`` as a SymPy ``Eq``, grouped as the text is."""
     import sympy

@@ -32,7 +32,7 @@ from ..scalar.algebra import ZERO, Vector, add, apply, cross
 from ..scalar.polynomial import Ring
 from .constraints import closure_reactions, eliminated, indeterminate
 from .contact_modes import model_in_modes, modes_of
-from .display import displayed, equation_latex, equation_mathml, equation_text, lines_of
+from .display import Formulas, displayed, lines_of
 from .free_body import FreeBody, own_body
 from .latex import Latex
 from .lines import EQUALS, Lines, Shown
@@ -561,7 +561,7 @@ class Reactions(Shown, Mapping[str, Reaction]):
         return f"Reactions of {', '.join(self)}"
 
 
-class Energy:
+class Energy(Formulas):
     """Kinetic and potential energy [J]."""
 
     def __init__(self, equations: Equations) -> None:
@@ -594,25 +594,6 @@ class Energy:
             letters = ("kinetic", "potential")
         T, V = (ring.generator(sympy.Symbol(letter, real=True), "parameter") for letter in letters)
         return [show(T, self.canonical_kinetic, ring), show(V, self.canonical_potential, ring)]
-
-    def text(self) -> str:
-        """Kinetic energy T and potential energy V as plain text."""
-        return "\n".join(self._lines(equation_text))
-
-    def latex(self) -> str:
-        """The same as a LaTeX ``aligned`` block."""
-        rows = [line.replace(" = ", " &= ", 1) for line in self._lines(equation_latex)]
-        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
-
-    def mathml(self) -> str:
-        """The same as presentation MathML."""
-        return "\n".join(self._lines(equation_mathml))
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
-    def __repr__(self) -> str:
-        return self.text()
 
 
 class MomentumOf(Lines):
