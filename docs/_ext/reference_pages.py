@@ -32,7 +32,7 @@ RESULTS = {
     "equations": [
         "equations.equations.Equations",
         "equations.free_body.FreeBody",
-        "equations.solve.SolveResult",
+        "equations.solution.SolveResult",
         "equations.integrals.Integrals",
         "equations.steady.SteadyMotions",
         "equations.linear_model.LinearModel",

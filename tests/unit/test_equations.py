@@ -201,3 +201,23 @@ def test_functions_that_users_write_stand_in_the_equations():
     v = eq.speeds[0]
     assert sympy.expand(eq.motion[0].rhs + c * v * sympy.Abs(v)) == 0
     assert eq.text() == "m*x'' = -c*x'*abs(x')"
+
+
+def test_the_length_of_a_spring_in_space_is_printed_once() -> None:
+    """A spring at a body on a ball joint: its squared length stands in every moment, under a root and under a bar."""
+    s = fb.System("body on a spring")
+    m, k, length = s.parameters(m=2, k=100, length=0.5)
+    body = s.body("body", fb.box(m, (1, 2, 3)))
+    s.ball("pivot", s.ground, body, to=(0, 0, 1), coordinate="b")
+    s.spring("spring", s.ground.point(3, 2, 1), body.point(1, 2, -1), stiffness=k, rest=length)
+    e = fb.equations(s)
+    shown = e.text()
+    assert len(shown) < 5000 and "sqrt(P1)" in shown and "/P1" in shown
+    *_, where, last = shown.splitlines()
+    assert where == "where" and last.startswith("  P1 = ")
+    square = sympy.sympify(last.split(" = ")[1].replace("^", "**"))
+    names = sympy.symbols("b_e0 b_e1 b_e2 b_e3")
+    # the end is at (1, 2, -2) of the pivot, and at (-1, -2, -2) after half a turn about z
+    for attitude, expected in (((1, 0, 0, 0), 4 + 0 + 9), ((0, 0, 0, 1), 16 + 16 + 9)):
+        assert square.subs(dict(zip(names, attitude, strict=True))) == expected
+    assert r"P_{1} &= " in e.latex() and e.mathml().count("<math") == 4

@@ -244,15 +244,14 @@ RESULTS: dict[str, tuple[Callable[[], Any], str, str, str]] = {
 
 INTERNAL = {
     # what results are made of: canonical polynomials, tables of a printer, requests that are read
-    "arrange.Lumps", "bearings.Shaft", "characteristic.Factor", "constrained_symbols.Motion",
-    "eliminate.Combination", "forcing.Term",
-    "free_body.Action", "grouped.Grouped", "latex.Latex", "lines.Name", "lines.Sign", "mathml.MathML",
+    "arrange.Lumps", "bearings.Shaft", "characteristic.Factor", "constrained_symbols.Motion", "eliminate.Combination",
+    "forcing.Term", "free_body.Action", "grouped.Grouped", "latex.Latex", "lines.Name", "lines.Sign", "mathml.MathML",
     "operating_point.OperatingPoint", "planar.Plane", "printer.Printer", "rational.Rationals", "reaction.Component",
-    "reduction.Choice", "reduction.Slopes", "request.Request", "request.Unknown", "response.Start", "solve.Branch",
+    "reduction.Choice", "reduction.Slopes", "request.Request", "request.Unknown", "response.Start", "solution.Branch",
     "stability.Amended", "stability.Linear", "stability.Spectrum", "steady_motion.Words", "steady_numeric.Pieces",
-    "steady_numeric.RootFound", "steady_numeric.Underdetermined", "steady_problem.Problem", "steady_solve.Found", "steady_solve.Root",
-    "steady_turning.Turning", "steady_turning.TurningProblem", "systems.Row", "terms.Sum", "terms.Term", "text.Text",
-    "vocabulary.Vocabulary",
+    "steady_numeric.RootFound", "steady_numeric.Underdetermined", "steady_problem.Problem", "steady_solve.Found",
+    "steady_solve.Root", "steady_turning.Turning", "steady_turning.TurningProblem", "systems.Pivot", "systems.Row",
+    "terms.Sum", "terms.Term", "text.Text", "vocabulary.Vocabulary",
 }  # fmt: skip
 DISPLAY = ("text", "latex", "mathml", "_repr_latex_")
 

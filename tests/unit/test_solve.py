@@ -7,6 +7,7 @@ import sympy
 import freebody as fb
 from freebody.dynamics import float_state, forward_dynamics
 from freebody.dynamics.constrained import constrained_dynamics, independent_rows
+from freebody.equations.vocabulary import Vocabulary
 from freebody.errors import ModelError
 from freebody.scalar.algebra import floats
 from freebody.scalar.polynomial import Ring
@@ -360,3 +361,91 @@ def test_joints_that_share_a_coordinate_are_solved_for_its_acceleration():
         for symbol, number in numbers.items():
             found = found.subs(symbol, number)
         assert float(found.subs(given)) == pytest.approx(value, rel=1e-12)
+
+
+# -- long answers -----------------------------------------------------------------------------------
+
+
+def four_bar():
+    s = fb.System("four-bar")
+    a, b, c, d, g = s.parameters(a=1, b=3, c=2.5, d=3, g=9.81)
+    s.gravity = (0, -g, 0)
+    crank, coupler, rocker = (
+        s.body(name, fb.slender_bar(1, x)) for name, x in zip("ABC", (a, b, c), strict=True)
+    )
+    s.hinge("O", s.ground, crank, to=(-a / 2, 0, 0), coordinate="p")
+    s.hinge("P", crank, coupler, at=(a / 2, 0, 0), to=(-b / 2, 0, 0), coordinate="q")
+    s.hinge("G", s.ground, rocker, at=(d, 0, 0), to=(-c / 2, 0, 0), coordinate="r")
+    s.hinge("Q", coupler, rocker, at=(b / 2, 0, 0), to=(c / 2, 0, 0))
+    return s, ["p''", "q''", "r''", "Q_x"]
+
+
+def hinge_on_a_free_body():
+    s = fb.System("free body and hinge")
+    m, length, M, L, a, g = s.parameters(m=2, length=0.7, M=3, L=0.4, a=0.3, g=9.81)
+    s.gravity = (0, 0, -g)
+    big = s.body("big", fb.cylinder(m, a, length))
+    bar = s.body("bar", fb.slender_bar(M, 2 * L, axis="y"))
+    s.free("f", s.ground, big)
+    s.hinge("h", big, bar, at=(a, 0, 0), to=(0, L, 0), axis="z", coordinate="theta")
+    return s, ["f_wx'", "f_wy'", "f_wz'", "f_vx'", "f_vy'", "f_vz'", "theta''", "h_x", "h_y"]
+
+
+@pytest.mark.parametrize("machine", [four_bar, hinge_on_a_free_body])
+def test_a_long_answer_is_printed_in_steps_that_give_the_same_values(machine) -> None:
+    """The steps at a state, one after another, against the dynamics of the machine in floats (constraints included)."""
+    s, asked = machine()
+    e = fb.equations(s)
+    result = e.solve(asked)
+    if e.condition_names:
+        q = np.array([0.9, *closed_four_bar(0.9)])
+        G = np.array([[float(x) for x in row] for row in conditions_at(e, q)])
+        u = np.linalg.lstsq(np.vstack([G, [1, 0, 0]]), [0, 0, 2.0], rcond=None)[0]
+    else:
+        q, u = np.array([0.1, 0.2, 0.3, 0.2, 0.4, 0.4, 0.8, 0.7]), np.arange(-3, 4) / 4
+    udot = (
+        fb.compile(s, at=q).forward_dynamics(q, u)
+        if e.condition_names
+        else fb.compile(s).forward_dynamics(q, u)
+    )
+    known = dict(zip((c.symbol for c in e.model.coordinates), q, strict=True))
+    known |= dict(zip((x.symbol for x in e.model.speeds), u, strict=True))
+    known |= {p.symbol: float(p.default) for p in e.model.parameters}
+    lines, coefficients = result.steps
+    assert lines and coefficients and coefficients[0][0] == "k_1"
+    for name, expression in coefficients:
+        known[sympy.Symbol(name, real=True)] = float(sympy.sympify(expression.xreplace(known)))
+    atoms = dict(Vocabulary(e).names)
+    for name, expression in lines:
+        known[atoms[name]] = float(sympy.sympify(expression.xreplace(known)))
+    accelerations = [x.acceleration for x in e.model.speeds]
+    scale = np.abs(udot).max()
+    np.testing.assert_allclose([known[a] for a in accelerations], udot, rtol=0, atol=1e-9 * scale)
+    for name in asked:
+        ratio = result.ratios[name]
+        at = Substitution(e.ring, floats, known)
+        assert at(ratio.num) / at(ratio.den) == pytest.approx(known[atoms[name]], rel=1e-6, abs=1e-6 * scale)
+    shown = result.text()
+    assert len(shown) < 6000 and "\nwhere\n  k_1 = " in shown
+    assert r"k_{1} &= " in result.latex() and result.mathml().count("<math") == len(lines) + len(coefficients)
+
+
+def closed_four_bar(p):
+    """(q, r) at a crank angle, by the law of cosines."""
+    way = np.array([3 - np.cos(p), -np.sin(p)])
+    r = np.hypot(*way)
+    coupler = np.arctan2(way[1], way[0]) + np.arccos((9 + r**2 - 2.5**2) / (6 * r))
+    end = np.array([np.cos(p) + 3 * np.cos(coupler) - 3, np.sin(p) + 3 * np.sin(coupler)])
+    return coupler - p, np.arctan2(end[1], end[0])
+
+
+def conditions_at(e, q):
+    values = dict(zip((c.symbol for c in e.model.coordinates), q, strict=True))
+    values |= {p.symbol: float(p.default) for p in e.model.parameters}
+    at = Substitution(e.ring, floats, values)
+    rows = [[float(at(x)) for x in row] for row in e.conditions.matrix]
+    return [row for row in rows if any(row)]
+
+
+def test_a_short_answer_has_no_steps(bar) -> None:
+    assert bar[0].solve(["theta''", "pin_x"]).steps == ((), ())

@@ -41,6 +41,8 @@ _FIXED = ("parameter", "constant", "load")
 
 LONGEST = 10_000
 """Terms beyond which an element is not brought over a common denominator: nobody reads them."""
+LONG = 8
+"""Terms beyond which what stands under a root or a bar gets a name, where names are given."""
 
 
 @dataclass
@@ -56,6 +58,7 @@ class Lumps:
     prefix: str = "c"
     table: dict[str, Polynomial] = field(default_factory=dict)
     _names: dict[Any, str] = field(default_factory=dict)
+    _arguments: dict[int, str | None] = field(default_factory=dict)
 
     def name(self, ring: Ring, key: Key, value: Polynomial) -> str:
         """The name of a coefficient that is ``value``."""
@@ -68,18 +71,27 @@ class Lumps:
             self.table[self._names[key]] = value
         return self._names[key]
 
+    def of_argument(self, g: Any) -> str | None:
+        """The name of what stands under a root or a bar, such as the square of a spring's length, if it is long."""
+        if g.index not in self._arguments:
+            (x, *_) = g.arguments
+            long = g.kind in ("sqrt", "inverse") and type(x) is Polynomial and len(x) > LONG
+            self._arguments[g.index] = self.name(x.ring, tuple(x.terms()), x) if long else None
+        return self._arguments[g.index]
 
-def arrange(x: Any, ring: Ring, lumps: Lumps | None = None) -> Sum:
-    """The tree that is printed for an element, or for a plain number."""
+
+def arrange(x: Any, ring: Ring, lumps: Lumps | None = None, long: Lumps | None = None) -> Sum:
+    """The tree that is printed for an element, or for a plain number; ``long`` names long arguments of roots."""
     if type(x) is not Polynomial:
         return Sum([Term(x, [])] if x != 0 else [])
-    return _Arrangement(ring, lumps).entry(x)
+    return _Arrangement(ring, lumps, long).entry(x)
 
 
 class _Arrangement:
-    def __init__(self, ring: Ring, lumps: Lumps | None):
+    def __init__(self, ring: Ring, lumps: Lumps | None, long: Lumps | None = None):
         self.ring = ring
         self.lumps = lumps
+        self.long = long
         self.classes: dict[int, int] = {}
         self.ranks: dict[int, Any] = {}
 
@@ -127,6 +139,7 @@ class _Arrangement:
                 g
                 for g in self.ring.used(y)
                 if g.kind == "inverse" and self.class_of(g.index) == 2 and len(g.arguments[0]) > 1
+                if self.long is None or len(g.arguments[0]) <= LONG
             ]
             if not fractions:
                 break

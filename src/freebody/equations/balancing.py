@@ -25,7 +25,7 @@ from ..model.model import Model
 from ..scalar.algebra import add, apply, dot, negate, scale, subtract
 from ..space.spatial import Inertia, inertia_sum, inertia_to_parent
 from .bearings import Shaft, shaft
-from .display import equation_latex, equation_mathml, equation_text
+from .display import Formulas, equation_text
 
 LETTERS = "xyz"
 
@@ -66,7 +66,7 @@ def balance(s: Any, joint: Any, planes: Mapping[str, Any]) -> Balance:
     return Balance(of, of.distances(planes, "the correction planes"))
 
 
-class Balance:
+class Balance(Formulas):
     """Correction of a rotor. Made by :func:`balance`; components are in the axes of the rotor."""
 
     def __init__(self, of: Shaft, places: dict[str, Any]) -> None:
@@ -146,7 +146,7 @@ class Balance:
             found[name] = (size / r, (x, y, w))
         return found
 
-    def _equations(self, write: Any) -> list[str]:
+    def _lines(self, write: Any) -> list[str]:
         e = self._of.e
         return [
             write(
@@ -159,26 +159,11 @@ class Balance:
 
     def text(self) -> str:
         """The components of the corrections as plain text; zeros are left out."""
-        lines = self._equations(equation_text) or ["none: the rotor is balanced"]
+        lines = self._lines(equation_text) or ["none: the rotor is balanced"]
         head = (
             f"Corrections of '{self._of.rotor}', mass times distance from the shaft, in the axes of the rotor"
         )
         return "\n".join([head, *(f"  {line}" for line in lines)])
-
-    def latex(self) -> str:
-        """The same as a LaTeX ``aligned`` block."""
-        rows = [line.replace(" = ", " &= ", 1) for line in self._equations(equation_latex)]
-        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
-
-    def mathml(self) -> str:
-        """The same as presentation MathML."""
-        return "\n".join(self._equations(equation_mathml))
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
-    def __repr__(self) -> str:
-        return self.text()
 
 
 def rotor_inertia(model: Model, state: State, link: int, joint: str) -> Inertia:

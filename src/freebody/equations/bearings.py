@@ -25,7 +25,7 @@ import sympy
 from ..dynamics.kinematics import rotation
 from ..errors import ModelError, nearest
 from ..scalar.algebra import Vector, apply, apply_transpose, cross, divide, dot, scale, subtract
-from .display import equation_latex, equation_mathml, equation_text
+from .display import Formulas, equation_text
 from .equations import Equations, equations
 from .vocabulary import Vocabulary
 
@@ -144,7 +144,7 @@ def bearing_reactions(s: Any, joint: Any, at: Mapping[str, Any]) -> BearingReact
     return BearingReactions(shaft(s, joint), at)
 
 
-class BearingReactions:
+class BearingReactions(Formulas):
     """Forces on a shaft at two bearings. Made by :func:`bearing_reactions`.
 
     Attributes
@@ -245,7 +245,7 @@ class BearingReactions:
         atoms = {e.model.names.atoms[name]: value for name, value in values.items()}
         return float(sympy.sympify(e.sympy(x)).xreplace(atoms))
 
-    def _equations(self, write: Any) -> list[str]:
+    def _lines(self, write: Any) -> list[str]:
         e = self._of.e
         lines = []
         for axes, forces in (("", self.canonical), ("'", self.canonical_rotating)):
@@ -262,19 +262,4 @@ class BearingReactions:
             f"Forces of the bearings on the shaft of '{self._of.rotor}': A_x in ground axes, A_x' in its own"
         )
         head = head.replace("A_", f"{self.names[0]}_")
-        return "\n".join([head, *(f"  {line}" for line in self._equations(equation_text))])
-
-    def latex(self) -> str:
-        """The same as a LaTeX ``aligned`` block."""
-        rows = [line.replace(" = ", " &= ", 1) for line in self._equations(equation_latex)]
-        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
-
-    def mathml(self) -> str:
-        """The same as presentation MathML."""
-        return "\n".join(self._equations(equation_mathml))
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
-    def __repr__(self) -> str:
-        return self.text()
+        return "\n".join([head, *(f"  {line}" for line in self._lines(equation_text))])

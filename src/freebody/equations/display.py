@@ -5,6 +5,7 @@ Printed straight from the polynomial; no SymPy expression is built, except by `d
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from ..scalar.polynomial import Ring
@@ -70,6 +71,45 @@ def equation_mathml(left: Any, right: Any, ring: Ring, lump: bool | Lumps = Fals
     """``left = right`` as a MathML ``math`` element."""
     result = _equation(MathML, left, right, ring, lump, "<mo>=</mo>")
     return (document(result[0]), result[1]) if isinstance(result, tuple) else document(result)
+
+
+def lines_of(
+    kind: type[Printer], sides: Sequence[tuple[Any, Any]], ring: Ring, sign: str
+) -> tuple[list[str], list[str]]:
+    """Equations, and what their long roots and denominators are: (lines, lines of the names in them)."""
+    long = Lumps("P")
+    lines = []
+    for left, right in sides:
+        printer = kind(ring, None, long)
+        lines.append(f"{printer.show(left)}{sign}{printer.show(right)}")
+    printer = kind(ring)
+    return lines, [f"{printer.name(name)}{sign}{printer.show(x)}" for name, x in long.table.items()]
+
+
+class Formulas:
+    """A result that is a list of equations: ``_lines(write)`` gives them as written by one of the functions above."""
+
+    def _lines(self, write: Any) -> list[str]:
+        raise NotImplementedError
+
+    def text(self) -> str:
+        """The equations as plain text, a line each."""
+        return "\n".join(self._lines(equation_text))
+
+    def latex(self) -> str:
+        """The equations as a LaTeX ``aligned`` block."""
+        rows = [line.replace(" = ", " &= ", 1) for line in self._lines(equation_latex)]
+        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+
+    def mathml(self) -> str:
+        """The equations as presentation MathML, an element each."""
+        return "\n".join(self._lines(equation_mathml))
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return self.text()
 
 
 def equation_displayed(left: Any, right: Any, ring: Ring) -> Any:

@@ -32,14 +32,18 @@ from ..scalar.algebra import ZERO, Vector, add, apply, cross
 from ..scalar.polynomial import Ring
 from .constraints import closure_reactions, eliminated, indeterminate
 from .contact_modes import model_in_modes, modes_of
-from .display import displayed, equation_latex, equation_mathml, equation_text
+from .display import Formulas, displayed, lines_of
 from .free_body import FreeBody, own_body
+from .latex import Latex
 from .lines import EQUALS, Lines, Shown
+from .mathml import MathML, document
+from .printer import Printer
 from .reaction import Reaction, unknowns
+from .text import Text
 
 if TYPE_CHECKING:
     from .eliminate import Elimination
-    from .solve import SolveResult
+    from .solution import SolveResult
 
 if TYPE_CHECKING:
     from .integrals import Integrals
@@ -485,21 +489,23 @@ class Equations:
 
     # -- display ----------------------------------------------------------------------------------
 
+    def _shown(self, kind: type[Printer], sign: str) -> tuple[list[str], list[str]]:
+        return lines_of(kind, [*self.balances, *((x, 0) for x in self._residuals)], self.ring, sign)
+
     def text(self) -> str:
-        """The equations of motion as plain text, a line each."""
-        lines = [*self.balances, *((x, 0) for x in self._residuals)]
-        return "\n".join(equation_text(left, right, self.ring) for left, right in lines)
+        """The equations of motion as plain text, a line each; then what is named in them."""
+        lines, names = self._shown(Text, " = ")
+        return "\n".join([*lines, *(["where"] if names else []), *(f"  {line}" for line in names)])
 
     def latex(self) -> str:
         """The equations of motion as a LaTeX ``aligned`` block."""
-        lines = [*self.balances, *((x, 0) for x in self._residuals)]
-        rows = [equation_latex(a, b, self.ring).replace(" = ", " &= ", 1) for a, b in lines]
-        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+        lines, names = self._shown(Latex, " &= ")
+        return "\\begin{aligned}\n" + " \\\\\n".join([*lines, *names]) + "\n\\end{aligned}"
 
     def mathml(self) -> str:
         """The equations of motion as presentation MathML."""
-        lines = [*self.balances, *((x, 0) for x in self._residuals)]
-        return "\n".join(equation_mathml(a, b, self.ring) for a, b in lines)
+        lines, names = self._shown(MathML, "<mo>=</mo>")
+        return "\n".join(map(document, [*lines, *names]))
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
@@ -555,7 +561,7 @@ class Reactions(Shown, Mapping[str, Reaction]):
         return f"Reactions of {', '.join(self)}"
 
 
-class Energy:
+class Energy(Formulas):
     """Kinetic and potential energy [J]."""
 
     def __init__(self, equations: Equations) -> None:
@@ -588,25 +594,6 @@ class Energy:
             letters = ("kinetic", "potential")
         T, V = (ring.generator(sympy.Symbol(letter, real=True), "parameter") for letter in letters)
         return [show(T, self.canonical_kinetic, ring), show(V, self.canonical_potential, ring)]
-
-    def text(self) -> str:
-        """Kinetic energy T and potential energy V as plain text."""
-        return "\n".join(self._lines(equation_text))
-
-    def latex(self) -> str:
-        """The same as a LaTeX ``aligned`` block."""
-        rows = [line.replace(" = ", " &= ", 1) for line in self._lines(equation_latex)]
-        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
-
-    def mathml(self) -> str:
-        """The same as presentation MathML."""
-        return "\n".join(self._lines(equation_mathml))
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
-    def __repr__(self) -> str:
-        return self.text()
 
 
 class MomentumOf(Lines):

@@ -40,7 +40,8 @@ from .latex import latex_name
 from .reaction import unknowns
 from .request import Request
 from .show import EQUALS, aligned, elements, latex_of, latex_words, mathml_of, shown_name, text_of, words
-from .solve import SolveResult, answer
+from .solution import SolveResult
+from .solve import answer
 from .systems import collect
 from .vocabulary import Vocabulary
 

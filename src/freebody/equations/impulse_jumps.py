@@ -30,7 +30,8 @@ from ..scalar.ratio import Ratio, cleared
 from .contact_modes import sticking_only
 from .equations import Equations
 from .request import Request
-from .solve import SolveResult, answer
+from .solution import SolveResult
+from .solve import answer
 from .systems import Row, Terms, eliminate
 from .vocabulary import Vocabulary
 

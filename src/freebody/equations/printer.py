@@ -19,14 +19,15 @@ class Printer(ABC):
 
     bars = True  # fractions are drawn with a bar
 
-    def __init__(self, ring: Ring, lumps: Lumps | None = None):
+    def __init__(self, ring: Ring, lumps: Lumps | None = None, long: Lumps | None = None):
         self.ring = ring
         self.lumps = lumps
+        self.long = long
         self.memo: dict[Any, Any] = {}
 
     def show(self, x: Any) -> Any:
         """An element or a number."""
-        return self.sum(arrange(x, self.ring, self.lumps))
+        return self.sum(arrange(x, self.ring, self.lumps, self.long))
 
     def sum(self, s: Sum) -> Any:
         """All terms of a sum."""
@@ -47,7 +48,7 @@ class Printer(ABC):
         over, under = [], []
         for node, e in self._with_tangents(t.factors):
             if e > 0 and isinstance(node, int) and self.ring.generators[node].kind == "inverse":
-                under.append((arrange(self.ring.generators[node].arguments[0], self.ring), e))
+                under.append((self._below(self.ring.generators[node]), e))
             elif e > 0 or self._is_exponential(node):
                 over.append((node, e))
             else:
@@ -55,6 +56,10 @@ class Printer(ABC):
         if self.bars and under:
             return self.product(p, self._factors(over, p == 1), q, self._factors(under, q == 1))
         return self.product(p, self._factors(over, False), q, self._factors(under, False))
+
+    def _below(self, g: Any) -> Any:
+        """What an inverse is of: a name or a sum."""
+        return self.long and self.long.of_argument(g) or arrange(g.arguments[0], self.ring)
 
     def _factors(self, factors: list[tuple[Any, int]], alone: bool) -> list[Any]:
         if alone and len(factors) == 1 and factors[0][1] == 1 and isinstance(factors[0][0], Sum):
@@ -101,11 +106,12 @@ class Printer(ABC):
             return self.function(function, [self.argument(total)], e)
         g = self.ring.generators[node]
         if g.kind == "inverse":  # only inside arguments of functions
-            return self.product(1, [], 1, self._factors([(arrange(g.arguments[0], self.ring), e)], self.bars))
+            return self.product(1, [], 1, self._factors([(self._below(g), e)], self.bars))
         if g.name == "exp":
             return self.function("exp", [self.argument(g.arguments[0] * e)], 1)
         if g.kind == "sqrt":
-            return self.power(self.root(self.argument(g.arguments[0])), e)
+            name = self.long and self.long.of_argument(g)
+            return self.power(self.root(self.name(name) if name else self.argument(g.arguments[0])), e)
         if g.arguments:
             return self.function(g.name or g.kind, [self.argument(a) for a in g.arguments], e)
         return self.generator(g.atom, e)

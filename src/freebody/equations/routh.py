@@ -23,7 +23,7 @@ from ..scalar.algebra import HALF, divide
 from ..scalar.substitute import Substitution
 from .along_motion import momenta, rate_of, residuals_of
 from .constraints import determinant
-from .display import equation_latex, equation_mathml, equation_text
+from .display import Formulas
 from .integrals import integrals
 from .lines import EQUALS, Lines, Name
 
@@ -83,7 +83,7 @@ class Recovery(Lines):
         return [[self.symbol, EQUALS, self.momentum], [Name(f"{self.coordinate}'"), EQUALS, self.speed]]
 
 
-class Routh:
+class Routh(Formulas):
     """The reduced system. Made by ``fb.equations(s).routh()``.
 
     Attributes
@@ -216,22 +216,6 @@ class Routh:
         for j, w in zip(self._chosen, self.canonical_speeds, strict=True):
             lines.append(show(e.state.u[j], w, e.ring))
         return lines
-
-    def text(self) -> str:
-        """The Routhian, the reduced equations and the ignorable speeds, a line each."""
-        return "\n".join(self._lines(equation_text))
-
-    def latex(self) -> str:
-        """The same as a LaTeX ``aligned`` block."""
-        rows = [line.replace(" = ", " &= ", 1) for line in self._lines(equation_latex)]
-        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
-
-    def mathml(self) -> str:
-        """The same as presentation MathML, an element each."""
-        return "\n".join(self._lines(equation_mathml))
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
         return (

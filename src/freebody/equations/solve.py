@@ -8,141 +8,29 @@ names what is left. What is polynomial beyond that is solved by roots where they
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import sympy
 
 from ..dynamics.joint_freedom import free_displacements
-from ..errors import ModelError, nearest
+from ..errors import ModelError
 from ..model.contact import Touching
 from ..scalar.element import Polynomial
 from ..scalar.ratio import Ratio, over_sine
 from .contact_modes import sliding_friction
-from .display import equation_latex, equation_text, text
-from .fractions import ratio_displayed, ratio_latex, ratio_mathml, ratio_text
+from .display import equation_text, text
+from .fractions import ratio_displayed
 from .free_body import FreeBody
 from .polynomial_roots import roots
 from .request import Request, Unknown
-from .show import EQUALS, elements, inner, mathml_of
-from .systems import Row, eliminate
-from .vocabulary import Vocabulary
+from .solution import Branch, SolveResult
+from .steps import LONG, steps
+from .systems import Pivot, Row, collect, eliminate
 
 if TYPE_CHECKING:
     from .equations import Equations
-
-
-@dataclass(frozen=True)
-class Branch:
-    """One solution: values by the unknown's name, exact ratios where the request is linear in it."""
-
-    ratios: Mapping[str, Ratio]
-    values: Mapping[str, Any]
-
-
-class SolveResult(Mapping[str, Any]):
-    """Solution of :meth:`Equations.solve`: SymPy expressions by the unknown's name (or SymPy atom).
-
-    Attributes
-    ----------
-    branches : tuple of dict
-        Every solution; there is more than one where the request is not linear.
-    conditions : tuple of Eq
-        What the equations demand besides: the equations of motion that are left.
-    """
-
-    def __init__(
-        self, e: Equations, vocabulary: Vocabulary, solutions: Sequence[Branch], conditions: Sequence[Any]
-    ) -> None:
-        self._ring = e.ring
-        self._vocabulary = vocabulary
-        self._solutions = tuple(solutions)
-        self._conditions = tuple(conditions)
-        self.branches = tuple(dict(s.values) for s in solutions)
-        self.conditions = tuple(sympy.Eq(e.displayed(c), 0, evaluate=False) for c in conditions)
-
-    @property
-    def ratios(self) -> Mapping[str, Ratio]:
-        """Exact ratios of canonical polynomials of a single linear solution, by name."""
-        self._single()
-        return self._solutions[0].ratios
-
-    def _single(self) -> None:
-        if len(self.branches) != 1:
-            raise ModelError(
-                f"There are {len(self.branches)} solutions for {', '.join(self.branches[0])}. "
-                f"Choose one: result.branches[0], ..., result.branches[{len(self.branches) - 1}]."
-            )
-
-    def __getitem__(self, key: Any) -> Any:
-        self._single()
-        values = self.branches[0]
-        name = key if isinstance(key, str) else self._vocabulary.name(sympy.sympify(key))
-        name = name.replace("**", "^")
-        if name not in values:
-            raise ModelError(f"'{name}' was not solved for; {nearest(name, list(values))}")
-        return values[name]
-
-    def __contains__(self, key: object) -> bool:
-        return key in self.branches[0]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.branches[0])
-
-    def __len__(self) -> int:
-        return len(self.branches[0])
-
-    def text(self) -> str:
-        """The solution as plain text, a line for each unknown."""
-        blocks = []
-        for s in self._solutions:
-            blocks.append("\n".join(f"{name} = {self._text(s, name)}" for name in s.values))
-        lines = ["\nor\n".join(blocks)]
-        if self._conditions:
-            lines.append("provided that")
-            lines += [f"  {equation_text(c, 0, self._ring)}" for c in self._conditions]
-        return "\n".join(lines)
-
-    def _text(self, s: Branch, name: str) -> str:
-        if name in s.ratios:
-            return ratio_text(s.ratios[name], self._ring)
-        return self._vocabulary.name(s.values[name])
-
-    def latex(self) -> str:
-        """The solution as a LaTeX ``aligned`` block."""
-        lines = []
-        for s in self._solutions:
-            for name, value in s.values.items():
-                right = self._latex(s, name, value)
-                lines.append(f"{self._unknown_latex(name)} &= {right}")
-        lines += [equation_latex(c, 0, self._ring).replace(" = ", " &= ", 1) for c in self._conditions]
-        return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
-
-    def mathml(self) -> str:
-        """The solution as presentation MathML, an element for each unknown and condition."""
-        lines = []
-        for s in self._solutions:
-            for name, value in s.values.items():
-                left = mathml_of(self._vocabulary.expression(name, "the unknown"))
-                right = ratio_mathml(s.ratios[name], self._ring) if name in s.ratios else mathml_of(value)
-                lines.append(left + EQUALS + right)
-        lines += [inner(c, self._ring) + EQUALS + "<mn>0</mn>" for c in self._conditions]
-        return elements(lines)
-
-    def _unknown_latex(self, name: str) -> str:
-        return self._vocabulary.latex(self._vocabulary.expression(name, "the unknown"))
-
-    def _latex(self, s: Branch, name: str, value: Any) -> str:
-        if name in s.ratios:
-            return ratio_latex(s.ratios[name], self._ring)
-        return self._vocabulary.latex(value)
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
-    def __repr__(self) -> str:
-        return self.text()
 
 
 def solve(
@@ -158,6 +46,8 @@ def solve(
     also = [eliminate_also] if isinstance(eliminate_also, str | sympy.Basic) else list(eliminate_also)
     request.fix(where)
     whole = bodies is None and not sliding
+    if whole and not also and not e.model.constraints and (others := _beside_accelerations(request)):
+        return _put_together(request, solve(e, list(request.vocabulary.accelerations), where), others, where)
     if whole and not also and _of_motion_alone(request):
         motion = set(range(e.model.n_u))
     else:
@@ -177,14 +67,47 @@ def solve(
 
 def _of_motion_alone(request: Request) -> bool:
     """Whether all accelerations are asked for and nothing of reactions: the equations of motion say it all."""
+    return _beside_accelerations(request) == []
+
+
+def _beside_accelerations(request: Request) -> list[str] | None:
+    """The reactions asked for, where all accelerations are and nothing else; None where the equations of motion alone
+    do not say what these are."""
     vocabulary, ring = request.vocabulary, request.ring
-    if {u.name for u in request.asked} != set(vocabulary.accelerations):
-        return False
+    asked = {u.name for u in request.asked}
+    others = asked - set(vocabulary.accelerations)
+    if len(asked - others) < len(vocabulary.accelerations) or not others <= set(vocabulary.reactions):
+        return None
     if any(isinstance(c, Touching) for c in request.e.model.constraints.values()):
-        return False
+        return None
     given = [x for _, x in request.equations] + list(request.fixed.values())
     symbols = set(request.fixed).union(*(ring.atoms_of(x) for x in given))
-    return not symbols & set(vocabulary.reactions.values())
+    return None if symbols & set(vocabulary.reactions.values()) else sorted(others)
+
+
+def _put_together(request: Request, motion: SolveResult, others: Sequence[str], where: Any) -> SolveResult:
+    """Accelerations, and reactions by them: what eliminates both at once is far longer on the way."""
+    e, ring, vocabulary = request.e, request.ring, request.vocabulary
+    (found,) = motion._solutions
+    by_motion = solve(e, others, where).ratios
+    places = {g.index: (name, 1) for name, a in vocabulary.accelerations.items() if (g := ring.find(a))}
+    ratios = dict(found.ratios)
+    for name, r in by_motion.items():
+        total = Ratio(ring, 0)
+        for monomial, c in collect(r.num, places, ring).items():
+            for v, _ in monomial:
+                c = c * found.ratios[v]
+            total = total + c / Ratio(ring, r.den)
+        ratios[name] = total.tidy()
+    asked = [u.name for u in request.asked]
+    values = {name: ratio_displayed(ratios[name], ring) for name in others} | dict(motion)
+    lines: Sequence[tuple[str, Ratio]] = ()
+    if any(len(r) > LONG for r in ratios.values()):
+        lines = [*(found.lines or found.ratios.items()), *by_motion.items()]
+    branch = Branch(
+        {name: ratios[name] for name in asked}, {name: values[name] for name in asked}, lines, found.names
+    )
+    return SolveResult(e, vocabulary, [branch], ())
 
 
 def _turning(e: Equations) -> dict[str, tuple[int, ...]]:
@@ -264,7 +187,9 @@ def answer(request: Request, also: Sequence[Any] = ()) -> SolveResult:
             request.add(f"constraint '{name}', differentiated", total)
     rows = request.rows({**free, **accelerations})
     keys = [key for u in request.asked for key in u.keys]
-    solved, left = eliminate(rows, [[*keys, *free], list(accelerations)])
+    before = [row.terms for row in rows]
+    pivots: list[Pivot] = []
+    solved, left = eliminate(rows, [[*keys, *free], list(accelerations)], pivots)
     given = set(accelerations) - set(solved)  # what no equation determines is taken as given
     open_rows = [row for row in left if row.unknowns - given]
     joined = {v for row in left for v in row.unknowns}
@@ -286,6 +211,12 @@ def answer(request: Request, also: Sequence[Any] = ()) -> SolveResult:
             f"There is no real solution for {', '.join(names)}: left was "
             + "; ".join(_row_text(request, row) for row in open_rows)
         )
+    if not open_rows and any(len(r) > LONG for r in solutions[0].ratios.values()):
+        places = {key: e.ring.variable(i) ** power for i, (key, power) in request.places.items()}
+        places |= {name: e.ring.generator(a) for name, a in {**free, **accelerations}.items()}
+        taken = [*vocabulary.names, *(str(a) for a in fixed)]
+        lines, coefficients = steps(e.ring, before, pivots, places, keys, taken)
+        solutions = [replace(solutions[0], lines=lines, names=coefficients)]
     return SolveResult(e, vocabulary, solutions, conditions)
 
 

@@ -168,7 +168,18 @@ def best_pivot(rows: Iterable[Row], unknowns: Iterable[Any]) -> tuple[Row, Any] 
     return best
 
 
-def eliminate(rows: list[Row], groups: Iterable[Iterable[Any]]) -> tuple[dict[Any, Terms], list[Row]]:
+@dataclass(frozen=True)
+class Pivot:
+    """One step of an elimination: the row used, its unknown, and the monomials left in each row that it changed."""
+
+    row: int
+    unknown: Any
+    changed: Mapping[int, frozenset[Monomial]]
+
+
+def eliminate(
+    rows: list[Row], groups: Iterable[Iterable[Any]], pivots: list[Pivot] | None = None
+) -> tuple[dict[Any, Terms], list[Row]]:
     """Unknowns in terms of those that no row is left for, and the rows left over.
 
     Parameters
@@ -176,12 +187,16 @@ def eliminate(rows: list[Row], groups: Iterable[Iterable[Any]]) -> tuple[dict[An
     rows : list of Row
     groups : iterable of iterables
         Unknowns; those of an earlier group are taken first.
+    pivots : list of Pivot, optional
+        Filled with what is done.
 
     Returns
     -------
     (solved, left)
         ``solved[v]`` is free of all solved unknowns; rows left are not zero.
     """
+    place = {id(row): i for i, row in enumerate(rows)}
+    pivots = [] if pivots is None else pivots
     solved: dict[Any, Terms] = {}
     left = [row for row in rows if row.terms]
     groups = [list(group) for group in groups]
@@ -195,9 +210,12 @@ def eliminate(rows: list[Row], groups: Iterable[Iterable[Any]]) -> tuple[dict[An
                 left.remove(row)
                 inverse = -1 / row.terms[((v, 1),)]
                 value = scaled({k: c for k, c in row.terms.items() if k != ((v, 1),)}, inverse)
+                changed = {}
                 for other in left:
                     if v in other.unknowns:
                         other.terms = replaced(other.terms, v, value)
+                        changed[place[id(other)]] = frozenset(other.terms)
+                pivots.append(Pivot(place[id(row)], v, changed))
                 left = [other for other in left if other.terms]
                 solved = {w: replaced(terms, v, value) for w, terms in solved.items()}
                 solved[v] = value
