@@ -237,8 +237,9 @@ def configuration(
                 return found
         except ModelError as error:
             problem = error
-    if loose is not None or inside is not None:
-        return loose or inside
+    left = loose or inside
+    if left is not None:
+        return left
     raise ModelError(
         f"'{model.name}' can not be drawn at these coordinates: {problem} Name coordinates near= a closed position."
     )

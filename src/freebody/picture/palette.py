@@ -53,7 +53,7 @@ def legible(color: str) -> str:
     >>> legible("#0072B2"), legible("#E69F00")
     ('#0072B2', '#996a00')
     """
-    parts = [int(color[i : i + 2], 16) for i in (1, 3, 5)]
+    parts = [float(int(color[i : i + 2], 16)) for i in (1, 3, 5)]
     while 1.05 / (luminance(color) + 0.05) < CONTRAST:
         parts = [x * 0.96 for x in parts]
         color = "#" + "".join(f"{round(x):02x}" for x in parts)
