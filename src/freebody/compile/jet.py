@@ -1,0 +1,866 @@
+"""Taylor coefficients of the solution of y' = f(t, y, c), as LLVM IR.
+
+    y(t + τ) = Σ_k y_k τᵏ,    (k + 1) y_(k+1) = f_k
+
+f_k, the k-th coefficient of the rates along the solution, follows from y_0 ... y_k by a recurrence for each operation. All
+are made of four (ϑ = τ d/dτ, so that (ϑx)_k = k x_k):
+
+    products    p = Σ ± a b     p_k = Σ_i a_i b_(k-i)
+    quotient    q = a / b       q_k = (a_k - Σ_(i<k) q_i b_(k-i)) / b_0
+    root        r = √x          r_k = (x_k - Σ_(0<i<k) r_i r_(k-i)) / 2 r_0
+    integral    ϑx = w          x_k = w_k / k
+
+    e = exp x: ϑe = e ϑx    s = sin x, c = cos x: ϑs = c ϑx, ϑc = -s ϑx    l = log x: ϑl = ϑx / x    and so on.
+
+The sums are not made when they are wanted, but in advance and in vectors: as soon as a_k and b_k are known they are
+multiplied by all that went before, which adds to the sums of the orders k to 2k,
+
+    (s_k, s_(k+1), ...) += a_k (b_0, b_1, ... b_k) + b_k (a_0, ... a_(k-1), 0),
+
+whose first entry then is complete and is shifted out. So nothing is summed across a vector; what an order waits for are
+the two products with a_0 and b_0 only. Of p coefficients half stand in the vectors: a_i b_j with i + j < p has the smaller
+index below p/2.
+
+Source: Griewank and Walther, Evaluating Derivatives (2008), section 13.2 (recurrences); van der Hoeven, Relax, but don't
+be too lazy (2002) (products in advance).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from ..errors import ExpressionError
+from ..scalar.trace import ADD, CODES, CONST, DIV, INPUT, MUL, NAMES, NEG, SUB
+from .emit import FLAGS, Module
+from .lower import FIXED, HOISTED, RECIPROCAL, TIME, VARYING, Program
+from .text import literal
+
+LANES = 8
+ORDER = 2 * LANES
+"""Greatest order."""
+PIECE = 400
+"""Nodes of one piece of a long recurrence."""
+
+_V, _B = f"<{LANES} x double>", f"<{LANES} x i1>"
+_SHIFT = "<" + ", ".join(f"i32 {k + 1}" for k in range(LANES)) + ">"
+_PLACES = "<" + ", ".join(f"i64 {k}" for k in range(LANES)) + ">"
+_LANE = (
+    f"  %k0 = insertelement <{LANES} x i64> poison, i64 %k, i32 0",
+    f"  %kk = shufflevector <{LANES} x i64> %k0, <{LANES} x i64> poison, <{LANES} x i32> zeroinitializer",
+    f"  %lane = icmp eq <{LANES} x i64> %kk, {_PLACES}",
+)
+"""Which lane is the k-th."""
+_INVERSES = (
+    f"@jet.inverse = private constant [{ORDER + 1} x double] "
+    f"[{', '.join(f'double {literal(1 / max(k, 1))}' for k in range(ORDER + 1))}]"
+)
+"""1 / k, and what is not read for k = 0."""
+
+
+def jet(module: Module, program: Program, body: str, name: str, piece: int = PIECE) -> None:
+    """Add the function ``name`` of a kernel's signature, which writes row k of the coefficients at ``stride`` k of out.
+
+    Rows are as long as `padded` says; the order p, up to `ORDER`, stands where row 0 will be.
+    """
+    recurrence = Recurrence(program, body)
+    module.functions.append(_Writer(module, recurrence, name, padded(len(recurrence.outputs)), piece).text())
+
+
+def padded(n: int) -> int:
+    """Length of a row of ``n`` numbers: whole registers.
+
+    >>> padded(1), padded(8), padded(9)
+    (8, 8, 16)
+    """
+    return -(-max(n, 1) // LANES) * LANES
+
+
+class Number(NamedTuple):
+    """What does not depend on time: a literal, a place in c, or a function of one."""
+
+    value: float | None = None
+    place: int = -1
+    function: str = ""
+
+
+ONE = Number(1.0)
+
+
+class Node(NamedTuple):
+    """A series: its rule and what that needs.
+
+    state     place in y
+    time
+    sum       signed terms (nodes or numbers) and signed products of nodes
+    scaled    number, node
+    quotient  node or number, node
+    root      node
+    moment    node: ϑ of it
+    integral  node w with ϑx = w; function and arguments that give x_0
+    """
+
+    rule: str
+    place: int = -1
+    terms: tuple[tuple[int, int | Number], ...] = ()
+    products: tuple[tuple[int, int, int], ...] = ()
+    number: Number = ONE
+    operand: int = -1
+    function: str = ""
+    arguments: tuple[int | Number, ...] = ()
+
+
+class Recurrence:
+    """The series that the outputs of a body need, in the order of their computation.
+
+    Attributes
+    ----------
+    nodes : list of Node
+    order : list of int
+        Nodes; each needs of those before it the coefficients 0 to k, and of those after it the ones below k.
+    outputs : list of int or Number
+    """
+
+    def __init__(self, program: Program, name: str) -> None:
+        self.program = program
+        self.nodes: list[Node] = []
+        self.order: list[int] = []
+        self.starts_at_zero: set[int] = set()
+        self._known: dict[object, int] = {}
+        self._of: dict[int, int | Number] = {}
+        body = program.bodies[name]
+        self._uses: dict[int, int] = {}
+        wanted = self._wanted(body.outputs)
+        for i in wanted:
+            for x in (program.a[i], program.b[i]):
+                self._uses[x] = self._uses.get(x, 0) + 1
+        for i in body.outputs:
+            self._uses[i] = self._uses.get(i, 0) + 1
+        parts = {x for i in wanted if program.op[i] in _LINEAR for x in self._absorbed(i)}
+        for i in wanted:
+            if i not in parts:
+                self._of[i] = self._series(i)
+        self.outputs = [self._value(i) for i in body.outputs]
+
+    def _wanted(self, outputs: list[int]) -> list[int]:
+        """The varying nodes that the outputs need, operands first."""
+        program = self.program
+        needed: set[int] = set()
+        stack = [i for i in outputs if program.kind[i] == VARYING]
+        while stack:
+            i = stack.pop()
+            if i in needed or program.op[i] <= INPUT:
+                continue
+            needed.add(i)
+            stack += [x for x in (program.a[i], program.b[i]) if x >= 0 and program.kind[x] == VARYING]
+        return sorted(needed)
+
+    def _absorbed(self, i: int) -> list[int]:
+        """Operands of a sum that are nothing but a part of it."""
+        program = self.program
+        return [
+            x
+            for x in (program.a[i], program.b[i])
+            if x >= 0
+            and self._uses.get(x) == 1
+            and program.kind[x] == VARYING
+            and (program.op[x] in _LINEAR or self._is_product(x))
+        ]
+
+    def _is_product(self, i: int) -> bool:
+        program = self.program
+        return (
+            program.op[i] == MUL
+            and program.kind[program.a[i]] == VARYING
+            and program.kind[program.b[i]] == VARYING
+        )
+
+    def _value(self, i: int) -> int | Number:
+        """The series or number that node ``i`` of the program is."""
+        program = self.program
+        if program.kind[i] == FIXED:
+            return Number(program.constants[program.a[i]])
+        if program.kind[i] == HOISTED:
+            return Number(None, program.hoisted[i])
+        if program.op[i] == INPUT:
+            return self._once(Node("time") if program.a[i] == TIME else Node("state", program.a[i]))
+        return self._of[i]
+
+    def _add(self, node: Node) -> int:
+        self.nodes.append(node)
+        i = len(self.nodes) - 1
+        zero = self.starts_at_zero
+        if (
+            node.rule == "moment"
+            or (node.rule in ("scaled", "quotient") and (node.operand if node.rule == "scaled" else node.arguments[0]) in zero)
+            or (
+                node.rule == "sum"
+                and all(x in zero for _, x in node.terms)
+                and all(a in zero or b in zero for _, a, b in node.products)
+            )
+        ):
+            zero.add(i)
+        return i
+
+    def _once(self, node: Node) -> int:
+        """A node, the same for the same recurrence."""
+        if node not in self._known:
+            self._known[node] = self._add(node)
+            self.order.append(self._known[node])
+        return self._known[node]
+
+    # -- operations ---------------------------------------------------------------------------
+
+    def _series(self, i: int) -> int | Number:
+        program = self.program
+        code, a, b = program.op[i], program.a[i], program.b[i]
+        if code in _LINEAR:
+            terms: list[tuple[int, int | Number]] = []
+            products: list[tuple[int, int, int]] = []
+            self._collect(i, 1, terms, products, True)
+            return self._once(Node("sum", terms=tuple(terms), products=tuple(products)))
+        if code == MUL:
+            return self.product(self._value(a), self._value(b))
+        if code == DIV:
+            return self.quotient(self._value(a), self._value(b))
+        if code == RECIPROCAL:
+            return self.quotient(ONE, self._value(a))
+        rule = _FUNCTIONS.get(NAMES[code])
+        if rule is None:
+            raise ExpressionError(
+                f"'{NAMES[code]}' has no Taylor series where it bends, so that method=\"taylor\" can not follow it. "
+                'Use method="dop853" or "gauss".'
+            )
+        return rule(self, *(self._value(x) for x in (a, b) if x >= 0))
+
+    def _collect(
+        self,
+        i: int,
+        sign: int,
+        terms: list[tuple[int, int | Number]],
+        products: list[tuple[int, int, int]],
+        top: bool = False,
+    ) -> None:
+        """The terms and products of a sum, through its parts."""
+        program = self.program
+        code = program.op[i]
+        if not top and not (
+            self._uses.get(i) == 1
+            and program.kind[i] == VARYING
+            and (code in _LINEAR or self._is_product(i))
+        ):
+            terms.append((sign, self._value(i)))
+            return
+        if code == MUL:
+            a, b = self._value(program.a[i]), self._value(program.b[i])
+            assert isinstance(a, int) and isinstance(b, int)
+            products.append((sign, a, b))
+            return
+        if code == NEG:
+            self._collect(program.a[i], -sign, terms, products)
+            return
+        self._collect(program.a[i], sign, terms, products)
+        self._collect(program.b[i], -sign if code == SUB else sign, terms, products)
+
+    def product(self, a: int | Number, b: int | Number) -> int:
+        if isinstance(a, Number):
+            a, b = b, a
+        assert isinstance(a, int)
+        if isinstance(b, Number):
+            return self._once(Node("scaled", number=b, operand=a))
+        return self._once(Node("sum", products=((1, a, b),)))
+
+    def quotient(self, a: int | Number, b: int | Number) -> int:
+        assert isinstance(b, int)  # a division by a number is a product in a lowered program
+        return self._once(Node("quotient", arguments=(a,), operand=b))
+
+    def sum(self, *terms: tuple[int, int | Number], products: tuple[tuple[int, int, int], ...] = ()) -> int:
+        return self._once(Node("sum", terms=terms, products=products))
+
+    def root(self, x: int) -> int:
+        return self._once(Node("root", operand=x))
+
+    def moment(self, x: int) -> int:
+        return self._once(Node("moment", operand=x))
+
+    def square(self, x: int) -> int:
+        return self._once(Node("sum", products=((1, x, x),)))
+
+    def integrals(
+        self, key: object, starts: list[tuple[str, tuple[int | Number, ...]]], rates: Callable[[list[int]], list[int]]
+    ) -> list[int]:
+        """Series x with ϑx = w, where w may depend on them; made once for each key."""
+        known = self._known.get((key, 0))
+        if known is None:
+            new = []
+            for j, (function, arguments) in enumerate(starts):
+                new.append(self._add(Node("integral", function=function, arguments=arguments)))
+                self._known[(key, j)] = new[-1]
+            for x, w in zip(new, rates(new), strict=True):
+                self.nodes[x] = self.nodes[x]._replace(operand=w)
+            self.order += new
+        return [self._known[(key, j)] for j in range(len(starts))]
+
+
+_LINEAR = frozenset((ADD, SUB, NEG))
+
+
+def _sine_and_cosine(r: Recurrence, x: int, which: int) -> int:
+    z = r.moment(x)
+    return r.integrals(
+        ("sin", x),
+        [("sin", (x,)), ("cos", (x,))],
+        lambda f: [r.sum(products=((1, z, f[1]),)), r.sum(products=((-1, z, f[0]),))],
+    )[which]
+
+
+def _hyperbolic(r: Recurrence, x: int, which: int) -> int:
+    z = r.moment(x)
+    return r.integrals(
+        ("sinh", x),
+        [("sinh", (x,)), ("cosh", (x,))],
+        lambda f: [r.sum(products=((1, z, f[1]),)), r.sum(products=((1, z, f[0]),))],
+    )[which]
+
+
+def _tangent(name: str, sign: int) -> Callable[[Recurrence, int], int]:
+    """ϑf = (1 ± f²) ϑx."""
+
+    def rule(r: Recurrence, x: int) -> int:
+        z = r.moment(x)
+
+        def rates(f: list[int]) -> list[int]:
+            grown = r.sum((1, ONE), products=((sign, f[0], f[0]),))
+            r.order.remove(grown)  # after what it is the square of
+            late.append(grown)
+            return [r.sum(products=((1, z, grown),))]
+
+        late: list[int] = []
+        found = r.integrals((name, x), [(name, (x,))], rates)[0]
+        r.order += late
+        return found
+
+    return rule
+
+
+def _exponential(r: Recurrence, x: int) -> int:
+    z = r.moment(x)
+    return r.integrals(("exp", x), [("exp", (x,))], lambda f: [r.sum(products=((1, z, f[0]),))])[0]
+
+
+def _logarithm(r: Recurrence, x: int) -> int:
+    return r.integrals(("log", x), [("log", (x,))], lambda _: [r.quotient(r.moment(x), x)])[0]
+
+
+def _arc(name: str, divisor: Callable[[Recurrence, int], int], sign: int = 1) -> Callable[[Recurrence, int], int]:
+    """ϑf = ± ϑx / divisor."""
+
+    def rule(r: Recurrence, x: int) -> int:
+        def rates(_: list[int]) -> list[int]:
+            rate = r.quotient(r.moment(x), divisor(r, x))
+            return [rate if sign > 0 else r.sum((-1, rate))]
+
+        return r.integrals((name, x), [(name, (x,))], rates)[0]
+
+    return rule
+
+
+def _semicircle(r: Recurrence, x: int) -> int:
+    return r.root(r.sum((1, ONE), products=((-1, x, x),)))
+
+
+def _atan2(r: Recurrence, y: int | Number, x: int | Number) -> int:
+    """ϑf = (x ϑy - y ϑx) / (x² + y²)."""
+
+    def rates(_: list[int]) -> list[int]:
+        terms: list[tuple[int, int | Number]] = []
+        products: list[tuple[int, int, int]] = []
+        squares: list[tuple[int, int, int]] = []
+        rest: list[tuple[int, int | Number]] = []
+        for sign, p, q in ((1, x, y), (-1, y, x)):  # ± p ϑq
+            if isinstance(q, Number):
+                rest.append((1, Number(q.value, q.place, "square")))
+                continue
+            squares.append((1, q, q))
+            if isinstance(p, Number):
+                terms.append((sign, r.product(r.moment(q), p)))
+            else:
+                products.append((sign, r.moment(q), p))
+        above = r._once(Node("sum", terms=tuple(terms), products=tuple(products)))
+        below = r._once(Node("sum", terms=tuple(rest), products=tuple(squares)))
+        return [r.quotient(above, below)]
+
+    return r.integrals(("atan2", y, x), [("atan2", (y, x))], rates)[0]
+
+
+def _power(r: Recurrence, x: int | Number, n: int | Number) -> int:
+    """ϑf = n f ϑx / x for a number n, else f = exp(n log x)."""
+    key, start = ("pow", x, n), [("pow", (x, n))]
+    if isinstance(n, Number):
+        assert isinstance(x, int)
+        z = r.moment(x)
+        return r.integrals(
+            key, start, lambda f: [r.quotient(r.product(r.sum(products=((1, z, f[0]),)), n), x)]
+        )[0]
+    log = Number(x.value, x.place, "log") if isinstance(x, Number) else _logarithm(r, x)
+    z = r.moment(r.product(log, n))
+    return r.integrals(key, start, lambda f: [r.sum(products=((1, z, f[0]),))])[0]
+
+
+_FUNCTIONS: dict[str, Callable[..., int]] = {
+    "sin": lambda r, x: _sine_and_cosine(r, x, 0),
+    "cos": lambda r, x: _sine_and_cosine(r, x, 1),
+    "tan": _tangent("tan", 1),
+    "tanh": _tangent("tanh", -1),
+    "sinh": lambda r, x: _hyperbolic(r, x, 0),
+    "cosh": lambda r, x: _hyperbolic(r, x, 1),
+    "sqrt": lambda r, x: r.root(x),
+    "exp": _exponential,
+    "log": _logarithm,
+    "atan": _arc("atan", lambda r, x: r.sum((1, ONE), products=((1, x, x),))),
+    "asin": _arc("asin", _semicircle),
+    "acos": _arc("acos", _semicircle, -1),
+    "atan2": _atan2,
+    "pow": _power,
+}
+
+
+class _Writer:
+    """The function that fills the coefficients."""
+
+    def __init__(self, module: Module, recurrence: Recurrence, name: str, stride: int, piece: int) -> None:
+        self.module, self.name, self.stride = module, name, stride
+        self.nodes, self.outputs = recurrence.nodes, recurrence.outputs
+        self.zero = recurrence.starts_at_zero
+        order = recurrence.order
+        count = -(-len(order) // piece) if len(order) > 2 * piece else 1
+        size = -(-len(order) // count) if order else 1
+        self.pieces = [order[j * size : (j + 1) * size] for j in range(count)]
+        self.single = count == 1
+        self.owner = {i: j for j, part in enumerate(self.pieces) for i in part}
+        self.pairs = {i: self._pairs(i) for i in order}
+        self.vectors = {
+            i: j for j, i in enumerate(dict.fromkeys(x for p in self.pairs.values() for _, *ab in p for x in ab))
+        }
+        self.sums = {i: j for j, i in enumerate(i for i in order if self.pairs[i])}
+        self.after = self._after(order)
+        self.ready = self._ready(order)
+        self.critical = self._critical(order)
+        self.divisors = {i: j for j, i in enumerate(i for i in order if self.nodes[i].rule in ("quotient", "root"))}
+        self.slots = self._crossing()
+        self.phis: list[str] = []
+        self.count = 0
+        self._start()
+
+    # -- what needs what ----------------------------------------------------------------------
+
+    def _pairs(self, i: int) -> list[tuple[int, int, int]]:
+        """The products that node ``i`` keeps sums of, with their signs."""
+        node = self.nodes[i]
+        if node.rule == "quotient":
+            return [(1, node.operand, i)]
+        if node.rule == "root":
+            return [(1, i, i)]
+        return list(node.products)
+
+    def _operands(self, i: int) -> list[int]:
+        """Nodes whose k-th coefficient the k-th of node ``i`` needs."""
+        node = self.nodes[i]
+        found = [x for _, x in node.terms if isinstance(x, int)]
+        for _, a, b in node.products:  # (ϑx b)_k does not need b_k
+            found += [x for x, other in ((a, b), (b, a)) if other not in self.zero]
+        if node.operand >= 0:
+            found.append(node.operand)
+        if node.rule == "quotient" and isinstance(node.arguments[0], int):
+            found.append(node.arguments[0])
+        return found
+
+    def _after(self, order: list[int]) -> dict[int, list[int]]:
+        """After which node the products of which others can be added."""
+        place = {i: j for j, i in enumerate(order)}
+        result: dict[int, list[int]] = {}
+        for i in order:
+            if self.pairs[i]:
+                last = max(place[x] for x in (i, *(x for _, *ab in self.pairs[i] for x in ab)))
+                result.setdefault(order[last], []).append(i)
+        return result
+
+    def _time(self, i: int) -> int:
+        """Roughly the cycles from the operands of node ``i`` to its value."""
+        node = self.nodes[i]
+        if node.rule == "sum":
+            return 4 * bool(node.terms) + 8 * bool(node.products)
+        return {"state": 0, "time": 0, "quotient": 12, "root": 8}.get(node.rule, 4)
+
+    def _ready(self, order: list[int]) -> dict[int, int]:
+        """When the value of each node is there, in cycles from the beginning of an order."""
+        ready: dict[int, int] = {}
+        for i in order:
+            ready[i] = self._time(i) + max((ready[x] for x in self._operands(i)), default=0)
+        return ready
+
+    def _critical(self, order: list[int]) -> set[int]:
+        """Nodes with products on the longest path, where an order waits for that and not for the arithmetic.
+
+        There the products with a_0 and b_0 are made twice: by scalars, which need not be spread over a vector first, and
+        with all the others afterwards.
+        """
+        left = dict.fromkeys(order, 0)
+        for i in reversed(order):
+            for x in self._operands(i):
+                left[x] = max(left[x], left[i] + self._time(i))
+        longest = max(self.ready.values(), default=0)
+        work = sum(2 * len(pairs) + 2 for pairs in self.pairs.values() if pairs) / 2 + len(self.vectors)
+        if longest < work:
+            return set()
+        return {i for i in order if self.pairs[i] and self.ready[i] + left[i] > longest - 8}
+
+    def _crossing(self) -> dict[int, int]:
+        """Places of the values that are read in other pieces than their own."""
+        found: dict[int, int] = {}
+        for i, j in self.owner.items():
+            needed = self._operands(i) + [x for x in self.nodes[i].arguments if isinstance(x, int)]
+            needed += [x for other in self.after.get(i, ()) for _, *ab in self.pairs[other] for x in ab]
+            for x in needed:
+                if self.owner[x] != j:
+                    found.setdefault(x, len(self.divisors) + len(found))
+        return found
+
+    def _early(self, i: int) -> list[tuple[int, int, int, bool]]:
+        """(sign, a, b, whether with b_k): products a_k (b_0, ...) that complete the k-th sum of node ``i``."""
+        node = self.nodes[i]
+        if node.rule == "quotient":
+            return [(1, node.operand, i, False)]
+        result = []
+        for sign, a, b in node.products:
+            if a in self.zero or b in self.zero:
+                result.append((sign, a, b, False) if a in self.zero else (sign, b, a, False))
+            else:
+                result += [(sign, a, b, True), (sign, b, a, False)]
+        return result
+
+    def _late(self, i: int) -> list[tuple[int, int, int, bool]]:
+        """The others, for later sums only."""
+        node = self.nodes[i]
+        if node.rule == "root":
+            return [(1, i, i, True), (1, i, i, False)]
+        if node.rule == "quotient":
+            return [(1, i, node.operand, True)]
+        return [
+            (sign, b, a, True) if a in self.zero else (sign, a, b, True)
+            for sign, a, b in node.products
+            if a in self.zero or b in self.zero
+        ]
+
+    # -- text ---------------------------------------------------------------------------------
+
+    def text(self) -> str:
+        """The function and its pieces."""
+        result: list[str] = []
+        shared = "ptr noalias %y, ptr noalias %c, ptr noalias %out, ptr noalias %frame, ptr noalias %slots"
+        orders = f"i64 %k, double %x, double %by, double %next, ptr noalias %from, ptr noalias %to, {shared}"
+        main = [
+            f"define void @{self.name}(double %t, ptr noalias %y, ptr noalias %c, ptr noalias %out) nounwind {{",
+            f"  %frame = alloca {_V}, i64 {max(1, len(self.vectors) + len(self.sums))}, align 64",
+            f"  %slots = alloca double, i64 {max(1, len(self.divisors) + len(self.slots))}, align 64",
+            "  %wanted = load double, ptr %out, align 8",
+            "  %p = fptosi double %wanted to i64",
+        ]
+        if self.single:
+            self._zero(0)
+            main += self.lines
+            self._carry_on()
+            self._order(0)
+            loop = [*_LANE, *self.lines]
+        else:
+            loop = []
+            for j in range(len(self.pieces)):
+                self._start()
+                self._zero(j)
+                head = f"define internal void @{self.name}.z{j}(double %t, {shared}) nounwind noinline {{"
+                result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
+                main.append(f"  call void @{self.name}.z{j}(double %t, {_names(shared)})")
+                self._start()
+                self._order(j)
+                head = f"define internal void @{self.name}.k{j}({orders}) nounwind noinline {{"
+                result.append("\n".join([head, *_LANE, *self.lines, "  ret void", "}", ""]))
+                loop.append(f"  call void @{self.name}.k{j}({_names(orders)})")
+        self.module.helpers["@jet.inverse"] = _INVERSES
+        main += [
+            "  br label %enter",
+            "enter:",
+            "  %any = icmp sgt i64 %p, 1",
+            "  br i1 %any, label %loop, label %done",
+            "loop:",
+            "  %k = phi i64 [ 1, %enter ], [ %k1, %loop ]",
+            *self.phis,
+            "  %k1 = add i64 %k, 1",
+            "  %x = sitofp i64 %k to double",
+            "  %here = getelementptr double, ptr @jet.inverse, i64 %k",
+            "  %by = load double, ptr %here, align 8",
+            "  %there = getelementptr double, ptr %here, i64 1",
+            "  %next = load double, ptr %there, align 8",
+            f"  %row = mul i64 %k, {self.stride}",
+            "  %from = getelementptr double, ptr %out, i64 %row",
+            f"  %to = getelementptr double, ptr %from, i64 {self.stride}",
+            *loop,
+            "  %more = icmp slt i64 %k1, %p",
+            "  br i1 %more, label %loop, label %done",
+            "done:",
+            "  ret void",
+            "}",
+            "",
+        ]
+        return "\n".join([*result, *main])
+
+    def _start(self) -> None:
+        self.lines: list[str] = []
+        self.values: dict[int, str] = {}
+        self.held: dict[int, str] = {}
+        self.rows: dict[int, str] = {}
+        self.numbers: dict[Number, str] = {}
+        self.sines: dict[int | Number, tuple[str, str]] = {}
+
+    def _new(self, operation: str) -> str:
+        self.count += 1
+        self.lines.append(f"  %v{self.count} = {operation}")
+        return f"%v{self.count}"
+
+    def _pointer(self, base: str, place: int, T: str) -> str:
+        return base if place == 0 else self._new(f"getelementptr {T}, ptr {base}, i64 {place}")
+
+    def _load(self, base: str, place: int, T: str = "double") -> str:
+        align = 8 if T == "double" else 64
+        return self._new(f"load {T}, ptr {self._pointer(base, place, T)}, align {align}")
+
+    def _store(self, value: str, base: str, place: int, T: str = "double") -> None:
+        align = 8 if T == "double" else 64
+        self.lines.append(f"  store {T} {value}, ptr {self._pointer(base, place, T)}, align {align}")
+
+    def _arithmetic(self, operation: str, a: str, b: str) -> str:
+        return self._new(f"{operation} {FLAGS}double {a}, {b}")
+
+    def _signed(self, total: str | None, sign: int, value: str) -> str:
+        """total ± value; None is zero."""
+        if total is not None:
+            return self._arithmetic("fadd" if sign > 0 else "fsub", total, value)
+        return value if sign > 0 else self._new(f"fneg {FLAGS}double {value}")
+
+    def _number(self, x: Number) -> str:
+        if x not in self.numbers:
+            value = literal(x.value) if x.value is not None else self._load("%c", x.place)
+            if x.function == "square":
+                value = self._arithmetic("fmul", value, value)
+            elif x.function:
+                value = self._new(f"call double {self.module.need_function(x.function, 1, 1)}(double {value})")
+            self.numbers[x] = value
+        return self.numbers[x]
+
+    def _value(self, x: int | Number) -> str:
+        """The coefficient at this order; of a number, that at order 0."""
+        if isinstance(x, Number):
+            return self._number(x)
+        if x not in self.values:
+            self.values[x] = self._load("%slots", self.slots[x])
+        return self.values[x]
+
+    def _parts(self, node: Node) -> list[tuple[int, tuple[int | Number, ...]]]:
+        """(sign, operands) of the terms and products of a sum: first what is known first."""
+
+        def when(part: tuple[int, tuple[int | Number, ...]]) -> int:
+            return max(self.ready.get(x, 0) if isinstance(x, int) else -1 for x in part[1])
+
+        parts: list[tuple[int, tuple[int | Number, ...]]] = [(sign, (x,)) for sign, x in node.terms]
+        parts += [(sign, (a, b)) for sign, a, b in node.products]
+        return sorted(parts, key=when)
+
+    def _mine(self, j: int) -> list[tuple[int, int | Number]]:
+        """Outputs, with their places, that piece ``j`` writes."""
+        return [(k, x) for k, x in enumerate(self.outputs) if (self.owner[x] if isinstance(x, int) else 0) == j]
+
+    # -- order 0 ------------------------------------------------------------------------------
+
+    def _zero(self, j: int) -> None:
+        """Values of a piece, and its vectors as they are before order 1."""
+        for i in self.pieces[j]:
+            value = self.values[i] = self._first(i)
+            if i in self.vectors:
+                self.held[i] = self._new(f"insertelement {_V} zeroinitializer, double {value}, i32 0")
+                if not self.single:
+                    self._store(self.held[i], "%frame", self.vectors[i], _V)
+            if i in self.sums and not self.single:
+                self._store("zeroinitializer", "%frame", len(self.vectors) + self.sums[i], _V)
+            if i in self.slots:
+                self._store(value, "%slots", self.slots[i])
+        for place, x in self._mine(j):
+            self._store(self._load("%y", place), "%out", place)
+            self._store(self._value(x), "%out", self.stride + place)
+
+    def _first(self, i: int) -> str:
+        """The value of node ``i`` at the start."""
+        node = self.nodes[i]
+        match node.rule:
+            case "state":
+                return self._load("%y", node.place)
+            case "time":
+                return "%t"
+            case "sum":
+                total: str | None = None
+                for sign, operands in self._parts(node):
+                    if not any(x in self.zero for x in operands):
+                        value = self._value(operands[0])
+                        for x in operands[1:]:
+                            value = self._arithmetic("fmul", value, self._value(x))
+                        total = self._signed(total, sign, value)
+                return literal(0.0) if total is None else total
+            case "scaled":
+                return self._arithmetic("fmul", self._value(node.operand), self._number(node.number))
+            case "quotient":
+                divisor = self._value(node.operand)
+                inverse = self._arithmetic("fdiv", literal(1.0), divisor)
+                self._store(inverse, "%slots", self.divisors[i])
+                above = node.arguments[0]
+                return inverse if above == ONE else self._arithmetic("fdiv", self._value(above), divisor)
+            case "root":
+                function = self.module.need_intrinsic("sqrt", 1, 1)
+                value = self._new(f"call double {function}(double {self._value(node.operand)})")
+                self._store(self._arithmetic("fdiv", literal(0.5), value), "%slots", self.divisors[i])
+                return value
+            case "moment":
+                return literal(0.0)
+        if node.function in ("sin", "cos"):
+            return self._load(self._sine_and_cosine(node.arguments[0])[node.function == "cos"], 0)
+        arguments = ", ".join(f"double {self._value(x)}" for x in node.arguments)
+        function = self.module.need_function(node.function, 1, len(node.arguments))
+        return self._new(f"call double {function}({arguments})")
+
+    def _sine_and_cosine(self, x: int | Number) -> tuple[str, str]:
+        """Where they are."""
+        if x not in self.sines:
+            value, s, c = self._value(x), self._new("alloca double"), self._new("alloca double")
+            self.lines.append(f"  call void {self.module.need_sincos(1)}(double {value}, ptr {s}, ptr {c})")
+            self.sines[x] = (s, c)
+        return self.sines[x]
+
+    # -- order k ------------------------------------------------------------------------------
+
+    def _carry_on(self) -> None:
+        """From order to order: what the only piece keeps in registers."""
+        started = [self._value(x) for x in self.outputs]
+        held = self.held
+        self._start()
+        for place, first in enumerate(started):
+            self.phis.append(f"  %y{place} = phi double [ {first}, %enter ], [ NEXT, %loop ]")
+        for i in self.vectors:
+            self.held[i] = f"%h{i}"
+            self.phis.append(f"  %h{i} = phi {_V} [ {held[i]}, %enter ], [ %h{i}.new, %loop ]")
+        for i in self.sums:
+            self.rows[i] = f"%s{i}"
+            self.phis.append(f"  %s{i} = phi {_V} [ zeroinitializer, %enter ], [ %s{i}.new, %loop ]")
+
+    def _order(self, j: int) -> None:
+        """Coefficients of a piece at order k, and what follows from them for later orders."""
+        for i in self.pieces[j]:
+            if i in self.sums:
+                if not self.single:
+                    self.rows[i] = self._load("%frame", len(self.vectors) + self.sums[i], _V)
+                if i not in self.critical:
+                    self.rows[i] = self._added(self.rows[i], self._early(i))
+            value = self.values[i] = self._later(i)
+            if i in self.vectors:
+                old = self.held[i] if self.single else self._load("%frame", self.vectors[i], _V)
+                self.lines.append(f"  %h{i}.new = select {_B} %lane, {_V} {self._spread(value)}, {_V} {old}")
+                if not self.single:
+                    self._store(f"%h{i}.new", "%frame", self.vectors[i], _V)
+            if i in self.slots:
+                self._store(value, "%slots", self.slots[i])
+            for other in self.after.get(i, ()):
+                self._add_products(other)
+        for place, x in self._mine(j):
+            value = literal(0.0) if isinstance(x, Number) else self._arithmetic("fmul", self._value(x), "%next")
+            self._store(value, "%to", place)
+            if self.single:
+                self.phis[place] = self.phis[place].replace("NEXT", value)
+
+    def _spread(self, value: str) -> str:
+        """A number in every lane."""
+        one = self._new(f"insertelement {_V} poison, double {value}, i32 0")
+        return self._new(f"shufflevector {_V} {one}, {_V} poison, <{LANES} x i32> zeroinitializer")
+
+    def _added(self, total: str, products: list[tuple[int, int, int, bool]]) -> str:
+        """A vector of sums with products added."""
+        fma = self.module.need_intrinsic("fmuladd", LANES, 3)
+        for sign, a, b, newest in products:
+            x = self._spread(self._value(a))
+            if not self.single:
+                y = self._load("%frame", self.vectors[b], _V)
+                if not newest:  # it may be there already
+                    x = self._new(f"select {_B} %lane, {_V} zeroinitializer, {_V} {x}")
+            else:
+                y = f"%h{b}.new" if newest else self.held[b]
+            if sign < 0:
+                x = self._new(f"fneg {_V} {x}")
+            total = self._new(f"call {_V} {fma}({_V} {x}, {_V} {y}, {_V} {total})")
+        return total
+
+    def _add_products(self, i: int) -> None:
+        """Products that are known now to the sums of node ``i``, which then move on by an order."""
+        place = len(self.vectors) + self.sums[i]
+        total = self.rows[i] if i in self.rows else self._load("%frame", place, _V)
+        total = self._added(total, [*(self._early(i) if i in self.critical else ()), *self._late(i)])
+        moved = f"shufflevector {_V} {total}, {_V} zeroinitializer, <{LANES} x i32> {_SHIFT}"
+        if self.single:
+            self.lines.append(f"  %s{i}.new = {moved}")
+        else:
+            self._store(self._new(moved), "%frame", place, _V)
+
+    def _at_start(self, i: int) -> str:
+        """The value of a node at order 0."""
+        if self.single:
+            return self._new(f"extractelement {_V} {self.held[i]}, i32 0")
+        return self._new(f"load double, ptr {self._pointer('%frame', self.vectors[i], _V)}, align 64")
+
+    def _later(self, i: int) -> str:
+        """The coefficient of node ``i`` at order k."""
+        node = self.nodes[i]
+        known = self._new(f"extractelement {_V} {self.rows[i]}, i32 0") if i in self.sums else None
+        match node.rule:
+            case "state":
+                return f"%y{node.place}" if self.single else self._load("%from", node.place)
+            case "time":
+                first = self._new("icmp eq i64 %k, 1")
+                return self._new(f"select i1 {first}, double {literal(1.0)}, double {literal(0.0)}")
+            case "sum":
+                for sign, operands in self._parts(node):
+                    if len(operands) == 1:
+                        if isinstance(operands[0], int):
+                            known = self._signed(known, sign, self._value(operands[0]))
+                    elif i in self.critical:
+                        for x, y in (operands, operands[::-1]):
+                            if y not in self.zero:
+                                assert isinstance(y, int)
+                                product = self._arithmetic("fmul", self._value(x), self._at_start(y))
+                                known = self._signed(known, sign, product)
+                return literal(0.0) if known is None else known
+            case "scaled":
+                return self._arithmetic("fmul", self._value(node.operand), self._number(node.number))
+            case "quotient":
+                assert known is not None
+                if i in self.critical:
+                    product = self._arithmetic("fmul", self._value(node.operand), self._at_start(i))
+                    known = self._arithmetic("fadd", product, known)
+                above = node.arguments[0]
+                rest = self._signed(self._value(above) if isinstance(above, int) else None, -1, known)
+                return self._arithmetic("fmul", rest, self._load("%slots", self.divisors[i]))
+            case "root":
+                assert known is not None
+                rest = self._arithmetic("fsub", self._value(node.operand), known)
+                return self._arithmetic("fmul", rest, self._load("%slots", self.divisors[i]))
+            case "moment":
+                return self._arithmetic("fmul", self._value(node.operand), "%x")
+        return self._arithmetic("fmul", self._value(node.operand), "%by")
+
+
+def _names(arguments: str) -> str:
+    """A list of parameters as arguments of a call."""
+    return arguments.replace("noalias ", "")
