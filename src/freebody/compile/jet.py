@@ -444,8 +444,9 @@ class _Writer:
         }
         self.sums = {i: j for j, i in enumerate(i for i in order if self.pairs[i])}
         self.after = self._after(order)
-        self.ready = self._ready(order)
-        self.critical = self._critical(order)
+        self.direct = {i: x for i in order if (x := self._directly(i)) >= 0}
+        self.ready = self._ready(order, 0)
+        self.critical = self._critical(order) | {self.nodes[i].operand for i in self.direct}
         self.divisors = {i: j for j, i in enumerate(i for i in order if self.nodes[i].rule in ("quotient", "root"))}
         self.slots = self._crossing()
         self.phis: list[str] = []
@@ -462,6 +463,16 @@ class _Writer:
         if node.rule == "root":
             return [(1, i, i)]
         return list(node.products)
+
+    def _directly(self, i: int) -> int:
+        """x, where node ``i`` is y with ϑy = ± g ϑx: y_k = (what is known of the sum) / k ± g_0 x_k waits for x_k only."""
+        node = self.nodes[i]
+        if node.rule == "integral":
+            rate = self.nodes[node.operand]
+            if rate.rule == "sum" and not rate.terms and len(rate.products) == 1:
+                moment = self.nodes[rate.products[0][1]]
+                return moment.operand if moment.rule == "moment" else -1
+        return -1
 
     def _operands(self, i: int) -> list[int]:
         """Nodes whose k-th coefficient the k-th of node ``i`` needs."""
@@ -485,18 +496,35 @@ class _Writer:
                 result.setdefault(order[last], []).append(i)
         return result
 
-    def _time(self, i: int) -> int:
-        """Roughly the cycles from the operands of node ``i`` to its value."""
-        node = self.nodes[i]
-        if node.rule == "sum":
-            return 4 * bool(node.terms) + 8 * bool(node.products)
-        return {"state": 0, "time": 0, "quotient": 12, "root": 8}.get(node.rule, 4)
+    def _halves(self, i: int) -> list[tuple[int, int, int]]:
+        """(sign, a, b): what the products a b of a sum still need at order k is a_k b_0, from both sides."""
+        return [
+            (sign, x, y)
+            for sign, a, b in self.nodes[i].products
+            for x, y in ((a, b), (b, a))
+            if y not in self.zero
+        ]
 
-    def _ready(self, order: list[int]) -> dict[int, int]:
-        """When the value of each node is there, in cycles from the beginning of an order."""
+    def _ready(self, order: list[int], spreading: int) -> dict[int, int]:
+        """When the value of each node is there, in cycles from the beginning of an order.
+
+        An operation takes 4, and to spread a number over a vector ``spreading``.
+        """
         ready: dict[int, int] = {}
         for i in order:
-            ready[i] = self._time(i) + max((ready[x] for x in self._operands(i)), default=0)
+            node, now = self.nodes[i], 0
+            if node.rule == "sum":
+                waits = [ready[x] for _, x in node.terms if isinstance(x, int)]
+                waits += [ready[x] + spreading for _, x, _ in self._halves(i)]
+                for wait in sorted(waits):
+                    now = max(now, wait) + 4
+            elif i in self.direct:
+                now = ready[self.direct[i]] + 4
+            elif node.rule not in ("state", "time"):
+                now = 4 + max(ready[x] for x in self._operands(i))
+                if node.rule == "quotient":
+                    now = max(now, ready[node.operand] + spreading + 8)
+            ready[i] = now
         return ready
 
     def _critical(self, order: list[int]) -> set[int]:
@@ -507,13 +535,12 @@ class _Writer:
         """
         left = dict.fromkeys(order, 0)
         for i in reversed(order):
-            for x in self._operands(i):
-                left[x] = max(left[x], left[i] + self._time(i))
+            for x in [self.direct[i]] if i in self.direct else self._operands(i):
+                left[x] = max(left[x], left[i] + 4)
         longest = max(self.ready.values(), default=0)
-        work = sum(2 * len(pairs) + 2 for pairs in self.pairs.values() if pairs) / 2 + len(self.vectors)
-        if longest < work:
-            return set()
-        return {i for i in order if self.pairs[i] and self.ready[i] + left[i] > longest - 8}
+        found = {i for i in order if self.pairs[i] and self.ready[i] + left[i] > longest - 8}
+        saved = max(self._ready(order, 3).values(), default=0) - longest
+        return found if saved > sum(len(self.pairs[i]) for i in found) else set()
 
     def _crossing(self) -> dict[int, int]:
         """Places of the values that are read in other pieces than their own."""
@@ -536,8 +563,10 @@ class _Writer:
             if a in self.zero or b in self.zero:
                 result.append((sign, a, b, False) if a in self.zero else (sign, b, a, False))
             else:
-                result += [(sign, a, b, True), (sign, b, a, False)]
-        return result
+                if self.ready[a] > self.ready[b]:
+                    a, b = b, a
+                result += [(sign, a, b, False), (sign, b, a, True)]  # the first does not wait for b_k
+        return sorted(result, key=lambda one: self.ready[one[1]])
 
     def _late(self, i: int) -> list[tuple[int, int, int, bool]]:
         """The others, for later sums only."""
@@ -664,16 +693,6 @@ class _Writer:
             self.values[x] = self._load("%slots", self.slots[x])
         return self.values[x]
 
-    def _parts(self, node: Node) -> list[tuple[int, tuple[int | Number, ...]]]:
-        """(sign, operands) of the terms and products of a sum: first what is known first."""
-
-        def when(part: tuple[int, tuple[int | Number, ...]]) -> int:
-            return max(self.ready.get(x, 0) if isinstance(x, int) else -1 for x in part[1])
-
-        parts: list[tuple[int, tuple[int | Number, ...]]] = [(sign, (x,)) for sign, x in node.terms]
-        parts += [(sign, (a, b)) for sign, a, b in node.products]
-        return sorted(parts, key=when)
-
     def _mine(self, j: int) -> list[tuple[int, int | Number]]:
         """Outputs, with their places, that piece ``j`` writes."""
         return [(k, x) for k, x in enumerate(self.outputs) if (self.owner[x] if isinstance(x, int) else 0) == j]
@@ -706,7 +725,7 @@ class _Writer:
                 return "%t"
             case "sum":
                 total: str | None = None
-                for sign, operands in self._parts(node):
+                for sign, *operands in (*node.terms, *node.products):
                     if not any(x in self.zero for x in operands):
                         value = self._value(operands[0])
                         for x in operands[1:]:
@@ -777,10 +796,20 @@ class _Writer:
             for other in self.after.get(i, ()):
                 self._add_products(other)
         for place, x in self._mine(j):
-            value = literal(0.0) if isinstance(x, Number) else self._arithmetic("fmul", self._value(x), "%next")
+            value = self._integrated(x)
             self._store(value, "%to", place)
             if self.single:
                 self.phis[place] = self.phis[place].replace("NEXT", value)
+
+    def _integrated(self, x: int | Number) -> str:
+        """Of a rate, the next coefficient of what changes at it."""
+        if isinstance(x, Number):
+            return literal(0.0)
+        node = self.nodes[x]
+        if node.rule != "scaled" or node.operand not in self.values:
+            return self._arithmetic("fmul", self._value(x), "%next")
+        factor = self._arithmetic("fmul", self._number(node.number), "%next")  # can be made in advance
+        return self._arithmetic("fmul", self._value(node.operand), factor)
 
     def _spread(self, value: str) -> str:
         """A number in every lane."""
@@ -831,34 +860,43 @@ class _Writer:
                 first = self._new("icmp eq i64 %k, 1")
                 return self._new(f"select i1 {first}, double {literal(1.0)}, double {literal(0.0)}")
             case "sum":
-                for sign, operands in self._parts(node):
-                    if len(operands) == 1:
-                        if isinstance(operands[0], int):
-                            known = self._signed(known, sign, self._value(operands[0]))
-                    elif i in self.critical:
-                        for x, y in (operands, operands[::-1]):
-                            if y not in self.zero:
-                                assert isinstance(y, int)
-                                product = self._arithmetic("fmul", self._value(x), self._at_start(y))
-                                known = self._signed(known, sign, product)
+                parts = [(self.ready[x], sign, x, -1) for sign, x in node.terms if isinstance(x, int)]
+                if i in self.critical:
+                    parts += [(self.ready[x], sign, x, y) for sign, x, y in self._halves(i)]
+                for _, sign, x, y in sorted(parts):
+                    part = self._value(x)
+                    if y >= 0:
+                        part = self._arithmetic("fmul", part, self._at_start(y))
+                    known = self._signed(known, sign, part)
                 return literal(0.0) if known is None else known
             case "scaled":
                 return self._arithmetic("fmul", self._value(node.operand), self._number(node.number))
             case "quotient":
                 assert known is not None
-                if i in self.critical:
+                if i in self.critical and i not in self.zero:
                     product = self._arithmetic("fmul", self._value(node.operand), self._at_start(i))
                     known = self._arithmetic("fadd", product, known)
-                above = node.arguments[0]
-                rest = self._signed(self._value(above) if isinstance(above, int) else None, -1, known)
-                return self._arithmetic("fmul", rest, self._load("%slots", self.divisors[i]))
+                return self._divided(i, node.arguments[0], known)
             case "root":
                 assert known is not None
-                rest = self._arithmetic("fsub", self._value(node.operand), known)
-                return self._arithmetic("fmul", rest, self._load("%slots", self.divisors[i]))
+                return self._divided(i, node.operand, known)
+            case "integral" if i in self.direct:
+                sign, _, other = self.nodes[node.operand].products[0]
+                row = self.rows[node.operand]
+                known = self._arithmetic("fmul", self._new(f"extractelement {_V} {row}, i32 0"), "%by")
+                part = self._arithmetic("fmul", self._value(self.direct[i]), self._at_start(other))
+                return self._signed(known, sign, part)
             case "moment":
                 return self._arithmetic("fmul", self._value(node.operand), "%x")
         return self._arithmetic("fmul", self._value(node.operand), "%by")
+
+    def _divided(self, i: int, above: int | Number, known: str) -> str:
+        """(above - known) / divisor, where ``above`` comes last."""
+        inverse = self._load("%slots", self.divisors[i])
+        known = self._arithmetic("fmul", known, inverse)
+        if isinstance(above, Number):
+            return self._signed(None, -1, known)
+        return self._signed(self._arithmetic("fmul", self._value(above), inverse), -1, known)
 
 
 def _names(arguments: str) -> str:

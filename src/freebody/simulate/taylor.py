@@ -161,5 +161,6 @@ FUNCTIONS = stepping.functions(
         "hold": hold,
         "accept": accept,
         "limited": limited,
+        "expand": expand,
     }
 )
