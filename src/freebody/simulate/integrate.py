@@ -101,13 +101,13 @@ def integrate(
     y, start, until = np.array(state, dtype=float), float(start), float(until)
     for i in rates.quaternions:
         y[i : i + 4] /= np.linalg.norm(y[i : i + 4])
-    rtol = np.broadcast_to(np.asarray(relative, dtype=float), y.shape).copy()
-    atol = np.broadcast_to(np.asarray(absolute, dtype=float), y.shape).copy()
+    rtol, atol = np.full(y.shape, relative, dtype=float), np.full(y.shape, absolute, dtype=float)
 
     def at(t: float, y: Array) -> Array:
         return observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
 
-    f = at(start, y)
+    # of "taylor" the first series shows whether there are rates
+    f = at(start, y) if method != "taylor" else np.zeros(y.shape)
     longest = min(max_step, abs(until - start))
     if longest == 0 or not np.isfinite(f).all():
         wrong = np.flatnonzero(~np.isfinite(f))
@@ -131,7 +131,7 @@ def integrate(
     run.reals[layout.UNTIL], run.reals[layout.MAX_STEP] = until, max_step
     run.reals[layout.STEP], run.reals[layout.OLD_ERROR] = direction * min(first_step, longest), 1e-4
     largest = max(16, _MEMORY // (8 * (y.size + 2)))
-    room = min(256, largest)
+    room = min(1024, largest)
     left = math.inf if max_steps is None else max_steps
     steps = 0
     pieces: list[_Piece] = []

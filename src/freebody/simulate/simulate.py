@@ -19,7 +19,6 @@ from numpy.typing import ArrayLike
 from ..dynamics.mobility import massless_motion
 from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
-from ..model.values import check_assumptions
 from . import path as runs
 from .blow import blows_of, struck_path, watching_blows, watching_specs
 from .closing import check_redundant, closed_start, nearly_dependent
@@ -182,7 +181,6 @@ def simulate(
     begin = number(model, numbers, start, "start")
     numbers = at_time(model, numbers, begin)
     kernels.check(numbers)
-    check_assumptions(model, numbers)
     end = number(model, numbers, until, "until")
     if times is not None and samples is not None:
         raise SimulationError("Expected times= or samples=, got both. Leave one out.")
