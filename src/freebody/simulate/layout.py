@@ -57,4 +57,4 @@ def most_events(m: int) -> int:
 
 def rows(method: str, n: int) -> int:
     """Rows of the work array of a method for ``n`` components."""
-    return ROWS + {"radau": 4 * n + 24, "gauss": 38, "structure": 60, "taylor": 4 + 17}.get(method, 0)
+    return ROWS + {"radau": 4 * n + 24, "gauss": 38, "structure": 60, "taylor": 21}.get(method, 0)

@@ -25,7 +25,6 @@ from numpy.typing import NDArray
 from ..errors import SimulationError, nearest
 from .integrate import FINEST_OF_SUMS, integrate
 from .kernels import Kernels
-from .layout import ORDERS
 from .path import STIFF, Path, Rates
 
 METHODS = ("auto", "dop853", "dop54", "radau", "gauss", "taylor", "structure", "timestepping")
@@ -101,7 +100,7 @@ def _equipped(kernels: Kernels, parameters: NDArray[np.float64], method: str, ra
         from .others import series
 
         program = series(kernels)
-        others = (program.address("series"), ORDERS["taylor"])
+        others = (program.address("series"),)
     elif method == "structure":
         from .others import hamilton
 

@@ -35,7 +35,7 @@ from .sensitivity import sensitive_motion
 from .timestepping import stepped_motion
 from .trajectory import Trajectory
 
-FINEST = 1e-15
+FINEST = 1e-16
 """Smallest tolerance that can be asked for: below it, double precision has no digits."""
 
 

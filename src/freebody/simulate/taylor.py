@@ -23,22 +23,23 @@ from __future__ import annotations
 import math
 
 from . import stepping
-from .layout import BLAME, CONSTANTS, KERNELS, POINT, RAW, ROWS, STATE
-from .machine import Integers, Reals, call, compiled, greater, horner, root, shifted, whole
+from .layout import BLAME, CONSTANTS, EVALUATED, KERNELS, ORDERS, POINT, RAW, ROWS, STATE
+from .machine import Integers, Reals, call, compiled, greater, horner, root, shifted
 
-# Places after KERNELS: address of the kernel, and the order p.
-JET, ORDER = 0, 1
-# Rows of the method: what the sum lost before this step, in it, and in it while parts of it are tried; then the length
-# of the step and the order; then the coefficients.
+P = ORDERS["taylor"]
+# After KERNELS stands the address of the kernel.
+# Rows of the method: what the sum lost before this step, in it, and in it while parts of it are tried; then the length of
+# the step; then the coefficients.
 LOST, LOSES, HELD, LENGTH, SERIES = ROWS, ROWS + 1, ROWS + 2, ROWS + 3, ROWS + 4
+BOUND = 6.0
+"""h |λ| from which a decay is suspected to limit the step: somewhat less than 7.33, where |Σ_k (-x)^k / k!|, k <= P, is 1."""
 
 
 @compiled
 def expand(t: float, work: Reals, w: int, c: Reals, quaternions: Integers, nq: int) -> None:
     """The coefficients of the solution through STATE."""
-    work[SERIES * w] = quaternions[nq + KERNELS + ORDER]
     place = quaternions[nq + CONSTANTS]
-    call(quaternions[nq + KERNELS + JET], t, work, STATE * w, shifted(c, place), work, SERIES * w)
+    call(quaternions[nq + KERNELS], t, work, STATE * w, shifted(c, place), work, SERIES * w)
 
 
 @compiled
@@ -48,7 +49,6 @@ def prepare(
     """The series of the first step."""
     for i in range(w):
         work[LOST * w + i] = 0.0
-    work[LENGTH * w + 1] = quaternions[nq + KERNELS + ORDER]
     expand(t, work, w, c, quaternions, nq)
 
 
@@ -59,20 +59,20 @@ def given(
 ) -> float:  # fmt: skip
     """Length of the step that comes next, infinite for a polynomial, nan if the coefficients are not finite."""
     expand(t, work, w, c, quaternions, nq)
-    p = quaternions[nq + KERNELS + ORDER]
+    integers[EVALUATED] += 1
     last, before = 0.0, 0.0
     for i in range(n):
         scale = 1.0 / (absolute[i] + relative[i] * abs(work[STATE * w + i]))
-        one, two = abs(work[(SERIES + p) * w + i]) * scale, abs(work[(SERIES + p - 1) * w + i]) * scale
+        one, two = abs(work[(SERIES + P) * w + i]) * scale, abs(work[(SERIES + P - 1) * w + i]) * scale
         if not (math.isfinite(one) and math.isfinite(two)):
             integers[BLAME] = i
             return math.nan
         last, before = greater(last, one), greater(before, two)
     size = -1e300
     if last > 0.0:
-        size = math.log(last) / p
+        size = math.log(last) / P
     if before > 0.0:
-        size = greater(size, math.log(before) / (p - 1))
+        size = greater(size, math.log(before) / (P - 1))
     return math.inf if size == -1e300 else math.exp(-size)
 
 
@@ -82,8 +82,7 @@ def attempt(
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> int:  # fmt: skip
     """The state at the time ``h`` of the step."""
-    p = quaternions[nq + KERNELS + ORDER]
-    horner(work, w, SERIES + 1, p - 1, h, RAW)
+    horner(work, w, SERIES + 1, P - 1, h, RAW)
     for i in range(n):
         start = work[STATE * w + i]
         change = h * work[RAW * w + i] + work[LOST * w + i]
@@ -117,7 +116,7 @@ def densify(
 @compiled
 def interpolate(x: float, work: Reals, w: int) -> None:
     """Row POINT: the polynomial at the part ``x`` (0 to 1) of the step."""
-    horner(work, w, SERIES, whole(work[LENGTH * w + 1]), x * work[LENGTH * w], POINT)
+    horner(work, w, SERIES, P, x * work[LENGTH * w], POINT)
 
 
 @compiled
@@ -136,17 +135,15 @@ def accept(work: Reals, w: int, n: int) -> None:
 
 @compiled
 def limited(work: Reals, w: int, n: int, h: float) -> int:
-    """Whether the step is as long as the region of stability allows, up to -(0.37 p + 1.3) on the negative axis."""
-    p = whole(work[LENGTH * w + 1])
+    """Whether the step is as long as the region of stability allows, with λ of a decay."""
     above, below, across = 0.0, 0.0, 0.0
     for i in range(n):
-        a, b = p * work[(SERIES + p) * w + i], work[(SERIES + p - 1) * w + i]
+        a, b = P * work[(SERIES + P) * w + i], work[(SERIES + P - 1) * w + i]
         above += a * a
         below += b * b
         across += a * b
-    bound = 0.32 * p + 1.1
     decays = h * across < -0.5 * abs(h) * root(above * below)
-    return 1 if decays and h * h * above > bound * bound * below and below > 0.0 else 0
+    return 1 if decays and h * h * above > BOUND * BOUND * below and below > 0.0 else 0
 
 
 FUNCTIONS = stepping.functions(
