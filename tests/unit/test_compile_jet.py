@@ -224,7 +224,7 @@ def test_what_bends_is_refused(function):
     x = tape.input("x")
     bent = tape.apply(function, x, 2 * x) if function in ("min", "max") else tape.apply(function, x)
     with pytest.raises(
-        ExpressionError, match=f"'{function}' has no Taylor series where it bends.*\"dop853\""
+        ExpressionError, match=f"'{function}' has no Taylor series where it bends"
     ):
         coefficients(tape, [bent], None, [x], [], 0.0, [1.0])
 

@@ -178,8 +178,7 @@ class Recurrence:
         rule = _FUNCTIONS.get(NAMES[code])
         if rule is None:
             raise ExpressionError(
-                f"'{NAMES[code]}' has no Taylor series where it bends, so that method=\"taylor\" can not follow it. "
-                'Use method="dop853" or "gauss".'
+                f"'{NAMES[code]}' has no Taylor series where it bends. Known: {', '.join(_FUNCTIONS)}."
             )
         return rule(self, *(self._value(x) for x in (a, b) if x >= 0))
 

@@ -26,6 +26,7 @@ from ..compile.kernels import compile_tape
 from ..dynamics import State, coordinate_rates, mass_matrix, potential_energy, traced_state
 from ..dynamics.linear import Factorization
 from ..dynamics.motion import motion, total_power
+from ..errors import ExpressionError, SimulationError
 from ..scalar.algebra import HALF, divide
 from ..scalar.derivative import forward, transposed
 from ..scalar.trace import ADD, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
@@ -61,9 +62,15 @@ def series(kernels: Kernels) -> Program:
         if kernels.works:
             outputs.append(total_power(model, state, moving))
         parameters = [state.values[parameter.symbol] for parameter in model.parameters]
-        compiled = compile_tape(
-            tape, {"series": outputs}, state.t, [*state.q, *state.u], parameters, series=("series",)
-        )
+        try:
+            compiled = compile_tape(
+                tape, {"series": outputs}, state.t, [*state.q, *state.u], parameters, series=("series",)
+            )
+        except ExpressionError as error:
+            raise SimulationError(
+                f"Expected rates with a Taylor series for method=\"taylor\", but of '{model.name}' "
+                f'{str(error).partition(" Known")[0]} Use method="dop853" or "gauss".'
+            ) from None
         kernels._programs["series"] = Program(compiled)
     return kernels._programs["series"]
 

@@ -35,8 +35,10 @@ from .sensitivity import sensitive_motion
 from .timestepping import stepped_motion
 from .trajectory import Trajectory
 
-FINEST = 1e-16
+FINEST = 1e-15
 """Smallest tolerance that can be asked for: below it, double precision has no digits."""
+FINEST_OF_SERIES = 1e-16
+"""Of "taylor", whose steps are not iterated."""
 
 
 def simulate(
@@ -197,7 +199,7 @@ def simulate(
         kernels = kernels.holding(active)
     else:
         state = initial_state(model, numbers, initial or {})
-    tolerances = _tolerances(kernels, tolerance)
+    tolerances = _tolerances(kernels, tolerance, FINEST_OF_SERIES if method == "taylor" else FINEST)
 
     if sensitivities is not None:
         refuse_switched(model, "sensitivities=")
@@ -308,7 +310,7 @@ def _times(times: ArrayLike | None, begin: float, end: float) -> Any:
     return wanted
 
 
-def _tolerances(kernels: Kernels, tolerance: Any) -> Any:
+def _tolerances(kernels: Kernels, tolerance: Any, finest: float = FINEST) -> Any:
     names = kernels.names
     by_name: dict[str, Any] = {}
     common = 1e-9
@@ -322,17 +324,16 @@ def _tolerances(kernels: Kernels, tolerance: Any) -> Any:
                 raise SimulationError(f"Unknown name '{name}' in tolerance; {nearest(name, names)}")
     else:
         common = tolerance
-    result = np.array([_tolerance(by_name.get(name, common)) for name in names])
-    return result
+    return np.array([_tolerance(by_name.get(name, common), finest) for name in names])
 
 
-def _tolerance(value: Any) -> float:
+def _tolerance(value: Any, finest: float) -> float:
     number = (
         value if isinstance(value, int | float | np.floating) and not isinstance(value, bool) else math.nan
     )
-    if not FINEST <= number < 1:
+    if not finest <= number < 1:
         raise SimulationError(
-            f"Expected a tolerance between {FINEST:g} and 1, got {value!r}. "
+            f"Expected a tolerance between {finest:g} and 1, got {value!r}. "
             "1e-9 suits most purposes; below 1e-14 rounding errors dominate."
         )
     return float(number)
