@@ -1,12 +1,11 @@
 """Taylor coefficients by machine code, against the same recurrences on exact and on 60-digit numbers.
 
-A coefficient is a sum of products: its error is bounded by a multiple of the rounding unit times the same sum of absolute
-values. Those values are bounded by coefficients M ρ^-k of a majorant, so that the errors, with ρ the radius that the
-coefficients themselves show, are compared at τ = ρ.
+A coefficient is a sum of products: its error is bounded by a multiple of the rounding unit times the same sum of
+absolute values. Those values are bounded by coefficients M ρ^-k of a majorant, so that the errors, with ρ the radius
+that the coefficients themselves show, are compared at τ = ρ.
 """
 
 import math
-import random
 from fractions import Fraction
 
 import mpmath
@@ -155,7 +154,11 @@ def radius(rows):
 
 
 def compare(found, expected, units=200):
-    rho = min(1.0, radius(expected)) if any(float(x) for row in expected[len(expected) // 2 :] for x in row) else 1.0
+    rho = (
+        min(1.0, radius(expected))
+        if any(float(x) for row in expected[len(expected) // 2 :] for x in row)
+        else 1.0
+    )
     scale = max(abs(float(x)) for row in expected[:2] for x in row) + 1
     for k, (mine, exact) in enumerate(zip(found, expected, strict=True)):
         error = max(abs(float(mpmath.mpf(float(x)) - y)) for x, y in zip(mine, exact, strict=True))
@@ -223,9 +226,7 @@ def test_what_bends_is_refused(function):
     tape = Tape()
     x = tape.input("x")
     bent = tape.apply(function, x, 2 * x) if function in ("min", "max") else tape.apply(function, x)
-    with pytest.raises(
-        ExpressionError, match=f"'{function}' has no Taylor series where it bends"
-    ):
+    with pytest.raises(ExpressionError, match=f"'{function}' has no Taylor series where it bends"):
         coefficients(tape, [bent], None, [x], [], 0.0, [1.0])
 
 

@@ -485,9 +485,11 @@ def test_order_of_taylor_is_sixteen():
 
 @pytest.mark.parametrize("name", ["top", "tumbling"])
 def test_taylor_against_thirty_digits(name):
-    """Attitudes at ten times. The coarser error grows with the step to the power 16; the finest is round-off of a spin of
-    1000 rad, or what a turn-over every 8 s amplifies of it."""
-    case = pytest.importorskip("benchmarks.precision", reason="benchmarks are not in the package").CASES[name]()
+    """Attitudes at ten times. The coarser error grows with the step to the power 16; the finest is round-off of a
+    spin of 1000 rad, or what a turn-over every 8 s amplifies of it."""
+    case = pytest.importorskip("benchmarks.precision", reason="benchmarks are not in the package").CASES[
+        name
+    ]()
     error = {}
     for tolerance in (1e-8, 1e-11, 1e-15):
         run = fb.simulate(case.system, case.end, initial=case.initial, method="taylor", tolerance=tolerance)

@@ -7,13 +7,13 @@ a_k and b_k are known they are multiplied by all that went before, which adds to
 
     (s_k, s_(k+1), ...) += a_k (b_0, b_1, ... b_k) + b_k (a_0, ... a_(k-1), 0),
 
-whose first entry then is complete and is shifted out. So nothing is summed across a vector; what an order waits for are
-the two products with a_0 and b_0 only. Of p coefficients half stand in the vectors: a_i b_j with i + j < p has the smaller
-index below p/2.
+whose first entry then is complete and is shifted out. So nothing is summed across a vector; what an order waits for
+are the two products with a_0 and b_0 only. Of p coefficients half stand in the vectors: a_i b_j with i + j < p has
+the smaller index below p/2.
 
-A short recurrence is one block, whose vectors stay in registers from order to order; a long one is cut into pieces, and
-keeps them in memory. On the longest path through an order, where it waits for one operation after the other, the products
-with a_0 and b_0 are made by scalars besides, since it takes time to spread a number over a vector.
+A short recurrence is one block, whose vectors stay in registers from order to order; a long one is cut into pieces,
+and keeps them in memory. On the longest path through an order, where it waits for one operation after the other, the
+products with a_0 and b_0 are made by scalars besides, since it takes time to spread a number over a vector.
 
 Source: J. van der Hoeven, Relax, but don't be too lazy (2002): products in advance.
 """
@@ -22,7 +22,7 @@ from __future__ import annotations
 
 from .emit import FLAGS, Module
 from .lower import Program
-from .recurrence import ONE, Node, Number, Recurrence
+from .recurrence import ONE, Number, Recurrence
 from .text import literal
 
 LANES = 8
@@ -48,7 +48,7 @@ _INVERSES = (
 
 
 def jet(module: Module, program: Program, body: str, name: str, piece: int = PIECE) -> None:
-    """Add the function ``name`` of a kernel's signature: out becomes the rows y_0 ... y_p, each as long as `padded` says.
+    """Add the function ``name`` of a kernel's signature, which writes the rows y_0 ... y_p, as long as `padded` says.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ class _Writer:
         return list(node.products)
 
     def _directly(self, i: int) -> int:
-        """x, where node ``i`` is y with ϑy = ± g ϑx: y_k = (what is known of the sum) / k ± g_0 x_k waits for x_k only."""
+        """x, where node ``i`` is y with ϑy = ± g ϑx, so that y_k = ± g_0 x_k + (the rest of the sum) / k; else -1."""
         node = self.nodes[i]
         if node.rule == "integral":
             rate = self.nodes[node.operand]
@@ -187,8 +187,8 @@ class _Writer:
     def _critical(self, order: list[int]) -> set[int]:
         """Nodes with products on the longest path, where an order waits for that and not for the arithmetic.
 
-        There the products with a_0 and b_0 are made twice: by scalars, which need not be spread over a vector first, and
-        with all the others afterwards.
+        There the products with a_0 and b_0 are made twice: by scalars, which need not be spread over a vector first,
+        and with all the others afterwards.
         """
         left = dict.fromkeys(order, 0)
         for i in reversed(order):
@@ -384,12 +384,13 @@ class _Writer:
                 return "%t"
             case "sum":
                 total: str | None = None
-                for sign, *operands in (*node.terms, *node.products):
-                    if not any(x in self.zero for x in operands):
-                        value = self._value(operands[0])
-                        for x in operands[1:]:
-                            value = self._arithmetic("fmul", value, self._value(x))
-                        total = self._signed(total, sign, value)
+                for sign, x in node.terms:
+                    if x not in self.zero:
+                        total = self._signed(total, sign, self._value(x))
+                for sign, a, b in node.products:
+                    if a not in self.zero and b not in self.zero:
+                        product = self._arithmetic("fmul", self._value(a), self._value(b))
+                        total = self._signed(total, sign, product)
                 return literal(0.0) if total is None else total
             case "scaled":
                 return self._arithmetic("fmul", self._value(node.operand), self._number(node.number))

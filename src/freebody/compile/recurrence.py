@@ -1,7 +1,7 @@
 """Rates as recurrences for Taylor coefficients.
 
-f_k, the k-th coefficient of the rates along the solution, follows from y_0 ... y_k by a recurrence for each operation. All
-are made of four (ϑ = τ d/dτ, so that (ϑx)_k = k x_k):
+f_k, the k-th coefficient of the rates along the solution, follows from y_0 ... y_k by a recurrence for each
+operation. All are made of four (ϑ = τ d/dτ, so that (ϑx)_k = k x_k):
 
     products    p = Σ ± a b     p_k = Σ_i a_i b_(k-i)
     quotient    q = a / b       q_k = (a_k - Σ_(i<k) q_i b_(k-i)) / b_0
@@ -344,7 +344,8 @@ def _atan2(r: Recurrence, y: int | Number, x: int | Number) -> int:
 
 def _power(r: Recurrence, x: int | Number, n: int | Number) -> int:
     """ϑf = n f ϑx / x for a number n, else f = exp(n log x)."""
-    key, start = ("pow", x, n), [("pow", (x, n))]
+    key = ("pow", x, n)
+    start: list[tuple[str, tuple[int | Number, ...]]] = [("pow", (x, n))]
     if isinstance(n, Number):
         assert isinstance(x, int)
         z = r.moment(x)

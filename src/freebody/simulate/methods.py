@@ -5,7 +5,7 @@
     radau       implicit, order 5, step control: stiff machines
     gauss       Gauss collocation, order 16, step control, compensated sums: tolerances down to 1e-15
     structure   symplectic Gauss collocation, order 6, steps of one length: long runs without drift of the energy
-    taylor      Taylor series of order 16, step control, compensated sums: small smooth machines, tolerances down to 1e-16
+    taylor      Taylor series of order 16, step control, compensated sums: small smooth machines, down to 1e-16
     timestepping    Moreau and Jean, order 1, steps of one length: many contacts (`timestepping`)
     auto        gauss for tolerances below 1e-14, else dop853, which gives way to radau where stability and not accuracy
                 makes its steps short

@@ -90,8 +90,8 @@ LAST, LIMIT = 0, 0.0
 on the negative axis; 0: the method is not watched for stiffness."""
 
 GIVEN = 0
-"""1: the lengths of the steps follow from the state at their start, by the method's function of this name, and no error is
-left to be judged; the rates at the end of a step are not needed."""
+"""1: the lengths of the steps follow from the state at their start, by the method's function of this name, and no
+error is left to be judged; the rates at the end of a step are not needed."""
 
 prepare: Any = None
 """(rates, t, work, w, n, c, q, nq, integers): before the first step from a new start."""
@@ -587,7 +587,9 @@ def advance(
             error = 1.0
         if error <= 1.0 and not project(after, work, END * w, w, quaternions, nq, c) <= allowed:
             error = 1e3  # not the error of a step, but another branch: the constraints end here, or bend too sharply
-        if GIVEN == 0 and error <= 1.0:  # also the rates at the end must be numbers: a state without rates is no state
+        if (
+            GIVEN == 0 and error <= 1.0
+        ):  # also the rates at the end must be numbers: a state without rates is no state
             call(rates, after, work, END * w, c, work, 12 * w)
             integers[EVALUATED] += 1
             if _first_not_finite(work, w, n, 12, 1) >= 0:
@@ -616,7 +618,11 @@ def advance(
         accepted += 1
         integers[TAKEN] += 1
         hold(work, w, n)
-        if (LAST != 0 or GIVEN != 0) and _stiff(work, w, n, h, integers) != 0 and abs(until - after) > MANY * abs(h):
+        if (
+            (LAST != 0 or GIVEN != 0)
+            and _stiff(work, w, n, h, integers) != 0
+            and abs(until - after) > MANY * abs(h)
+        ):
             integers[STIFFNESS] += 1
             if integers[ASKED] != 0:
                 status = STIFF

@@ -2,17 +2,17 @@
 
     y(t + τ) = Σ_k y_k τᵏ,    k = 0 ... p
 
-A kernel of the model (`compile.jet`) fills the coefficients at the start of a step. The last two give the length h of it,
-for which both terms are within the tolerance:
+A kernel of the model (`compile.jet`) fills the coefficients at the start of a step. The last two give the length h of
+it, for which both terms are within the tolerance:
 
     |y_m,i| hᵐ <= a_i + r_i |y_i|    for all i, m = p - 1 and p
 
-Two, since of a series of even or odd terms every other one vanishes. No step is rejected, and a state inside a step, of an
-event or for output, is the polynomial itself. What y_0 + h (y_1 + ...) loses to rounding is kept and added to the next sum,
-so that the round-off of many steps does not add up.
+Two, since of a series of even or odd terms every other one vanishes. No step is rejected, and a state inside a step,
+of an event or for output, is the polynomial itself. What y_0 + h (y_1 + ...) loses to rounding is kept and added to
+the next sum, so that the round-off of many steps does not add up.
 
-A decay e^(λt) that is over does not end the step before h |λ| is at the bound of the region of stability, where its terms
-grow back to the tolerance. That is seen by y_p ≈ λ y_(p-1) / p.
+A decay e^(λt) that is over does not end the step before h |λ| is at the bound of the region of stability, where its
+terms grow back to the tolerance. That is seen by y_p ≈ λ y_(p-1) / p.
 
 Source: A. Jorba, M. Zou, A software package for the numerical integration of ODEs by means of high-order Taylor methods
 (2005), sections 3.1 and 3.2.
@@ -27,12 +27,12 @@ from .layout import BLAME, CONSTANTS, EVALUATED, KERNELS, ORDERS, POINT, RAW, RO
 from .machine import Integers, Reals, call, compiled, greater, horner, root, shifted
 
 P = ORDERS["taylor"]
-# After KERNELS stands the address of the kernel.
-# Rows of the method: what the sum lost before this step, in it, and in it while parts of it are tried; then the length of
-# the step; then the coefficients.
+# After KERNELS stands the address of the kernel. Rows of the method: what the sum lost before this step, in it, and
+# in it while parts of it are tried; then the length of the step; then the coefficients.
 LOST, LOSES, HELD, LENGTH, SERIES = ROWS, ROWS + 1, ROWS + 2, ROWS + 3, ROWS + 4
 BOUND = 6.0
-"""h |λ| from which a decay is suspected to limit the step: somewhat less than 7.33, where |Σ_k (-x)^k / k!|, k <= P, is 1."""
+"""h |λ| from which a decay is suspected to limit the step: somewhat less than 7.33, where |Σ_k (-x)^k / k!|, k <= P,
+is 1."""
 
 
 @compiled
