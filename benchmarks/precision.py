@@ -554,6 +554,7 @@ def rows_of(case: Case, quick: bool, repeats: int) -> list[list[Any]]:
     mine: list[tuple[float, float]] = []
     for method, tolerances in (
         ("auto", (1e-4, 1e-6, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13)),
+        ("taylor", (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14, 1e-15)),
         ("gauss", (1e-10, 1e-12, 1e-14)),
     ):
         for tolerance in tolerances[:: 2 if quick else 1]:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-import sys
 from dataclasses import replace
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -22,10 +20,7 @@ from freebody.simulate.collocation import integrals, tables
 from freebody.simulate.kernels import kernels_of
 from freebody.simulate.methods import METHODS
 
-TAYLOR = pytest.param(
-    "taylor", marks=pytest.mark.skipif(find_spec("heyoka") is None, reason="heyoka is not installed")
-)
-CONTROLLED = ("dop853", "dop54", "radau", "gauss", TAYLOR)
+CONTROLLED = ("dop853", "dop54", "radau", "gauss", "taylor")
 ALL = (*CONTROLLED, "structure")
 EPS = np.finfo(float).eps
 
@@ -467,35 +462,46 @@ def test_replaced_follows_every_operation():
 # --- taylor ------------------------------------------------------------------------------------------
 
 
-def test_taylor_without_heyoka(monkeypatch):
-    monkeypatch.setitem(sys.modules, "heyoka", None)
-    refused(
-        r'method="taylor" needs the package heyoka, which is not installed. pip install "freebody\[taylor\]"',
-        pendulum(), 1, method="taylor",
-    )  # fmt: skip
-
-
-def test_taylor_takes_no_step():
-    refused(
-        'Expected a tolerance for method="taylor", got step=0.1', pendulum(), 1, method="taylor", step=0.1
-    )
-
-
 @pytest.mark.parametrize("name", MACHINES)
 def test_taylor_agrees_with_gauss(name):
-    pytest.importorskip("heyoka")
     make, start, until = MACHINES[name]
     s = make()
-    series, gauss = (
-        fb.simulate(s, until, method=method, tolerance=1e-15, **start) for method in ("taylor", "gauss")
-    )
-    assert series.path.method == "taylor"
-    assert series.states == pytest.approx(gauss.at(series.t)._y, abs=1e-12, rel=1e-12)
-    assert series.energy.relative_residual < 100 * EPS
+    gauss = fb.simulate(s, until, method="gauss", tolerance=1e-15, **start)
+    for tolerance in (1e-15, 1e-16):
+        series = fb.simulate(s, until, method="taylor", tolerance=tolerance, **start)
+        assert series.path.method == "taylor"
+        assert series.states == pytest.approx(gauss.at(series.t)._y, abs=1e-12, rel=1e-12)
+        assert series.energy.relative_residual < 100 * EPS
+
+
+def test_order_of_taylor_is_sixteen():
+    """Also where quaternions are normalised after each step."""
+    make, start, until = MACHINES["ball"]
+    s = make()
+    end = fb.simulate(s, until, method="gauss", tolerance=1e-15, **start).path.states[-1]
+    numbers = (5, 6, 7, 8, 10, 12)
+    found = errors((s, start, until, end), "taylor", numbers)
+    assert found[-1] > 10 * EPS
+    assert np.polyfit(np.log(numbers), np.log(found), 1)[0] == pytest.approx(-16, abs=1)
+
+
+@pytest.mark.parametrize("name", ["top", "tumbling"])
+def test_taylor_against_thirty_digits(name):
+    """Attitudes at ten times. The coarser error grows with the step to the power 16; the finest is round-off of a
+    spin of 1000 rad, or what a turn-over every 8 s amplifies of it."""
+    case = pytest.importorskip("benchmarks.precision", reason="benchmarks are not in the package").CASES[
+        name
+    ]()
+    error = {}
+    for tolerance in (1e-8, 1e-11, 1e-15):
+        run = fb.simulate(case.system, case.end, initial=case.initial, method="taylor", tolerance=tolerance)
+        error[tolerance] = case.error(run.path.sample(case.times).T)
+    assert error[1e-8] < 1e-5
+    assert error[1e-11] < 3e-3 * error[1e-8]
+    assert error[1e-15] < 2e-11
 
 
 def test_taylor_follows_parameters_and_time():
-    pytest.importorskip("heyoka")
     s = fb.System("forced")
     k, f = s.parameters(k=4.0, f=1.0)
     block = s.body("block", fb.particle(1))
@@ -512,24 +518,83 @@ def test_taylor_follows_parameters_and_time():
 
 
 def test_taylor_refuses_what_has_no_series():
-    pytest.importorskip("heyoka")
     s = fb.System("dry friction")
     block = s.body("block", fb.particle(1))
     s.slider("guide", s.ground, block, axis="x", coordinate="x")
     s.force("friction", block, ("-abs(x)", 0, 0))
-    refused("'abs' has no Taylor series where it bends", s, 1, method="taylor", initial={"x": 1.0})
+    refused(
+        "Expected rates with a Taylor series.* but of 'dry friction' 'abs' has no Taylor series where it bends. "
+        'Use method="dop853" or "gauss"', s, 1, method="taylor", initial={"x": 1.0},
+    )  # fmt: skip
 
 
-def test_taylor_makes_steps_as_they_are_needed():
-    """A terminal event long before the end; and more steps than are made at once."""
-    pytest.importorskip("heyoka")
-    stop = [fb.event("theta", terminal=True)]
-    run = fb.simulate(pendulum(), 1e9, initial={"theta": 1.0}, events=stop, method="taylor")
-    assert run.steps < 20
-    long = fb.simulate(pendulum(), 500, initial={"theta": 1.0}, method="taylor")
-    assert long.steps > 2000
-    assert long.path.times[-1] == 500
-    assert long.energy.relative_residual < 1e-8
+def test_taylor_locates_events_and_goes_on():
+    """Of the polynomial itself; a run that starts again where one stopped ends where one in one piece does."""
+    s, start = pendulum(), {"theta": 1.0}
+    zero = fb.event("theta", terminal=True)
+    run = fb.simulate(s, 1e9, initial=start, events=zero, method="taylor", tolerance=1e-13)
+    other = fb.simulate(s, 1e9, initial=start, events=zero, method="gauss", tolerance=1e-14)
+    assert run.status == "terminal event"
+    assert run.path.end == pytest.approx(other.path.end, abs=1e-12)
+    assert abs(run.path.states[-1][0]) < 1e-14
+    y = run.path.states[-1]
+    rest = fb.simulate(
+        s, 5, start=run.path.end, initial={"theta": y[0], "theta'": y[1]}, method="taylor", tolerance=1e-14
+    )
+    whole = fb.simulate(s, 5, initial=start, method="taylor", tolerance=1e-14)
+    assert rest.path.states[-1] == pytest.approx(whole.path.states[-1], abs=1e-11)
+
+
+def test_taylor_backwards_and_in_bounded_steps():
+    s, start = pendulum(), {"theta": 2.0}
+    there = fb.simulate(s, 10, initial=start, method="taylor", tolerance=1e-14)
+    y = there.path.states[-1]
+    back = fb.simulate(
+        s, 0, start=10, initial={"theta": y[0], "theta'": y[1]}, method="taylor", tolerance=1e-14
+    )
+    assert back.path.states[-1] == pytest.approx([2.0, 0.0], abs=1e-11)
+    short = fb.simulate(s, 10, initial=start, method="taylor", tolerance=1e-14, max_step=0.05)
+    assert short.steps == 200
+    assert short.path.states[-1] == pytest.approx(y, abs=1e-12)
+    inside = there.at(short.t)._y
+    assert short.states == pytest.approx(inside, abs=1e-11)
+    assert there.path.sample(short.t, dense=True) == pytest.approx(inside, abs=1e-13)
+
+
+def test_taylor_of_a_polynomial_takes_one_step():
+    """A throw: the series ends, and no step is too long."""
+    s = fb.System("throw")
+    s.gravity = (0, -9.81, 0)
+    s.planar("p", s.ground, s.body("ball", fb.sphere(1, 0.1)))
+    names = list(kernels_of(s).names)
+    run = fb.simulate(s, 1e3, initial={names[0]: 0.0, names[4]: 10.0}, method="taylor")
+    assert run.steps == 1
+    assert run.path.states[-1][1] == pytest.approx(10.0 * 1e3 - 9.81 / 2 * 1e6, rel=4 * EPS)
+
+
+def test_taylor_adds_up_long_runs():
+    """10 000 steps: what sums lose is kept, so that energy stays to a few units."""
+    run = fb.simulate(pendulum(), 4000, initial={"theta": 1.0}, method="taylor", tolerance=1e-15, samples=2)
+    assert run.steps > 10_000
+    assert run.path.times[-1] == 4000
+    assert run.energy.relative_residual < 50 * EPS
+
+
+def test_taylor_ends_where_there_are_no_rates():
+    """x'' = -1/x³ from rest falls into x = 0 at t = 1, where the steps close in on the pole."""
+    s = fb.System("pole")
+    block = s.body("block", fb.particle(1))
+    s.slider("guide", s.ground, block, axis="x", coordinate="x")
+    s.force("pull", block, ("-1/x**3", 0, 0))
+    with pytest.raises(SimulationError, match="t = 1"):
+        fb.simulate(s, 2, initial={"x": 1.0}, method="taylor")
+
+
+def test_taylor_sees_what_stability_limits():
+    """On the stiff cart, whose decay of 25 ns is over at once, its steps are as long as stability allows."""
+    run = fb.simulate(stiff_cart(), 10, initial={"theta": 1}, method="taylor")
+    assert run.path.stiff > 0.9 * (run.steps - 10_000)
+    assert fb.simulate(heavy_top(), 2, method="taylor", **MACHINES["heavy top"][1]).path.stiff == 0
 
 
 # --- refusals ----------------------------------------------------------------------------------------

@@ -25,6 +25,7 @@ from ..errors import ExpressionError
 from ..scalar.trace import NAMES, Tape, Traced
 from . import cache, native
 from .emit import Module
+from .jet import jet
 from .lower import PROLOGUE, RECIPROCAL, WIDTH, Program, lower
 
 _Scalar = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
@@ -54,6 +55,7 @@ def compile_tape(
     state: Sequence[Traced],
     parameters: Sequence[Traced],
     batch: Sequence[str] = (),
+    series: Sequence[str] = (),
 ) -> KernelSet:
     """Machine code of functions of time, state and parameters.
 
@@ -66,6 +68,8 @@ def compile_tape(
         Inputs of the tape. Each input that the outputs need is among them.
     batch : sequence of names
         Functions that also get code for many states at once.
+    series : sequence of names
+        Functions that are rates of the state, of which the Taylor coefficients of the solution are wanted (`jet`).
 
     Returns
     -------
@@ -78,13 +82,13 @@ def compile_tape(
         raise ExpressionError(
             f"Expected names of functions in batch, got {unknown}. Known: {', '.join(names)}."
         )
-    key = _key(tape, functions, time, state, parameters, batch)
+    key = _key(tape, functions, time, state, parameters, batch, series)
     found = cache.load(key)
     if found is not None and not (found[0].get("target") == native.version() and key.encode() in found[1]):
         found = None  # code of another program or processor: it must not run
     if found is None:
         start = perf_counter()
-        header, code = _compile(tape, functions, time, state, parameters, batch, key)
+        header, code = _compile(tape, functions, time, state, parameters, batch, series, key)
         header["seconds"] = perf_counter() - start
         cache.store(key, header, code)
     else:
@@ -327,6 +331,7 @@ def _compile(
     state: Sequence[Traced],
     parameters: Sequence[Traced],
     batch: Sequence[str],
+    series: Sequence[str],
     key: str,
 ) -> tuple[dict[str, Any], bytes]:
     """What the cache keeps: a description, and the object code."""
@@ -339,6 +344,9 @@ def _compile(
         module.add(program, prologue, "prologue", lanes=8)
         module.add_batch("prologue", len(parameters), 0, hoisted)
     for k, (name, outputs) in enumerate(functions.items()):
+        if name in series:
+            jet(module, program, name, f"f{k}")
+            continue
         module.add(program, program.bodies[name], f"f{k}")
         if name in batch:
             module.add(program, program.bodies[name], f"f{k}", lanes=8)
@@ -372,6 +380,7 @@ def _key(
     state: Sequence[Traced],
     parameters: Sequence[Traced],
     batch: Sequence[str],
+    series: Sequence[str],
 ) -> str:
     """Hash of the program and of what compiles it."""
     digest = hashlib.sha256(f"{cache.VERSION} {native.version()} {NAMES}".encode())
@@ -388,6 +397,6 @@ def _key(
     for name, outputs in functions.items():
         places = [x.index if type(x) is Traced else -1 for x in outputs]
         numbers = [0.0 if type(x) is Traced else float(x) for x in outputs]
-        digest.update(f"{name!r} {name in batch} {len(outputs)}".encode())
+        digest.update(f"{name!r} {name in batch} {name in series} {len(outputs)}".encode())
         digest.update(array("i", places).tobytes() + array("d", numbers).tobytes())
     return digest.hexdigest()

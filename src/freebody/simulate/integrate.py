@@ -76,7 +76,6 @@ def integrate(
     step: float | None = None,
     until_stiff: bool = False,
     budget: int | None = None,
-    supply: Callable[[], tuple[int, tuple[int, ...]]] | None = None,
 ) -> Path:
     """The path from ``state`` at ``start`` to ``until`` (earlier than ``start``: backwards in time).
 
@@ -92,9 +91,8 @@ def integrate(
     max_steps            stop after so many accepted steps
     between              called with the reached time between two pieces of the run; KeyboardInterrupt, from it or
                          from the keyboard, ends the run and keeps what was computed
-    method               "dop853", "dop54", "radau", "gauss" or "structure" (`loop.SOURCES`)
+    method               "dop853", "dop54", "radau", "gauss", "taylor" or "structure" (`loop.SOURCES`)
     step                 length of all steps, whatever their error; made a little shorter, so that a whole number fits
-    supply               makes more steps for "taylor": how many there are now, and ``rates.others``; none is the end
     budget               of a long run, tighten the tolerances after so many steps, so that the errors of all that are
                          still to come together stay within the errors of as many steps again
     until_stiff          stop, with the status STIFF, where an explicit method is limited by stability and far from done
@@ -104,13 +102,13 @@ def integrate(
     for i in rates.quaternions:  # in the order of the compiled loop, to the last bit
         a, b, c, d = y[i : i + 4].tolist()
         y[i : i + 4] /= math.sqrt(a * a + b * b + c * c + d * d)
-    rtol = np.broadcast_to(np.asarray(relative, dtype=float), y.shape).copy()
-    atol = np.broadcast_to(np.asarray(absolute, dtype=float), y.shape).copy()
+    rtol, atol = np.full(y.shape, relative, dtype=float), np.full(y.shape, absolute, dtype=float)
 
     def at(t: float, y: Array) -> Array:
         return observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
 
-    f = at(start, y)
+    # of "taylor" the first series shows whether there are rates
+    f = at(start, y) if method != "taylor" else np.zeros(y.shape)
     longest = min(max_step, abs(until - start))
     if longest == 0 or not np.isfinite(f).all():
         wrong = np.flatnonzero(~np.isfinite(f))
@@ -121,6 +119,8 @@ def integrate(
     direction = 1.0 if until >= start else -1.0
     if step is not None:
         first_step = abs(until - start) / math.ceil(abs(until - start) / min(step, longest) * (1 - 1e-12))
+    elif method == "taylor":
+        first_step = longest  # not used: each step follows from its series
     elif first_step is None:
         first_step = _first_step(
             at, start, direction, longest, y, f, atol + rtol * np.abs(y), layout.ORDERS[method]
@@ -132,23 +132,17 @@ def integrate(
     run.reals[layout.UNTIL], run.reals[layout.MAX_STEP] = until, max_step
     run.reals[layout.STEP], run.reals[layout.OLD_ERROR] = direction * min(first_step, longest), 1e-4
     largest = max(16, _MEMORY // (8 * (y.size + 2)))
-    room = min(256, largest)
+    room = min(1024, largest)
     left = math.inf if max_steps is None else max_steps
     steps = 0
-    waiting = 0  # steps that were supplied and not yet taken
     pieces: list[_Piece] = []
     status = ""
     try:
         while not status:
             clock = perf_counter()
-            if supply is not None and waiting == 0:
-                waiting, run.corrections[-len(rates.others) :] = supply()
-                if waiting == 0:
-                    status = NOT_FINITE
-                    break
             # a piece is appended whole: wherever the keyboard interrupts, the pieces fit together
             allowed = room if budget is None or steps >= budget else min(room, budget - steps)
-            pieces.append(run.piece(int(min(allowed, left, waiting or room))))
+            pieces.append(run.piece(int(min(allowed, left))))
             clock = perf_counter() - clock
             done = pieces[-1].times.size
             left -= done
@@ -156,7 +150,6 @@ def integrate(
             if steps == budget and done:
                 # the same place whatever the computer's speed: a run can be repeated to the last bit
                 _tighten(run, steps, start, pieces[-1].end, until, layout.ORDERS[method], rtol, atol)
-            waiting -= min(waiting, done)
             if pieces[-1].code != layout.RUNNING:
                 status = _STATUS[pieces[-1].code]
             elif left <= 0:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -40,6 +40,7 @@ from ..errors import ModelError
 from ..model import Model, assemble
 from ..model.closure import Closure
 from ..model.contact import Touching
+from ..model.values import check_assumptions
 from ..scalar.trace import Tape
 
 Array = NDArray[np.float64]
@@ -50,6 +51,7 @@ class Program:
     """A compiled set of functions of (t, y) and the parameters."""
 
     compiled: Any
+    _last: list[tuple[bytes, Array]] = field(default_factory=list, compare=False)
 
     def address(self, name: str) -> int:
         return int(self.compiled[name].address)
@@ -58,8 +60,12 @@ class Program:
         return int(self.compiled[name].outputs)
 
     def constants(self, parameters: Array) -> Array:
-        """What the kernels need of the parameters, computed once for a run."""
-        return np.ascontiguousarray(self.compiled.constants(parameters), dtype=float)
+        """What the kernels need of the parameters, computed once for a run; of the last ones it is kept."""
+        key = parameters.tobytes()
+        if not self._last or self._last[0][0] != key:
+            made = np.ascontiguousarray(self.compiled.constants(parameters), dtype=float)
+            self._last[:] = [(key, made)]
+        return self._last[0][1].copy()
 
 
 class Kernels:
@@ -108,9 +114,10 @@ class Kernels:
         return dict(self._defaults)
 
     def check(self, values: Mapping[str, float]) -> None:
-        """That the bodies can move (:func:`check_bodies`), unless that was seen for these values last time."""
+        """That the bodies can move (:func:`check_bodies`) and the assumptions hold, unless that was seen last time."""
         if self._checked != values:
             check_bodies(self.model, values)
+            check_assumptions(self.model, values)
             self._checked = dict(values)
 
     def parameters(self, values: Mapping[str, float]) -> Array:

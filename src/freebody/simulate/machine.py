@@ -3,6 +3,7 @@
     @compiled                              the function as numba compiles it, alone and once
     call(address, t, y, i, c, out, j)      f(t, &y[i], &c[0], &out[j])
     linear(row)(work, n, target, base, h)  work[target] = work[base] + h Σ_j row[j] work[j]
+    horner(work, n, first, degree, x, target)   work[target] = Σ_k x^k work[first + k]
     greater(a, b), lesser(a, b)            a if a > b else b, a if a < b else b
     root(a), whole(a)                      sqrt(a), int(a)
 
@@ -122,6 +123,40 @@ def shifted(typing: Any, p: Any, k: Any) -> Any:
         return builder.gep(arguments[0], [arguments[1]])
 
     return p(p, types.int64), write
+
+
+@intrinsic
+def horner(typing: Any, work: Any, n: Any, first: Any, degree: Any, x: Any, target: Any) -> Any:
+    """Row ``target`` of ``work``, of rows of length n, becomes Σ_k x^k (row ``first`` + k), k = 0 ... ``degree``."""
+    del typing, n, first, degree, target
+
+    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        del signature
+        work_, n_, first_, degree_, x_, target_ = arguments
+        vector = ir.VectorType(_double, WIDTH)
+        fma = cgutils.get_or_insert_function(
+            builder.module, ir.FunctionType(vector, [vector] * 3), f"llvm.fmuladd.v{WIDTH}f64"
+        )
+
+        def place(number: Any, offset: Any) -> Any:
+            index = builder.add(builder.mul(number, n_), offset)
+            return builder.bitcast(builder.gep(work_, [index]), vector.as_pointer())
+
+        one = builder.insert_element(ir.Constant(vector, ir.Undefined), x_, ir.IntType(32)(0))
+        zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
+        step = builder.shuffle_vector(one, ir.Constant(vector, ir.Undefined), zeros)
+        with cgutils.for_range_slice(builder, _integer(0), n_, _integer(WIDTH)) as (offset, _):
+            total = cgutils.alloca_once_value(
+                builder, builder.load(place(builder.add(first_, degree_), offset), align=8)
+            )
+            with cgutils.for_range(builder, degree_) as loop:
+                row = builder.sub(builder.sub(builder.add(first_, degree_), loop.index), _integer(1))
+                term = builder.load(place(row, offset), align=8)
+                builder.store(builder.call(fma, [builder.load(total), step, term]), total)
+            builder.store(builder.load(total), place(target_, offset), align=8)
+        return context.get_dummy_value()
+
+    return types.void(work, types.int64, types.int64, types.int64, types.float64, types.int64), write
 
 
 def linear(row: Mapping[int, float], chained: bool = False, lanes: bool = False) -> Any:

@@ -5,7 +5,7 @@
     radau       implicit, order 5, step control: stiff machines
     gauss       Gauss collocation, order 16, step control, compensated sums: tolerances down to 1e-15
     structure   symplectic Gauss collocation, order 6, steps of one length: long runs without drift of the energy
-    taylor      Taylor series of order 20 by heyoka, an extra
+    taylor      Taylor series of order 16, step control, compensated sums: small smooth machines, down to 1e-16
     timestepping    Moreau and Jean, order 1, steps of one length: many contacts (`timestepping`)
     auto        gauss for tolerances below 1e-14, else dop853, which gives way to radau where stability and not accuracy
                 makes its steps short
@@ -76,8 +76,6 @@ def run(
     **options: Any,
 ) -> Path:  # fmt: skip
     """`integrate` by a method."""
-    if method == "taylor":
-        return _by_series(kernels, parameters, step, rates, *arguments, **options)
     if method != "auto":
         return integrate(
             _equipped(kernels, parameters, method, rates), *arguments, method=method, step=step, **options
@@ -91,32 +89,6 @@ def run(
     return integrate(_equipped(kernels, parameters, "radau", rates), *arguments, method="radau", **options)
 
 
-def _by_series(
-    kernels: Kernels, parameters: NDArray[np.float64], step: float | None, rates: Rates, state: Any, start: float,
-    until: float, **options: Any,
-) -> Path:  # fmt: skip
-    """Steps that heyoka makes, some thousand at a time."""
-    from .series import Series
-
-    if step is not None:
-        raise SimulationError(
-            f'Expected a tolerance for method="taylor", got step={step!r}. Its steps follow from the series; '
-            "max_step= bounds them."
-        )
-    tolerance = float(np.min(options["relative"]))
-    begin = np.array(state, dtype=float)
-    for i in rates.quaternions:
-        begin[i : i + 4] /= np.linalg.norm(begin[i : i + 4])
-    series = Series(kernels, parameters, tolerance, begin, start, until, options["max_step"])
-
-    def supply() -> tuple[int, tuple[int, ...]]:
-        return series.more(), series.others
-
-    equipped = replace(rates, keep=(rates.keep, series), others=series.others)
-    path = integrate(equipped, begin, start, until, method="taylor", supply=supply, **options)
-    return replace(path, rates=replace(equipped, others=series.others))
-
-
 def _equipped(kernels: Kernels, parameters: NDArray[np.float64], method: str, rates: Rates) -> Rates:
     """The rates with the other kernels that a method calls."""
     if method == "radau":
@@ -124,6 +96,11 @@ def _equipped(kernels: Kernels, parameters: NDArray[np.float64], method: str, ra
 
         program = tangent(kernels)
         others: tuple[int, ...] = (program.address("tangent"),)
+    elif method == "taylor":
+        from .others import series
+
+        program = series(kernels)
+        others = (program.address("series"),)
     elif method == "structure":
         from .others import hamilton
 

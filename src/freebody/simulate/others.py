@@ -1,6 +1,7 @@
 """What a method needs of a model besides its rates, recorded from the same algorithms.
 
     radau        (∂f/∂y) v, the derivative of the rates along a direction: of (y, v)
+    taylor       coefficients of the Taylor series of the motion through (t, y)
     structure    Hamilton's equations: q', P' of (q, P), P of (q, u), u of (q, P)
 
 Of a quaternion e, q' = B u is of degree 1 in e and all else of degree 0, so that H is the same for (s e, P / s), and
@@ -25,6 +26,7 @@ from ..compile.kernels import compile_tape
 from ..dynamics import State, coordinate_rates, mass_matrix, potential_energy, traced_state
 from ..dynamics.linear import Factorization
 from ..dynamics.motion import motion, total_power
+from ..errors import ExpressionError, SimulationError
 from ..scalar.algebra import HALF, divide
 from ..scalar.derivative import forward, transposed
 from ..scalar.trace import ADD, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
@@ -48,6 +50,29 @@ def tangent(kernels: Kernels) -> Program:
         given = {"tangent": forward(tape, outputs, y, v)}
         kernels._programs["tangent"] = Program(compile_tape(tape, given, state.t, [*y, *v], parameters))
     return kernels._programs["tangent"]
+
+
+def series(kernels: Kernels) -> Program:
+    """Function ``series`` of (t, y): the coefficients of the motion (`compile.jet`)."""
+    if "series" not in kernels._programs:
+        tape, model = Tape(), kernels.model
+        state = traced_state(model, tape)
+        moving = motion(model, state, kernels.active)
+        outputs = [*coordinate_rates(model, state), *moving.udot]
+        if kernels.works:
+            outputs.append(total_power(model, state, moving))
+        parameters = [state.values[parameter.symbol] for parameter in model.parameters]
+        try:
+            compiled = compile_tape(
+                tape, {"series": outputs}, state.t, [*state.q, *state.u], parameters, series=("series",)
+            )
+        except ExpressionError as error:
+            raise SimulationError(
+                f"Expected rates with a Taylor series for method=\"taylor\", but of '{model.name}' "
+                f'{str(error).partition(" Known")[0]} Use method="dop853" or "gauss".'
+            ) from None
+        kernels._programs["series"] = Program(compiled)
+    return kernels._programs["series"]
 
 
 def hamilton(kernels: Kernels) -> Program:

@@ -35,7 +35,7 @@ class Rates:
     ``projection``   address of the kernel that moves a state onto the constraints, with the same constants, or 0
     ``projected``    number of its outputs: the first components of y
     ``others``       addresses of what else a method needs (`radau`: f'(y) v of (y, v); `structure`: Hamilton's
-                     equations)
+                     equations; `taylor`: the coefficients of the motion)
     ``others_constants``  place of their constants among ``constants``
     """
 

@@ -19,7 +19,6 @@ from numpy.typing import ArrayLike
 from ..dynamics.mobility import massless_motion
 from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
-from ..model.values import check_assumptions
 from . import path as runs
 from .blow import blows_of, struck_path, watching_blows, watching_specs
 from .closing import check_redundant, closed_start, nearly_dependent
@@ -38,6 +37,8 @@ from .trajectory import Trajectory
 
 FINEST = 1e-15
 """Smallest tolerance that can be asked for: below it, double precision has no digits."""
+FINEST_OF_SERIES = 1e-16
+"""Of "taylor", whose steps are not iterated."""
 
 
 def simulate(
@@ -95,8 +96,8 @@ def simulate(
         :func:`freebody.event`, or bare expressions, that are located where they pass through zero.
     method : {"auto", "dop853", "dop54", "radau", "gauss", "taylor", "structure", "timestepping"}
         How steps are made: explicit of order 8 or 5, implicit of order 5 for stiff machines, order 16 for tolerances
-        down to round-off, Taylor series (with the extra ``taylor``), symplectic in steps of one length. "auto" is
-        "dop853", "gauss" for tolerances below 1e-14, and "radau" where the machine turns out to be stiff.
+        down to round-off, Taylor series of order 16 for small smooth machines, symplectic in steps of one length.
+        "auto" is "dop853", "gauss" for tolerances below 1e-14, and "radau" where the machine turns out to be stiff.
         "timestepping" is for many contacts: equal steps of Moreau and Jean, of first order. The page on integrators
         tells them apart.
     impulses : list, optional
@@ -194,7 +195,6 @@ def simulate(
     begin = number(model, numbers, start, "start")
     numbers = at_time(model, numbers, begin)
     kernels.check(numbers)
-    check_assumptions(model, numbers)
     end = number(model, numbers, until, "until")
     if times is not None and samples is not None:
         raise SimulationError("Expected times= or samples=, got both. Leave one out.")
@@ -215,7 +215,7 @@ def simulate(
         kernels = kernels.holding(active)
     else:
         state = initial_state(model, numbers, {} if initial is None else initial)
-    tolerances = _tolerances(kernels, tolerance)
+    tolerances = _tolerances(kernels, tolerance, FINEST_OF_SERIES if method == "taylor" else FINEST)
 
     if sensitivities is not None:
         refuse_switched(model, "sensitivities=")
@@ -333,7 +333,7 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
 
 
-def _tolerances(kernels: Kernels, tolerance: Any) -> Any:
+def _tolerances(kernels: Kernels, tolerance: Any, finest: float = FINEST) -> Any:
     names = kernels.names
     by_name: dict[str, Any] = {}
     common = 1e-9
@@ -347,17 +347,16 @@ def _tolerances(kernels: Kernels, tolerance: Any) -> Any:
                 raise SimulationError(f"Unknown name '{name}' in tolerance; {nearest(name, names)}")
     else:
         common = tolerance
-    result = np.array([_tolerance(by_name.get(name, common)) for name in names])
-    return result
+    return np.array([_tolerance(by_name.get(name, common), finest) for name in names])
 
 
-def _tolerance(value: Any) -> float:
+def _tolerance(value: Any, finest: float) -> float:
     number = (
         value if isinstance(value, int | float | np.floating) and not isinstance(value, bool) else math.nan
     )
-    if not FINEST <= number < 1:
+    if not finest <= number < 1:
         raise SimulationError(
-            f"Expected a tolerance between {FINEST:g} and 1, got {value!r}. "
+            f"Expected a tolerance between {finest:g} and 1, got {value!r}. "
             "1e-9 suits most purposes; below 1e-14 rounding errors dominate."
         )
     return float(number)

@@ -90,12 +90,16 @@ LAST, LIMIT = 0, 0.0
 on the negative axis; 0: the method is not watched for stiffness."""
 
 GIVEN = 0
-"""1: the lengths of the steps are given, by the method's function of this name."""
+"""1: the lengths of the steps follow from the state at their start, by the method's function of this name, and no
+error is left to be judged; the rates at the end of a step are not needed."""
 
 prepare: Any = None
 """(rates, t, work, w, n, c, q, nq, integers): before the first step from a new start."""
 given: Any = None
-"""(work, w, n, q, nq) -> length of the next step, where they are given."""
+"""(t, work, w, n, c, q, nq, relative, absolute, integers) -> length of the next step from STATE, where they are given;
+nan if it has none."""
+limited: Any = None
+"""(work, w, n, h) -> 1 if stability limits the step, where the lengths are given."""
 attempt: Any = None
 """(rates, t, h, work, w, n, c, q, nq, relative, absolute, integers) -> 0, or 1 where the iteration diverges: a step
 from STATE, whose rates are row 0, to RAW."""
@@ -490,14 +494,18 @@ def _stiff(work: Reals, w: int, n: int, h: float, integers: Integers) -> int:
     it (Hairer and Wanner, section IV.2).
     """
     above, below, across = 0.0, 0.0, 0.0
-    for i in range(n):
-        a = work[12 * w + i] - work[LAST * w + i]
-        b = work[END * w + i] - work[ARGUMENT * w + i]
-        above += a * a
-        below += b * b
-        across += a * b
-    decays = h * across < -0.5 * abs(h) * root(above * below)
-    if decays and h * h * above > LIMIT * LIMIT * below and below > 0.0:
+    if GIVEN != 0:
+        suspect = limited(work, w, n, h) != 0
+    else:
+        for i in range(n):
+            a = work[12 * w + i] - work[LAST * w + i]
+            b = work[END * w + i] - work[ARGUMENT * w + i]
+            above += a * a
+            below += b * b
+            across += a * b
+        decays = h * across < -0.5 * abs(h) * root(above * below)
+        suspect = decays and h * h * above > LIMIT * LIMIT * below and below > 0.0
+    if suspect:
         integers[SUSPECT] += 1
         integers[CALM] = 0
     else:
@@ -549,6 +557,13 @@ def advance(
     if integers[FIXED] != 0:
         allowed = 0.1  # their error may be any
     while accepted < room and not full:
+        if GIVEN != 0:
+            size = given(t, work, w, n, c, quaternions, nq, relative, absolute, integers)
+            if size != size:
+                status = NOT_FINITE
+                break
+            if integers[FIXED] == 0 and integers[AFTER_REJECTION] == 0:
+                h = direction * size
         if abs(h) > longest:
             h = direction * longest
         ends = (t + 1.01 * h - until) * direction >= 0.0
@@ -557,12 +572,6 @@ def advance(
         elif abs(h) <= 8.0 * _EPS * abs(t) or abs(h) < _TINY:
             status = COLLAPSED
             break
-        if GIVEN != 0:
-            h = given(work, w, n, quaternions, nq)
-            ends = abs(t + h - until) <= 8.0 * _EPS * greater(abs(until), abs(h))
-            if not (abs(h) > 8.0 * _EPS * abs(t) and abs(h) > _TINY) and not ends:
-                status = COLLAPSED
-                break
         after = until if ends else t + h
         if integers[FIXED] != 0 and not ends:
             after = reals[START] + (integers[TAKEN] + 1) * h
@@ -578,7 +587,9 @@ def advance(
             error = 1.0
         if error <= 1.0 and not project(after, work, END * w, w, quaternions, nq, c) <= allowed:
             error = 1e3  # not the error of a step, but another branch: the constraints end here, or bend too sharply
-        if error <= 1.0:  # also the rates at the end must be numbers: a state without rates is no state
+        if (
+            GIVEN == 0 and error <= 1.0
+        ):  # also the rates at the end must be numbers: a state without rates is no state
             call(rates, after, work, END * w, c, work, 12 * w)
             integers[EVALUATED] += 1
             if _first_not_finite(work, w, n, 12, 1) >= 0:
@@ -587,8 +598,8 @@ def advance(
             integers[REJECTED] += 1
             integers[AFTER_REJECTION] = 1
             if error == error:
-                if integers[FIXED] != 0 or GIVEN != 0:
-                    status = DIVERGED if integers[FIXED] != 0 else COLLAPSED
+                if integers[FIXED] != 0:
+                    status = DIVERGED
                     break
                 h *= greater(SMALLEST, SAFETY / error**EXPONENT)
                 continue
@@ -596,7 +607,7 @@ def advance(
             if integers[BLAME] < 0:
                 integers[BLAME] = _first_not_finite(work, w, n, RAW, 3)
             h *= 0.25
-            if integers[FIXED] != 0 or GIVEN != 0 or abs(h) <= 16.0 * _EPS * abs(t) or abs(h) < _TINY:
+            if integers[FIXED] != 0 or abs(h) <= 16.0 * _EPS * abs(t) or abs(h) < _TINY:
                 status = NOT_FINITE
                 break
             continue
@@ -607,7 +618,11 @@ def advance(
         accepted += 1
         integers[TAKEN] += 1
         hold(work, w, n)
-        if LAST != 0 and _stiff(work, w, n, h, integers) != 0 and abs(until - after) > MANY * abs(h):
+        if (
+            (LAST != 0 or GIVEN != 0)
+            and _stiff(work, w, n, h, integers) != 0
+            and abs(until - after) > MANY * abs(h)
+        ):
             integers[STIFFNESS] += 1
             if integers[ASKED] != 0:
                 status = STIFF

@@ -1,10 +1,21 @@
-"""Taylor series in time, computed by heyoka: steps that another program has made, for the loop to go along.
+"""Taylor series in time: steps as long as the series allows.
 
-    y(t + τ) = Σ_k y_k τᵏ,    τ from 0 to h
+    y(t + τ) = Σ_k y_k τᵏ,    k = 0 ... p
 
-heyoka (`series`) makes the steps and leaves a table of their times, lengths and coefficients, some thousand steps at a
-time. The loop walks along it: events, states between steps and the rest are as with any method, and a state between two
-steps is the polynomial itself, by Horner's rule.
+A kernel of the model (`compile.jet`) fills the coefficients at the start of a step. The last two give the length h of
+it, for which both terms are within the tolerance:
+
+    |y_m,i| hᵐ <= a_i + r_i |y_i|    for all i, m = p - 1 and p
+
+Two, since of a series of even or odd terms every other one vanishes. No step is rejected, and a state inside a step,
+of an event or for output, is the polynomial itself. What y_0 + h (y_1 + ...) loses to rounding is kept and added to
+the next sum, so that the round-off of many steps does not add up.
+
+A decay e^(λt) that is over does not end the step before h |λ| is at the bound of the region of stability, where its
+terms grow back to the tolerance. That is seen by y_p ≈ λ y_(p-1) / p.
+
+Source: A. Jorba, M. Zou, A software package for the numerical integration of ODEs by means of high-order Taylor methods
+(2005), sections 3.1 and 3.2.
 """
 
 from __future__ import annotations
@@ -12,52 +23,57 @@ from __future__ import annotations
 import math
 
 from . import stepping
-from .layout import BLAME, KERNELS, POINT, RAW, ROWS
-from .machine import Integers, Reals, compiled, reals_at, whole
-from .stepping import nothing_to_keep
+from .layout import BLAME, CONSTANTS, EVALUATED, KERNELS, ORDERS, POINT, RAW, ROWS, STATE
+from .machine import Integers, Reals, call, compiled, greater, horner, root, shifted
 
-# Places after KERNELS: address of the table, its number of steps, and numbers per component.
-TABLE, STEPS, TERMS = 0, 1, 2
-# Of the rows of the method the first holds the number of the step and the number of terms, the others the polynomials.
+P = ORDERS["taylor"]
+# After KERNELS stands the address of the kernel. Rows of the method: what the sum lost before this step, in it, and
+# in it while parts of it are tried; then the length of the step; then the coefficients.
+LOST, LOSES, HELD, LENGTH, SERIES = ROWS, ROWS + 1, ROWS + 2, ROWS + 3, ROWS + 4
+BOUND = 6.0
+"""h |λ| from which a decay is suspected to limit the step: somewhat less than 7.33, where |Σ_k (-x)^k / k!|, k <= P,
+is 1."""
+
+
+@compiled
+def expand(t: float, work: Reals, w: int, c: Reals, quaternions: Integers, nq: int) -> None:
+    """The coefficients of the solution through STATE."""
+    place = quaternions[nq + CONSTANTS]
+    call(quaternions[nq + KERNELS], t, work, STATE * w, shifted(c, place), work, SERIES * w)
 
 
 @compiled
 def prepare(
     rates: int, t: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int, integers: Integers
 ) -> None:  # fmt: skip
-    """The step of the table that begins nearest to ``t``."""
-    table, count = reals_at(quaternions[nq + KERNELS + TABLE]), quaternions[nq + KERNELS + STEPS]
-    width = 2 + n * quaternions[nq + KERNELS + TERMS]
-    direction = 1.0 if table[1] >= 0.0 else -1.0
-    low, high = 0, count
-    while high - low > 1:
-        middle = (low + high) // 2
-        if (table[middle * width] - t) * direction <= 0.0:
-            low = middle
-        else:
-            high = middle
-    if low + 1 < count and abs(table[(low + 1) * width] - t) < abs(table[low * width] - t):
-        low += 1
-    work[ROWS * w] = low
+    """The series of the first step."""
+    for i in range(w):
+        work[LOST * w + i] = 0.0
+    expand(t, work, w, c, quaternions, nq)
 
 
 @compiled
-def given(work: Reals, w: int, n: int, quaternions: Integers, nq: int) -> float:
-    """Length of the step that comes next."""
-    table = reals_at(quaternions[nq + KERNELS + TABLE])
-    width = 2 + n * quaternions[nq + KERNELS + TERMS]
-    return table[whole(work[ROWS * w]) * width + 1]
-
-
-@compiled
-def horner(work: Reals, w: int, n: int, table: Reals, place: int, terms: int, x: float, row: int) -> None:
-    """Row ``row``: the polynomials at the time ``x`` after the start of the step."""
+def given(
+    t: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int, relative: Reals, absolute: Reals,
+    integers: Integers,
+) -> float:  # fmt: skip
+    """Length of the step that comes next, infinite for a polynomial, nan if the coefficients are not finite."""
+    expand(t, work, w, c, quaternions, nq)
+    integers[EVALUATED] += 1
+    last, before = 0.0, 0.0
     for i in range(n):
-        at = place + 2 + i * terms
-        value = table[at + terms - 1]
-        for k in range(terms - 2, -1, -1):
-            value = value * x + table[at + k]
-        work[row * w + i] = value
+        scale = 1.0 / (absolute[i] + relative[i] * abs(work[STATE * w + i]))
+        one, two = abs(work[(SERIES + P) * w + i]) * scale, abs(work[(SERIES + P - 1) * w + i]) * scale
+        if not (math.isfinite(one) and math.isfinite(two)):
+            integers[BLAME] = i
+            return math.nan
+        last, before = greater(last, one), greater(before, two)
+    size = -1e300
+    if last > 0.0:
+        size = math.log(last) / P
+    if before > 0.0:
+        size = greater(size, math.log(before) / (P - 1))
+    return math.inf if size == -1e300 else math.exp(-size)
 
 
 @compiled
@@ -66,8 +82,14 @@ def attempt(
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> int:  # fmt: skip
     """The state at the time ``h`` of the step."""
-    table, terms = reals_at(quaternions[nq + KERNELS + TABLE]), quaternions[nq + KERNELS + TERMS]
-    horner(work, w, n, table, whole(work[ROWS * w]) * (2 + n * terms), terms, h, RAW)
+    horner(work, w, SERIES + 1, P - 1, h, RAW)
+    for i in range(n):
+        start = work[STATE * w + i]
+        change = h * work[RAW * w + i] + work[LOST * w + i]
+        end = start + change
+        part = end - start
+        work[LOSES * w + i] = (start - (end - part)) + (change - part)
+        work[RAW * w + i] = end
     return 0
 
 
@@ -75,7 +97,7 @@ def attempt(
 def judge(
     n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
 ) -> float:
-    """0, nan if the state is not finite: heyoka has chosen the step."""
+    """0, nan if the state is not finite: the length of the step has been chosen before."""
     for i in range(n):
         if not math.isfinite(work[RAW * w + i]):
             integers[BLAME] = i
@@ -87,35 +109,41 @@ def judge(
 def densify(
     rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int
 ) -> None:
-    """The polynomials of the step, over their whole length, to the method's rows."""
-    table, terms = reals_at(quaternions[nq + KERNELS + TABLE]), quaternions[nq + KERNELS + TERMS]
-    place = whole(work[ROWS * w]) * (2 + n * terms)
-    work[ROWS * w + 1] = terms
-    for k in range(terms):
-        for i in range(w):
-            work[(ROWS + 1 + k) * w + i] = 0.0
-    power = 1.0
-    for k in range(terms):
-        for i in range(n):
-            work[(ROWS + 1 + k) * w + i] = table[place + 2 + i * terms + k] * power
-        power *= h
+    """The series is the dense output; its length is what `interpolate` needs."""
+    work[LENGTH * w] = h
 
 
 @compiled
 def interpolate(x: float, work: Reals, w: int) -> None:
     """Row POINT: the polynomial at the part ``x`` (0 to 1) of the step."""
-    terms = whole(work[ROWS * w + 1])
-    for i in range(w):
-        value = work[(ROWS + terms) * w + i]
-        for k in range(terms - 2, -1, -1):
-            value = value * x + work[(ROWS + 1 + k) * w + i]
-        work[POINT * w + i] = value
+    horner(work, w, SERIES, P, x * work[LENGTH * w], POINT)
+
+
+@compiled
+def hold(work: Reals, w: int, n: int) -> None:
+    """Keep what the sum lost while parts of the step are tried."""
+    for i in range(n):
+        work[HELD * w + i] = work[LOSES * w + i]
 
 
 @compiled
 def accept(work: Reals, w: int, n: int) -> None:
-    """On to the next step of the table."""
-    work[ROWS * w] += 1.0
+    """What the sum of this step lost is added to the next."""
+    for i in range(n):
+        work[LOST * w + i] = work[HELD * w + i]
+
+
+@compiled
+def limited(work: Reals, w: int, n: int, h: float) -> int:
+    """Whether the step is as long as the region of stability allows, with λ of a decay."""
+    above, below, across = 0.0, 0.0, 0.0
+    for i in range(n):
+        a, b = P * work[(SERIES + P) * w + i], work[(SERIES + P - 1) * w + i]
+        above += a * a
+        below += b * b
+        across += a * b
+    decays = h * across < -0.5 * abs(h) * root(above * below)
+    return 1 if decays and h * h * above > BOUND * BOUND * below and below > 0.0 else 0
 
 
 FUNCTIONS = stepping.functions(
@@ -123,12 +151,13 @@ FUNCTIONS = stepping.functions(
         "GIVEN": 1,
         "prepare": prepare,
         "given": given,
-        "horner": horner,
         "attempt": attempt,
         "judge": judge,
         "densify": densify,
         "interpolate": interpolate,
-        "hold": nothing_to_keep,
+        "hold": hold,
         "accept": accept,
+        "limited": limited,
+        "expand": expand,
     }
 )

@@ -120,8 +120,6 @@ class Trajectory:
 
     Attributes
     ----------
-    t : ndarray (n,)
-        Output times [s].
     values : dict
         Values of all parameters.
     tolerances : ndarray
@@ -144,7 +142,12 @@ class Trajectory:
         self.specs = tuple(specs)
         self.tolerances = tolerances
         self._parameters = kernels.parameters(self.values)
-        self.t = _output_times(path, times, samples)
+        self._asked = times, samples
+
+    @cached_property
+    def t(self) -> Array:
+        """Output times [s], shape (n,)."""
+        return _output_times(self.path, *self._asked)
 
     # -- states -----------------------------------------------------------------------------------------------
 

@@ -1,0 +1,568 @@
+"""Taylor coefficients of the solution of y' = f(t, y, c), as LLVM IR.
+
+    y(t + τ) = Σ_k y_k τᵏ,    (k + 1) y_(k+1) = f_k
+
+The sums of the recurrences (`recurrence`) are not made when they are wanted, but in advance and in vectors: as soon as
+a_k and b_k are known they are multiplied by all that went before, which adds to the sums of the orders k to 2k,
+
+    (s_k, s_(k+1), ...) += a_k (b_0, b_1, ... b_k) + b_k (a_0, ... a_(k-1), 0),
+
+whose first entry then is complete and is shifted out. So nothing is summed across a vector; what an order waits for
+are the two products with a_0 and b_0 only. Of p coefficients half stand in the vectors: a_i b_j with i + j < p has
+the smaller index below p/2.
+
+A short recurrence is one block, whose vectors stay in registers from order to order; a long one is cut into pieces,
+and keeps them in memory. On the longest path through an order, where it waits for one operation after the other, the
+products with a_0 and b_0 are made by scalars besides, since it takes time to spread a number over a vector.
+
+Source: J. van der Hoeven, Relax, but don't be too lazy (2002): products in advance.
+"""
+
+from __future__ import annotations
+
+from .emit import FLAGS, Module
+from .lower import Program
+from .recurrence import ONE, Number, Recurrence
+from .text import literal
+
+LANES = 8
+ORDER = 2 * LANES
+"""p, the last coefficient. Its cost grows little with it while half of the sums fit in a register."""
+PIECE = 400
+"""Nodes of one piece of a long recurrence."""
+
+_V, _B = f"<{LANES} x double>", f"<{LANES} x i1>"
+_SHIFT = "<" + ", ".join(f"i32 {k + 1}" for k in range(LANES)) + ">"
+_PLACES = "<" + ", ".join(f"i64 {k}" for k in range(LANES)) + ">"
+_LANE = (
+    f"  %k0 = insertelement <{LANES} x i64> poison, i64 %k, i32 0",
+    f"  %kk = shufflevector <{LANES} x i64> %k0, <{LANES} x i64> poison, <{LANES} x i32> zeroinitializer",
+    f"  %lane = icmp eq <{LANES} x i64> %kk, {_PLACES}",
+)
+"""Which lane is the k-th."""
+_INVERSES = (
+    f"@jet.inverse = private constant [{ORDER + 1} x double] "
+    f"[{', '.join(f'double {literal(1 / max(k, 1))}' for k in range(ORDER + 1))}]"
+)
+"""1 / k, and what is not read for k = 0."""
+
+
+def jet(module: Module, program: Program, body: str, name: str, piece: int = PIECE) -> None:
+    """Add the function ``name`` of a kernel's signature, which writes the rows y_0 ... y_p, as long as `padded` says.
+
+    Parameters
+    ----------
+    module : Module
+    program : Program
+    body : str
+        Name of the body whose outputs are the rates, in the order of the state.
+    name : str
+    piece : int
+        Nodes of one piece of a long recurrence.
+
+    Raises
+    ------
+    ExpressionError
+        A function that bends or jumps.
+    """
+    recurrence = Recurrence(program, body)
+    module.functions.append(_Writer(module, recurrence, name, padded(len(recurrence.outputs)), piece).text())
+
+
+def padded(n: int) -> int:
+    """Length of a row of ``n`` numbers: whole registers.
+
+    >>> padded(1), padded(8), padded(9)
+    (8, 8, 16)
+    """
+    return -(-max(n, 1) // LANES) * LANES
+
+
+class _Writer:
+    """The function that fills the coefficients."""
+
+    def __init__(self, module: Module, recurrence: Recurrence, name: str, stride: int, piece: int) -> None:
+        self.module, self.name, self.stride = module, name, stride
+        self.nodes, self.outputs = recurrence.nodes, recurrence.outputs
+        self.zero = recurrence.starts_at_zero
+        order = recurrence.order
+        count = -(-len(order) // piece) if len(order) > 2 * piece else 1
+        size = -(-len(order) // count) if order else 1
+        self.pieces = [order[j * size : (j + 1) * size] for j in range(count)]
+        self.single = count == 1
+        self.owner = {i: j for j, part in enumerate(self.pieces) for i in part}
+        self.pairs = {i: self._pairs(i) for i in order}
+        self.vectors = {
+            i: j
+            for j, i in enumerate(dict.fromkeys(x for p in self.pairs.values() for _, *ab in p for x in ab))
+        }
+        self.sums = {i: j for j, i in enumerate(i for i in order if self.pairs[i])}
+        self.direct = {i: x for i in order if (x := self._directly(i)) >= 0}
+        self.after = self._after(order)
+        self.ready = self._ready(order, 0)
+        self.critical = self._critical(order) | {self.nodes[i].operand for i in self.direct}
+        self.divisors = {
+            i: j for j, i in enumerate(i for i in order if self.nodes[i].rule in ("quotient", "root"))
+        }
+        self.slots = self._crossing()
+        self.phis: list[str] = []
+        self.count = 0
+        self._start()
+
+    # -- what needs what ----------------------------------------------------------------------
+
+    def _pairs(self, i: int) -> list[tuple[int, int, int]]:
+        """The products that node ``i`` keeps sums of, with their signs."""
+        node = self.nodes[i]
+        if node.rule == "quotient":
+            return [(1, node.operand, i)]
+        if node.rule == "root":
+            return [(1, i, i)]
+        return list(node.products)
+
+    def _directly(self, i: int) -> int:
+        """x, where node ``i`` is y with ϑy = ± g ϑx, so that y_k = ± g_0 x_k + (the rest of the sum) / k; else -1."""
+        node = self.nodes[i]
+        if node.rule == "integral":
+            rate = self.nodes[node.operand]
+            if rate.rule == "sum" and not rate.terms and len(rate.products) == 1:
+                moment = self.nodes[rate.products[0][1]]
+                return moment.operand if moment.rule == "moment" else -1
+        return -1
+
+    def _operands(self, i: int) -> list[int]:
+        """Nodes whose k-th coefficient the k-th of node ``i`` needs."""
+        node = self.nodes[i]
+        found = [x for _, x in node.terms if isinstance(x, int)]
+        for _, a, b in node.products:  # (ϑx b)_k does not need b_k
+            found += [x for x, other in ((a, b), (b, a)) if other not in self.zero]
+        if node.operand >= 0:
+            found.append(node.operand)
+        if node.rule == "quotient" and isinstance(node.arguments[0], int):
+            found.append(node.arguments[0])
+        return found
+
+    def _after(self, order: list[int]) -> dict[int, list[int]]:
+        """After which node the products of which others can be added."""
+        place = {i: j for j, i in enumerate(order)}
+        reader = {self.nodes[i].operand: i for i in self.direct}
+        result: dict[int, list[int]] = {}
+        for i in order:
+            if self.pairs[i]:
+                last = max(place[x] for x in (reader.get(i, i), *(x for _, *ab in self.pairs[i] for x in ab)))
+                result.setdefault(order[last], []).append(i)
+        return result
+
+    def _halves(self, i: int) -> list[tuple[int, int, int]]:
+        """(sign, a, b): what the products a b of a sum still need at order k is a_k b_0, from both sides."""
+        return [
+            (sign, x, y)
+            for sign, a, b in self.nodes[i].products
+            for x, y in ((a, b), (b, a))
+            if y not in self.zero
+        ]
+
+    def _ready(self, order: list[int], spreading: int) -> dict[int, int]:
+        """When the value of each node is there, in cycles from the beginning of an order.
+
+        An operation takes 4, and to spread a number over a vector ``spreading``.
+        """
+        ready: dict[int, int] = {}
+        for i in order:
+            node, now = self.nodes[i], 0
+            if node.rule == "sum":
+                waits = [ready[x] for _, x in node.terms if isinstance(x, int)]
+                waits += [ready[x] + spreading for _, x, _ in self._halves(i)]
+                for wait in sorted(waits):
+                    now = max(now, wait) + 4
+            elif i in self.direct:
+                now = ready[self.direct[i]] + 4
+            elif node.rule not in ("state", "time"):
+                now = 4 + max(ready[x] for x in self._operands(i))
+                if node.rule == "quotient":
+                    now = max(now, ready[node.operand] + spreading + 8)
+            ready[i] = now
+        return ready
+
+    def _critical(self, order: list[int]) -> set[int]:
+        """Nodes with products on the longest path, where an order waits for that and not for the arithmetic.
+
+        There the products with a_0 and b_0 are made twice: by scalars, which need not be spread over a vector first,
+        and with all the others afterwards.
+        """
+        left = dict.fromkeys(order, 0)
+        for i in reversed(order):
+            for x in [self.direct[i]] if i in self.direct else self._operands(i):
+                left[x] = max(left[x], left[i] + 4)
+        longest = max(self.ready.values(), default=0)
+        found = {i for i in order if self.pairs[i] and self.ready[i] + left[i] > longest - 8}
+        saved = max(self._ready(order, 3).values(), default=0) - longest
+        return found if saved > sum(len(self.pairs[i]) for i in found) else set()
+
+    def _crossing(self) -> dict[int, int]:
+        """Places of the values that are read in other pieces than their own."""
+        found: dict[int, int] = {}
+        for i, j in self.owner.items():
+            needed = self._operands(i) + [x for x in self.nodes[i].arguments if isinstance(x, int)]
+            needed += [self.direct[i]] if i in self.direct else []
+            needed += [x for other in self.after.get(i, ()) for _, *ab in self.pairs[other] for x in ab]
+            for x in needed:
+                if self.owner[x] != j:
+                    found.setdefault(x, len(self.divisors) + len(found))
+        return found
+
+    def _early(self, i: int) -> list[tuple[int, int, int, bool]]:
+        """(sign, a, b, whether with b_k): products a_k (b_0, ...) that complete the k-th sum of node ``i``."""
+        node = self.nodes[i]
+        if node.rule == "quotient":
+            return [(1, node.operand, i, False)]
+        result = []
+        for sign, a, b in node.products:
+            if a in self.zero or b in self.zero:
+                result.append((sign, a, b, False) if a in self.zero else (sign, b, a, False))
+            else:
+                if self.ready[a] > self.ready[b]:
+                    a, b = b, a
+                result += [(sign, a, b, False), (sign, b, a, True)]  # the first does not wait for b_k
+        return sorted(result, key=lambda one: self.ready[one[1]])
+
+    def _late(self, i: int) -> list[tuple[int, int, int, bool]]:
+        """The others, for later sums only."""
+        node = self.nodes[i]
+        if node.rule == "root":
+            return [(1, i, i, True), (1, i, i, False)]
+        if node.rule == "quotient":
+            return [(1, i, node.operand, True)]
+        return [
+            (sign, b, a, True) if a in self.zero else (sign, a, b, True)
+            for sign, a, b in node.products
+            if a in self.zero or b in self.zero
+        ]
+
+    # -- text ---------------------------------------------------------------------------------
+
+    def text(self) -> str:
+        """The function and its pieces."""
+        result: list[str] = []
+        shared = "ptr noalias %y, ptr noalias %c, ptr noalias %out, ptr noalias %frame, ptr noalias %slots"
+        orders = f"i64 %k, double %x, double %by, double %next, ptr noalias %from, ptr noalias %to, {shared}"
+        main = [
+            f"define void @{self.name}(double %t, ptr noalias %y, ptr noalias %c, ptr noalias %out) nounwind {{",
+            f"  %frame = alloca {_V}, i64 {max(1, len(self.vectors) + len(self.sums))}, align 64",
+            f"  %slots = alloca double, i64 {max(1, len(self.divisors) + len(self.slots))}, align 64",
+        ]
+        if self.single:
+            self._zero(0)
+            main += self.lines
+            self._carry_on()
+            self._order(0)
+            loop = [*_LANE, *self.lines]
+        else:
+            loop = []
+            for j in range(len(self.pieces)):
+                self._start()
+                self._zero(j)
+                head = f"define internal void @{self.name}.z{j}(double %t, {shared}) nounwind noinline {{"
+                result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
+                main.append(f"  call void @{self.name}.z{j}(double %t, {_names(shared)})")
+                self._start()
+                self._order(j)
+                head = f"define internal void @{self.name}.k{j}({orders}) nounwind noinline {{"
+                result.append("\n".join([head, *_LANE, *self.lines, "  ret void", "}", ""]))
+                loop.append(f"  call void @{self.name}.k{j}({_names(orders)})")
+        self.module.helpers["@jet.inverse"] = _INVERSES
+        main += [
+            "  br label %enter",
+            "enter:",
+            "  br label %loop",
+            "loop:",
+            "  %k = phi i64 [ 1, %enter ], [ %k1, %loop ]",
+            *self.phis,
+            "  %k1 = add i64 %k, 1",
+            "  %x = sitofp i64 %k to double",
+            "  %here = getelementptr double, ptr @jet.inverse, i64 %k",
+            "  %by = load double, ptr %here, align 8",
+            "  %there = getelementptr double, ptr %here, i64 1",
+            "  %next = load double, ptr %there, align 8",
+            f"  %row = mul i64 %k, {self.stride}",
+            "  %from = getelementptr double, ptr %out, i64 %row",
+            f"  %to = getelementptr double, ptr %from, i64 {self.stride}",
+            *loop,
+            f"  %more = icmp slt i64 %k1, {ORDER}",
+            "  br i1 %more, label %loop, label %done",
+            "done:",
+            "  ret void",
+            "}",
+            "",
+        ]
+        return "\n".join([*result, *main])
+
+    def _start(self) -> None:
+        self.lines: list[str] = []
+        self.values: dict[int, str] = {}
+        self.held: dict[int, str] = {}
+        self.rows: dict[int, str] = {}
+        self.numbers: dict[Number, str] = {}
+        self.sines: dict[int | Number, tuple[str, str]] = {}
+
+    def _new(self, operation: str) -> str:
+        self.count += 1
+        self.lines.append(f"  %v{self.count} = {operation}")
+        return f"%v{self.count}"
+
+    def _pointer(self, base: str, place: int, T: str) -> str:
+        return base if place == 0 else self._new(f"getelementptr {T}, ptr {base}, i64 {place}")
+
+    def _load(self, base: str, place: int, T: str = "double") -> str:
+        align = 8 if T == "double" else 64
+        return self._new(f"load {T}, ptr {self._pointer(base, place, T)}, align {align}")
+
+    def _store(self, value: str, base: str, place: int, T: str = "double") -> None:
+        align = 8 if T == "double" else 64
+        self.lines.append(f"  store {T} {value}, ptr {self._pointer(base, place, T)}, align {align}")
+
+    def _arithmetic(self, operation: str, a: str, b: str) -> str:
+        return self._new(f"{operation} {FLAGS}double {a}, {b}")
+
+    def _signed(self, total: str | None, sign: int, value: str) -> str:
+        """total ± value; None is zero."""
+        if total is not None:
+            return self._arithmetic("fadd" if sign > 0 else "fsub", total, value)
+        return value if sign > 0 else self._new(f"fneg {FLAGS}double {value}")
+
+    def _number(self, x: Number) -> str:
+        if x not in self.numbers:
+            value = literal(x.value) if x.value is not None else self._load("%c", x.place)
+            if x.function == "square":
+                value = self._arithmetic("fmul", value, value)
+            elif x.function:
+                value = self._new(
+                    f"call double {self.module.need_function(x.function, 1, 1)}(double {value})"
+                )
+            self.numbers[x] = value
+        return self.numbers[x]
+
+    def _value(self, x: int | Number) -> str:
+        """The coefficient at this order; of a number, that at order 0."""
+        if isinstance(x, Number):
+            return self._number(x)
+        if x not in self.values:
+            self.values[x] = self._load("%slots", self.slots[x])
+        return self.values[x]
+
+    def _mine(self, j: int) -> list[tuple[int, int | Number]]:
+        """Outputs, with their places, that piece ``j`` writes."""
+        return [
+            (k, x) for k, x in enumerate(self.outputs) if (self.owner[x] if isinstance(x, int) else 0) == j
+        ]
+
+    # -- order 0 ------------------------------------------------------------------------------
+
+    def _zero(self, j: int) -> None:
+        """Values of a piece, and its vectors as they are before order 1."""
+        for i in self.pieces[j]:
+            value = self.values[i] = self._first(i)
+            if i in self.vectors:
+                self.held[i] = self._new(f"insertelement {_V} zeroinitializer, double {value}, i32 0")
+                if not self.single:
+                    self._store(self.held[i], "%frame", self.vectors[i], _V)
+            if i in self.sums and not self.single:
+                self._store("zeroinitializer", "%frame", len(self.vectors) + self.sums[i], _V)
+            if i in self.slots:
+                self._store(value, "%slots", self.slots[i])
+        for place, x in self._mine(j):
+            self._store(self._load("%y", place), "%out", place)
+            self._store(self._value(x), "%out", self.stride + place)
+
+    def _first(self, i: int) -> str:
+        """The value of node ``i`` at the start."""
+        node = self.nodes[i]
+        match node.rule:
+            case "state":
+                return self._load("%y", node.place)
+            case "time":
+                return "%t"
+            case "sum":
+                total: str | None = None
+                for sign, x in node.terms:
+                    if x not in self.zero:
+                        total = self._signed(total, sign, self._value(x))
+                for sign, a, b in node.products:
+                    if a not in self.zero and b not in self.zero:
+                        product = self._arithmetic("fmul", self._value(a), self._value(b))
+                        total = self._signed(total, sign, product)
+                return literal(0.0) if total is None else total
+            case "scaled":
+                return self._arithmetic("fmul", self._value(node.operand), self._number(node.number))
+            case "quotient":
+                divisor = self._value(node.operand)
+                inverse = self._arithmetic("fdiv", literal(1.0), divisor)
+                self._store(inverse, "%slots", self.divisors[i])
+                above = node.arguments[0]
+                return inverse if above == ONE else self._arithmetic("fdiv", self._value(above), divisor)
+            case "root":
+                function = self.module.need_intrinsic("sqrt", 1, 1)
+                value = self._new(f"call double {function}(double {self._value(node.operand)})")
+                self._store(self._arithmetic("fdiv", literal(0.5), value), "%slots", self.divisors[i])
+                return value
+            case "moment":
+                return literal(0.0)
+        if node.function in ("sin", "cos"):
+            return self._load(self._sine_and_cosine(node.arguments[0])[node.function == "cos"], 0)
+        arguments = ", ".join(f"double {self._value(x)}" for x in node.arguments)
+        function = self.module.need_function(node.function, 1, len(node.arguments))
+        return self._new(f"call double {function}({arguments})")
+
+    def _sine_and_cosine(self, x: int | Number) -> tuple[str, str]:
+        """Where they are."""
+        if x not in self.sines:
+            value, s, c = self._value(x), self._new("alloca double"), self._new("alloca double")
+            self.lines.append(f"  call void {self.module.need_sincos(1)}(double {value}, ptr {s}, ptr {c})")
+            self.sines[x] = (s, c)
+        return self.sines[x]
+
+    # -- order k ------------------------------------------------------------------------------
+
+    def _carry_on(self) -> None:
+        """From order to order: what the only piece keeps in registers."""
+        started = [self._value(x) for x in self.outputs]
+        held = self.held
+        self._start()
+        for place, first in enumerate(started):
+            self.phis.append(f"  %y{place} = phi double [ {first}, %enter ], [ NEXT, %loop ]")
+        for i in self.vectors:
+            self.held[i] = f"%h{i}"
+            self.phis.append(f"  %h{i} = phi {_V} [ {held[i]}, %enter ], [ %h{i}.new, %loop ]")
+        for i in self.sums:
+            self.rows[i] = f"%s{i}"
+            self.phis.append(f"  %s{i} = phi {_V} [ zeroinitializer, %enter ], [ %s{i}.new, %loop ]")
+
+    def _order(self, j: int) -> None:
+        """Coefficients of a piece at order k, and what follows from them for later orders."""
+        for i in self.pieces[j]:
+            if i in self.sums:
+                if not self.single:
+                    self.rows[i] = self._load("%frame", len(self.vectors) + self.sums[i], _V)
+                if i not in self.critical:
+                    self.rows[i] = self._added(self.rows[i], self._early(i))
+                    if not self.single:
+                        place = len(self.vectors) + self.sums[i]
+                        self._store(self.rows[i], "%frame", place, _V)
+            value = self.values[i] = self._later(i)
+            if i in self.vectors:
+                old = self.held[i] if self.single else self._load("%frame", self.vectors[i], _V)
+                self.lines.append(f"  %h{i}.new = select {_B} %lane, {_V} {self._spread(value)}, {_V} {old}")
+                if not self.single:
+                    self._store(f"%h{i}.new", "%frame", self.vectors[i], _V)
+            if i in self.slots:
+                self._store(value, "%slots", self.slots[i])
+            for other in self.after.get(i, ()):
+                self._add_products(other)
+        for place, x in self._mine(j):
+            value = self._integrated(x)
+            self._store(value, "%to", place)
+            if self.single:
+                self.phis[place] = self.phis[place].replace("NEXT", value)
+
+    def _integrated(self, x: int | Number) -> str:
+        """Of a rate, the next coefficient of what changes at it."""
+        if isinstance(x, Number):
+            return literal(0.0)
+        node = self.nodes[x]
+        if node.rule != "scaled" or node.operand not in self.values:
+            return self._arithmetic("fmul", self._value(x), "%next")
+        factor = self._arithmetic("fmul", self._number(node.number), "%next")  # can be made in advance
+        return self._arithmetic("fmul", self._value(node.operand), factor)
+
+    def _spread(self, value: str) -> str:
+        """A number in every lane."""
+        one = self._new(f"insertelement {_V} poison, double {value}, i32 0")
+        return self._new(f"shufflevector {_V} {one}, {_V} poison, <{LANES} x i32> zeroinitializer")
+
+    def _added(self, total: str, products: list[tuple[int, int, int, bool]]) -> str:
+        """A vector of sums with products added."""
+        fma = self.module.need_intrinsic("fmuladd", LANES, 3)
+        for sign, a, b, newest in products:
+            x = self._spread(self._value(a))
+            if not self.single:
+                y = self._load("%frame", self.vectors[b], _V)
+                if not newest:  # it may be there already
+                    x = self._new(f"select {_B} %lane, {_V} zeroinitializer, {_V} {x}")
+            else:
+                y = f"%h{b}.new" if newest else self.held[b]
+            if sign < 0:
+                x = self._new(f"fneg {_V} {x}")
+            total = self._new(f"call {_V} {fma}({_V} {x}, {_V} {y}, {_V} {total})")
+        return total
+
+    def _add_products(self, i: int) -> None:
+        """Products that are known now to the sums of node ``i``, which then move on by an order."""
+        place = len(self.vectors) + self.sums[i]
+        total = self.rows[i] if i in self.rows else self._load("%frame", place, _V)
+        total = self._added(total, [*(self._early(i) if i in self.critical else ()), *self._late(i)])
+        moved = f"shufflevector {_V} {total}, {_V} zeroinitializer, <{LANES} x i32> {_SHIFT}"
+        if self.single:
+            self.lines.append(f"  %s{i}.new = {moved}")
+        else:
+            self._store(self._new(moved), "%frame", place, _V)
+
+    def _at_start(self, i: int) -> str:
+        """The value of a node at order 0."""
+        if self.single:
+            return self._new(f"extractelement {_V} {self.held[i]}, i32 0")
+        return self._new(f"load double, ptr {self._pointer('%frame', self.vectors[i], _V)}, align 64")
+
+    def _later(self, i: int) -> str:
+        """The coefficient of node ``i`` at order k."""
+        node = self.nodes[i]
+        known = self._new(f"extractelement {_V} {self.rows[i]}, i32 0") if i in self.sums else None
+        match node.rule:
+            case "state":
+                return f"%y{node.place}" if self.single else self._load("%from", node.place)
+            case "time":
+                first = self._new("icmp eq i64 %k, 1")
+                return self._new(f"select i1 {first}, double {literal(1.0)}, double {literal(0.0)}")
+            case "sum":
+                parts = [(self.ready[x], sign, x, -1) for sign, x in node.terms if isinstance(x, int)]
+                if i in self.critical:
+                    parts += [(self.ready[x], sign, x, y) for sign, x, y in self._halves(i)]
+                for _, sign, x, y in sorted(parts):
+                    part = self._value(x)
+                    if y >= 0:
+                        part = self._arithmetic("fmul", part, self._at_start(y))
+                    known = self._signed(known, sign, part)
+                return literal(0.0) if known is None else known
+            case "scaled":
+                return self._arithmetic("fmul", self._value(node.operand), self._number(node.number))
+            case "quotient":
+                assert known is not None
+                if i in self.critical and i not in self.zero:
+                    product = self._arithmetic("fmul", self._value(node.operand), self._at_start(i))
+                    known = self._arithmetic("fadd", product, known)
+                return self._divided(i, node.arguments[0], known)
+            case "root":
+                assert known is not None
+                return self._divided(i, node.operand, known)
+            case "integral" if i in self.direct:
+                sign, _, other = self.nodes[node.operand].products[0]
+                place = len(self.vectors) + self.sums[node.operand]
+                row = self.rows.get(node.operand) or self._load("%frame", place, _V)
+                known = self._arithmetic("fmul", self._new(f"extractelement {_V} {row}, i32 0"), "%by")
+                part = self._arithmetic("fmul", self._value(self.direct[i]), self._at_start(other))
+                return self._signed(known, sign, part)
+            case "moment":
+                return self._arithmetic("fmul", self._value(node.operand), "%x")
+        return self._arithmetic("fmul", self._value(node.operand), "%by")
+
+    def _divided(self, i: int, above: int | Number, known: str) -> str:
+        """(above - known) / divisor, where ``above`` comes last."""
+        inverse = self._load("%slots", self.divisors[i])
+        known = self._arithmetic("fmul", known, inverse)
+        if isinstance(above, Number):
+            return self._signed(None, -1, known)
+        return self._signed(self._arithmetic("fmul", self._value(above), inverse), -1, known)
+
+
+def _names(arguments: str) -> str:
+    """A list of parameters as arguments of a call."""
+    return arguments.replace("noalias ", "")

@@ -1,0 +1,278 @@
+"""Taylor coefficients by machine code, against the same recurrences on exact and on 60-digit numbers.
+
+A coefficient is a sum of products: its error is bounded by a multiple of the rounding unit times the same sum of
+absolute values. Those values are bounded by coefficients M ρ^-k of a majorant, so that the errors, with ρ the radius
+that the coefficients themselves show, are compared at τ = ρ.
+"""
+
+import math
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+
+from freebody.compile import jet
+from freebody.compile.kernels import compile_tape
+from freebody.compile.lower import lower
+from freebody.compile.recurrence import Recurrence
+from freebody.dynamics import coordinate_rates, traced_state
+from freebody.dynamics.motion import motion
+from freebody.errors import ExpressionError
+from freebody.model import assemble
+from freebody.scalar.trace import ADD, CONST, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape
+from freebody.simulate.layout import ORDERS, padded
+from freebody.testing import JOINTS, random_state, random_system
+
+P = jet.ORDER
+EPS = np.finfo(float).eps
+
+
+def coefficients(tape, rates, t, y, parameters, time, state, values=()):
+    """Rows y_0 ... y_P by the kernel."""
+    kernels = compile_tape(tape, {"series": rates}, t, y, parameters, series=("series",))
+    n = len(rates)
+    width = jet.padded(n)
+    out = np.zeros((P + 1) * width)
+    c = np.zeros(max(kernels.hoisted, 1))
+    c[: kernels.hoisted] = kernels.constants(np.array(values, dtype=float))
+    start = np.zeros(width)
+    start[: len(state)] = state
+    kernels["series"]._function(time, start.ctypes.data, c.ctypes.data, out.ctypes.data)
+    return out.reshape(P + 1, width)[:, :n]
+
+
+def reference(tape, rates, t, y, parameters, time, state, values=(), order=P):
+    """The same with series of mpmath, order after order through the whole tape."""
+    with mpmath.workdps(60):
+        rows = [[mpmath.mpf(float(x))] for x in state]
+        for k in range(order):
+            given = {x.index: row for x, row in zip(y, rows, strict=False)}
+            if t is not None:
+                given[t.index] = [mpmath.mpf(time), mpmath.mpf(1)]
+            given |= {p.index: [mpmath.mpf(v)] for p, v in zip(parameters, values, strict=True)}
+            found = evaluated(tape, rates, given, k)
+            for row, rate in zip(rows, found, strict=True):
+                row.append(rate[k] / (k + 1))
+        return [[row[k] for row in rows] for k in range(order + 1)]
+
+
+def evaluated(tape, outputs, given, k):
+    """Outputs as lists of coefficients 0 ... k; each function by a recurrence written for itself."""
+    table = {i: (row + [mpmath.mpf(0)] * (k + 1))[: k + 1] for i, row in given.items()}
+    for i in tape.used(outputs):
+        if i in table:
+            continue
+        code, a, b = tape.op[i], tape.a[i], tape.b[i]
+        if code == CONST:
+            value = tape.constants[a]
+            exact = mpmath.mpf(value.numerator) / value.denominator if isinstance(value, Fraction) else value
+            table[i] = [mpmath.mpf(exact)] + [mpmath.mpf(0)] * k
+            continue
+        assert code != INPUT
+        table[i] = _OPERATIONS[NAMES[code]](*(table[x] for x in (a, b) if x >= 0))
+    return [table[x.index] if hasattr(x, "index") else [mpmath.mpf(x)] + [mpmath.mpf(0)] * k for x in outputs]
+
+
+def product(a, b):
+    return [mpmath.fdot(a[: k + 1], b[k::-1]) for k in range(len(a))]
+
+
+def quotient(a, b):
+    q = []
+    for k in range(len(a)):
+        q.append((a[k] - sum((q[i] * b[k - i] for i in range(k)), mpmath.mpf(0))) / b[0])
+    return q
+
+
+def by_taylor(function):
+    """A function from its own Taylor coefficients at a_0 (mpmath differentiates it), composed with the series."""
+
+    def operation(a, *b):
+        order = len(a) - 1
+        outer = mpmath.taylor(lambda x: function(x, *(z[0] for z in b)), a[0], order)
+        shift = [mpmath.mpf(0), *a[1:]]
+        result, power = [mpmath.mpf(0)] * (order + 1), [mpmath.mpf(1)] + [mpmath.mpf(0)] * order
+        for c in outer:
+            result = [r + c * p for r, p in zip(result, power, strict=True)]
+            power = product(power, shift)
+        return result
+
+    return operation
+
+
+def arc_tangent(y, x):
+    """atan2 turned into the half-plane where it is an arctangent."""
+    start = mpmath.atan2(y[0], x[0])
+    s, c = mpmath.sin(start), mpmath.cos(start)
+    along = [c * p + s * q for p, q in zip(x, y, strict=True)]
+    across = [c * q - s * p for p, q in zip(x, y, strict=True)]
+    result = by_taylor(mpmath.atan)(quotient(across, along))
+    return [start, *result[1:]]
+
+
+def power(a, b):
+    log = by_taylor(mpmath.log)(a)
+    return by_taylor(mpmath.exp)(product(b, log))
+
+
+_OPERATIONS = {
+    NAMES[ADD]: lambda a, b: [x + y for x, y in zip(a, b, strict=True)],
+    NAMES[SUB]: lambda a, b: [x - y for x, y in zip(a, b, strict=True)],
+    NAMES[MUL]: product,
+    NAMES[DIV]: quotient,
+    NAMES[NEG]: lambda a: [-x for x in a],
+    "pow": power,
+    "atan2": arc_tangent,
+    **{
+        name: by_taylor(getattr(mpmath, name))
+        for name in (
+            "sin",
+            "cos",
+            "tan",
+            "asin",
+            "acos",
+            "atan",
+            "sinh",
+            "cosh",
+            "tanh",
+            "sqrt",
+            "exp",
+            "log",
+        )
+    },
+}
+
+
+def radius(rows):
+    """Radius of convergence that the last coefficients show."""
+    return min(
+        (max(abs(float(x)) for x in rows[0]) / size) ** (1 / k)
+        for k in range(len(rows) // 2, len(rows))
+        if (size := max(abs(float(x)) for x in rows[k])) > 0
+    )
+
+
+def compare(found, expected, units=200):
+    rho = (
+        min(1.0, radius(expected))
+        if any(float(x) for row in expected[len(expected) // 2 :] for x in row)
+        else 1.0
+    )
+    scale = max(abs(float(x)) for row in expected[:2] for x in row) + 1
+    for k, (mine, exact) in enumerate(zip(found, expected, strict=True)):
+        error = max(abs(float(mpmath.mpf(float(x)) - y)) for x, y in zip(mine, exact, strict=True))
+        assert error * rho**k <= units * EPS * scale, (k, error, rho)
+
+
+# --- every recurrence --------------------------------------------------------------------------------
+
+CASES = {
+    "sum": lambda f, x, y, p: (x + y, -x - 2 * y + 3),
+    "product": lambda f, x, y, p: (x * y, x * x - y * x + p * y),
+    "quotient": lambda f, x, y, p: (x / (y + 3), 1 / (x + 4) - p / (y + 3)),
+    "sqrt": lambda f, x, y, p: (f.sqrt(x * x + y + 4), y),
+    "sin, cos": lambda f, x, y, p: (f.sin(x * y), f.cos(x) - f.sin(y)),
+    "tan": lambda f, x, y, p: (f.apply("tan", x / 2), y),
+    "exp, log": lambda f, x, y, p: (f.apply("exp", -x), f.apply("log", y + 3)),
+    "asin, acos": lambda f, x, y, p: (f.apply("asin", x / 3), f.apply("acos", y / 3)),
+    "atan": lambda f, x, y, p: (f.apply("atan", x), y / 3),
+    "sinh, cosh": lambda f, x, y, p: (f.apply("sinh", x) - f.apply("cosh", y), f.apply("cosh", x)),
+    "tanh": lambda f, x, y, p: (f.apply("tanh", x), -y),
+    "atan2": lambda f, x, y, p: (f.apply("atan2", x, y), f.apply("atan2", y, p)),
+    "atan2 of a number": lambda f, x, y, p: (f.apply("atan2", p, x + 2), y),
+    "power": lambda f, x, y, p: ((x + 3) ** 0.3, (y + 3) ** p),
+    "power of a series": lambda f, x, y, p: (f.apply("pow", x + 3, y), f.apply("pow", p, x)),
+    "nested": lambda f, x, y, p: (f.sin(f.cos(x) * y) / (2 + f.sin(y)), f.sqrt(2 + f.sin(x + y)) * p),
+    "numbers": lambda f, x, y, p: (3, p),
+}
+
+
+@pytest.mark.parametrize("piece", [jet.PIECE, 1])
+@pytest.mark.parametrize("name", CASES)
+def test_recurrence(name, piece, monkeypatch):
+    """In one block and cut into pieces."""
+    monkeypatch.setattr(jet.jet, "__defaults__", (piece,))
+    monkeypatch.setenv("FREEBODY_CACHE", "off")
+    tape = Tape()
+    t, x, y, p = (tape.input(n) for n in ("t", "x", "y", "p"))
+    rates = list(CASES[name](tape, x, y, p))
+    arguments = (tape, rates, t, [x, y], [p], 0.3, [0.7, -0.4], [1.3])
+    compare(coefficients(*arguments), reference(*arguments))
+
+
+def test_time_and_a_coordinate_that_no_rate_needs():
+    tape = Tape()
+    t, x, y = (tape.input(n) for n in ("t", "x", "y"))
+    arguments = (tape, [tape.sin(3 * t) * x, t * t], t, [x, y], [], 0.9, [0.7, 5.0])
+    found = coefficients(*arguments)
+    compare(found, reference(*arguments))
+    assert found[:5, 1] == pytest.approx([5, 0.81, 0.9, 1 / 3, 0], abs=4 * EPS)
+
+
+def test_a_known_solution():
+    """x' = 1 + x²: tan; its coefficients are rational."""
+    tape = Tape()
+    x = tape.input("x")
+    found = coefficients(tape, [x * x + 1], None, [x], [], 0.0, [0.0])[:, 0]
+    tangent = [Fraction(0)]
+    for k in range(P):
+        tangent.append((sum((tangent[i] * tangent[k - i] for i in range(k + 1)), Fraction(k == 0))) / (k + 1))
+    assert found == pytest.approx([float(x) for x in tangent], rel=P * EPS, abs=0)
+
+
+@pytest.mark.parametrize("function", ["abs", "sign", "min", "max"])
+def test_what_bends_is_refused(function):
+    tape = Tape()
+    x = tape.input("x")
+    bent = tape.apply(function, x, 2 * x) if function in ("min", "max") else tape.apply(function, x)
+    with pytest.raises(ExpressionError, match=f"'{function}' has no Taylor series where it bends"):
+        coefficients(tape, [bent], None, [x], [], 0.0, [1.0])
+
+
+def test_of_a_number_nothing_is_refused():
+    """|p| is a number along the motion."""
+    tape = Tape()
+    x, p = tape.input("x"), tape.input("p")
+    found = coefficients(tape, [abs(p) * x], None, [x], [p], 0.0, [1.0], [-2.0])[:, 0]
+    assert found == pytest.approx([2.0**k / math.factorial(k) for k in range(P + 1)], rel=P * EPS)
+
+
+# --- machines ----------------------------------------------------------------------------------------
+
+
+def rates_of(model):
+    """(tape, rates, time, state, parameters) of a model without constraints."""
+    tape = Tape()
+    state = traced_state(model, tape)
+    rates = [*coordinate_rates(model, state), *motion(model, state).udot]
+    return tape, rates, state.t, [*state.q, *state.u], [state.values[p.symbol] for p in model.parameters]
+
+
+@pytest.mark.parametrize("joint", [j for j in JOINTS if j != "weld"])
+def test_random_machines(joint):
+    """Every joint, with springs, dampers, forces and couples."""
+    model = assemble(random_system(7, 1, (joint,)))
+    q, u = random_state(model, 3)
+    arguments = (*rates_of(model), 0.4, [*q, *u], list(model.values().values()))
+    compare(coefficients(*arguments)[:7], reference(*arguments, order=6), units=2000)
+
+
+def test_a_recurrence_in_pieces_is_the_same(monkeypatch):
+    """In one block and cut up, where sums are added in another order."""
+    monkeypatch.setenv("FREEBODY_CACHE", "off")
+    model = assemble(random_system(5, 2, ("hinge", "universal")))
+    tape, rates, t, y, parameters = rates_of(model)
+    program = lower(tape, {"series": rates}, t, y, parameters)
+    assert 100 < len(Recurrence(program, "series").order) < 2 * jet.PIECE
+    q, u = random_state(model, 3)
+    arguments = (tape, rates, t, y, parameters, 0.4, [*q, *u], list(model.values().values()))
+    whole = coefficients(*arguments)
+    monkeypatch.setattr(jet.jet, "__defaults__", (30,))
+    compare(coefficients(*arguments), whole, units=2000)
+
+
+def test_the_loop_knows_the_order_and_the_length_of_a_row():
+    assert ORDERS["taylor"] == jet.ORDER
+    for n in (0, 1, 7, 8, 9, 17):
+        assert padded(n) == jet.padded(n)
