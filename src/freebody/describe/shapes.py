@@ -236,7 +236,7 @@ def corners(body: Body, *points: Any, size: Any = None, at: Any = None) -> Corne
 
 def _vertices(body: Body, what: str) -> tuple[Any, ...]:
     """Vertices of the mesh that a body is made of, in body axes."""
-    shape = body.mass_properties and body.mass_properties.shape
+    shape = None if body.mass_properties is None else body.mass_properties.shape
     if shape is None or shape.kind != "mesh":
         raise ModelError(
             f"Expected points, or size=(a, b) of a box, for {what}, got none. A body made of a mesh has corners of its "

@@ -19,7 +19,7 @@ import sympy
 import freebody as fb
 
 from .answer import Answer, Answers, Plots, Solved, same
-from .case import Case, explain, happened
+from .case import Case, explain, happened, mass_properties
 from .entry import Entry
 
 
@@ -97,7 +97,7 @@ def solve(case: Case) -> Solved:
     case.refuse_unless("c", case["c"] > 0, "a damping greater than 0")
     m, R, c, g, theta_0 = (case.atoms[name] for name in ("m", "R", "c", "g", "theta_0"))
     rate = turn_of(case).xreplace({case.atoms["theta"]: theta_0})
-    inertia = case.system.bodies["disk"].mass_properties.inertia[0][0]
+    inertia = mass_properties(case.system.bodies["disk"]).inertia[0][0]
     spent = m * g * R * sympy.sin(theta_0) + inertia * (rate * sympy.sin(theta_0)) ** 2 / 2
     how = "fb.steady_motions(fb.equations(s, modes={'floor': 'stick'})).conditions"
     # d(energy)/dtheta theta' = -c (psi' cos(theta))^2, the centre at rest

@@ -181,7 +181,7 @@ def _solved(
     starts = np.array(list(_starts(A, c, contacts, modes, sought)))
     columns, rows = unknowns(len(c), contacts, modes)
     looked = [Sought(contacts[i].row, contacts[i].friction) for i in sought]
-    found = directions(A, c, np.zeros(len(c)), columns, rows, looked, starts)
+    found: Any = directions(A, c, np.zeros(len(c)), columns, rows, looked, starts)
     if found is None:
         found = _chosen_directions(A, c, contacts, modes, sought, starts)
     for angles in found:
