@@ -235,3 +235,62 @@ def test_reactions_are_means_over_a_step():
     # at rest, a gap of 1e-10 m is an angle that moves 1e-9 of the weight
     assert again.reactions["pin"].force[-1] == pytest.approx([0, 2 * G, 0], abs=1e-8)
     assert {"pin.force", "stop.normal"} <= set(again.data)
+
+
+def slope(errors):
+    return math.log(errors[0] / errors[-1]) / math.log(2) / (len(errors) - 1)
+
+
+def test_of_first_order_in_a_smooth_phase_and_through_an_impact():
+    s, _ = resting()
+    smooth, struck = [], []
+    exact = 1.5**2 / (2 * 0.3 * G)
+    ball = fb.System("ball")
+    ball.gravity = (0, -G, 0)
+    b = ball.body("b", fb.particle(1))
+    ball.slider("rail", ball.ground, b, axis="y", coordinate="y")
+    ball.contact("floor", b.point(0, 0, 0), ball.ground.plane(normal="y"), friction=0, restitution=0.7)
+    hit = math.sqrt(2 / G)
+    for h in (8e-3, 4e-3, 2e-3, 1e-3, 5e-4):
+        run = {"method": "timestepping", "step": h}
+        # a block that slides until it rests
+        smooth.append(abs(fb.simulate(s, 0.8, initial={"y": 0.1, "x'": 1.5}, **run).at(0.8)["x"] - exact))
+        # a ball after its first bounce, over starts that place the impact anywhere in a step
+        off = []
+        for k in range(8):
+            t = hit + 0.2 + k * h / 8
+            after = 0.7 * G * hit * (t - hit) - G / 2 * (t - hit) ** 2
+            off.append(abs(fb.simulate(ball, t, initial={"y": 1}, start=0, **run).path.states[-1, 0] - after))
+        struck.append(max(off))
+    assert smooth[-1] < 1e-5 and slope(smooth) > 0.9
+    assert 0.7 < slope(struck) < 1.5
+
+
+def test_a_point_leaves_the_end_of_a_side():
+    s = fb.System("ledge")
+    s.gravity = (0, -G, 0)
+    carrier, ball = s.body("carrier", fb.particle(0.5)), s.body("ball", fb.particle(1))
+    s.slider("across", s.ground, carrier, axis="x", coordinate="x")
+    s.slider("up", carrier, ball, axis="y", coordinate="y")
+    side = s.ground.segment((-1, 0, 0), (1, 0, 0), normal=(0, 1, 0))
+    s.contact("side", ball.point(0, 0, 0), side, friction=0)
+    motion = fb.simulate(s, 1, initial={"x": 0.5, "x'": 1}, method="timestepping", step=1e-3)
+    assert [(change.mode, round(change.start, 9)) for change in motion.modes] == [("slip+", 0), ("open", 0.5)]
+    assert motion.at(1)["y"] == pytest.approx(-G / 8, abs=1e-9)
+    assert repr(motion).endswith("2 coordinates, 1 event, finished")
+
+
+def test_ten_boxes_in_space_stay_on_their_forty_corners():
+    s = fb.System("stack")
+    s.gravity = (0, 0, -G)
+    below, start = s.ground.plane(normal="z"), {}
+    for i in range(10):
+        box = s.body(f"b{i}", fb.box(1, (1, 1, 0.5)))
+        s.free(f"f{i}", s.ground, box)
+        corners = [(x, y, -0.25) for x, y in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))]
+        s.contact(f"c{i}", box.corners(*corners), below, friction=0.5)
+        below = box.plane(at=(0, 0, 0.25), normal="z")
+        start[f"f{i}_z"] = 0.25 + 0.5 * i
+    motion = fb.simulate(s, 100, initial=start, method="timestepping", step=0.01)
+    assert np.abs(motion.path.states - motion.path.states[0]).max() < 1e-9
+    assert motion.depth < 1e-9 and motion.residual <= 1e-12

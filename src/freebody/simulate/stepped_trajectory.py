@@ -321,3 +321,8 @@ class SteppedTrajectory(Trajectory):
         return EventList(event for *_, event in sorted(both, key=lambda entry: entry[:2]))
 
     plot_margin = ContactTrajectory.plot_margin
+
+    def __repr__(self) -> str:
+        asked, every = len(self.path.crossings), len(self.events)
+        text = f"{asked} event{'s' * (asked != 1)}"
+        return super().__repr__().replace(f", {text}, ", f", {every} event{'s' * (every != 1)}, ")
