@@ -121,3 +121,27 @@ DRAWN: list[tuple[Any, dict[str, Any]]] = [
     (ball_on_plane, {"floor": "stick"}),
     (ball_on_plane, {"floor": ("slip", ("0.6", "0.8"))}),
 ]
+
+DISK = """\
+name = "disk"
+gravity = [0, "-9.81", 0]
+[parameters]
+R = 0.3
+[bodies.disk]
+solid = "disk"
+mass = 2
+radius = "R"
+[joints.plane]
+type = "planar"
+child = "disk"
+coordinate = ["x", "y", "phi"]
+[contacts.floor]
+feature = { body = "disk", shape = "circle", radius = "R" }
+surface = { shape = "plane", normal = "y" }
+friction = 0.3
+[initial]
+y = 0.3
+[run]
+until = 0.2
+"""
+"""A model file: a disk on a floor."""

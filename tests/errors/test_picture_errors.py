@@ -8,31 +8,9 @@ import pytest
 from click.testing import CliRunner
 
 import freebody as fb
+from contact_machines import DISK
 from freebody.cli import command
 from freebody.errors import FormatError, FreebodyError, ModelError
-
-MODEL = """\
-name = "disk"
-gravity = [0, "-9.81", 0]
-[parameters]
-R = 0.3
-[bodies.disk]
-solid = "disk"
-mass = 2
-radius = "R"
-[joints.plane]
-type = "planar"
-child = "disk"
-coordinate = ["x", "y", "phi"]
-[contacts.floor]
-feature = { body = "disk", shape = "circle", radius = "R" }
-surface = { shape = "plane", normal = "y" }
-friction = 0.3
-[initial]
-y = 0.3
-[run]
-until = 0.2
-"""
 
 CASES = {
     "unknown body": (
@@ -66,7 +44,7 @@ CASES = {
 def test_the_command_says_what_is_wrong(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     (name, *arguments), message = CASES[case]
     monkeypatch.chdir(tmp_path)
-    Path("disk.toml").write_text(MODEL)
+    Path("disk.toml").write_text(DISK)
     found = CliRunner().invoke(command, [name, "disk.toml", *arguments])
     text = found.output + str(found.exception)
     assert found.exit_code != 0 and message in text

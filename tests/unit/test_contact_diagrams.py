@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 import freebody as fb
 from contact_machines import (
+    DISK,
     ball_on_plane,
     block_on_incline,
     falling_rod,
@@ -191,34 +192,9 @@ def test_a_motion_and_equations_have_modes_of_their_own():
         free_body_diagram(s, "disk", trajectory=steps, at=0.05)
 
 
-DISK = """\
-name = "disk"
-gravity = [0, "-9.81", 0]
-[parameters]
-R = 0.3
-[bodies.disk]
-solid = "disk"
-mass = 2
-radius = "R"
-[joints.plane]
-type = "planar"
-child = "disk"
-coordinate = ["x", "y", "phi"]
-[contacts.floor]
-feature = { body = "disk", shape = "circle", radius = "R" }
-surface = { shape = "plane", normal = "y" }
-friction = 0.3
-[initial]
-y = 0.3
-"phi'" = -5
-[run]
-until = 1
-"""
-
-
 def test_the_command_draws_contacts(tmp_path):
     model, out = tmp_path / "disk.toml", tmp_path / "disk.svg"
-    model.write_text(DISK)
+    model.write_text(DISK.replace("until = 0.2", "until = 1").replace("[run]", '"phi\'" = -5\n[run]'))
 
     def run(*arguments: str) -> Any:
         return CliRunner().invoke(command, ["draw", str(model), *arguments, "-o", str(out)])
