@@ -127,9 +127,11 @@ def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
         except ValueError:
             return True
 
-    turned = quaternions_by_joint(model)
     given = values.values() if isinstance(values, Mapping) else ()
     start = initial.items() if isinstance(initial, Mapping) else ()
+    if all(type(value) in (float, int, str) for value in (*given, *(value for _, value in start))):
+        return False
+    turned = quaternions_by_joint(model)
     return any(many(value, 0) for value in given) or any(
         many(value, int(str(key) in turned)) for key, value in start
     )
