@@ -219,7 +219,7 @@ def job_of(
     check_signals(model)
     given = replace(given, columns={**given.columns, **at_time(model, {}, begin)})
     _check_bodies(kernels, given)
-    tolerances = _tolerances(kernels, tolerance)
+    tolerances = _tolerances(kernels, tolerance, method)
     alone = dict(
         near=near, project=project, tolerance=tolerance, events=specs, impulses=blows, impacts=impacts, method=method,
         step=step, max_step=max_step, max_steps=max_steps,

@@ -215,7 +215,7 @@ def simulate(
         kernels = kernels.holding(active)
     else:
         state = initial_state(model, numbers, {} if initial is None else initial)
-    tolerances = _tolerances(kernels, tolerance, FINEST_OF_SERIES if method == "taylor" else FINEST)
+    tolerances = _tolerances(kernels, tolerance, method)
 
     if sensitivities is not None:
         refuse_switched(model, "sensitivities=")
@@ -333,8 +333,9 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
 
 
-def _tolerances(kernels: Kernels, tolerance: Any, finest: float = FINEST) -> Any:
+def _tolerances(kernels: Kernels, tolerance: Any, method: str) -> Any:
     names = kernels.names
+    finest = FINEST_OF_SERIES if method == "taylor" else FINEST
     by_name: dict[str, Any] = {}
     common = 1e-9
     if isinstance(tolerance, Mapping):
