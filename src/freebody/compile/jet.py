@@ -15,6 +15,8 @@ A short recurrence is one block, whose vectors stay in registers from order to o
 and keeps them in memory. On the longest path through an order, where it waits for one operation after the other, the
 products with a_0 and b_0 are made by scalars besides, since it takes time to spread a number over a vector.
 
+The file is longer than others: what is known when, and so the order of the text, is one matter.
+
 Source: J. van der Hoeven, Relax, but don't be too lazy (2002): products in advance.
 """
 
@@ -47,8 +49,8 @@ _INVERSES = (
 """1 / k, and what is not read for k = 0."""
 
 
-def jet(module: Module, program: Program, body: str, name: str, piece: int = PIECE) -> None:
-    """Add the function ``name`` of a kernel's signature, which writes the rows y_0 ... y_p, as long as `padded` says.
+def jet(module: Module, program: Program, body: str, name: str, stride: int, piece: int = PIECE) -> None:
+    """Add the function ``name`` of a kernel's signature, which writes the rows y_0 ... y_p.
 
     Parameters
     ----------
@@ -57,6 +59,8 @@ def jet(module: Module, program: Program, body: str, name: str, piece: int = PIE
     body : str
         Name of the body whose outputs are the rates, in the order of the state.
     name : str
+    stride : int
+        Length of a row, which may be longer than the state.
     piece : int
         Nodes of one piece of a long recurrence.
 
@@ -66,16 +70,7 @@ def jet(module: Module, program: Program, body: str, name: str, piece: int = PIE
         A function that bends or jumps.
     """
     recurrence = Recurrence(program, body)
-    module.functions.append(_Writer(module, recurrence, name, padded(len(recurrence.outputs)), piece).text())
-
-
-def padded(n: int) -> int:
-    """Length of a row of ``n`` numbers: whole registers.
-
-    >>> padded(1), padded(8), padded(9)
-    (8, 8, 16)
-    """
-    return -(-max(n, 1) // LANES) * LANES
+    module.functions.append(_Writer(module, recurrence, name, stride, piece).text())
 
 
 class _Writer:

@@ -55,7 +55,7 @@ def compile_tape(
     state: Sequence[Traced],
     parameters: Sequence[Traced],
     batch: Sequence[str] = (),
-    series: Sequence[str] = (),
+    series: Mapping[str, int] | None = None,
 ) -> KernelSet:
     """Machine code of functions of time, state and parameters.
 
@@ -68,8 +68,9 @@ def compile_tape(
         Inputs of the tape. Each input that the outputs need is among them.
     batch : sequence of names
         Functions that also get code for many states at once.
-    series : sequence of names
-        Functions that are rates of the state, of which the Taylor coefficients of the solution are wanted (`jet`).
+    series : mapping, optional
+        Functions that are rates of the state, of which the Taylor coefficients of the solution are wanted (`jet`): the
+        length of a row of them.
 
     Returns
     -------
@@ -82,6 +83,7 @@ def compile_tape(
         raise ExpressionError(
             f"Expected names of functions in batch, got {unknown}. Known: {', '.join(names)}."
         )
+    series = series or {}
     key = _key(tape, functions, time, state, parameters, batch, series)
     found = cache.load(key)
     if found is not None and not (found[0].get("target") == native.version() and key.encode() in found[1]):
@@ -331,7 +333,7 @@ def _compile(
     state: Sequence[Traced],
     parameters: Sequence[Traced],
     batch: Sequence[str],
-    series: Sequence[str],
+    series: Mapping[str, int],
     key: str,
 ) -> tuple[dict[str, Any], bytes]:
     """What the cache keeps: a description, and the object code."""
@@ -345,7 +347,7 @@ def _compile(
         module.add_batch("prologue", len(parameters), 0, hoisted)
     for k, (name, outputs) in enumerate(functions.items()):
         if name in series:
-            jet(module, program, name, f"f{k}")
+            jet(module, program, name, f"f{k}", series[name])
             continue
         module.add(program, program.bodies[name], f"f{k}")
         if name in batch:
@@ -380,7 +382,7 @@ def _key(
     state: Sequence[Traced],
     parameters: Sequence[Traced],
     batch: Sequence[str],
-    series: Sequence[str],
+    series: Mapping[str, int],
 ) -> str:
     """Hash of the program and of what compiles it."""
     digest = hashlib.sha256(f"{cache.VERSION} {native.version()} {NAMES}".encode())
@@ -397,6 +399,6 @@ def _key(
     for name, outputs in functions.items():
         places = [x.index if type(x) is Traced else -1 for x in outputs]
         numbers = [0.0 if type(x) is Traced else float(x) for x in outputs]
-        digest.update(f"{name!r} {name in batch} {name in series} {len(outputs)}".encode())
+        digest.update(f"{name!r} {name in batch} {series.get(name)} {len(outputs)}".encode())
         digest.update(array("i", places).tobytes() + array("d", numbers).tobytes())
     return digest.hexdigest()

@@ -31,6 +31,7 @@ from ..scalar.algebra import HALF, divide
 from ..scalar.derivative import forward, transposed
 from ..scalar.trace import ADD, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
 from .kernels import Kernels, Program
+from .layout import padded
 
 
 def tangent(kernels: Kernels) -> Program:
@@ -64,7 +65,12 @@ def series(kernels: Kernels) -> Program:
         parameters = [state.values[parameter.symbol] for parameter in model.parameters]
         try:
             compiled = compile_tape(
-                tape, {"series": outputs}, state.t, [*state.q, *state.u], parameters, series=("series",)
+                tape,
+                {"series": outputs},
+                state.t,
+                [*state.q, *state.u],
+                parameters,
+                series={"series": padded(len(outputs))},
             )
         except ExpressionError as error:
             raise SimulationError(
