@@ -19,7 +19,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-VERSION = 4
+VERSION = 5
 """Of the format and of the emitted code: raise it when either changes."""
 LIMIT = 256 * 2**20
 """Bytes the folder may hold."""
