@@ -218,8 +218,7 @@ class _Writer:
         """(first place, length) of long runs of outputs that are 0 whatever the inputs."""
         program, result, start = self.program, [], 0
         for nothing, run in groupby(
-            program.kind[i] == FIXED and literal(program.constants[program.a[i]]) == literal(0.0)
-            for i in self.body.outputs
+            program.kind[i] == FIXED and program.constants[program.a[i]] == 0 for i in self.body.outputs
         ):
             length = len(list(run))
             if nothing and length >= RUN:

@@ -7,6 +7,7 @@ matrix unsymmetric, with unknowns in an order in which the leading ones are know
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from fractions import Fraction
 from typing import Any
 
 from ..scalar.algebra import divide
@@ -15,7 +16,7 @@ from ..scalar.algebra import divide
 class Factorization:
     """L D Lᵀ of a symmetric positive definite matrix, of which only the lower triangle is read.
 
-    What is zero whatever the values (an ``int``, as between bodies that nothing joins) is passed over, and the unknowns
+    What is zero whatever the values (a plain number, as between bodies that nothing joins) is passed over, and the unknowns
     are eliminated in the order of :func:`minimum_degree`: tips of a tree before what carries them, and a row of loops
     from its ends, so that little else fills in. ``D`` holds the pivots in that order.
     """
@@ -116,7 +117,7 @@ def combined(start: Sequence[Any], weights: Sequence[Any], A: Sequence[Sequence[
 
 
 def _nothing(x: Any) -> bool:
-    return isinstance(x, int) and x == 0
+    return isinstance(x, int | Fraction) and x == 0
 
 
 def solve_symmetric(A: Sequence[Sequence[Any]], b: Sequence[Any]) -> list[Any]:
