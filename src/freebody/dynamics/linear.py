@@ -16,9 +16,9 @@ from ..scalar.algebra import divide
 class Factorization:
     """L D Lᵀ of a symmetric positive definite matrix, of which only the lower triangle is read.
 
-    What is zero whatever the values (a plain number, as between bodies that nothing joins) is passed over, and the unknowns
-    are eliminated in the order of :func:`minimum_degree`: tips of a tree before what carries them, and a row of loops
-    from its ends, so that little else fills in. ``D`` holds the pivots in that order.
+    What is zero whatever the values (a plain number, as between bodies that nothing joins) is passed over, and the
+    unknowns are eliminated in the order of :func:`minimum_degree`: tips of a tree before what carries them, and a row
+    of loops from its ends, so that little else fills in. ``D`` holds the pivots in that order.
     """
 
     def __init__(self, A: Sequence[Sequence[Any]]) -> None:
