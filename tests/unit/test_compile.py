@@ -259,3 +259,26 @@ def test_shorter_vectors_and_no_fused_operation(monkeypatch, name):
     expected = reference(tape, rates, [t, *state, *parameters], [0.3, *Y[0], *p])
     assert one[0] == pytest.approx(expected, rel=1e-13, abs=1e-13)
     assert np.array_equal(kernels["rates"].batch(0.3, Y, c), one)
+
+
+@pytest.mark.parametrize("piece", [10, 10_000])
+@pytest.mark.parametrize("before", [0, 3])
+def test_long_runs_of_zeros_among_the_outputs(monkeypatch, piece, before):
+    """What is set by the loop is 0, what stands beside it its own: every place of an array of nan is written."""
+    monkeypatch.setattr(emit, "PIECE", piece)
+    tape, t, state, parameters, rates = pendulum(3)
+    wanted = [*rates[:before], *[0] * 41, *rates, *[0] * 5, 1, *[0.0] * emit.RUN]
+    kernels = compile_tape(tape, {"f": wanted}, t, state, parameters, batch=["f"])
+    c = kernels.constants([1.0, 2.0, 3.0, 0.5])
+    Y = np.random.default_rng(5).normal(size=(11, 6))
+    exact = np.array([reference(tape, rates, [t, *state, *parameters], [0.3, *y, 1, 2, 3, 0.5]) for y in Y])
+    zeros = np.zeros((11, 1))
+    columns = [exact[:, :before], *[zeros] * 41, exact, *[zeros] * 5, zeros + 1, *[zeros] * emit.RUN]
+    expected = np.concatenate(columns, axis=1)
+    out = np.full(expected.shape, np.nan)
+    kernels["f"].batch(0.3, Y, c, out)
+    assert out == pytest.approx(expected, rel=1e-13, abs=1e-13)
+    single = np.full(expected.shape[1], np.nan)
+    kernels["f"](0.3, Y[0], c, single)
+    assert single == pytest.approx(expected[0], rel=1e-13, abs=1e-13)
+    assert (single[before : before + 41] == 0).all()

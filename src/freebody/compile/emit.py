@@ -11,15 +11,19 @@ infinity keep their meaning, and nothing is reordered.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import groupby
 
 from ..scalar.trace import ADD, CODES, DIV, INPUT, MUL, NAMES, NEG, SUB
 from . import sincos, vector_math
 from .batch import gather, loop, scatter
 from .lower import COS, FIXED, HOISTED, PROLOGUE, RECIPROCAL, SIN, TIME, WIDTH, Body, Group, Program
-from .text import literal, splat
+from .text import ZEROS, literal, splat
 
 PIECE = 1200
 """Operations of one piece of a long function; up to twice as many stay together."""
+
+RUN = 8
+"""Zeros in a row among the outputs from which a loop sets them: matrices of large machines are mostly zero."""
 
 FLAGS = "contract "
 _ARITHMETIC = {
@@ -183,10 +187,14 @@ class _Writer:
         arguments = f"{time}, ptr noalias %y, ptr noalias %c, ptr noalias %out"
         frame = f"  %frame = alloca {T}, i64 {self.frame_size}, align 64" if self.frame_size else ""
         stored: dict[int, list[int]] = {}
+        runs = self._runs_of_zeros()
+        zero = {k for start, n in runs for k in range(start, start + n)}
         for k, i in enumerate(self.body.outputs):
-            stored.setdefault(self.owner.get(i, len(self.pieces) - 1), []).append(k)
+            if k not in zero:
+                stored.setdefault(self.owner.get(i, len(self.pieces) - 1), []).append(k)
         if len(self.pieces) == 1:
             self._start()
+            self._zeros(runs)
             self._piece(0, stored.get(0, []))
             head = f"define void @{self.name}({arguments}) nounwind {{"
             return "\n".join([head, frame, *self.lines, "  ret void", "}", ""])
@@ -195,6 +203,8 @@ class _Writer:
         main = [f"define void @{self.name}({arguments}) nounwind {{", frame]
         for k in range(len(self.pieces)):
             self._start()
+            if k == 0:
+                self._zeros(runs)
             self._piece(k, stored.get(k, []))
             head = (
                 f"define internal void @{self.name}.{k}({arguments}, ptr noalias %frame) nounwind noinline {{"
@@ -203,6 +213,24 @@ class _Writer:
             main.append(f"  call void @{self.name}.{k}({call}, ptr %y, ptr %c, ptr %out, ptr %frame)")
         result.append("\n".join([*main, "  ret void", "}", ""]))
         return "\n".join(result)
+
+    def _runs_of_zeros(self) -> list[tuple[int, int]]:
+        """(first place, length) of long runs of outputs that are 0 whatever the inputs."""
+        program, result, start = self.program, [], 0
+        for nothing, run in groupby(
+            program.kind[i] == FIXED and program.constants[program.a[i]] == 0 for i in self.body.outputs
+        ):
+            length = len(list(run))
+            if nothing and length >= RUN:
+                result.append((start, length))
+            start += length
+        return result
+
+    def _zeros(self, runs: Sequence[tuple[int, int]]) -> None:
+        for start, length in runs:
+            self.module.helpers["@zeros"] = ZEROS
+            target = self._pointer("%out", start)
+            self.lines.append(f"  call void @zeros(ptr {target}, i64 {self.lanes * length})")
 
     def _start(self) -> None:
         self.lines = []

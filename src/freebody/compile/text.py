@@ -25,3 +25,20 @@ def splat(value: str, lanes: int, element: str = "double") -> str:
     if lanes == 1:
         return value
     return "<" + ", ".join([f"{element} {value}"] * lanes) + ">"
+
+
+ZEROS = """define internal void @zeros(ptr %out, i64 %n) nounwind noinline {
+entry:
+  br label %next
+next:
+  %i = phi i64 [0, %entry], [%j, %next]
+  %p = getelementptr double, ptr %out, i64 %i
+  store double 0.0, ptr %p, align 8
+  %j = add i64 %i, 1
+  %more = icmp slt i64 %j, %n
+  br i1 %more, label %next, label %done
+done:
+  ret void
+}
+"""
+"""The function that sets n > 0 doubles to zero."""

@@ -27,7 +27,7 @@ from .composite import mass_matrix
 from .constraints import linearized, residuals, rows, slip_direction, torques, wrenches
 from .contact import rows_of
 from .kinematics import coordinate_rates, link_postures, place_of, point_position
-from .linear import Elimination, Factorization
+from .linear import Elimination, Factorization, applied, combined, products
 from .loading import Loading, loading
 from .mobility import check_mobility
 from .newton_euler import bias
@@ -54,12 +54,10 @@ def constrained_dynamics(
         active = _slipping_last(model, active)
     G = [given.matrix[i] for i in active]
     X = [M.solve(given.acting[i]) for i in active]
-    A = [[_dot(row, x) for x in X] for row in G]
-    right = [-(given.bias[i] + _dot(row, free)) for i, row in zip(active, G, strict=True)]
+    A = products(G, X)
+    right = [-(given.bias[i] + along) for i, along in zip(active, applied(G, free), strict=True)]
     lam = (Factorization(A) if given.symmetric else Elimination(A)).solve(right)
-    udot = list(free)
-    for x, multiplier in zip(X, lam, strict=True):
-        udot = [a + multiplier * b for a, b in zip(udot, x, strict=True)]
+    udot = combined(free, lam, X)
     multipliers: list[Any] = [0] * len(given.bias)
     for i, multiplier in zip(active, lam, strict=True):
         multipliers[i] = multiplier
@@ -168,11 +166,8 @@ def _least(model: Model, state: State, G: list[Any], residual: list[Any]) -> lis
         return [0] * model.n_u
     M = Factorization(mass_matrix(model, state))
     X = [M.solve(row) for row in G]
-    lam = Factorization([[_dot(row, x) for x in X] for row in G]).solve([-r for r in residual])
-    step: list[Any] = [0] * model.n_u
-    for x, multiplier in zip(X, lam, strict=True):
-        step = [a + multiplier * b for a, b in zip(step, x, strict=True)]
-    return step
+    lam = Factorization(products(G, X)).solve([-r for r in residual])
+    return combined([0] * model.n_u, lam, X)
 
 
 # Rows of G are compared at unit length; what is left of a dependent row after Gram-Schmidt is round-off.

@@ -37,6 +37,7 @@ from ..scalar.algebra import (
 from ..scalar.series import Series
 from .along import replaced, state_along
 from .contact import ContactRows, rows_of, touch
+from .dependence import dependence, directions
 from .kinematics import (
     Spot,
     angular_velocity,
@@ -341,21 +342,18 @@ class Linearized:
     def matrix(self) -> tuple[tuple[Any, ...], ...]:
         """G, a row per condition and a column per speed."""
         model, state, kinds = self._model, self._state, self._kinds
-        columns = []
-        rest = [0] * model.n_u
+        depends = dependence(model)
         still: list[Any] = []
         if _any_speed(kinds):
+            rest = [0] * model.n_u
             still = residuals(model, replaced(state, state.field, state.t, state.q, rest), contacts=False)
-        for j in range(model.n_u):
-            unit = [1 if k == j else 0 for k in range(model.n_u)]
-            direction = _along_motion(model, state, unit, 0, 1)
-            columns.append(
-                [
-                    _at(r, 0) - still[i] if kind.on_speeds else _derivative(r, 1)
-                    for i, (r, kind) in enumerate(zip(direction, kinds, strict=True))
-                ]
-            )
-        result = [tuple(column[i] for column in columns) for i in range(len(kinds))]
+        found: list[dict[int, Any]] = [{} for _ in kinds]
+        for moving in directions(depends.values()):
+            unit = [int(j in moving) for j in range(model.n_u)]
+            for i, r in enumerate(_along_motion(model, state, unit, 0, 1)):
+                for j in moving & depends[kinds[i].owner]:
+                    found[i][j] = _at(r, 0) - still[i] if kinds[i].on_speeds else _derivative(r, 1)
+        result = [tuple(row.get(j, 0) for j in range(model.n_u)) for row in found]
         for i, one in self.touching:
             result[i : i + _count(one)] = self._contact_rows(one).matrix[: _count(one)]
         return tuple(result)

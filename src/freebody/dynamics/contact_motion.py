@@ -26,7 +26,7 @@ from ..model.model import Model
 from .composite import mass_matrix
 from .constraints import linearized, rows, slip_direction
 from .contact import contact_rows, rows_of
-from .linear import Factorization
+from .linear import Factorization, applied, combined, products
 from .newton_euler import bias
 from .state import State
 
@@ -69,33 +69,20 @@ def contact_problem(model: Model, state: State, active: Sequence[int] = ()) -> C
     held = linearized(model, state)
     G = [held.matrix[i] for i in active]
     X = [M.solve(row) for row in G]
-    own = Factorization([[_dot(row, x) for x in X] for row in G])
+    own = Factorization(products(G, X))
 
     def keeping(step: list[Any], gamma: Sequence[Any]) -> tuple[Any, ...]:
         """The step with the constraint forces that make G u' = -γ."""
         if not G:
             return tuple(step)
-        lam = own.solve([-(g + _dot(row, step)) for g, row in zip(gamma, G, strict=True)])
-        for x, multiplier in zip(X, lam, strict=True):
-            step = [a + multiplier * b for a, b in zip(step, x, strict=True)]
-        return tuple(step)
+        lam = own.solve([-(g + along) for g, along in zip(gamma, applied(G, step), strict=True)])
+        return tuple(combined(step, lam, X))
 
     free = keeping(M.solve([-x for x in bias(model, state)]), [held.bias[i] for i in active] if G else [])
     responses = tuple(keeping(M.solve(row), [0] * len(G)) for row in contacts.matrix)
-    # a contact moves two bodies of many
-    W = [
-        [(j, x) for j, x in enumerate(row) if not (isinstance(x, int) and x == 0)] for row in contacts.matrix
-    ]
-    A = tuple(tuple(_sparse(row, r) for r in responses) for row in W)
-    c = tuple(_sparse(row, free) + b for row, b in zip(W, contacts.bias, strict=True))
+    A = tuple(map(tuple, products(contacts.matrix, responses)))
+    c = tuple(along + b for along, b in zip(applied(contacts.matrix, free), contacts.bias, strict=True))
     return ContactProblem(A, c, free, responses)
-
-
-def _sparse(row: Sequence[tuple[int, Any]], b: Sequence[Any]) -> Any:
-    total: Any = 0
-    for j, x in row:
-        total = total + x * b[j]
-    return total
 
 
 def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:

@@ -34,7 +34,7 @@ from .constraints import linearized, wrenches
 from .coordinates import forces_on_coordinates
 from .joint_freedom import transmissible
 from .kinematics import link_postures, place_of, point_position, rotation
-from .linear import Factorization
+from .linear import Factorization, applied, combined, products
 from .loading import Loading
 from .state import State
 
@@ -93,19 +93,11 @@ def speed_jumps(
     if active:
         G = [linearized(model, state).matrix[i] for i in active]
         X = [M.solve(row) for row in G]
-        A = [[_dot(row, x) for x in X] for row in G]
-        found = Factorization(A).solve([-_dot(row, jump) for row in G])
-        for i, x, multiplier in zip(active, X, found, strict=True):
+        found = Factorization(products(G, X)).solve([-x for x in applied(G, jump)])
+        jump = combined(jump, found, X)
+        for i, multiplier in zip(active, found, strict=True):
             multipliers[i] = multiplier
-            jump = [a + multiplier * b for a, b in zip(jump, x, strict=True)]
     return tuple(jump), tuple(multipliers)
-
-
-def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
-    total: Any = 0
-    for x, y in zip(a, b, strict=True):
-        total = total + x * y
-    return total
 
 
 def link_jumps(model: Model, state: State, jump: Sequence[Any]) -> list[Spatial]:
