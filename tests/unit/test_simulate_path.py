@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import _thread
 import math
+import signal
 import threading
 
 import numpy as np
@@ -503,6 +504,15 @@ def test_an_interruption_keeps_what_was_computed():
     assert path.sample([t])[0, 0] == pytest.approx(math.cos(t), abs=1e-9 * path.steps * 2)
 
 
+@pytest.fixture
+def keyboard():
+    """Ctrl-C interrupts, also where the tests run in the background and their parent ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("keyboard")
 def test_ctrl_c_at_any_moment_keeps_a_path_that_fits_together():
     """The keyboard interrupts while machine code runs; Python notices when it returns."""
     timer = threading.Timer(0.25, _thread.interrupt_main)
