@@ -288,10 +288,17 @@ def test_ctrl_c(pendulum: str, tmp_path: Path) -> None:
     """Ctrl-C while the model runs: what was computed is printed and written, exit code 130, no traceback."""
     long = [sys.executable, "-m", "freebody", "run", pendulum, "--until", "1e7", "-o", str(tmp_path / "out")]
     here = {**os.environ, "PYTHONPATH": SOURCE}
-    process = subprocess.Popen(long, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=here)
-    time.sleep(4)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
+    process = subprocess.Popen(
+        long, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=here,
+        # where the tests run in the background, Ctrl-C is ignored by them and would be by what they start
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )  # fmt: skip
+    try:
+        time.sleep(4)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    finally:
+        process.kill()
     assert "Traceback" not in err
     assert process.returncode == 130
     # modules may still be loading on a busy machine: then there is nothing to keep
