@@ -9,7 +9,7 @@ from typing import Any
 from generated import plain, write
 
 ACCENTS = {'"': "\u0308", "'": "\u0301", "`": "\u0300", "^": "\u0302", "~": "\u0303", "c": "\u0327"}
-LETTERS = {"o": "ø", "O": "Ø", "ss": "ß", "aa": "å", "ae": "æ", "l": "ł"}
+LETTERS = {"alpha": "α", "o": "ø", "O": "Ø", "ss": "ß", "aa": "å", "ae": "æ", "l": "ł"}
 
 
 def setup(app: Any) -> dict[str, Any]:
@@ -46,7 +46,7 @@ def spoken(value: str) -> str:
 
     value = re.sub(r"""\\(["'`^~]|c )\s*\{?\\?([A-Za-z])\}?""", lambda m: m[2] + ACCENTS[m[1].strip()], value)
     value = re.sub(r"\\([A-Za-z]+)\b ?\{?\}?", lambda m: LETTERS[m[1]], value)
-    value = value.replace("{", "").replace("}", "").replace("--", "–").replace("\\&", "&")
+    value = value.replace("{", "").replace("}", "").replace("$", "").replace("--", "–").replace("\\&", "&")
     return unicodedata.normalize("NFC", value)
 
 

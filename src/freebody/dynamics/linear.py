@@ -48,7 +48,7 @@ class Factorization:
                 for i, entry in column.items():
                     x[i] = x[i] - entry * x[k]
         for k in range(len(x) - 1, -1, -1):
-            if not _nothing(x[k]):
+            if not _nothing(x[k]) or _nothing(self.D[k]):  # by a pivot that is zero: refused, 0 too
                 x[k] = divide(x[k], self.D[k])
             for i in reversed(self.L[k]):
                 if not _nothing(x[i]):

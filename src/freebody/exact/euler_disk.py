@@ -24,7 +24,7 @@ def euler_disk_turn(R: Any, theta: Any, g: Any = 9.81) -> Any:
 
     Examples
     --------
-    >>> euler_disk_turn(1.0, 3.14159265358979 / 2, g=9.0)
+    >>> float(euler_disk_turn(1.0, 3.14159265358979 / 2, g=9.0))
     6.0
     """
     return 2 * sqrt(g / (R * sin(theta)))
@@ -44,8 +44,8 @@ def euler_disk_end(m: Any, R: Any, c: Any, theta: Any) -> Any:
     Examples
     --------
     >>> from math import acos, exp
-    >>> round(euler_disk_end(3.0, 2.0, 1.5, acos(exp(-1))), 12)
-    1.0
+    >>> round(float(euler_disk_end(3.0, 2.0, 1.5, acos(exp(-1)))), 12)
+    3.0
     """
     return -3 * m * R**2 / (8 * c) * log(cos(theta))
 

@@ -26,9 +26,7 @@ from .entry import Entry
 def build() -> fb.System:
     """The coin with a damper at its axle."""
     s, turn = coin()
-    c = s.parameters(c=2e-7)
-    s.parameters(theta_0=0.1)
-    s.damper("rim", turn, damping=c, coordinate=2)
+    s.damper("rim", turn, damping="c", coordinate=2)
     explain(
         s,
         m="kg: mass of the disk",
@@ -50,7 +48,7 @@ def build() -> fb.System:
 def coin() -> tuple[fb.System, Any]:
     """Three sliders without mass carry the centre, a gimbal the disk: the system and the gimbal."""
     s = fb.System("euler_disk")
-    m, R, mu, g = s.parameters(m=0.44, R=0.0375, mu=0.3, g=9.81)
+    m, R, mu, g, *_ = s.parameters(m=0.44, R=0.0375, mu=0.3, g=9.81, c=2e-7, theta_0=0.1)
     s.gravity = (0, 0, -g)
     nothing = fb.MassProperties(0, (0, 0, 0), ((0, 0, 0), (0, 0, 0), (0, 0, 0)))
     disk = s.body("disk", fb.disk(m, R))

@@ -91,5 +91,4 @@ HINGED_BAR = Entry(
     build,
     solve,
     until=3.0,
-    positive=("g",),
 )
