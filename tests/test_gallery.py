@@ -283,11 +283,15 @@ def test_unknown_parameter() -> None:
 
 
 def test_no_finite_value() -> None:
-    with pytest.raises(ModelError, match="Expected L > 0 in 'tilted_disk', .*but L = 0 makes it 0. Change the values"):
+    with pytest.raises(
+        ModelError, match="Expected L > 0 in 'tilted_disk', .*but L = 0 makes it 0. Change the values"
+    ):
         GALLERY["sec-6-6"].run({"L": 0.0})
     system = GALLERY["sec-6-6"].build()
     case = Case(system, {"L": 0.0}, 1.0, 1e-9, fb.equations(system))
-    with pytest.raises(ModelError, match="of 'tilted_disk' at which '1/L' is a finite number.*what is zero: L"):
+    with pytest.raises(
+        ModelError, match="of 'tilted_disk' at which '1/L' is a finite number.*what is zero: L"
+    ):
         case.number(1 / system.expression("L"))
 
 

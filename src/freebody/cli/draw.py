@@ -30,7 +30,9 @@ from .model import Number, Setting, find, settings_of
     help="Of the arrows (to scale at a time of the motion); or of a contact, such as floor=stick (repeatable).",
 )
 @click.option(
-    "--until", type=Number(), help="Length of the run [s], for a time of it beyond the one that the model names."
+    "--until",
+    type=Number(),
+    help="Length of the run [s], for a time of it beyond the one that the model names.",
 )
 @click.option("--dimensions/--no-dimensions", default=None, help="Whether lengths are written.")
 @click.option("--set", "settings", type=Setting(), multiple=True, help="Value of a parameter (repeatable).")

@@ -237,7 +237,9 @@ class ContactTrajectory(PhasedTrajectory):
             figure = Figure(figsize=(7, 3), layout="constrained")
             FigureCanvasAgg(figure)
             ax = figure.subplots()
-        if names is not None and not (isinstance(names, str | list | tuple) and all(isinstance(n, str) for n in names)):
+        if names is not None and not (
+            isinstance(names, str | list | tuple) and all(isinstance(n, str) for n in names)
+        ):
             raise SimulationError(f"Expected the name of a contact, or a list of them, got {names!r}.")
         for name in [names] if isinstance(names, str) else names or list(self.contacts):
             ax.plot(self.t, self.contacts[name].margin, label=name)
