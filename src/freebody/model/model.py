@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from ..describe.load import Load
@@ -132,22 +133,27 @@ class Model:
         """Number of speeds: the degrees of freedom."""
         return len(self.speeds)
 
-    @property
+    @cached_property
     def quaternions(self) -> tuple[int, ...]:
         """Index in q of the scalar part of each unit quaternion."""
         return tuple(
             link.q + (3 if link.kind == "free" else 0) for link in self.links if link.kind in ("ball", "free")
         )
 
-    @property
+    @cached_property
     def coordinate_names(self) -> tuple[str, ...]:
         """Names of q, in order."""
         return tuple(coordinate.name for coordinate in self.coordinates)
 
-    @property
+    @cached_property
     def speed_names(self) -> tuple[str, ...]:
         """Names of u, in order."""
         return tuple(speed.name for speed in self.speeds)
+
+    @cached_property
+    def places(self) -> Mapping[str, int]:
+        """Where each coordinate and speed stands in (q, u), by name."""
+        return {name: i for i, name in enumerate((*self.coordinate_names, *self.speed_names))}
 
     @property
     def signals(self) -> tuple[Any, ...]:

@@ -60,6 +60,8 @@ def at_time(model: Model, numbers: Mapping[str, float], t: float) -> dict[str, f
 
 def check_signals(model: Model) -> None:
     """Signals that an event brought are part of no machine."""
+    if not model.names.signals:
+        return
     known = {placed.signal.name for placed in model.signals}
     for placed in model.names.signals.values():
         if placed.signal.name not in known:

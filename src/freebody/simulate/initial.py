@@ -71,47 +71,41 @@ def named_state(
     """
     if not isinstance(initial, Mapping):
         raise SimulationError(f"Expected {where} values by name, such as {{'theta': 0.1}}, got {initial!r}.")
-    names = [*model.coordinate_names, *model.speed_names]
-    place = {name: i for i, name in enumerate(names)}
-    turned = quaternions_by_joint(model)
-    y = np.array([*rest_coordinates(model), *([0.0] * model.n_u)], dtype=float)
-    begun: set[int] = set()  # quaternions of which single components were given
+    places = model.places
+    y: list[float] = [*rest_coordinates(model), *([0.0] * model.n_u)]
     given: dict[int, Any] = {}
-
-    def put(i: int, value: float, key: Any) -> None:
-        if i in given:
-            raise SimulationError(
-                f"The initial value of '{names[i]}' is given twice, as '{given[i]}' and as '{key}'. Leave one out."
-            )
-        given[i] = key
-        y[i] = value
-
     for key, value in initial.items():
         name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
-        if name in place:
-            i = place[name]
-            put(i, number(model, values, value, f"the initial value of '{name}'"), key)
-            begun.update(start for start in model.quaternions if start <= i < start + 4)
-        elif name in turned:
-            for k, part in enumerate(_quaternion(model, values, value, name)):
-                put(turned[name] + k, part, key)
+        i = places.get(name)
+        if i is not None:
+            parts = [number(model, values, value, f"the initial value of '{name}'")]
         else:
-            raise SimulationError(
-                f"Unknown name '{name}' in {where}; {nearest(name, [*names, *turned])}{_cure(name, place)}"
-            )
+            turned = quaternions_by_joint(model)
+            if name not in turned:
+                raise SimulationError(
+                    f"Unknown name '{name}' in {where}; {nearest(name, [*places, *turned])}{_cure(name, places)}"
+                )
+            i, parts = turned[name], _quaternion(model, values, value, name)
+        for place, part in enumerate(parts, i):
+            if place in given:
+                raise SimulationError(
+                    f"The initial value of '{list(places)[place]}' is given twice, as '{given[place]}' and as '{key}'. "
+                    "Leave one out."
+                )
+            given[place], y[place] = key, part
     for start in model.quaternions:
-        four = y[start : start + 4]
-        for i in range(start, start + 4):
-            if start in begun and i not in given:
-                y[i] = 0.0
+        inside = range(start, start + 4)
+        if given.keys().isdisjoint(inside):
+            continue
+        four = np.array([y[i] if i in given else 0.0 for i in inside])
         length = float(np.linalg.norm(four))
         if length == 0:
             raise SimulationError(
-                f"Expected a quaternion ({', '.join(names[start : start + 4])}) of length 1, got all zeros. "
-                "Leave it out for no rotation, or give (1, 0, 0, 0)."
+                f"Expected a quaternion ({', '.join(model.coordinate_names[start : start + 4])}) of length 1, got all "
+                "zeros. Leave it out for no rotation, or give (1, 0, 0, 0)."
             )
-        y[start : start + 4] = four / length
-    return y, set(given)
+        y[start : start + 4] = (four / length).tolist()
+    return np.array(y, dtype=float), set(given)
 
 
 def asks_for_many(model: Model, initial: Any, values: Any) -> bool:

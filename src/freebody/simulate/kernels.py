@@ -13,7 +13,9 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from operator import is_
 from typing import Any
 
 import numpy as np
@@ -42,6 +44,7 @@ from ..model.closure import Closure
 from ..model.contact import Touching
 from ..model.values import check_assumptions
 from ..scalar.trace import Tape
+from .path import Rates
 
 Array = NDArray[np.float64]
 
@@ -80,6 +83,7 @@ class Kernels:
         self._names_dropped: tuple[str, ...] = ()
         self._defaults: dict[str, float] | None = None
         self._checked: dict[str, float] | None = None
+        self._at: tuple[dict[str, float], Array, Rates] | None = None
 
     def holding(self, active: tuple[int, ...]) -> Kernels:
         """The programs of a constrained model with these independent conditions."""
@@ -87,19 +91,19 @@ class Kernels:
             self._others[active] = Kernels(self.model, active)
         return self._others[active]
 
-    @property
+    @cached_property
     def works(self) -> bool:
         """Whether power goes in or out of the machine, so that the work is part of the state."""
         self.motion()
         assert self._work is not None
         return self._work
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of components of y."""
         return self.model.n_q + self.model.n_u + self.works
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the components of y."""
         work = ("work",) if self.works else ()
@@ -183,6 +187,18 @@ class Kernels:
             return {**found, "dropped": [x for pair in left.values() for x in pair]} if left else found
 
         return self._large() or self._program("motion", functions)
+
+    def at(self, values: Mapping[str, float]) -> tuple[Array, Rates]:
+        """Parameters in their order, and the right-hand side with the constants of them; the last ones are kept."""
+        if self._at is None or self._at[0] != values:
+            parameters = self.parameters(values)
+            program, constants = self.motion(), self.motion().constants(parameters)
+            rates = Rates(program.address("rates"), self.size, constants, self.model.quaternions, program)
+            if self.active:
+                projected = self.model.n_q + self.model.n_u
+                rates = replace(rates, projection=program.address("projection"), projected=projected)
+            self._at = dict(values), parameters, rates
+        return self._at[1:]
 
     def closing(self) -> Program:
         """Of a constrained model: ``residual`` and ``rate`` of all conditions, their ``matrix`` G, and ``mass`` M."""
@@ -289,7 +305,7 @@ def kernels_of(machine: System | Model) -> Kernels:
         )
     parts = _parts(machine) if isinstance(machine, System) else ()
     known = _recent.get(id(machine))
-    if known is not None and len(known[1]) == len(parts) and all(map(_same, known[1], parts)):
+    if known is not None and len(known[1]) == len(parts) and all(map(is_, known[1], parts)):
         _recent.move_to_end(id(machine))
         return known[2]
     kernels = Kernels(assemble(machine) if isinstance(machine, System) else machine)
@@ -313,7 +329,3 @@ def _parts(system: System) -> tuple[Any, ...]:
         *system.about.values(),
         system.gravity,
     )
-
-
-def _same(a: Any, b: Any) -> bool:
-    return a is b

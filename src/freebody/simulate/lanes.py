@@ -23,7 +23,6 @@ from . import stepping
 from .lanes_layout import (
     BUDGET,
     DROPPED,
-    ENDED,
     ENERGY,
     EXTREMES,
     FINEST,
@@ -68,9 +67,7 @@ from .layout import (
     INTEGERS,
     LOGGED,
     MAX_STEP,
-    NOT_FINITE,
-    OLD_ERROR,
-    POINT,
+    OF_ORDER,
     REALS,
     REJECTED,
     RUNNING,
@@ -91,6 +88,8 @@ _PARTS: list[Callable[..., Any]] = []
 
 # what `functions` puts in place: the compiled loop of a method
 normalise: Any = None
+launch: Any = None
+look: Any = None
 advance: Any = None
 sample: Any = None
 
@@ -105,45 +104,6 @@ def functions(method: str) -> dict[str, Compiled]:
     """The compiled loop over lanes of a method, with the method's own functions."""
     given = importlib.import_module(f".{method}", __package__).FUNCTIONS
     return {**given, **stepping.bound(_PARTS, {**globals(), **given})}
-
-
-@part
-def first_length(
-    rates: int, t: float, direction: float, longest: float, work: Reals, w: int, n: int, c: Reals, relative: Reals,
-    absolute: Reals, order: float,
-) -> float:  # fmt: skip
-    """A length for the first step, as `integrate` chooses it (Hairer, Norsett, Wanner, section II.4).
-
-    Row STATE holds y, row 0 its rates; rows POINT and 1 are used."""
-    if n == 0:
-        return longest
-    size, slope = 0.0, 0.0
-    for i in range(n):
-        scale = absolute[i] + relative[i] * abs(work[STATE * w + i])
-        size = greater(size, abs(work[STATE * w + i]) / scale)
-        slope = greater(slope, abs(work[i]) / scale)
-    guess = 1e-6
-    if not (size < 1e-5 or slope < 1e-5):
-        guess = 0.01 * size / slope
-    guess = lesser(guess, longest)
-    for i in range(n):
-        work[POINT * w + i] = work[STATE * w + i] + direction * guess * work[i]
-    call(rates, t + direction * guess, work, POINT * w, c, work, w)
-    curve = 0.0
-    for i in range(n):
-        scale = absolute[i] + relative[i] * abs(work[STATE * w + i])
-        bend = abs(work[w + i] - work[i]) / scale
-        if not math.isfinite(bend):
-            return guess
-        curve = greater(curve, bend)
-    curve /= guess
-    if not math.isfinite(curve):
-        return guess
-    steepest = greater(slope, curve)
-    other = greater(1e-6, guess * 1e-3)
-    if steepest > 1e-15:
-        other = (0.01 / steepest) ** (1.0 / order)
-    return lesser(lesser(100.0 * guess, other), longest)
 
 
 @part
@@ -277,7 +237,6 @@ def lanes(
                     continue
             else:
                 set_constants(prologue, lane, leg, sizes, parameters, legs, columns, mine, c)
-            longest = lesser(options[LONGEST], abs(until - first))
             for i in range(sizes[N_WORK]):
                 if i < STATE * w or i >= STATE * w + n:
                     work[i] = 0.0
@@ -289,38 +248,23 @@ def lanes(
                 integers[k] = 0
             for k in range(REALS):
                 reals[k] = 0.0
-            reals[TIME] = reals[START] = first
-            call(rates, first, work, STATE * w, c, work, 0)
-            code = RUNNING
-            for i in range(n):
-                if not math.isfinite(work[i]) and code == RUNNING:
-                    code = NOT_FINITE
-                    integers[BLAME] = i
-            if sizes[WORKS] != 0 and code == RUNNING:
+            if sizes[WORKS] != 0:
                 if leg == 0:
                     call(kernels[ENERGY], first, work, STATE * w, c, spare, 0)
                     energy = greater(abs(spare[0]), abs(spare[1]))
                 if 0.0 < energy < math.inf:
                     absolute[n - 1] *= energy
-            step = legs[row + 2]
-            if step != 0.0:
-                integers[FIXED] = 1
-            elif natural > 0.0:
-                step = natural
-            else:
-                step = first_length(
-                    rates, first, direction, longest, work, w, n, c, own, absolute, options[ORDER]
-                )  # fmt: skip
-            for i in range(w):  # rows that only the first step has used
-                work[POINT * w + i] = 0.0
-                work[w + i] = 0.0
             integers[ASKED] = sizes[STIFF_ASKED]
-            reals[UNTIL], reals[MAX_STEP] = until, options[LONGEST]
-            reals[STEP], reals[OLD_ERROR] = direction * lesser(step, longest), 1e-4
+            reals[TIME] = reals[START] = first
+            reals[UNTIL], reals[MAX_STEP], reals[OF_ORDER] = until, options[LONGEST], options[ORDER]
+            reals[STEP] = legs[row + 2]
+            if reals[STEP] != 0.0:
+                integers[FIXED] = 1
+            else:
+                reals[STEP] = natural
+            code = launch(rates, work, w, n, c, own, absolute, reals, integers)
             if m > 0:
-                call(kernels[WATCHED], first, work, STATE * w, c, table, 0)
-                for e in range(m):
-                    last[e] = 1 if table[e] > 0.0 else (-1 if table[e] < 0.0 else 0)
+                look(kernels[WATCHED], first, work, w, m, c, table, last)
             if many > 0:
                 widen(kernels[REDUCED], first, work, STATE * w, c, spare, many, reduced, place)
                 if leg == 0:
@@ -329,8 +273,7 @@ def lanes(
             done = 0
             now, stride = first, 0.0
             left, budget = sizes[LIMIT], sizes[BUDGET]
-            if longest == 0.0 and code == RUNNING:
-                code = ENDED
+            if code == FINISHED:
                 for k in range(count):
                     call(kernels[OUTPUTS], start, work, STATE * w, c, values, (lane * count + k) * outputs)
             while code == RUNNING:
@@ -360,9 +303,6 @@ def lanes(
                             own[i] *= tighter
                             absolute[i] *= tighter
                         reals[STEP] *= tighter ** (1.0 / options[ORDER])
-                times[done] = now
-                for i in range(n):
-                    states[done * n + i] = work[STATE * w + i]
                 for k in range(integers[EVENTS]):
                     e = whole(event_log[LOGGED * k + 1])
                     if e < asked:

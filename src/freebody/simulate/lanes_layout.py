@@ -37,7 +37,6 @@ EXTREMES = 4  # numbers kept of a quantity: greatest, smallest, first, last
 KEPT = 4  # integers kept of a lane: how it ended, steps, rejected steps, component to blame
 
 # how a lane ends, besides what `layout` names
-ENDED = 1  # as layout.FINISHED
 TOO_MANY, LEFT = 7, 8
 
 WIDE_COUNTS, WIDE_NUMBERS = 88, 48  # integers and numbers that the loop over eight lanes keeps of them

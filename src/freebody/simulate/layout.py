@@ -5,6 +5,12 @@ Nothing here needs a compiler, so that a run whose code lies on the disk does no
 
 from __future__ import annotations
 
+from functools import cache
+from itertools import accumulate
+
+import numpy as np
+from numpy.typing import NDArray
+
 WIDTH = 8
 """Numbers in a register of 512 bits; narrower machines split it. Rows of the work array are whole registers."""
 
@@ -15,9 +21,10 @@ STATE, ARGUMENT, RAW, ERROR5, ERROR3, DENSE, POINT, END, ROWS = 16, 17, 18, 19, 
 # what `advance` reports
 RUNNING, FINISHED, TERMINAL, NOT_FINITE, COLLAPSED, DIVERGED, STIFF = 0, 1, 2, 3, 4, 5, 6
 
-# places in the array of real numbers that `advance` carries from one call to the next
-TIME, STEP, OLD_ERROR, UNTIL, MAX_STEP, START = 0, 1, 2, 3, 4, 5
-REALS = 6
+# places in the array of real numbers that `advance` carries from one call to the next; a STEP of 0 is chosen at the
+# start, for a method OF_ORDER
+TIME, STEP, OLD_ERROR, UNTIL, MAX_STEP, START, OF_ORDER = 0, 1, 2, 3, 4, 5, 6
+REALS = 7
 # places in its array of integers: counts, and the component that is to blame for a stop
 ACCEPTED, REJECTED, EVALUATED, EVENTS, BLAME, AFTER_REJECTION = 0, 1, 2, 3, 4, 5
 # steps of the whole run; steps that the region of stability may have limited, and calm ones in a row; steps found
@@ -33,6 +40,16 @@ MANY = 10_000
 # places after the quaternions in what a loop is told of the kernels: projection, number of its outputs, and a second
 # program of the method: the place of its constants among those of the rates, and its kernels
 PROJECTION, PROJECTED, CONSTANTS, KERNELS = 0, 1, 2, 3
+
+# What `run` is told, a number or the address of an array each: rates, number of components, length of a row of the work
+# array, number of quaternions, steps that the buffers hold, event functions, their number; then arrays that last a run
+# (`IN_BLOCK`), and the buffers of a piece of it
+NUMBERS, ROOM = 7, 4
+IN_BLOCK = (
+    "work", "constants", "quaternions", "relative", "absolute", "reals", "integers", "watch_constants", "directions",
+    "terminal", "last", "table", "values", "found",
+)  # fmt: skip
+BUFFERS = ("times", "lengths", "states", "event_log", "event_states")
 
 PARTS = 8  # of a step at which event functions are looked at, besides one point close to either end
 MARGIN = 0.001  # distance of those two points from the ends, as a part of the step: they show the slope there
@@ -58,3 +75,20 @@ def most_events(m: int) -> int:
 def rows(method: str, n: int) -> int:
     """Rows of the work array of a method for ``n`` components."""
     return ROWS + {"radau": 4 * n + 24, "gauss": 38, "structure": 60, "taylor": 21}.get(method, 0)
+
+
+@cache
+def block(
+    method: str, n: int, constants: int, quaternions: int, m: int, watched: int
+) -> tuple[dict[str, slice], NDArray[np.int64], int]:
+    """Of one block of memory for a run: where the arrays of `IN_BLOCK` lie, and ``state`` and ``told``; the distances
+    of those arrays from its start in bytes; and its size in numbers."""
+    sizes = (
+        rows(method, n) * padded(n), constants, quaternions, n, n, REALS, INTEGERS, watched, m, m, m,
+        (PARTS + 3) * (m + 1), m, most_events(m) * FOUND, NUMBERS + len(IN_BLOCK) + len(BUFFERS),
+    )  # fmt: skip
+    ends = list(accumulate(sizes))
+    begins = [end - size for size, end in zip(sizes, ends, strict=True)]
+    places = dict(zip((*IN_BLOCK, "told"), map(slice, begins, ends), strict=True))
+    places["state"] = slice(STATE * padded(n), STATE * padded(n) + n)
+    return places, 8 * np.array(begins[:-1], dtype=np.int64), ends[-1]

@@ -16,10 +16,10 @@ import importlib
 import importlib.util
 import re
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import llvmlite.binding as llvm
 import numpy as np
@@ -37,7 +37,7 @@ SOURCES = {
     "structure": ("structure.py", "collocation.py"),
 }
 """Modules that a method is made of, besides the shared ones."""
-CALLED = ("advance", "sample", "observe")
+CALLED = ("run", "sample", "observe")
 LANES = " lanes"
 """After the name of a method: with the loop over lanes, which adds ``lanes`` to what is called."""
 WIDE = "dop853 wide"
@@ -86,10 +86,15 @@ def _passed(value: Any, kind: str) -> int | None:
             f"Expected a contiguous array of {number.name} for the compiled loop, got {value.dtype} of shape "
             f"{value.shape}. np.ascontiguousarray(..., dtype=...) makes one."
         )
+    return address(value)
+
+
+def address(array: Any) -> int:
+    """Of the first number of an array."""
     try:  # several times as fast as .ctypes.data
-        return ctypes.addressof(ctypes.c_char.from_buffer(cast(Any, value)))
+        return ctypes.addressof(ctypes.c_char.from_buffer(array))
     except (ValueError, TypeError):  # nothing in it, or not to be written
-        return int(value.ctypes.data)
+        return int(array.ctypes.data)
 
 
 def loop(method: str = "dop853") -> Loop:
@@ -203,11 +208,6 @@ def _key(method: str = "dop853") -> str:
     return digest.hexdigest()
 
 
-def advance(method: str, *arguments: Any) -> int:
-    """`stepping.advance`: steps until something happens or the buffers are full."""
-    return int(loop(method).functions["advance"](*arguments))
-
-
 def sample(method: str, *arguments: Any) -> None:
     """`stepping.sample`: states at given times."""
     loop(method).functions["sample"](*arguments)
@@ -222,7 +222,8 @@ def observe(*arguments: Any) -> None:
     loop(_used[0] if _used else "dop853").functions["observe"](*arguments)
 
 
-def use(method: str) -> None:
-    """Load a method before anything else is called."""
-    loop(method)
+def use(method: str) -> Callable[[int], int]:
+    """`stepping.run` of a method, which is loaded before anything else is called: a function of an address."""
+    functions = loop(method).functions
     _used[:] = [method]
+    return functions["run"].code

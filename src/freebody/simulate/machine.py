@@ -101,16 +101,22 @@ def call(typing: Any, address: Any, t: Any, y: Any, i: Any, c: Any, out: Any, j:
     return signature, write
 
 
-@intrinsic
-def reals_at(typing: Any, address: Any) -> Any:
-    """The pointer to real numbers at an address."""
-    del typing, address
+def _pointer(numbers: str, element: Any) -> Any:
+    """The pointer to numbers at an address."""
 
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        del context, signature
-        return builder.inttoptr(arguments[0], _double.as_pointer())
+    def at(typing: Any, address: Any) -> Any:
+        del typing, address
 
-    return types.CPointer(types.float64)(types.int64), write
+        def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            del context, signature
+            return builder.inttoptr(arguments[0], element.as_pointer())
+
+        return _TYPES[numbers](types.int64), write
+
+    return intrinsic(at)
+
+
+reals_at, integers_at = _pointer("Reals", _double), _pointer("Integers", _integer)
 
 
 @intrinsic

@@ -91,6 +91,12 @@ def run(
 
 def _equipped(kernels: Kernels, parameters: NDArray[np.float64], method: str, rates: Rates) -> Rates:
     """The rates with the other kernels that a method calls."""
+    if method not in rates.equipped:
+        rates.equipped[method] = _with_others(kernels, parameters, method, rates)
+    return rates.equipped[method]
+
+
+def _with_others(kernels: Kernels, parameters: NDArray[np.float64], method: str, rates: Rates) -> Rates:
     if method == "radau":
         from .others import tangent
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -37,6 +38,7 @@ class Rates:
     ``others``       addresses of what else a method needs (`radau`: f'(y) v of (y, v); `structure`: Hamilton's
                      equations; `taylor`: the coefficients of the motion)
     ``others_constants``  place of their constants among ``constants``
+    ``equipped``     these rates with the others of a method, by its name, once they were made
     """
 
     address: int
@@ -48,8 +50,9 @@ class Rates:
     projected: int = 0
     others: tuple[int, ...] = ()
     others_constants: int = 0
+    equipped: dict[str, Rates] = field(default_factory=dict, init=False, repr=False, compare=False)
 
-    @property
+    @cached_property
     def corrections(self) -> NDArray[np.int64]:
         """What the compiled loop is told of the corrections of a state."""
         kernels = (self.projection, self.projected, self.others_constants, *self.others)

@@ -20,8 +20,7 @@ class Progress:
     def __init__(self, start: float, until: float, wanted: bool | Callable[[float], Any] | None) -> None:
         self.start, self.until = start, until
         self.call = wanted if callable(wanted) else None
-        self.shown = not callable(wanted) and (sys.stderr.isatty() if wanted is None else bool(wanted))
-        self.forced = wanted is True
+        self.wanted = wanted
         self.clock = perf_counter()
         self.bar: Any = None
         self.task: Any = None
@@ -29,18 +28,25 @@ class Progress:
     def __enter__(self) -> Progress:
         return self
 
+    @property
+    def shown(self) -> bool:
+        """Whether there is a bar, once the run lasts."""
+        if self.wanted is None:
+            return sys.stderr.isatty()
+        return bool(self.wanted) and self.call is None
+
     def __call__(self, t: float) -> None:
         part = (t - self.start) / (self.until - self.start)
         if self.call is not None:
             self.call(part)
-        if not self.shown or perf_counter() - self.clock < _PATIENCE:
+        if perf_counter() - self.clock < _PATIENCE or not self.shown:
             return
         if self.bar is None:
             from rich.console import Console
             from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
             from rich.progress import Progress as Bar
 
-            console = Console(stderr=True, force_terminal=True if self.forced else None)
+            console = Console(stderr=True, force_terminal=True if self.wanted is True else None)
             columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
             self.bar = Bar(*columns, console=console, transient=True)
             self.bar.start()

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -245,29 +244,25 @@ def simulate(
                 order=impacts, indeterminate=indeterminate, method=method, max_step=max_step, max_steps=max_steps,
                 impulses=impulses, between=between,
             )  # fmt: skip
-    parameters = kernels.parameters(numbers)
-    program = kernels.motion()
+    parameters, rates = kernels.at(numbers)
     if kernels.works:
         state = np.append(state, 0.0)
-    quaternions = tuple(model.quaternions)
-    rates = Rates(program.address("rates"), state.size, program.constants(parameters), quaternions, program)
-    if model.constraints and kernels.active:
-        rates = replace(rates, projection=program.address("projection"), projected=model.n_q + model.n_u)
-    watch, constants = None, rates.constants
+    watch = None
     if specs:
         observer = kernels.expressions(expressions)
-        constants = observer.constants(parameters)
         watch = Watch(
             observer.address("values"),
             tuple(spec.direction for spec in specs),
             tuple(spec.terminal for spec in specs),
-            constants,
+            observer.constants(parameters),
             observer,
         )
-    absolute = tolerances.copy()
+    absolute = tolerances
     if kernels.works:
-        first = observe(program.address("energy"), 2, np.array([begin]), state[None], rates.constants)[0]
+        energies = kernels.motion().address("energy")
+        first = observe(energies, 2, np.array([begin]), state[None], rates.constants)[0]
         energy = float(np.max(np.abs(first)))
+        absolute = tolerances.copy()
         absolute[-1] *= energy if 0 < energy < math.inf else 1.0
     blows = blows_of(impulses)
     if blows:
@@ -306,7 +301,7 @@ def simulate(
     if path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.DIVERGED, runs.TOO_MANY_STEPS):
         raise _failure(trajectory, path, kernels, end)
     if model.constraints:
-        check_redundant(kernels, program, path)
+        check_redundant(kernels, kernels.motion(), path)
     return trajectory
 
 
@@ -336,19 +331,14 @@ def _is_number(value: Any) -> bool:
 def _tolerances(kernels: Kernels, tolerance: Any, method: str) -> Any:
     names = kernels.names
     finest = FINEST_OF_SERIES if method == "taylor" else FINEST
-    by_name: dict[str, Any] = {}
-    common = 1e-9
-    if isinstance(tolerance, Mapping):
-        texts = kernels.model.names.texts
-        by_name = {
-            key if isinstance(key, str) else texts.get(key, str(key)): v for key, v in tolerance.items()
-        }
-        for name in by_name:
-            if name not in names:
-                raise SimulationError(f"Unknown name '{name}' in tolerance; {nearest(name, names)}")
-    else:
-        common = tolerance
-    return np.array([_tolerance(by_name.get(name, common), finest) for name in names])
+    if not isinstance(tolerance, Mapping):
+        return np.array([_tolerance(tolerance, finest)] * len(names))
+    texts = kernels.model.names.texts
+    by_name = {key if isinstance(key, str) else texts.get(key, str(key)): v for key, v in tolerance.items()}
+    for name in by_name:
+        if name not in names:
+            raise SimulationError(f"Unknown name '{name}' in tolerance; {nearest(name, names)}")
+    return np.array([_tolerance(by_name.get(name, 1e-9), finest) for name in names])
 
 
 def _tolerance(value: Any, finest: float) -> float:

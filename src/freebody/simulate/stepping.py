@@ -57,6 +57,7 @@ from .layout import (
     MARGIN,
     MAX_STEP,
     NOT_FINITE,
+    OF_ORDER,
     OLD_ERROR,
     PARTS,
     POINT,
@@ -74,7 +75,19 @@ from .layout import (
     TIME,
     UNTIL,
 )
-from .machine import Compiled, Integers, Reals, call, compiled, greater, lesser, root, whole
+from .machine import (
+    Compiled,
+    Integers,
+    Reals,
+    call,
+    compiled,
+    greater,
+    integers_at,
+    lesser,
+    reals_at,
+    root,
+    whole,
+)
 
 _EPS, _TINY = float(np.finfo(float).eps), 1e-300
 
@@ -516,6 +529,87 @@ def _stiff(work: Reals, w: int, n: int, h: float, integers: Integers) -> int:
 
 
 @part
+def first_length(
+    rates: int, t: float, direction: float, longest: float, work: Reals, w: int, n: int, c: Reals, relative: Reals,
+    absolute: Reals, order: float,
+) -> float:  # fmt: skip
+    """A length for the first step (Hairer, Norsett, Wanner, section II.4).
+
+    Row STATE holds y, row 0 its rates; rows POINT and 1 are used."""
+    if n == 0:
+        return longest
+    size, slope = 0.0, 0.0
+    for i in range(n):
+        scale = absolute[i] + relative[i] * abs(work[STATE * w + i])
+        size = greater(size, abs(work[STATE * w + i]) / scale)
+        slope = greater(slope, abs(work[i]) / scale)
+    guess = 1e-6
+    if not (size < 1e-5 or slope < 1e-5):
+        guess = 0.01 * size / slope
+    guess = lesser(guess, longest)
+    for i in range(n):
+        work[POINT * w + i] = work[STATE * w + i] + direction * guess * work[i]
+    call(rates, t + direction * guess, work, POINT * w, c, work, w)
+    curve = 0.0
+    for i in range(n):
+        scale = absolute[i] + relative[i] * abs(work[STATE * w + i])
+        bend = abs(work[w + i] - work[i]) / scale
+        if not math.isfinite(bend):
+            return guess
+        curve = greater(curve, bend)
+    curve /= guess
+    if not math.isfinite(curve):
+        return guess
+    steepest = greater(slope, curve)
+    other = greater(1e-6, guess * 1e-3)
+    if steepest > 1e-15:
+        other = (0.01 / steepest) ** (1.0 / order)
+    return lesser(lesser(100.0 * guess, other), longest)
+
+
+@part
+def launch(
+    rates: int, work: Reals, w: int, n: int, c: Reals, relative: Reals, absolute: Reals, reals: Reals,
+    integers: Integers,
+) -> int:  # fmt: skip
+    """What goes before the first step from STATE: its rates and, where none is given, its length.
+
+    NOT_FINITE where there are no rates, FINISHED where there is nowhere to go, else RUNNING.
+    """
+    t, until = reals[TIME], reals[UNTIL]
+    direction = 1.0 if until >= t else -1.0
+    longest = lesser(reals[MAX_STEP], abs(until - t))
+    reals[OLD_ERROR] = 1e-4
+    if GIVEN == 0:
+        call(rates, t, work, STATE * w, c, work, 0)
+        integers[EVALUATED] += 1
+        integers[BLAME] = _first_not_finite(work, w, n, 0, 1)
+        if integers[BLAME] >= 0:
+            return NOT_FINITE
+        integers[BLAME] = 0
+    if longest == 0.0:
+        return FINISHED
+    if GIVEN == 0 and reals[STEP] == 0.0:
+        reals[STEP] = first_length(
+            rates, t, direction, longest, work, w, n, c, relative, absolute, reals[OF_ORDER]
+        )  # fmt: skip
+        integers[EVALUATED] += 1
+        for i in range(w):  # rows that only the first step has used
+            work[POINT * w + i] = 0.0
+            work[w + i] = 0.0
+    reals[STEP] = direction * lesser(reals[STEP], longest)
+    return RUNNING
+
+
+@part
+def look(kernel: int, t: float, work: Reals, w: int, m: int, c: Reals, table: Reals, last: Integers) -> None:
+    """The event functions at STATE, and their signs: what `find_events` begins with."""
+    call(kernel, t, work, STATE * w, c, table, 0)
+    for e in range(m):
+        last[e] = 1 if table[e] > 0.0 else (-1 if table[e] < 0.0 else 0)
+
+
+@part
 def advance(
     rates: int, n: int, c: Reals, work: Reals, w: int, quaternions: Integers, nq: int, relative: Reals,
     absolute: Reals, reals: Reals, integers: Integers, room: int, times: Reals, lengths: Reals,
@@ -533,7 +627,8 @@ def advance(
     relative, absolute   tolerance of each component
     reals, integers      what is carried from call to call (`layout`)
     room                 number of steps the buffers hold, and of events besides those of the last step
-    times, lengths, states   buffers: time, length and state at the start of each accepted step
+    times, lengths, states   buffers: time, length and state at the start of each accepted step; then time and state of
+                         the end of the last
     events, m, ce        address of the event functions, their number, which may be 0, and constants
     directions, terminal what is asked of each
     last, table, g, found    room for the search (`find_events`)
@@ -662,9 +757,39 @@ def advance(
             integers[AFTER_REJECTION] = 0
         h *= factor
         old = greater(error, 1e-4)
+    times[accepted] = t
+    _copy(work, STATE * w, states, accepted * n, n)
     reals[TIME], reals[STEP], reals[OLD_ERROR] = t, h, old
     integers[ACCEPTED], integers[EVENTS] = accepted, logged
     return status
+
+
+@part
+def run(told: Integers) -> int:
+    """A run, or its next part: `advance` with its arguments in memory, numbers or addresses, in the order of `layout`.
+
+    A run that can not begin has its start in the buffers, and no steps.
+    """
+    rates, n, w, nq, room, events, m = told[0], told[1], told[2], told[3], told[4], told[5], told[6]
+    work, c, quaternions = reals_at(told[7]), reals_at(told[8]), integers_at(told[9])
+    relative, absolute, reals = reals_at(told[10]), reals_at(told[11]), reals_at(told[12])
+    integers, ce, directions = integers_at(told[13]), reals_at(told[14]), integers_at(told[15])
+    terminal, last, table = integers_at(told[16]), integers_at(told[17]), reals_at(told[18])
+    g, found, times = reals_at(told[19]), reals_at(told[20]), reals_at(told[21])
+    lengths, states = reals_at(told[22]), reals_at(told[23])
+    if integers[TAKEN] == 0:
+        normalise(work, STATE * w, quaternions, nq)
+        times[0] = reals[TIME]
+        _copy(work, STATE * w, states, 0, n)
+        status = launch(rates, work, w, n, c, relative, absolute, reals, integers)
+        if status != RUNNING:
+            return status
+        if m > 0:
+            look(events, reals[TIME], work, w, m, ce, table, last)
+    return advance(
+        rates, n, c, work, w, quaternions, nq, relative, absolute, reals, integers, room, times, lengths, states,
+        events, m, ce, directions, terminal, last, table, g, found, reals_at(told[24]), reals_at(told[25]),
+    )  # fmt: skip
 
 
 @part

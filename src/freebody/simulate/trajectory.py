@@ -141,8 +141,11 @@ class Trajectory:
         self.path = path
         self.specs = tuple(specs)
         self.tolerances = tolerances
-        self._parameters = kernels.parameters(self.values)
         self._asked = times, samples
+
+    @cached_property
+    def _parameters(self) -> Array:
+        return self.kernels.parameters(self.values)
 
     @cached_property
     def t(self) -> Array:
