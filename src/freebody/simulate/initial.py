@@ -111,6 +111,11 @@ def named_state(
 def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
     """Whether a value of a parameter, or of the start, has an axis of lanes (the components of a quaternion do not)."""
 
+    given = values if isinstance(values, Mapping) else {}
+    start = initial if isinstance(initial, Mapping) else {}
+    if _SINGLE.issuperset(map(type, given.values())) and _SINGLE.issuperset(map(type, start.values())):
+        return False
+
     def many(value: Any, own: int) -> bool:
         if isinstance(value, str) or not isinstance(value, list | tuple | np.ndarray):
             return False
@@ -121,14 +126,14 @@ def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
         except ValueError:
             return True
 
-    given = values.values() if isinstance(values, Mapping) else ()
-    start = initial.items() if isinstance(initial, Mapping) else ()
-    if all(type(value) in (float, int, str) for value in (*given, *(value for _, value in start))):
-        return False
     turned = quaternions_by_joint(model)
-    return any(many(value, 0) for value in given) or any(
-        many(value, int(str(key) in turned)) for key, value in start
+    return any(many(value, 0) for value in given.values()) or any(
+        many(value, int(str(key) in turned)) for key, value in start.items()
     )
+
+
+_SINGLE = frozenset((float, int, str))
+"""Types of a value that has no axis."""
 
 
 def quaternions_by_joint(model: Model) -> dict[str, int]:

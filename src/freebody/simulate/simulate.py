@@ -325,7 +325,10 @@ def _times(times: ArrayLike | None, begin: float, end: float) -> Any:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    return isinstance(value, _NUMBERS) and not isinstance(value, bool)
+
+
+_NUMBERS = int | float | np.integer | np.floating
 
 
 def _tolerances(kernels: Kernels, tolerance: Any, method: str) -> Any:
@@ -342,15 +345,12 @@ def _tolerances(kernels: Kernels, tolerance: Any, method: str) -> Any:
 
 
 def _tolerance(value: Any, finest: float) -> float:
-    number = (
-        value if isinstance(value, int | float | np.floating) and not isinstance(value, bool) else math.nan
-    )
-    if not finest <= number < 1:
+    if not _is_number(value) or not finest <= value < 1:
         raise SimulationError(
             f"Expected a tolerance between {finest:g} and 1, got {value!r}. "
             "1e-9 suits most purposes; below 1e-14 rounding errors dominate."
         )
-    return float(number)
+    return float(value)
 
 
 def _culprit(path: Path, kernels: Kernels) -> int:
