@@ -541,8 +541,9 @@ class _Inquiry:
         if not self.model.constraints:
             return dict(given)
         from ..simulate.closing import closed_start
+        from ..simulate.kernels import kernels_of
 
-        y, _ = closed_start(self.model, self.values, given, self.near, float(0), False)
+        y, _ = closed_start(kernels_of(self.model), self.values, given, self.near, float(0), False)
         names = [*self.model.coordinate_names, *self.model.speed_names]
         return dict(zip(names, y.tolist(), strict=True))
 

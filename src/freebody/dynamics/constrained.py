@@ -9,7 +9,7 @@ Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §8.5 (method 2).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -173,6 +173,9 @@ def _least(model: Model, state: State, G: list[Any], residual: list[Any]) -> lis
 # Rows of G are compared at unit length; what is left of a dependent row after Gram-Schmidt is round-off.
 DEPENDENT = 10**-9
 
+STEPS = 50
+"""Gauss-Newton steps after which conditions can not be met."""
+
 
 def independent_rows(model: Model, state: State) -> tuple[int, ...]:
     """The conditions that are independent at a state of floats, the earlier ones kept.
@@ -214,8 +217,7 @@ def closed_coordinates(
     t: float = 0,
     values: Mapping[Any, Any] | None = None,
     held: Sequence[int] = (),
-    steps: int = 50,
-    look: Callable[[list[float]], tuple[Any, Any]] | None = None,
+    steps: int = STEPS,
 ) -> list[float]:
     """Coordinates near ``q`` that satisfy the conditions on coordinates, by Gauss-Newton steps.
 
@@ -223,8 +225,6 @@ def closed_coordinates(
     ----------
     held : sequence of int
         Speeds whose coordinates stay as given.
-    look : function of q, optional
-        Residuals of all conditions, and G, by a faster way than Python.
 
     Raises
     ------
@@ -241,22 +241,13 @@ def closed_coordinates(
     small = DEPENDENT * (1 + float(np.abs(q).max(initial=0)))
     for _ in range(steps):
         try:
-            if look is None:
-                given = linearized(model, float_state(model, q, t=t, values=values))
-                phi = np.array([float(given.residual[i]) for i in active])
-                G = np.array([[float(given.matrix[i][j]) for j in free] for i in active])
-            else:
-                every, matrix = look(q)
-                phi, G = every[active], matrix[np.ix_(active, free)]
+            given = linearized(model, float_state(model, q, t=t, values=values))
+            phi = np.array([float(given.residual[i]) for i in active])
+            G = np.array([[float(given.matrix[i][j]) for j in free] for i in active])
         except (ZeroDivisionError, ValueError):
             phi = G = np.array([np.nan])
         if not (np.isfinite(phi).all() and np.isfinite(G).all()):
-            where = ", ".join(f"{c.name} = {x:.6g}" for c, x in zip(model.coordinates, q, strict=True))
-            raise ModelError(
-                f"A constraint of '{model.name}' ({', '.join(model.constraints)}) has no direction at {where}: two "
-                f"points of a rope in one place, a wheel that lies flat, or an expression without a value there. Begin "
-                f"elsewhere."
-            )
+            raise no_direction(model, q)
         size = float(np.abs(phi).max(initial=0))
         stalled = stalled + 1 if size >= best else 0
         best = min(best, size)
@@ -271,12 +262,30 @@ def closed_coordinates(
         for start in model.quaternions:
             norm = float(np.linalg.norm(q[start : start + 4]))
             q[start : start + 4] = [x / norm for x in q[start : start + 4]]
-    final = residuals(model, float_state(model, q, t=t, values=values))
-    missed = {kind.name: float(r) for kind, r in zip(kinds, final, strict=True) if not kind.on_speeds}
-    worst = max(missed, key=lambda name: abs(missed[name]))
-    if abs(missed[worst]) < small:
+    found = not_met(model, q, t, values, steps)
+    if found[0] < small:
         return q
-    raise ModelError(
+    raise found[1]
+
+
+def no_direction(model: Model, q: Sequence[float]) -> ModelError:
+    """What is said of coordinates at which conditions, or their derivatives, are no numbers."""
+    where = ", ".join(f"{c.name} = {x:.6g}" for c, x in zip(model.coordinates, q, strict=True))
+    return ModelError(
+        f"A constraint of '{model.name}' ({', '.join(model.constraints)}) has no direction at {where}: two "
+        f"points of a rope in one place, a wheel that lies flat, or an expression without a value there. Begin "
+        f"elsewhere."
+    )
+
+
+def not_met(
+    model: Model, q: Sequence[float], t: float, values: Mapping[Any, Any] | None, steps: int
+) -> tuple[float, ModelError]:
+    """The greatest residual at coordinates, and what is said of it where they have not been closed."""
+    final = residuals(model, float_state(model, q, t=t, values=values))
+    missed = {kind.name: float(r) for kind, r in zip(rows(model), final, strict=True) if not kind.on_speeds}
+    worst = max(missed, key=lambda name: abs(missed[name]))
+    return abs(missed[worst]), ModelError(
         f"The constraints can not be met near the coordinates given: after {steps} steps '{worst}' is still missed by "
         f"{missed[worst]:.3g}. Start nearer to a closed position, or check the lengths."
     )

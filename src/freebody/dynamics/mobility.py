@@ -20,6 +20,11 @@ from .state import State, float_state
 EPSILONS = 1 << 10
 
 
+def light(n: int) -> float:
+    """The eigenvalue of a scaled mass matrix (n, n) up to which nothing moves."""
+    return EPSILONS * float(np.finfo(float).eps) * n
+
+
 def massless_motion(model: Model, state: State) -> tuple[str, ...]:
     """Names of the speeds that together move no mass at a state of floats; empty if there are none."""
     return _idle(model, np.array([[float(entry) for entry in row] for row in mass_matrix(model, state)]))
@@ -52,7 +57,7 @@ def _idle(model: Model, M: Any) -> tuple[str, ...]:
         return (model.speed_names[int(diagonal.argmin())],)
     scale = np.sqrt(diagonal)
     values, vectors = np.linalg.eigh(M / np.outer(scale, scale))
-    if values[0] > EPSILONS * np.finfo(float).eps * len(M):
+    if values[0] > light(len(M)):
         return ()
     share = np.abs(vectors[:, 0])
     return tuple(model.speed_names[i] for i in np.flatnonzero(share > share.max() / len(M)))

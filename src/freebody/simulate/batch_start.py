@@ -164,7 +164,7 @@ class Lanes:
         for lane in range(1 if same else self.count):
             try:
                 y, held = closed_start(
-                    self.model, self.values_of(lane), self.initial_of(lane), near, begin, project, kernels
+                    kernels, self.values_of(lane), self.initial_of(lane), near, begin, project
                 )
             except SimulationError as error:
                 if same:

@@ -24,7 +24,8 @@ from ..model.values import check_assumptions
 from ..scalar.algebra import ZERO, Vector, apply
 from ..space.rotation import Rotation
 from .closing import closed_start
-from .initial import number
+from .initial import initial_state, number
+from .kernels import kernels_of
 
 
 def impulse(
@@ -112,7 +113,10 @@ def impulse(
         numbers = model.values(values)
         check_assumptions(model, numbers)
         begin = 0.0 if t is None else number(model, numbers, t, "t")
-        y, active = closed_start(model, numbers, initial or {}, near or {}, begin, False)
+        if model.constraints:
+            y, active = closed_start(kernels_of(model), numbers, initial or {}, near or {}, begin, False)
+        else:
+            y, active = initial_state(model, numbers, initial or {}), ()
         state = float_state(model, y[: model.n_q].tolist(), y[model.n_q :].tolist(), begin, values)
         jumps = float_jumps(model, state, active or independent_rows(model, state))
     if normal is not None or restitution is not None:

@@ -201,18 +201,25 @@ class Kernels:
         return self._at[1:]
 
     def closing(self) -> Program:
-        """Of a constrained model: ``residual`` and ``rate`` of all conditions, their ``matrix`` G, and ``mass`` M."""
+        """Of a constrained model, for `gauss_newton`: ``conditions`` (residuals of all of them, their matrix G),
+        ``motion`` (their rates, G, and the mass matrix M) and ``moved`` (q')."""
 
         def functions(state: State) -> dict[str, Sequence[Any]]:
             given = linearized(self.model, state)
+            matrix = [x for row in given.matrix for x in row]
+            mass = [x for row in mass_matrix(self.model, state) for x in row]
             return {
-                "residual": list(given.residual),
-                "rate": list(given.rate),
-                "matrix": [x for row in given.matrix for x in row],
-                "mass": [x for row in mass_matrix(self.model, state) for x in row],
+                "conditions": [*given.residual, *matrix],
+                "motion": [*given.rate, *matrix, *mass],
+                "moved": list(coordinate_rates(self.model, state)),
             }
 
         return self._program("closing", functions)
+
+    @cached_property
+    def on_speeds(self) -> tuple[int, ...]:
+        """Of each condition, 1 if it is one on speeds only."""
+        return tuple(int(row.on_speeds) for row in rows(self.model))
 
     @property
     def dropped(self) -> tuple[str, ...]:

@@ -77,6 +77,18 @@ def rows(method: str, n: int) -> int:
     return ROWS + {"radau": 4 * n + 24, "gauss": 38, "structure": 60, "taylor": 21}.get(method, 0)
 
 
+# What `gauss_newton.close` reports: there is a start; else no direction, coordinates that are not met, speeds that
+# contradict the conditions
+MET, NOWHERE, FAR, TORN = 0, 1, 2, 3
+# Its integers: that, the row that is missed most, whether all speeds are sure to move masses, steps at most; then, by
+# condition, 1 for those on speeds only and, as a result, for independent ones; by speed, 1 where nothing moves along it
+# and where it keeps its value; and the places of quaternions
+STATUS, WORST, HEAVY, STEPS, BY_CONDITION = 0, 1, 2, 3, 4
+# Its numbers: the residual that will do, what is round-off of a row or column, the eigenvalue of a mass that is none,
+# what is missed and of how much, the time; then (q, u), which become those of the start
+SMALL, DEPENDENT, LIGHT, MISSED, SIZE, MOMENT, COORDINATES = 0, 1, 2, 3, 4, 5, 6
+
+
 @cache
 def block(
     method: str, n: int, constants: int, quaternions: int, m: int, watched: int
@@ -92,3 +104,8 @@ def block(
     places = dict(zip((*IN_BLOCK, "told"), map(slice, begins, ends), strict=True))
     places["state"] = slice(STATE * padded(n), STATE * padded(n) + n)
     return places, 8 * np.array(begins[:-1], dtype=np.int64), ends[-1]
+
+
+def closing(n_q: int, n: int, m: int) -> int:
+    """Numbers in the memory of `gauss_newton.close`, for n_q coordinates, n speeds and m conditions."""
+    return 2 * m * (1 + n) + 3 * n * n + 7 * n + n_q

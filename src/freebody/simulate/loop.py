@@ -65,7 +65,7 @@ class Function:
     """A C function of integers and of arrays of integers or real numbers."""
 
     def __init__(self, address: int, arguments: Sequence[str], result: str) -> None:
-        kinds: dict[str, Any] = {"None": None, "int": ctypes.c_int64}
+        kinds: dict[str, Any] = {"None": None, "int": ctypes.c_int64, "float": ctypes.c_double}
         self.arguments = tuple(arguments)
         self.code = ctypes.CFUNCTYPE(
             kinds[result], *(kinds.get(kind, ctypes.c_void_p) for kind in self.arguments)
@@ -105,21 +105,42 @@ def loop(method: str = "dop853") -> Loop:
 
 @cache
 def _loop(method: str = "dop853") -> Loop:
-    key = _key(method)
+    def compiled() -> Mapping[str, Any]:
+        if method == WIDE:
+            return _module("lanes_wide").functions()
+        if method.endswith(LANES):
+            return _module("lanes").functions(method.removesuffix(LANES))
+        return _module(method).FUNCTIONS
+
+    return _made(_key(method), _called(method), compiled)
+
+
+def code(module: str, name: str, sources: Sequence[str]) -> Function:
+    """Another compiled function, of a module whose ``FUNCTIONS`` are made from these sources."""
+    with _ONE:
+        return _code(module, name, tuple(sources)).functions[name]
+
+
+@cache
+def _code(module: str, name: str, sources: tuple[str, ...]) -> Loop:
+    return _made(_hash(module, sources), (name,), lambda: _module(module).FUNCTIONS)
+
+
+def _module(name: str) -> Any:
+    return importlib.import_module(f".{name}", __package__)
+
+
+def _made(key: str, names: Sequence[str], make: Callable[[], Mapping[str, Any]]) -> Loop:
+    """Code from the disk, or made and kept there."""
     found = disk.load(key)
-    loaded = None if found is None else _loaded(*found, _called(method))
+    loaded = None if found is None else _loaded(*found, names)
     if loaded is not None:
         return Loop(*loaded, True)
-    if method == WIDE:
-        compiled = importlib.import_module(".lanes_wide", __package__).functions()
-    elif method.endswith(LANES):
-        compiled = importlib.import_module(".lanes", __package__).functions(method.removesuffix(LANES))
-    else:
-        compiled = importlib.import_module(f".{method}", __package__).FUNCTIONS
-    alone = _standalone(compiled, _called(method))
-    loaded = None if alone is None else _loaded(*alone, _called(method))
+    compiled = make()
+    alone = _standalone(compiled, names)
+    loaded = None if alone is None else _loaded(*alone, names)
     if alone is None or loaded is None:  # numba holds what the code needs besides
-        called = {name: compiled[name] for name in _called(method)}
+        called = {name: compiled[name] for name in names}
         functions = {
             name: Function(int(made.code.address), made.arguments, made.result)
             for name, made in called.items()
@@ -194,12 +215,15 @@ def outside(text: str) -> list[str]:
 
 def _key(method: str = "dop853") -> str:
     """Hash of the source of the loop and of what compiles it."""
-    digest = hashlib.sha256(f"loop {method} {disk.VERSION} {native.version()}\n".encode())
-    here = Path(__file__).parent
     more = ("lanes.py", "lanes_layout.py") if " " in method else ()
     more = (*more, "lanes_wide.py") if method == WIDE else more
-    for name in (*SHARED, *SOURCES[method.split()[0]], *more):
-        digest.update((here / name).read_bytes())
+    return _hash(method, (*SHARED, *SOURCES[method.split()[0]], *more))
+
+
+def _hash(what: str, sources: Sequence[str]) -> str:
+    digest = hashlib.sha256(f"loop {what} {disk.VERSION} {native.version()}\n".encode())
+    for name in sources:
+        digest.update(Path(__file__).with_name(name).read_bytes())
     # numba's version without an import of numba, which takes longer than a run
     numba = importlib.util.find_spec("numba")
     if numba is not None and numba.origin is not None:

@@ -210,7 +210,7 @@ def simulate(
     expressions = expressions_of(model, specs)
     check_signals(model)
     if model.constraints:
-        state, active = closed_start(model, numbers, initial or {}, near or {}, begin, project, kernels)
+        state, active = closed_start(kernels, numbers, initial or {}, near or {}, begin, project)
         kernels = kernels.holding(active)
     else:
         state = initial_state(model, numbers, {} if initial is None else initial)

@@ -7,24 +7,18 @@ contact satisfies Signorini's and Coulomb's conditions to the residual that the 
 
 from __future__ import annotations
 
-import hashlib
 import math
-import threading
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
-from pathlib import Path as FilePath
 from typing import Any
 
-import llvmlite.binding as llvm
 import numpy as np
 
-from ..compile import cache as disk
-from ..compile import native
 from ..dynamics.constraints import rows as conditions
 from ..dynamics.impulse import blows_on, generalized_impulse
 from ..dynamics.mobility import massless_motion
 from ..dynamics.state import State, float_state
 from ..errors import ModelError, SimulationError
+from . import loop
 from .blow import Blow, blows_of, call_of, scheduled
 from .contact_motion import check_coefficients
 from .contact_scene import scene_of_layout
@@ -32,7 +26,6 @@ from .event import EventSpec, expressions_of
 from .impulse import given_blow
 from .initial import number
 from .kernels import Kernels
-from .loop import LIBRARIES, Function, outside
 from .path import FINISHED, INTERRUPTED, TERMINAL, Array, Crossing, Rates, observe
 from .polish import polished
 from .stepped_kernels import Shape, gaps, stepping
@@ -47,6 +40,8 @@ SWEEPS = 3_000
 MOST_SWEEPS = 100_000
 PAST = 4 + 2 * 12
 """Rows of the memory of `moreau_problem.solve`."""
+SOURCES = ("loop.py", "moreau.py", "moreau_problem.py", "moreau_rows.py", "machine.py", "layout.py")
+"""Modules that the loop is made of."""
 BLOCK = 1000
 """Steps between two looks at events, progress and the keyboard."""
 
@@ -130,7 +125,7 @@ class _Run:
         self.constants = self.program.constants(self.parameters)
         self.first, self.tangents, self.rows = scene_of_layout(model)
         self.memory = _memory(kernels, values, self.program, self.shape, self.tangents, self.rows)
-        self.march = loop()
+        self.march = loop.code("moreau", "march", SOURCES)
         timed, self.called = scheduled(kernels, values, blows, begin, end)
         self.timed: dict[int, list[Blow]] = {}
         for time, one in timed:
@@ -464,62 +459,3 @@ def _crossings(
                     )
                 )
     return tuple(sorted(result, key=lambda one: one.time))
-
-
-# --- the machine code of the loop, from the disk or from numba -----------------------------------
-
-_ONE = threading.Lock()
-_SOURCES = ("moreau.py", "moreau_problem.py", "moreau_rows.py", "machine.py", "layout.py")
-
-
-def loop() -> Function:
-    """`moreau.march`, compiled; kept on the disk as the other loop is (`simulate.loop`)."""
-    with _ONE:
-        return _loop()
-
-
-@cache
-def _loop() -> Any:
-    digest = hashlib.sha256(f"moreau {disk.VERSION} {native.version()}\n".encode())
-    for name in _SOURCES:
-        digest.update((FilePath(__file__).parent / name).read_bytes())
-    key = digest.hexdigest()
-    found = disk.load(key)
-    if found is not None and all(map(llvm.address_of_symbol, found[0]["needed"])):
-        header, code = found
-        library = native.Library(code)
-        address = next(iter(library.addresses([header["symbol"]]).values()))
-        if address:
-            return _Kept(Function(address, header["arguments"], header["result"]), library)
-    from .moreau import FUNCTIONS
-
-    context = llvm.create_context()
-    modules = [llvm.parse_assembly(f.code.inspect_llvm(), context=context) for f in FUNCTIONS.values()]
-    for module in modules[1:]:
-        modules[0].link_in(module)
-    text = str(modules[0])
-    needed = outside(text)
-    made = FUNCTIONS["march"]
-    if LIBRARIES.issuperset(needed):
-        code = native.object_code(text)
-        disk.store(
-            key,
-            {
-                "needed": needed,
-                "symbol": made.code.native_name,
-                "arguments": made.arguments,
-                "result": made.result,
-            },
-            code,
-        )
-    return _Kept(Function(int(made.code.address), made.arguments, made.result), FUNCTIONS)
-
-
-class _Kept:
-    """A function, and what owns its code."""
-
-    def __init__(self, function: Function, keep: Any) -> None:
-        self.function, self.keep = function, keep
-
-    def __call__(self, *arguments: Any) -> int:
-        return int(self.function(*arguments))

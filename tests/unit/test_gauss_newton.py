@@ -1,0 +1,105 @@
+"""The compiled start of constrained machines: least squares, independent rows, and the start itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import freebody as fb
+from freebody.dynamics.constrained import closed_coordinates, independent_of
+from freebody.simulate import layout, loop
+from freebody.simulate.closing import SOURCES, closed_start
+from freebody.simulate.kernels import kernels_of
+
+EPS = np.finfo(float).eps
+
+
+@pytest.mark.parametrize(
+    ("m", "n", "rank"),
+    [(3, 3, 3), (5, 2, 2), (2, 5, 2), (6, 4, 3), (4, 7, 2), (1, 1, 0), (0, 3, 0), (3, 0, 0)],
+)
+def test_shortest_of_the_least_squares(m, n, rank):
+    """As the singular values give it, of any shape and rank; contradictions included."""
+    rng = np.random.default_rng(m + 10 * n)
+    a = rng.normal(size=(m, rank)) @ rng.normal(size=(rank, n))
+    b = rng.normal(size=m)
+    expected = np.linalg.pinv(a, rcond=1e-9) @ b
+    x = np.full(n, np.nan)
+    loop.code("gauss_newton", "least", SOURCES)(
+        a.ravel().copy(), m, n, b.copy(), x, 1e-9, np.empty(4 * n + n * n)
+    )
+    condition = np.prod(np.linalg.svd(a, compute_uv=False)[[0, rank - 1]] ** [1, -1]) if rank else 1
+    assert np.abs(x - expected).max(initial=0) <= 100 * EPS * condition**2 * (
+        1 + np.abs(expected).max(initial=0)
+    )
+
+
+def test_independent_rows_are_those_of_numpy():
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        G = rng.normal(size=(7, 5))
+        G[2], G[4], G[5] = 3 * G[0], 0, G[0] - 2 * G[1]
+        M = np.diag(rng.uniform(0.1, 10, 5))
+        kept, basis = np.full(7, 9), np.empty(30)
+        loop.code("gauss_newton", "independent", SOURCES)(
+            G.ravel().copy(), M.ravel(), 7, 5, kept, 1e-9, basis
+        )
+        assert tuple(np.flatnonzero(kept)) == independent_of(G, M)
+        assert set(kept) <= {0, 1}
+
+
+def four_bar(axis="z"):
+    """Bars of 0.1, 0.3 and 0.2 m on a base of 0.3 m; of the joints in one plane three conditions are redundant."""
+    s = fb.System("four-bar")
+    bars = [s.body(name, fb.slender_bar(4 * L, L)) for name, L in (("a", 0.1), ("b", 0.3), ("c", 0.2))]
+    s.hinge("A", s.ground, bars[0], to=(-0.05, 0, 0), axis=axis, coordinate="alpha")
+    s.hinge("B", bars[0], bars[1], at=(0.05, 0, 0), to=(-0.15, 0, 0), axis=axis, coordinate="beta")
+    s.hinge("D", s.ground, bars[2], at=(0.3, 0, 0), to=(-0.1, 0, 0), axis=axis, coordinate="psi")
+    s.hinge("C", bars[2], bars[1], at=(0.1, 0, 0), to=(0.15, 0, 0), axis=axis)
+    return s
+
+
+@pytest.mark.parametrize("project", [False, True])
+def test_a_start_is_that_of_the_search_in_python(project):
+    kernels = kernels_of(four_bar())
+    model = kernels.model
+    given, near = {"alpha": 0.4, "alpha'": 3.0}, {"beta": 1.0, "psi": 1.8}
+    y, active = closed_start(kernels, kernels.values(None), given, near, 0.0, project)
+    held = () if project else (model.speed_names.index("alpha'"),)
+    q = closed_coordinates(model, [0.4, 1.0, 1.8], values=kernels.values(None), held=held)
+    assert y[:3] == pytest.approx(q, abs=20 * EPS)
+    assert len(active) == 2
+    if not project:
+        assert y[0] == 0.4
+        assert y[3] == 3.0
+    alpha, beta, psi = y[:3]
+    x = 0.1 * np.cos(alpha) + 0.3 * np.cos(alpha + beta) - 0.3 - 0.2 * np.cos(psi)
+    z = 0.1 * np.sin(alpha) + 0.3 * np.sin(alpha + beta) - 0.2 * np.sin(psi)
+    assert abs(x) + abs(z) < 8 * EPS
+    a, b, c = y[3:]
+    rate = (
+        -0.1 * np.sin(alpha) * a - 0.3 * np.sin(alpha + beta) * (a + b) + 0.2 * np.sin(psi) * c,
+        0.1 * np.cos(alpha) * a + 0.3 * np.cos(alpha + beta) * (a + b) - 0.2 * np.cos(psi) * c,
+    )
+    assert np.abs(rate).max() < 100 * EPS
+
+
+def test_speeds_of_a_projected_start_lose_least_energy():
+    """Of all speeds on the constraints those nearest in kinetic energy: what is left is M-orthogonal to the motion."""
+    kernels = kernels_of(four_bar())
+    given = {"alpha": 0.4, "alpha'": 3.0, "beta'": 1.0, "psi'": -2.0}
+    y, _ = closed_start(kernels, kernels.values(None), given, {"beta": 1.0, "psi": 1.8}, 0.0, True)
+    from freebody.dynamics import mass_matrix
+    from freebody.dynamics.state import float_state
+
+    state = float_state(kernels.model, y[:3].tolist(), y[3:].tolist())
+    M = np.array([[float(x) for x in row] for row in mass_matrix(kernels.model, state)])
+    assert y[3:] @ M @ (np.array([3.0, 1.0, -2.0]) - y[3:]) == pytest.approx(0, abs=1e-14)
+
+
+def test_memory_of_the_search():
+    """As large as `close` cuts it: (G, φ) twice, M, the factors of `least`, and vectors."""
+    n_q, n, m = 7, 6, 9
+    positions = n + m + m * n + m * n + m + n + n_q + 4 * n + n * n
+    speeds = m + m * n + n * n + n * n + m * n + m + n + 4 * n + n * n
+    assert layout.closing(n_q, n, m) >= max(positions, speeds, m + m * n + 2 * n * n + n)
