@@ -179,8 +179,8 @@ class _Run:
         n, c, told = rates.size, rates.constants, rates.corrections
         watched, m, ce = 0, 0, c[:0]
         if watch is not None and watch.directions:
-            watched, m, ce = watch.address, len(watch.directions), watch.constants
-            ce = c if ce is None else ce
+            watched, m = watch.address, len(watch.directions)
+            ce = c if watch.constants is None else watch.constants
         place, starts, size = layout.block(method, n, c.size, told.size, m, ce.size)
         # from the start of a line of the cache: rows that lie across two are read and written in two parts
         memory = np.zeros(size + 8)
