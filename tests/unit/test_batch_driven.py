@@ -80,6 +80,22 @@ def test_steps_of_one_length_and_greatest_steps(loops: list[bool]) -> None:
     assert loops == [False, False, True]
 
 
+@pytest.mark.parametrize("lanes", [3, 9])
+def test_steps_are_counted_over_all_legs(lanes: int, loops: list[bool]) -> None:
+    """A run alone stops after as many steps, where it was; also where they end with a leg."""
+    s, theta = pendulum(), np.linspace(0.3, 1, lanes)
+    whole = fb.simulate(s, 2, initial={"theta": theta}, samples=2)
+    first_leg = fb.simulate(s, 0.4, initial={"theta": theta}, samples=2)
+    for most in (int(whole.steps.min()) - 2, int(first_leg.steps[0])):
+        data = fb.simulate(s, 2, initial={"theta": theta}, samples=2, max_steps=most)
+        assert set(data.status.values) == {"too many steps"} and set(data.steps.values) == {most}
+        for k in range(lanes):
+            with pytest.raises(SimulationError, match=f"max_steps = {most} steps reached only") as caught:
+                fb.simulate(s, 2, initial={"theta": theta[k]}, samples=2, max_steps=most)
+            assert float(data.end[k]) == caught.value.trajectory.path.end
+    assert loops == [lanes == 9] * 4
+
+
 def test_a_signal_that_jumps_across_an_event_function(loops: list[bool]) -> None:
     """A held signal jumps through the event's level at a break point: an event, and the end if it is terminal."""
     gusts = fb.signal([0, 0.5, 1.0], [0, 2, -1], "previous", name="wind")

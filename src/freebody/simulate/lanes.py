@@ -328,7 +328,7 @@ def lanes(
                         reduced[place + EXTREMES * k + 2] = spare[k]
             done = 0
             now, stride = first, 0.0
-            left, budget = sizes[LIMIT], sizes[BUDGET]
+            left, budget = sizes[LIMIT] - taken, sizes[BUDGET]
             if longest == 0.0 and code == RUNNING:
                 code = ENDED
                 for k in range(count):

@@ -404,13 +404,16 @@ def lanes_wide(
                         lane, kernels, sizes, options, parameters, legs, columns, quaternions, relative, tolerances,
                         work, spare, mine, wide, w, c, alone, absolute, single, control, counts,
                     )  # fmt: skip
-                    if code == RUNNING:
+                    if code != RUNNING:
+                        blame = counts[COUNTS]
+                        counts[TAKEN + lane] = 0
+                    elif counts[BEFORE + lane] < sizes[LIMIT]:
                         continue
-                    blame = counts[COUNTS]
-                    counts[TAKEN + lane] = 0
+                    else:
+                        code = TOO_MANY
                 elif reaches:
                     code = FINISHED
-                elif code == RUNNING and counts[TAKEN + lane] >= sizes[LIMIT]:
+                elif code == RUNNING and counts[BEFORE + lane] + counts[TAKEN + lane] >= sizes[LIMIT]:
                     code = TOO_MANY
                 factor = GREATEST
                 if error > 0.0:
