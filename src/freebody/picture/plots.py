@@ -3,6 +3,8 @@
 Every function takes a trajectory and gives matplotlib axes; ``ax=`` draws into axes that exist. Nothing is shown or
 saved: ``axes.figure.savefig(path)`` does that. Figures are made without pyplot, so that no window opens and no
 figure is kept alive.
+
+The file is longer than others: every plot of a motion is here, and they share how axes are finished.
 """
 
 from __future__ import annotations
