@@ -120,8 +120,6 @@ def test_parameters_that_the_motion_does_not_tell_apart_are_named() -> None:
         ({"time": [1.0], "theta": [1.0]}, {"bounds": {"I": (1, 2)}}, "'I' within its bounds, 1 to 2, got 0.5"),
         ({"time": [1.0], "theta": [1.0]}, {"initial": [{}, {}]}, "one initial= for each of the 1 measurements, got 2"),
         ({"time": [1.0], "thet": [1.0]}, {}, "thet"),
-        ({"time": [1.0], "theta": [1.0]}, {"unknown": {"I": 1.0}, "values": {"I": 2}}, "'I' stands .* and in values="),
-        ({"time": [1.0], "theta": [1.0]}, {"unknown": {"theta": 1.0}}, "'theta' stands with a first guess .* initial="),
     ],
 )  # fmt: skip
 def test_refusals(data, options: dict, message: str) -> None:

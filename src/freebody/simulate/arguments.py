@@ -15,7 +15,7 @@ def check_numbers(samples: Any, max_step: Any, max_steps: Any) -> None:
     """Whether a number of samples, a longest step and a number of steps are such."""
     if samples is not None and not (_is_whole(samples) and samples >= 2):
         raise SimulationError(f"Expected a number of samples of at least 2, got {samples!r}.")
-    if max_step is not None and not (_is_number(max_step) and max_step > 0):
+    if max_step is not None and not (is_number(max_step) and max_step > 0):
         raise SimulationError(f"Expected a longest step greater than 0 s, got max_step={max_step!r}.")
     if max_steps is not None and not (_is_whole(max_steps) and max_steps > 0):
         raise SimulationError(f"Expected a number of steps of at least 1, got max_steps={max_steps!r}.")
@@ -68,7 +68,8 @@ def check_heeded(
             )
 
 
-def _is_number(value: Any) -> bool:
+def is_number(value: Any) -> bool:
+    """Whether a value is a real number, and no truth value."""
     return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
 
 

@@ -102,6 +102,18 @@ def call(typing: Any, address: Any, t: Any, y: Any, i: Any, c: Any, out: Any, j:
 
 
 @intrinsic
+def reals_at(typing: Any, address: Any) -> Any:
+    """The pointer to real numbers at an address."""
+    del typing, address
+
+    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        del context, signature
+        return builder.inttoptr(arguments[0], _double.as_pointer())
+
+    return types.CPointer(types.float64)(types.int64), write
+
+
+@intrinsic
 def shifted(typing: Any, p: Any, k: Any) -> Any:
     """The pointer to ``p[k]``."""
     del typing, k

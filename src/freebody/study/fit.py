@@ -133,8 +133,8 @@ def fit(
     Raises
     ------
     SimulationError
-        Unknown names, a name with two first guesses, too few data, data that do not tell the unknowns apart (with the
-        combination that the motion does not feel), a search that does not end.
+        Unknown names, too few data, data that do not tell the unknowns apart (with the combination that the motion does
+        not feel), a search that does not end.
 
     Examples
     --------
@@ -175,14 +175,6 @@ def fit(
     if not quantities:
         raise SimulationError("Expected at least one measured quantity besides the time, got none.")
     known = {**(values or {})}
-    for one in chosen:
-        where, given = ("values", [known]) if one.symbol is not None else ("initial", starts)
-        if guesses[one.name] is not None and any(
-            _name(model, key) == one.name for part in given for key in part
-        ):
-            raise SimulationError(
-                f"'{one.name}' stands with a first guess in unknown=, and in {where}=. Leave one out."
-            )
     numbers = model.values({k: v for k, v in known.items()} | _given(chosen, guesses))
     first = np.array([_first(one, guesses, numbers, starts, model) for one in chosen])
     weights = _weights(sigma, quantities, measured)
