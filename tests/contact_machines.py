@@ -137,7 +137,7 @@ radius = "R"
 [joints.plane]
 type = "planar"
 child = "disk"
-coordinate = ["x", "y", "turn"]
+coordinate = ["x", "y", "phi"]
 [contacts.floor]
 feature = { body = "disk", shape = "circle", radius = "R" }
 surface = { shape = "plane", normal = "y" }
