@@ -155,8 +155,8 @@ def simulate(
     Raises
     ------
     SimulationError
-        Unknown names, or a motion that can not be continued: with the time, the coordinate and the last good
-        state, and with the motion so far as ``error.trajectory``.
+        Unknown names, an argument that the run can not heed, or a motion that can not be continued: with the time, the
+        coordinate and the last good state, and with the motion so far as ``error.trajectory``.
 
     Examples
     --------
