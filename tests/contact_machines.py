@@ -124,12 +124,15 @@ DRAWN: list[tuple[Any, dict[str, Any]]] = [
 
 DISK = """\
 name = "disk"
-gravity = [0, "-9.81", 0]
+gravity = [0, "-g", 0]
 [parameters]
+m = 10
 R = 0.3
+mu = 0.2
+g = 9.81
 [bodies.disk]
 solid = "disk"
-mass = 2
+mass = "m"
 radius = "R"
 [joints.plane]
 type = "planar"
@@ -138,10 +141,11 @@ coordinate = ["x", "y", "phi"]
 [contacts.floor]
 feature = { body = "disk", shape = "circle", radius = "R" }
 surface = { shape = "plane", normal = "y" }
-friction = 0.3
+friction = "mu"
 [initial]
-y = 0.3
+y = "R"
+"x'" = 3
 [run]
 until = 0.2
 """
-"""A model file: a disk on a floor."""
+"""A model file: a disk thrown along a floor."""

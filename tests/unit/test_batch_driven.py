@@ -6,24 +6,10 @@ import numpy as np
 import pytest
 
 import freebody as fb
+from batch_machines import CLOSED, cart, four_bar
 from freebody.errors import SimulationError
-from freebody.simulate import batch
 
 WIND = fb.signal([0, 0.4, 0.5, 0.9, 1.3, 3], [0, 3, -1, 2, 2, 0], name="wind")
-
-
-@pytest.fixture
-def loops(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
-    """Of each compiled loop that a test makes, whether it runs eight lanes at once."""
-    seen: list[bool] = []
-    made = batch._Loop.__init__
-
-    def watched(self, *arguments):
-        made(self, *arguments)
-        seen.append(self.wide)
-
-    monkeypatch.setattr(batch._Loop, "__init__", watched)
-    return seen
 
 
 def pendulum(signal=WIND) -> fb.System:
@@ -94,6 +80,22 @@ def test_steps_of_one_length_and_greatest_steps(loops: list[bool]) -> None:
     assert loops == [False, False, True]
 
 
+@pytest.mark.parametrize("lanes", [3, 9])
+def test_steps_are_counted_over_all_legs(lanes: int, loops: list[bool]) -> None:
+    """A run alone stops after as many steps, where it was; also where they end with a leg."""
+    s, theta = pendulum(), np.linspace(0.3, 1, lanes)
+    whole = fb.simulate(s, 2, initial={"theta": theta}, samples=2)
+    first_leg = fb.simulate(s, 0.4, initial={"theta": theta}, samples=2)
+    for most in (int(whole.steps.min()) - 2, int(first_leg.steps[0])):
+        data = fb.simulate(s, 2, initial={"theta": theta}, samples=2, max_steps=most)
+        assert set(data.status.values) == {"too many steps"} and set(data.steps.values) == {most}
+        for k in range(lanes):
+            with pytest.raises(SimulationError, match=f"max_steps = {most} steps reached only") as caught:
+                fb.simulate(s, 2, initial={"theta": theta[k]}, samples=2, max_steps=most)
+            assert float(data.end[k]) == caught.value.trajectory.path.end
+    assert loops == [lanes == 9] * 4
+
+
 def test_a_signal_that_jumps_across_an_event_function(loops: list[bool]) -> None:
     """A held signal jumps through the event's level at a break point: an event, and the end if it is terminal."""
     gusts = fb.signal([0, 0.5, 1.0], [0, 2, -1], "previous", name="wind")
@@ -129,28 +131,17 @@ def test_a_crank_that_a_signal_turns_and_free_bodies_with_quaternions() -> None:
         for name in alone.names:
             assert np.array_equal(data[name][k], alone[name]), (k, name)
             assert k > 2 or np.array_equal(few[name][k], alone[name]), (k, name)
-    s = fb.System("four-bar")
-    s.gravity = (0, -9.81, 0)
-    a, b, c = (s.body(name, fb.slender_bar(1, L, axis="x")) for name, L in (("a", 1), ("b", 3), ("c", 2)))
-    crank = s.hinge("A", s.ground, a, to=(-0.5, 0, 0), axis="z", coordinate="q1")
-    s.hinge("B", a, b, at=(0.5, 0, 0), to=(-1.5, 0, 0), axis="z", coordinate="q2")
-    s.hinge("D", s.ground, c, at=(3, 0, 0), to=(-1, 0, 0), axis="z", coordinate="q3")
-    s.hinge("C", b, c, at=(1.5, 0, 0), to=(1, 0, 0), axis="z")
-    s.torque("motor", crank, WIND)
-    near = {"q1": 1.0, "q2": -0.7, "q3": 1.2}
-    data = fb.simulate(s, 1, initial={"q1": 1.0, "q1'": [1.0, 4.0]}, near=near, samples=4)
+    s = four_bar()
+    s.torque("motor", s.joints["A"], WIND)
+    data = fb.simulate(s, 1, initial={"q1": 1.0, "q1'": [1.0, 4.0]}, near=CLOSED, samples=4)
     for k, speed in enumerate((1.0, 4.0)):
-        alone = fb.simulate(s, 1, initial={"q1": 1.0, "q1'": speed}, near=near, samples=4)
+        alone = fb.simulate(s, 1, initial={"q1": 1.0, "q1'": speed}, near=CLOSED, samples=4)
         for name in alone.names:
             assert np.array_equal(data[name][k], alone[name]), name
 
 
 def test_a_stiff_leg_changes_the_method_there_as_alone() -> None:
-    s = fb.System("stiff cart")
-    k, c = s.parameters(k=1.0, c=1.0)
-    guide = s.slider("guide", s.ground, s.body("cart", fb.particle(2)), axis="x", coordinate="x")
-    s.spring("spring", guide, stiffness=k)
-    s.damper("damper", guide, damping=c)
+    s = cart()
     s.generalized_force("x", fb.signal([0.0, 0.5, 20.0], [0.0, 1.0, 0.0], name="push"))
     stiffness, damping = np.array([1.0, 1e6]), np.array([1.0, 1e5])
     options = {"tolerance": 1e-7, "samples": 3}

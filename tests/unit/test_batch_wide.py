@@ -6,21 +6,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.simulate import batch
-
-
-@pytest.fixture
-def wide(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
-    """Whether the loops made in a test run eight lanes at once."""
-    seen: list[bool] = []
-    made = batch._Loop.__init__
-
-    def watched(self, *arguments):
-        made(self, *arguments)
-        seen.append(self.wide)
-
-    monkeypatch.setattr(batch._Loop, "__init__", watched)
-    return seen
+from batch_machines import cart
 
 
 def pendulum() -> fb.System:
@@ -35,7 +21,7 @@ def pendulum() -> fb.System:
 
 
 @pytest.mark.parametrize("lanes", [8, 13, 40])
-def test_driven_pendulums_with_work_and_time(wide: list[bool], lanes: int) -> None:
+def test_driven_pendulums_with_work_and_time(loops: list[bool], lanes: int) -> None:
     s = pendulum()
     theta, damping = np.linspace(-3, 3, lanes), np.linspace(0, 0.5, lanes)
     times = [0.0, 0.3, 0.31, 4.0, 2.5]
@@ -43,7 +29,7 @@ def test_driven_pendulums_with_work_and_time(wide: list[bool], lanes: int) -> No
         s, 4, initial={"theta": theta}, values={"c": damping}, tolerance=1e-10, times=times, max_step=0.5,
         outputs=["theta", "theta'", "work", "energy"],
     )  # fmt: skip
-    assert wide == [True]
+    assert loops == [True]
     for k in range(lanes):
         alone = fb.simulate(
             s,
@@ -59,7 +45,7 @@ def test_driven_pendulums_with_work_and_time(wide: list[bool], lanes: int) -> No
         assert int(data.steps[k]) == alone.steps and float(data.end[k]) == 4
 
 
-def test_free_bodies_with_quaternions_and_backwards(wide: list[bool]) -> None:
+def test_free_bodies_with_quaternions_and_backwards(loops: list[bool]) -> None:
     s = fb.System("stone")
     m = s.parameters(m=2.0)
     s.free("turn", s.ground, s.body("stone", fb.box(m, (0.1, 0.2, 0.4))))
@@ -71,15 +57,11 @@ def test_free_bodies_with_quaternions_and_backwards(wide: list[bool]) -> None:
             alone = fb.simulate(s, until, initial={**start, "turn_wx": rates[k]}, samples=4)
             for name in alone.names:
                 assert np.array_equal(data[name][k], alone[name]), (until, k, name)
-    assert wide == [True, True]
+    assert loops == [True, True]
 
 
-def test_lanes_that_fail_or_are_stiff_do_not_touch_their_neighbours(wide: list[bool]) -> None:
-    s = fb.System("odd springs")
-    k, c = s.parameters(k=1.0, c=1.0)
-    guide = s.slider("guide", s.ground, s.body("cart", fb.particle(2)), axis="x", coordinate="x")
-    s.spring("spring", guide, stiffness=k)
-    s.damper("damper", guide, damping=c)
+def test_lanes_that_fail_or_are_stiff_do_not_touch_their_neighbours(loops: list[bool]) -> None:
+    s = cart()
     s.generalized_force("x", "sqrt(x + 2)")
     stiffness = np.ones(20)
     damping = np.linspace(0.1, 2, 20)
@@ -90,7 +72,7 @@ def test_lanes_that_fail_or_are_stiff_do_not_touch_their_neighbours(wide: list[b
     data = fb.simulate(
         s, 10, initial={"x": x, "x'": speed}, values={"k": stiffness, "c": damping}, samples=5, tolerance=1e-7
     )
-    assert wide == [True, False]  # the stiff ones again, by radau
+    assert loops == [True, False]  # the stiff ones again, by radau
     for lane in range(20):
         given = {
             "initial": {"x": x[lane], "x'": speed[lane]},
@@ -111,7 +93,7 @@ def test_lanes_that_fail_or_are_stiff_do_not_touch_their_neighbours(wide: list[b
     assert set(few.steps.values) == set(more.steps.values) == {3}
 
 
-def test_long_runs_tighten_where_a_run_alone_does(wide: list[bool]) -> None:
+def test_long_runs_tighten_where_a_run_alone_does(loops: list[bool]) -> None:
     """After its budget of 30,000 steps a run with "auto" takes shorter ones; in the register, and lane by lane."""
     s = pendulum()
     start, speeds = 1.0, np.linspace(1.0, 1.4, 8)
@@ -121,7 +103,7 @@ def test_long_runs_tighten_where_a_run_alone_does(wide: list[bool]) -> None:
     never = fb.simulate(
         s, 9000, initial={"theta": start, "theta'": speeds[:2]}, **{**given, "method": "dop853"}
     )
-    assert wide == [True, False, False]
+    assert loops == [True, False, False]
     for k in (0, 1):
         alone = fb.simulate(s, 9000, initial={"theta": start, "theta'": speeds[k]}, **given)
         assert alone.steps > int(never.steps[k]) > 30_000  # so there was something to tighten

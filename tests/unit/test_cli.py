@@ -15,7 +15,7 @@ import pytest
 import freebody as fb
 from freebody.cli import main
 from freebody.cli.model import Number
-from freebody.cli.table import significant
+from freebody.scalar.digits import significant
 
 SOURCE = str(Path(fb.__file__).parents[1])
 

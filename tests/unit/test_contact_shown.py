@@ -8,41 +8,11 @@ import numpy as np
 import pytest
 
 import freebody as fb
+from contact_machines import DISK
 from freebody.cli import main
 from freebody.errors import SimulationError
 
 PAGE = (Path(__file__).parents[2] / "docs" / "contact-simulation.md").read_text(encoding="utf-8")
-
-MODEL = """
-name = "bowling"
-gravity = [0, "-g", 0]
-
-[parameters]
-m = 10
-R = 0.3
-mu = 0.2
-g = 9.81
-
-[bodies.disk]
-solid = "disk"
-mass = "m"
-radius = "R"
-
-[joints.plane]
-type = "planar"
-parent = "ground"
-child = "disk"
-coordinate = ["x", "y", "turn"]
-
-[contacts.floor]
-feature = { body = "disk", shape = "circle", radius = "R" }
-surface = { shape = "plane", normal = "y" }
-friction = "mu"
-
-[initial]
-y = "R"
-"x'" = 3
-"""
 
 
 def test_the_page_prints_what_it_says(capsys):
@@ -56,8 +26,8 @@ def test_the_page_prints_what_it_says(capsys):
 
 @pytest.fixture
 def model(tmp_path):
-    path = tmp_path / "bowling.toml"
-    path.write_text(MODEL, encoding="utf-8")
+    path = tmp_path / "disk.toml"
+    path.write_text(DISK, encoding="utf-8")
     return str(path)
 
 

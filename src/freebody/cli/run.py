@@ -10,8 +10,9 @@ from typing import Any
 import click
 
 from ..errors import SimulationError
+from ..scalar.digits import significant
 from .model import Number, Setting, find, settings_of
-from .table import Grid, significant
+from .table import Grid
 
 MOST = 24  # events, and modes of contacts, that are listed
 LARGEST = 12  # speeds of a machine whose diagrams are drawn

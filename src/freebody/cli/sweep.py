@@ -8,8 +8,9 @@ from typing import Any
 
 import click
 
+from ..scalar.digits import significant
 from .model import Number, Setting, find, number_of, settings_of
-from .table import Grid, significant
+from .table import Grid
 
 MOST = 12  # rows of the table
 
@@ -70,6 +71,7 @@ def sweep(
     store: Path | None,
 ) -> None:
     """Simulate MODEL at every combination of values, and write the motions to one file."""
+    from ..simulate.kernels import kernels_of
     from ..study.sweep import sweep as run
 
     entry = find(model)
@@ -80,7 +82,7 @@ def sweep(
         if name in grid:
             raise click.BadParameter(f"'{name}' is varied twice.", param_hint="--vary")
         grid[name] = numbers_of(system, name, given)
-    near = {} if entry.near is None else dict(entry.near)
+    near = dict(entry.near or {}) if kernels_of(system).model.constraints else {}
     start = {name: value for name, value in dict(entry.start or {}).items() if name not in grid}
     data = run(
         system, grid, until, outputs=list(outputs) or None, initial=start, near=near, values=values,

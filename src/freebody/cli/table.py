@@ -36,27 +36,3 @@ class Grid:
             console.print(self._table)
         lines = (line.rstrip() for line in capture.get().splitlines())
         click.echo("\n".join(lines).strip("\n") + "\n")
-
-
-def significant(value: object, digits: int = 6) -> str:
-    """A number as people read it.
-
-    >>> significant(0.1 + 0.2), significant(3), significant(True), significant((1.0, 2.5, -0.0))
-    ('0.3', '3', 'yes', '1, 2.5, 0')
-    >>> significant(((1, 2), (3, 4)))  # rows
-    '1, 2; 3, 4'
-    """
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, str):
-        return value
-    if hasattr(value, "__len__") or hasattr(value, "tolist"):
-        listed = value.tolist() if hasattr(value, "tolist") else value
-        if not isinstance(listed, list | tuple):
-            return significant(listed)
-        rows = any(isinstance(v, list | tuple) for v in listed)
-        return ("; " if rows else ", ").join(significant(v, digits) for v in listed)
-    try:
-        return f"{float(value) + 0.0:.{digits}g}"  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        return str(value)

@@ -1,4 +1,7 @@
-"""Shapes fixed in a body that other bodies touch: the methods of Body that make them."""
+"""Shapes fixed in a body that other bodies touch: the methods of Body that make them.
+
+The file is longer than others: each shape comes with its description.
+"""
 
 from __future__ import annotations
 

@@ -6,6 +6,8 @@ Every condition is evaluated once, as a residual of any scalar; G, g and γ are 
 motion, taken by truncated series, so that no condition brings derivatives of its own.
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 8, with exact γ.
+
+The file is longer than others: every kind of condition has its residual here, and all are differentiated in one way.
 """
 
 from __future__ import annotations

@@ -9,6 +9,8 @@ same parameters in front are joined:
 A `Sum` is a list of `Term`; a term has a rational coefficient and factors ``(node, exponent)``.
 A node is a generator (its index), a sine or cosine of a sum of angles
 (``("sin", ((index, multiple), ...))``), a named lump (str), or a `Sum`.
+
+The file is longer than others: the rules of arrangement work on one tree, and call each other.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ The operating point names what is known. Coordinates that it does not name and t
 from them, the others are zero; speeds that it does not name follow from ψ = G u + g = 0. Those that then change with
 time (the velocity of a wheel's centre along a circle) are followed as functions of time, and their coordinates as
 symbols that nothing may depend on.
+
+The file is longer than others: what is known of the operating point is passed on from step to step.
 """
 
 from __future__ import annotations
@@ -20,9 +22,9 @@ from ..errors import ModelError
 from ..model.model import Model
 from ..scalar.polynomial import Ring
 from ..scalar.ratio import Ratio
-from ..scalar.zero import is_zero
 from .display import displayed, text
 from .linear_model import LinearModel
+from .linearize import balanced, steady
 from .linearize_constrained import check_untouched
 from .operating_point import OperatingPoint, along, tangent_names
 from .reduction import Choice, reduced, slopes
@@ -74,13 +76,17 @@ def constrained_symbols(
     )
     terms = reduced(model, found, moved.u, moved.udot, choice, solve, entry)
     names = tangent_names(model)
-    _check_balance(model, ring, terms["residual"], [names[j] for j in choice.speeds])
+    chosen = [names[j] for j in choice.speeds]
+    balanced(
+        model, ring, [_whole(ring, x) for x in terms["residual"]], chosen, moved.moving,
+        "with the constraint forces eliminated, the equations of its independent coordinates leave",
+    )  # fmt: skip
     canonical: dict[str, Any] = {
         key: [[_whole(ring, x) for x in row] for row in terms[key]]
         for key in ("M", "C", "K", "K_carried", "B", "E", "E_rates", "T", "S", "P", "to_rates")
     }
     carried = [names[j] for j in choice.carried]
-    _check_steady(model, ring, canonical, [names[j] for j in choice.speeds], moved.moving)
+    steady(model, ring, canonical, chosen, moved.moving)
     if carried and _changing(ring, canonical, moved.moving):
         _check_carried(model, ring, canonical, carried, moved.moving)
         carried = []
@@ -92,7 +98,7 @@ def constrained_symbols(
     shown = [displayed(x, ring) for x in (*q, *u)]
     return LinearModel(
         model,
-        [names[j] for j in choice.speeds],
+        chosen,
         inputs,
         canonical,
         ring=ring,
@@ -168,18 +174,12 @@ def _followed(
     values: Mapping[Any, Any],
 ) -> tuple[Any, ...]:
     """Speeds with ψ = 0: those not named follow."""
-    kinds = rows(model)
     start = [x if name in point.given else 0 for name, x in zip(model.speed_names, u, strict=True)]
     given = linearized(model, State(model, ring, t, q, start, values))
     if all(x == 0 for x in given.rate):
         return tuple(start)
     free = [j for j, name in enumerate(model.speed_names) if name not in point.given]
-    system = []
-    for kind, row, rate in zip(kinds, given.matrix, given.rate, strict=True):
-        terms: Terms = {((j, 1),): Ratio(ring, row[j]) for j in free if row[j] != 0}
-        if rate != 0:
-            terms[()] = Ratio(ring, rate)
-        system.append(Row(kind.name, terms))
+    system = _conditions(model, ring, given.matrix, given.rate, free)
     # the speed of a coordinate that is named stays zero where the others suffice
     named = [j for j in free if model.speed_names[j].removesuffix("'") in point.given]
     solved, left = eliminate(system, [[j for j in free if j not in named], named])
@@ -201,6 +201,19 @@ def _followed(
             )
         result[j] = _whole(ring, value)
     return tuple(result)
+
+
+def _conditions(
+    model: Model, ring: Ring, matrix: Sequence[Any], rest: Sequence[Any], columns: Sequence[int]
+) -> list[Row]:
+    """Σ_j G_kj x_j + rest_k of every condition, over some columns."""
+    result = []
+    for kind, row, x in zip(rows(model), matrix, rest, strict=True):
+        terms: Terms = {((j, 1),): Ratio(ring, row[j]) for j in columns if row[j] != 0}
+        if x != 0:
+            terms[()] = Ratio(ring, x)
+        result.append(Row(kind.name, terms))
+    return result
 
 
 def _motion(
@@ -248,13 +261,7 @@ def _motion(
             "speeds are not constant; linearise about a trajectory (about=fb.simulate(...))."
         )
     udot: list[Any] = [0] * n
-    system = []
-    for kind, row, rate in zip(rows(model), given.matrix, given.bias, strict=True):
-        terms: Terms = {((j, 1),): Ratio(ring, row[j]) for j in varying if row[j] != 0}
-        if rate != 0:
-            terms[()] = Ratio(ring, rate)
-        system.append(Row(kind.name, terms))
-    solved, left = eliminate(system, [varying])
+    solved, left = eliminate(_conditions(model, ring, given.matrix, given.bias, varying), [varying])
     if left:
         shown = "; ".join(
             f"{row.name}: {text(_whole(ring, row.terms[()]), ring)}" for row in left if () in row.terms
@@ -365,34 +372,6 @@ def _choice(
 
 
 # -- checks ---------------------------------------------------------------------------------------
-
-
-def _check_balance(model: Model, ring: Ring, residual: Sequence[Any], names: Sequence[str]) -> None:
-    left = {
-        name: _whole(ring, r) for name, r in zip(names, residual, strict=True) if not is_zero(_whole(ring, r))
-    }
-    if left:
-        shown = "; ".join(f"{name}: {text(r, ring)}" for name, r in left.items())
-        raise ModelError(
-            f"The state given is not an equilibrium or a steady motion of '{model.name}': with the constraint forces "
-            f"eliminated, the equations of its independent coordinates leave {shown} in place of 0. Give a balanced "
-            "state in `about` (fb.steady_motions finds them), a relation among parameters as "
-            "where={parameter: expression} (or in `inputs` a load that is zero but for disturbances), or a trajectory."
-        )
-
-
-def _check_steady(
-    model: Model, ring: Ring, terms: Mapping[str, Any], names: Sequence[str], moving: int
-) -> None:
-    for key in ("M", "C", "K", "B"):
-        for name, row in zip(names, terms[key], strict=True):
-            for x in row:
-                if ring.depends(x) & moving:
-                    raise ModelError(
-                        f"The motion given is balanced, but the linear equations of '{model.name}' about it "
-                        f"change with time: {key} has {text(x, ring)} in the row of '{name}'. Linearise about a "
-                        "trajectory (about=fb.simulate(...)), or use coordinates in which the motion is steady."
-                    )
 
 
 def _changing(ring: Ring, terms: Mapping[str, Any], moving: int) -> bool:

@@ -112,14 +112,6 @@ class Formulas:
         return self.text()
 
 
-def equation_displayed(left: Any, right: Any, ring: Ring) -> Any:
-    """``left = right`` as a SymPy ``Eq``, grouped as the text is."""
-    import sympy
-
-    printer = Grouped(ring)
-    return sympy.Eq(printer.show(left), printer.show(right), evaluate=False)
-
-
 def _lumped(kind: type[Printer], x: Any, ring: Ring, lump: bool | Lumps) -> Any:
     lumps = Lumps() if lump is True else lump or None
     shown = kind(ring, lumps).show(x)

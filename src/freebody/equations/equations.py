@@ -4,6 +4,8 @@
 
 Everything is formed on canonical polynomials when it is first asked for, and printed straight from them;
 SymPy expressions are built only where a SymPy object is returned.
+
+The file is longer than others: the equations are one class with all that is asked of them.
 """
 
 from __future__ import annotations

@@ -3,6 +3,8 @@
     Σ F = m a_C,        Σ M_P = dH_C/dt + r_PC × m a_C
 
 Source: chapter 6, eqs (6.3), (6.24), (6.25); the second about any point P, moving or not.
+
+The file is longer than others: the equations of a body are one class with all that is asked of them.
 """
 
 from __future__ import annotations

@@ -3,6 +3,8 @@
     M Δu = Jᵀ P + Gᵀ Λ,    G Δu = 0;        Newton's restitution at a point:  n·v⁺ = -e n·v⁻,  P = P n
 
 One :class:`Struck` holds the outcome, of exact symbols or of floats; :func:`freebody.impulse` makes it.
+
+The file is longer than others: the outcome is one class with all that is asked of it.
 """
 
 from __future__ import annotations

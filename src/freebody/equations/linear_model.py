@@ -8,6 +8,8 @@ circulatory (skew) part. The gyroscopic part does no work; the energy ½ ξ'ᵀM
 
 Source: Meirovitch, Methods of Analytical Dynamics (1970), §8.2; Merkin, Introduction to the Theory of Stability (1997),
 §6.1.
+
+The file is longer than others: the equations are one class with all that is asked of them.
 """
 
 from __future__ import annotations

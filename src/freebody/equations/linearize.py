@@ -7,6 +7,8 @@ and B are their exact derivatives, on polynomials for symbols, on floats or arra
 differentiated by differences, and the nonlinear equations are never written out.
 
 Sources: chapter 6, eqs (6.107) to (6.114); Meirovitch, Methods of Analytical Dynamics (1970), chapter 8.
+
+The file is longer than others: symbols, numbers and motions go through the same derivatives and the same checks.
 """
 
 from __future__ import annotations
@@ -151,12 +153,16 @@ def _symbolic(
     q = along(model, ring, q0, u0, t, values)
     # an acceleration is never asked for: the deviations are about a motion without any
     terms = _terms(model, ring, q, u0, (0,) * model.n_u, t, values, inputs)
-    _balanced(model, ring, terms["residual"])
-    _steady(model, ring, terms)
+    names = tangent_names(model)
+    time = ring.generator(model.names.atoms["t"]).mask
+    balanced(
+        model, ring, terms["residual"], names, time, "without accelerations the equations of motion leave"
+    )
+    steady(model, ring, terms, names, time)
     terms = _in_rates(terms, tangent_drift(model, u0))
     return LinearModel(
         model,
-        tangent_names(model),
+        names,
         tuple(inputs),
         terms,
         ring=ring,
@@ -175,33 +181,33 @@ def _where(model: Model, where: Mapping[Any, Any]) -> dict[Any, Any]:
     return result
 
 
-def _balanced(model: Model, ring: Ring, residual: Sequence[Any]) -> None:
-    left = {name: r for name, r in zip(tangent_names(model), residual, strict=True) if not is_zero(r)}
+def balanced(
+    model: Model, ring: Ring, residual: Sequence[Any], names: Sequence[str], moving: int, what: str
+) -> None:
+    """Refuse a residual, by coordinates, that is not zero; ``moving`` is the mask of what changes with time."""
+    left = {name: r for name, r in zip(names, residual, strict=True) if not is_zero(r)}
     if not left:
         return
-    time = ring.generator(model.names.atoms["t"]).mask
-    moving = any(ring.depends(r) & time for r in left.values())
     shown = "; ".join(f"{name}: {text(r, ring)}" for name, r in left.items())
-    what = "a steady motion" if moving else "an equilibrium or a steady motion"
+    changes = any(ring.depends(r) & moving for r in left.values())
+    motion = "a steady motion" if changes else "an equilibrium or a steady motion"
     raise ModelError(
-        f"The state given is not {what} of '{model.name}': without accelerations the equations of motion leave {shown} "
-        "in place of 0. Give a balanced state in `about` (fb.steady_motions finds them), a relation among parameters "
-        "as where={parameter: expression} (or in `inputs` a load that is zero but for disturbances), or a trajectory."
+        f"The state given is not {motion} of '{model.name}': {what} {shown} in place of 0. Give a balanced state in "
+        "`about` (fb.steady_motions finds them), a relation among parameters as where={parameter: expression} (or in "
+        "`inputs` a load that is zero but for disturbances), or a trajectory."
     )
 
 
-def _steady(model: Model, ring: Ring, terms: Mapping[str, Any]) -> None:
-    time = ring.generator(model.names.atoms["t"]).mask
-    for name in "MCKB":
-        for i, row in enumerate(terms[name]):
+def steady(model: Model, ring: Ring, terms: Mapping[str, Any], names: Sequence[str], moving: int) -> None:
+    """Refuse matrices that hold what changes with time."""
+    for key in "MCKB":
+        for name, row in zip(names, terms[key], strict=True):
             for x in row:
-                if ring.depends(x) & time:
+                if ring.depends(x) & moving:
                     raise ModelError(
-                        f"The motion given is balanced, but the linear equations of '{model.name}' about it "
-                        "change with "
-                        f"time: {name} has {text(x, ring)} in the row of '{tangent_names(model)[i]}'. Linearise "
-                        "about a "
-                        "trajectory (about=fb.simulate(...)), or use coordinates in which the motion is steady."
+                        f"The motion given is balanced, but the linear equations of '{model.name}' about it change "
+                        f"with time: {key} has {text(x, ring)} in the row of '{name}'. Linearise about a trajectory "
+                        "(about=fb.simulate(...)), or use coordinates in which the motion is steady."
                     )
 
 
@@ -324,9 +330,8 @@ def check_balance(model: Model, residual: Any, scale: Any, names: Sequence[str],
     if off:
         shown = ", ".join(f"{name}: {r:.6g}" for name, r in off.items())
         raise ModelError(
-            f"The state given is not an equilibrium or a steady motion of '{model.name}': {what} {shown} in "
-            "place of 0. "
-            "Give a balanced state in `about` (fb.steady_motions finds them), or a trajectory."
+            f"The state given is not an equilibrium or a steady motion of '{model.name}': {what} {shown} in place of "
+            "0. Give a balanced state in `about` (fb.steady_motions finds them), or a trajectory."
         )
 
 
@@ -344,9 +349,8 @@ def check_same(model: Model, first: Any, later: Any, what: str) -> None:
     change = np.max(np.abs(later - first), initial=0)
     if change > 10**4 * SMALL * size:
         raise ModelError(
-            f"The motion given is balanced, but the linear equations of '{model.name}' about it change with "
-            "time: entries "
-            f"of {what} up to {size:.6g} change by {change:.6g}. Linearise about a trajectory "
+            f"The motion given is balanced, but the linear equations of '{model.name}' about it change with time: "
+            f"entries of {what} up to {size:.6g} change by {change:.6g}. Linearise about a trajectory "
             "(about=fb.simulate(...)), or use coordinates in which the motion is steady."
         )
 

@@ -3,6 +3,8 @@
 The conditions are the equations of motion at constant coordinates and constant ignorable rates; see
 :mod:`freebody.equations.steady_problem`. They are split into factors, solved in closed form where they are quadratic in
 what is asked for, and in numbers otherwise.
+
+The file is longer than others: it is the one class of their motions, whose questions share its conditions.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .steady_numeric import Pieces
 
 EPS = float(np.finfo(float).eps)
-PACE = 1 / np.float64(64)
+PACE = 1 / 64
 """Length of a step along the kernel, in radians and in units of the unknowns' sizes."""
 NEIGHBOURS = 8
 PLACES = 16
@@ -39,9 +39,7 @@ def dimension(one: Pieces, x: np.ndarray, held: np.ndarray) -> int:
         _, _, V = np.linalg.svd(frame.jacobian(x[:, None])[0])
         directions = np.vstack([V[rank:], -V[rank:]]).T
         ends = frame.corrected(frame.moved(x[:, None], PACE * directions), rank)
-        there = [end for end in ends.T if _is_root(one, end)]
-        found = [frame.n - _Frame.at(one, end[:, None], held).rank(end) for end in there]
-    return max(found, default=0)
+        return max((deficiency(one, end, held) for end in ends.T if _is_root(one, end)), default=0)
 
 
 def deficiency(one: Pieces, x: np.ndarray, held: np.ndarray) -> int:

@@ -10,6 +10,8 @@ R = R_a(θ) R_b(φ): the turn about n is left out, and the spin φ too where b =
 body that spins while it precesses turn in its axes. Every symmetry is proven on the canonical equations of motion.
 
 Source: J. E. Marsden, Lectures on Mechanics (1992), chapter 4.
+
+The file is longer than others: which turns are symmetries, and what they leave unknown, is one problem.
 """
 
 from __future__ import annotations

@@ -144,7 +144,6 @@ class Nutation:
         self._upper_ratio = float((1 - u2) / (1 - u1))
         self._lower_ratio = float((1 + u1) / (1 + u2))
         self._minus, self._plus = float((b - a) / (2 * rate)), float((b + a) / (2 * rate))
-        self._a, self._b, self._Omega = float(a), float(b), float(constants.Omega)
         self._slip = float(constants.Omega - a)
         self._down, self._up = float((b + a) / 2), float((b - a) / 2)
         self._ahead = 1.0 if constants.start >= 0 else -1.0

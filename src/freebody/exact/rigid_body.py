@@ -20,6 +20,8 @@ axis.
 Sources: L. D. Landau, E. M. Lifshitz, *Mechanics*, 3rd ed., sections 33 and 37; E. T. Whittaker, *A Treatise
 on the Analytical Dynamics of Particles and Rigid Bodies*, 4th ed., sections 69 to 71; H. Goldstein et al.,
 *Classical Mechanics*, 3rd ed., section 5.6.
+
+The file is longer than others: the three classes of motion share their formulas.
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
 """TOML model files, read: every table becomes the call of `System` that bears its name.
 
 The schema is on the page *Model files* of the documentation.
+
+The file is longer than others: it has a function for each table.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ from typing import Any
 
 from ..equations.mathml import document
 from ..equations.show import mathml_of
+from ..scalar.digits import significant
 
 LONGEST = 20_000
 """Characters of a formula in MathML that is shown; a longer one is left to ``freebody run``."""
@@ -29,7 +30,7 @@ def answers_table(answers: Mapping[str, Any]) -> str:
     rows = []
     for name, given in answers.items():
         question, value, unit, formula = _parts(given)
-        number = f'<td class="number">{escape(significant(value))}</td>'
+        number = f'<td class="number">{escape(significant(value, 8))}</td>'
         middle = f"<td>{escape(question)}</td>" if asked else ""
         rows.append(f"<tr><td>{escape(str(name))}</td>{middle}{number}<td>{escape(unit)}</td></tr>")
         if formula:
@@ -50,17 +51,3 @@ def _parts(given: Any) -> tuple[str, Any, str, str]:
     if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str):
         return "", given[0], given[1], ""
     return "", given, "", ""
-
-
-def significant(value: Any) -> str:
-    """A number with eight digits; several in parentheses; words as they are."""
-    if isinstance(value, bool | str):
-        return str(value)
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, list | tuple):
-        return "(" + ", ".join(map(significant, value)) + ")"
-    try:
-        return f"{float(value):.8g}"
-    except (TypeError, ValueError):
-        return str(value).replace("**", "^")

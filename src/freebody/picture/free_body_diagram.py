@@ -3,6 +3,8 @@
 Left the isolated body with everything that acts on it, right the same body with m a_C and dH_C/dt (I_C α in a plane):
 the equations are what the two sides say. Every arrow bears its expression, its point and its direction as attributes,
 so that a drawing can be read back and summed up.
+
+The file is longer than others: the maker of a diagram keeps what all its parts have to avoid.
 """
 
 from __future__ import annotations

@@ -12,11 +12,15 @@ from ..equations.continuation import Branch
 from ..equations.linear_model import LinearModel
 from ..equations.modes import Modes
 from ..errors import ModelError, nearest
-from .plots import COLORS, INK, PALE, _title, figure
+from .plots import COLORS, INK, PALE, _grid, _title, figure
 
 Array = NDArray[Any]
 
 STABLE = ("stable", "asymptotically stable")
+LINES: dict[str, dict[str, Any]] = {
+    "stable": {"color": COLORS[0], "linestyle": "-", "linewidth": 2.0},
+    "not stable": {"color": COLORS[1], "linestyle": (0, (4, 3)), "linewidth": 1.3},
+}
 
 
 def mode_shapes(of: LinearModel | Modes, ax: Any = None, *, title: str | None = None) -> Any:
@@ -157,8 +161,7 @@ def root_locus(
         ax.set_xlabel(parameter)
         ax.set_ylabel("Re s (lines), |Im s| (dashed)  [1/s]")
         ax.margins(x=0)
-    ax.grid(color="0.9", linewidth=0.8)
-    ax.set_axisbelow(True)
+    _grid(ax)
     _title(ax, title or f"Eigenvalues as {parameter} changes")
     return ax
 
@@ -276,35 +279,24 @@ def bifurcation(
     kinds: dict[str, Any] = {}
     for branch in listed:
         stable = np.array([verdict in STABLE for verdict in branch.stable])
-        # a piece between two points is as stable as its first point
         for kind, chosen in (("stable", stable), ("not stable", ~stable)):
-            y = np.where(chosen, branch.values[name], np.nan)
-            after = np.concatenate([[False], chosen[:-1]])
-            y = np.where(after, branch.values[name], y)
-            if chosen.any():
-                style: dict[str, Any] = (
-                    {"linestyle": "-", "linewidth": 2.0}
-                    if kind == "stable"
-                    else {"linestyle": (0, (4, 3)), "linewidth": 1.3}
-                )
-                color = COLORS[0] if kind == "stable" else COLORS[1]
-                ax.plot(branch.parameters, y, color=color, **style)
-                kinds.setdefault(kind, Line2D([], [], color=color, label=kind, **style))
+            if not chosen.any():
+                continue
+            # a piece between two points is as stable as its first point
+            drawn = chosen | np.concatenate([[False], chosen[:-1]])
+            ax.plot(branch.parameters, np.where(drawn, branch.values[name], np.nan), **LINES[kind])
+            kinds.setdefault(kind, Line2D([], [], label=kind, **LINES[kind]))
         for one in branch.special:
             marker = "s" if one.kind == "fold" else "o"
-            style = {
-                "linestyle": "none",
-                "marker": marker,
-                "markersize": 6.5,
-                "markerfacecolor": "white",
+            style: dict[str, Any] = {
+                "linestyle": "none", "marker": marker, "markersize": 6.5, "markerfacecolor": "white",
                 "markeredgecolor": INK,
-            }
+            }  # fmt: skip
             ax.plot(one.parameter, one.values[name], zorder=4, **style)
             kinds.setdefault(one.kind, Line2D([], [], label=one.kind, **style))
     ax.set_xlabel(listed[0].parameter)
     ax.set_ylabel(name)
-    ax.grid(color="0.9", linewidth=0.8)
-    ax.set_axisbelow(True)
+    _grid(ax)
     ax.legend(handles=list(kinds.values()), frameon=False, fontsize=10)
     _title(ax, title or f"Steady motions: {name} over {listed[0].parameter}")
     return ax

@@ -3,6 +3,8 @@
 Every function takes a trajectory and gives matplotlib axes; ``ax=`` draws into axes that exist. Nothing is shown or
 saved: ``axes.figure.savefig(path)`` does that. Figures are made without pyplot, so that no window opens and no
 figure is kept alive.
+
+The file is longer than others: every plot of a motion is here, and they share how axes are finished.
 """
 
 from __future__ import annotations
@@ -285,8 +287,7 @@ def phase(
     for label, put in ((text, ax.set_xlabel), (other, ax.set_ylabel)):
         unit = _unit(trajectory, label)
         put(f"{label} [{unit}]" if unit and unit != "1" else label, fontsize=11)
-    ax.grid(color="0.9", linewidth=0.8)
-    ax.set_axisbelow(True)
+    _grid(ax)
     _title(ax, title or f"Phase plane of {text}")
     return ax
 
@@ -317,11 +318,16 @@ def _unit(trajectory: Trajectory, name: Any) -> str:
     return unit_of(trajectory, text) if text in trajectory.names else ""
 
 
+def _grid(ax: Any) -> None:
+    """A pale grid behind the curves."""
+    ax.grid(color="0.9", linewidth=0.8)
+    ax.set_axisbelow(True)
+
+
 def _finish(ax: Any, label: str, units: set[str]) -> None:
     unit = units.pop() if len(units) == 1 else ""
     ax.set_ylabel(f"{label} [{unit}]".lstrip() if unit and unit != "1" else label, fontsize=11)
-    ax.grid(color="0.9", linewidth=0.8)
-    ax.set_axisbelow(True)
+    _grid(ax)
     ax.margins(x=0)
     for side in ("top", "right"):
         ax.spines[side].set_visible(False)

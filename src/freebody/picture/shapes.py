@@ -3,6 +3,8 @@
 The solid a body was made from is drawn as it is. Where a joint takes hold beside the solid, as a gyroscope's pivot
 does, a rod leads there. A body that was given by numbers alone is drawn by what is known of it: the wheel that rolls,
 rods between the points of its joints, or else the ellipsoid of its inertia.
+
+The file is longer than others: what is drawn of a body depends on what is drawn of its joints.
 """
 
 from __future__ import annotations

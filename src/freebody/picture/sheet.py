@@ -126,9 +126,6 @@ class Group:
         self.items.extend(items)
 
 
-Item = Line | Circle | Arrow | Label | Group
-
-
 @dataclass(eq=False)
 class Sheet:
     """A drawing: its items, and what it says of itself."""

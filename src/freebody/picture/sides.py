@@ -27,10 +27,7 @@ def pieces_of(now: Configuration, planar: bool) -> dict[str, tuple[Primitive, ..
     found = shapes(now.model, now.values)
     size = machine_size(now.model, now.values)
     sides: dict[str, list[tuple[Any, Array]]] = {}
-    elements = (
-        zip(now.model.contacts, touches(now.model, now.state), strict=True) if now.model.contacts else ()
-    )
-    for contact, one in elements:
+    for contact, one in zip(now.model.contacts, touches(now.model, now.state), strict=True):
         for shape, place in ((contact.feature, one.on_feature), (contact.surface, one.on_surface)):
             name = shape.body.name
             if kind_of(shape) not in ("plane", "segment") or shape.body.is_ground:
@@ -68,8 +65,8 @@ def _side(now: Configuration, shape: Any, foot: Array, starts: list[Array], size
     ]
     reach = float((foot - at) @ along)
     # beyond the contact, but not beyond where planes meet
-    low = min([reach - BEYOND * size, *ends] if reach <= min(ends) else ends)
-    high = max([reach + BEYOND * size, *ends] if reach >= max(ends) else ends)
+    low = reach - BEYOND * size if reach <= min(ends) else min(ends)
+    high = reach + BEYOND * size if reach >= max(ends) else max(ends)
     return rod(at + low * along, at + high * along, ROD * size)
 
 

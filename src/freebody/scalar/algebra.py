@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-type_of_scalar = Any  # int, Fraction, float, Polynomial or Traced
 Vector = tuple[Any, Any, Any]
 Matrix = tuple[Vector, Vector, Vector]
 

@@ -11,6 +11,8 @@ neighbouring constants are joined and a division by a constant is a multiplicati
 rounding), and that 0 x is 0 and x / x is 1 whatever x is.
 
 Source: hash consing after A. P. Ershov, On programming of arithmetic operations (1958).
+
+The file is longer than others: every operation of a scalar is a rule of its tape.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ from .folding import EVEN, ODD, fold, number, reciprocal
 NAMES = ("const", "input", "add", "sub", "mul", "div", "neg", *FUNCTIONS)
 CONST, INPUT, ADD, SUB, MUL, DIV, NEG = range(7)
 CODES = {name: code for code, name in enumerate(NAMES)}
-SQRT, POW = CODES["sqrt"], CODES["pow"]
+POW = CODES["pow"]
 NONE = -1
 """The second operand of an operation that has one."""
 

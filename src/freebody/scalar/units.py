@@ -57,12 +57,11 @@ def _table() -> dict[str, Unit]:
 
 UNITS = _table()
 
-_FACTOR = r"(?:°|[^\W\d_]+?)(?:(?:\^|\*\*)-?[0-9]{1,2}|[²³])?(?![^\W_])"
+_POWER = r"(?:\^|\*\*)-?[0-9]{1,2}|[²³]"
+_FACTOR = rf"(?:°|[^\W\d_]+?)(?:{_POWER})?(?![^\W_])"
 _UNIT = rf"(?:1?\s*/\s*)?{_FACTOR}(?:\s*[*·/]?\s*{_FACTOR})*"
 _QUANTITY = re.compile(rf"(?P<number>.*?(?:[0-9.)]|\bpi))\s*(?P<unit>{_UNIT})", re.DOTALL)
-_PARTS = re.compile(
-    r"(?P<sign>[*·/]?)\s*(?P<name>°|[^\W\d_²³]+)(?P<power>(?:(?:\^|\*\*)-?[0-9]{1,2})|[²³])?\s*"
-)
+_PARTS = re.compile(rf"(?P<sign>[*·/]?)\s*(?P<name>°|[^\W\d_²³]+)(?P<power>{_POWER})?\s*")
 
 
 def unit(text: str) -> Unit:

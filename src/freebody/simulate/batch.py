@@ -26,6 +26,7 @@ from ..errors import ModelError, SimulationError, nearest
 from ..model.values import check_assumptions
 from . import lanes_layout as at
 from . import layout, loop
+from .arguments import check_heeded, check_numbers
 from .batch_alone import NO_START, REASON, REFUSED, Alone
 from .batch_kernels import BatchProgram, batch_program
 from .batch_start import Lanes, lanes_of
@@ -81,6 +82,7 @@ def simulate_batch(
     events: Any = (),
     impulses: Any = (),
     impacts: str = "simultaneous",
+    indeterminate: str = "refuse",
     method: str = "auto",
     step: Any = None,
     times: Any = None,
@@ -93,12 +95,19 @@ def simulate_batch(
     store: Any = None,
     threads: int | None = None,
     executor: Any = None,
+    sensitivities: Any = None,
 ) -> xarray.Dataset:
     """See :func:`freebody.simulate`, whose arguments these are; here some are arrays of one length."""
+    if sensitivities is not None:
+        raise SimulationError("Expected one motion for sensitivities=, got a batch. Leave one out.")
+    if threads is not None and executor is not None:
+        raise SimulationError(
+            "Expected threads= or executor=, got both: each block that an executor runs has one thread. Leave one out."
+        )
     asked = dict(
         near=near, project=project, tolerance=tolerance, events=events, impulses=impulses, impacts=impacts,
-        method=method, step=step, times=times, samples=samples, start=start, max_step=max_step, max_steps=max_steps,
-        outputs=outputs,
+        indeterminate=indeterminate, method=method, step=step, times=times, samples=samples, start=start,
+        max_step=max_step, max_steps=max_steps, outputs=outputs,
     )  # fmt: skip
     job = job_of(s, until, initial=initial, values=values, threads=threads, **asked)
     given = job.given
@@ -177,6 +186,7 @@ def job_of(
     events: Any,
     impulses: Any,
     impacts: str,
+    indeterminate: str,
     method: str,
     step: Any,
     times: Any,
@@ -198,8 +208,11 @@ def job_of(
     if impacts not in ORDERS:
         raise SimulationError(f"Unknown order of impacts {impacts!r}; {nearest(str(impacts), ORDERS)}")
     blows = blows_of(impulses)
-    if max_step is not None and not max_step > 0:
-        raise SimulationError(f"Expected a longest step greater than 0 s, got max_step={max_step!r}.")
+    check_numbers(samples, max_step, max_steps)
+    check_heeded(
+        model, method, near=near, project=project, tolerance=tolerance, max_step=max_step, max_steps=max_steps,
+        impacts=impacts, indeterminate=indeterminate,
+    )  # fmt: skip
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise SimulationError(f"Expected a number of threads of at least 1, got {threads!r}.")
     if times is not None and samples is not None:
@@ -210,9 +223,7 @@ def job_of(
     wanted = _times(times, begin, end)
     if wanted is None:
         count = SAMPLES if samples is None else samples
-        if isinstance(count, bool) or int(count) != count or count < 2:
-            raise SimulationError(f"Expected a number of samples of at least 2, got {samples!r}.")
-        wanted = np.linspace(begin, end, int(count)) if begin != end else np.array([begin])
+        wanted = np.linspace(begin, end, count) if begin != end else np.array([begin])
     specs = specs_of(events)
     expressions = expressions_of(model, specs)
     asked = outputs_of(model, outputs, bool(model.contacts) and method != "timestepping")
@@ -221,8 +232,8 @@ def job_of(
     _check_bodies(kernels, given)
     tolerances = _tolerances(kernels, tolerance, method)
     alone = dict(
-        near=near, project=project, tolerance=tolerance, events=specs, impulses=blows, impacts=impacts, method=method,
-        step=step, max_step=max_step, max_steps=max_steps,
+        near=near, project=project, tolerance=tolerance, events=specs, impulses=blows, impacts=impacts,
+        indeterminate=indeterminate, method=method, step=step, max_step=max_step, max_steps=max_steps,
     )  # fmt: skip
     looped = not (
         model.contacts or model.controllers or blows or method not in METHODS or is_large(model)
@@ -514,8 +525,9 @@ class _Loop:
     def _memory_of_eight(self) -> tuple[Any, ...]:
         n, hoisted, size = self.n, self.program.compiled.hoisted, int(self.sizes[at.N_WORK])
         eight, count = 8 * n, max(1, self.wanted.size)
+        rows = _aligned(layout.ROWS * eight + at.WIDE_TIMES)
         return (
-            np.zeros(size), np.zeros(size), np.zeros(max(2, n)), self._mine(), _aligned(layout.ROWS * eight + 24),
+            np.zeros(size), np.zeros(size), np.zeros(max(2, n)), self._mine(), rows,
             _aligned(8 * max(1, hoisted)), np.zeros(8 * max(1, hoisted)), np.zeros(2 * eight), np.zeros(n),
             np.zeros(at.WIDE_NUMBERS), np.zeros(8), np.zeros(at.WIDE_COUNTS, dtype=np.int64), np.zeros(2), np.zeros(1),
             np.zeros(2 * n), np.zeros(count * n),

@@ -332,18 +332,8 @@ def _mark(job: Any) -> str:
             digest.update(repr(scene_of(job.kernels).program.compiled.operations).encode())
         blows = [(x.name, str(x.when), x.times, *map(str, x.options.values())) for x in job.alone["impulses"]]
         start = [(name, np.asarray(x).tolist()) for name, x in sorted(job.given.initial.items())]
-        digest.update(
-            repr(
-                (
-                    blows,
-                    start,
-                    job.alone["impacts"],
-                    job.alone["near"],
-                    job.alone["project"],
-                    job.asked.timeline,
-                )
-            ).encode()
-        )
+        options = [job.alone[name] for name in ("impacts", "indeterminate", "near", "project")]
+        digest.update(repr((blows, start, options, job.asked.timeline)).encode())
     for parameter in job.kernels.model.parameters:
         digest.update(np.asarray(job.given.columns[parameter.name], dtype=float).tobytes())
     for array in (job.states, job.wanted, job.tolerances):

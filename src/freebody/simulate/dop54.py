@@ -16,7 +16,7 @@ import math
 from . import stepping
 from .layout import ARGUMENT, BLAME, DENSE, ERROR5, POINT, RAW, STATE
 from .machine import Integers, Reals, call, compiled, linear
-from .stepping import nothing_to_keep, nothing_to_prepare
+from .stepping import cubic, nothing_to_keep, nothing_to_prepare
 
 _a1 = linear({0: 1 / 5}, chained=True)
 _a2 = linear({0: 3 / 40, 1: 9 / 40}, chained=True)
@@ -63,11 +63,7 @@ def densify(
     rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int
 ) -> None:
     """Rows DENSE to DENSE + 3 of the dense output of the step in ``work``."""
-    for i in range(w):
-        difference = work[RAW * w + i] - work[STATE * w + i]
-        work[DENSE * w + i] = difference
-        work[(DENSE + 1) * w + i] = h * work[i] - difference
-        work[(DENSE + 2) * w + i] = 2.0 * difference - h * (work[6 * w + i] + work[i])
+    cubic(work, w, h, 6)
     _d(work, w, DENSE + 3, -1, h)
 
 
@@ -112,6 +108,7 @@ FUNCTIONS = stepping.functions(
         "prepare": nothing_to_prepare,
         "attempt": attempt,
         "judge": judge,
+        "cubic": cubic,
         "densify": densify,
         "interpolate": interpolate,
         "hold": nothing_to_keep,

@@ -15,7 +15,7 @@ import math
 from . import stepping, tableau
 from .layout import ARGUMENT, BLAME, DENSE, ERROR3, ERROR5, POINT, RAW, STATE
 from .machine import Integers, Reals, call, compiled, greater, linear, root
-from .stepping import nothing_to_keep, nothing_to_prepare
+from .stepping import cubic, nothing_to_keep, nothing_to_prepare
 
 _C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10, _C11 = tableau.C[1:12]
 _C13, _C14, _C15 = tableau.C[13:16]
@@ -74,12 +74,7 @@ def densify(
     call(rates, t + _C14 * h, work, a, c, work, 14 * w)
     _a15(work, w, ARGUMENT, STATE, h)
     call(rates, t + _C15 * h, work, a, c, work, 15 * w)
-    for i in range(w):
-        difference = work[RAW * w + i] - work[STATE * w + i]
-        first, last = work[i], work[12 * w + i]
-        work[DENSE * w + i] = difference
-        work[(DENSE + 1) * w + i] = h * first - difference
-        work[(DENSE + 2) * w + i] = 2.0 * difference - h * (last + first)
+    cubic(work, w, h, 12)
     _d3(work, w, DENSE + 3, -1, h)
     _d4(work, w, DENSE + 4, -1, h)
     _d5(work, w, DENSE + 5, -1, h)
@@ -99,12 +94,16 @@ def interpolate(x: float, work: Reals, w: int) -> None:
 
 
 @compiled
-def judge(
-    n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
+def error_of(
+    n: int, work: Reals, w: int, stride: int, relative: Reals, absolute: Reals, integers: Integers
 ) -> float:
-    """Error of the attempted step in units of the tolerance, nan if it is not finite."""
+    """Error of the attempted step in units of the tolerance, nan if it is not finite.
+
+    Component k is at k ``stride`` of a row.
+    """
     error5, error3 = 0.0, 0.0
-    for i in range(n):
+    for k in range(n):
+        i = stride * k
         new = work[RAW * w + i]
         scale = absolute[i] + relative[i] * greater(abs(work[STATE * w + i]), abs(new))
         one, two = abs(work[ERROR5 * w + i]) / scale, abs(work[ERROR3 * w + i]) / scale
@@ -112,11 +111,19 @@ def judge(
             return math.nan
         if one > error5:
             error5 = one
-            integers[BLAME] = i
+            integers[BLAME] = k
         error3 = greater(error3, two)
     if error5 == 0.0:
         return 0.0
     return error5 * error5 / root(error5 * error5 + 0.01 * error3 * error3)
+
+
+@compiled
+def judge(
+    n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
+) -> float:
+    """`error_of` one run."""
+    return error_of(n, work, w, 1, relative, absolute, integers)
 
 
 _BETA = 0.04
@@ -128,7 +135,9 @@ FUNCTIONS = stepping.functions(
         **CONTROL,
         "prepare": nothing_to_prepare,
         "attempt": attempt,
+        "error_of": error_of,
         "judge": judge,
+        "cubic": cubic,
         "densify": densify,
         "interpolate": interpolate,
         "hold": nothing_to_keep,

@@ -272,7 +272,7 @@ def lanes(
                         reduced[place + EXTREMES * k + 2] = spare[k]
             done = 0
             now, stride = first, 0.0
-            left, budget = sizes[LIMIT], sizes[BUDGET]
+            left, budget = sizes[LIMIT] - taken, sizes[BUDGET]
             if code == FINISHED:
                 for k in range(count):
                     call(kernels[OUTPUTS], start, work, STATE * w, c, values, (lane * count + k) * outputs)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 # addresses of kernels: constants of the parameters, and functions of (t, y)
 PROLOGUE, RATES, ENERGY, OUTPUTS, REDUCED, WATCHED, DROPPED, WIDE = 0, 1, 2, 3, 4, 5, 6, 7
-ADDRESSES = 8
 
 # counts: of components, of numbers in a row of the work array and in all of it, of quaternions, parameters, constants,
 # events asked for, events watched (rates of extremes are the rest), outputs at a time, times, quantities with extremes,
@@ -40,3 +39,4 @@ KEPT = 4  # integers kept of a lane: how it ended, steps, rejected steps, compon
 TOO_MANY, LEFT = 7, 8
 
 WIDE_COUNTS, WIDE_NUMBERS = 88, 48  # integers and numbers that the loop over eight lanes keeps of them
+WIDE_TIMES = 24  # and numbers after its rows: steps, times and moments

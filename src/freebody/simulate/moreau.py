@@ -20,7 +20,7 @@ import math
 from . import moreau_problem, moreau_rows
 from .machine import Compiled, Integers, Reals, call, compiled, greater, root
 from .moreau_problem import solve
-from .moreau_rows import along, answer, back, factor, held
+from .moreau_rows import along, answer, back, dot, factor, met
 
 CLOSED_GAP = 1e-10
 DEEP = 1e-10
@@ -76,23 +76,34 @@ def answers(
             W, at_W + row_at[r], X, row_at[r], sigma, a * constraints, L, squares, pieces, row_first[r],
             row_first[r + 1], blocks, m, row_first, row_at, at_W, constraints, n, K, S, spare,
         )  # fmt: skip
-        d[3 * a] = _across(W, at_W + row_at[r], X, row_at[r], row_at[r + 1])
+        d[3 * a] = dot(W, at_W + row_at[r], X, row_at[r], row_at[r + 1] - row_at[r])
     for a in range(count):  # the rows of one contact are over the same blocks
+        here, size = row_at[rows[a]], row_at[rows[a] + 1] - row_at[rows[a]]
         if kinds[a] == 2 or kinds[a] == 3:
-            d[3 * a - 2] = _across(W, at_W + row_at[rows[a - 1]], X, row_at[rows[a]], row_at[rows[a] + 1])
+            d[3 * a - 2] = dot(W, at_W + row_at[rows[a - 1]], X, here, size)
         if kinds[a] == 3:
-            e = row_at[rows[a + 1]]
-            d[3 * a - 1] = _across(W, at_W + row_at[rows[a - 1]], X, e, row_at[rows[a + 1] + 1])
-            d[3 * a + 1] = _across(W, at_W + row_at[rows[a]], X, e, row_at[rows[a + 1] + 1])
+            other = row_at[rows[a + 1]]
+            d[3 * a - 1] = dot(W, at_W + row_at[rows[a - 1]], X, other, size)
+            d[3 * a + 1] = dot(W, at_W + here, X, other, size)
             d[3 * a + 2] = greater(d[3 * a], d[3 * a + 3]) + abs(d[3 * a + 1])
 
 
 @compiled
-def _across(W: Reals, at: int, X: Reals, first: int, last: int) -> float:
-    total = 0.0
-    for k in range(last - first):
-        total += W[at + k] * X[first + k]
-    return total
+def settled(
+    W: Reals, at_W: int, X: Reals, sigma: Reals, L: Reals, squares: Integers, pieces: Integers, row_first: Integers,
+    row_at: Integers, blocks: Integers, m: int, constraints: int, n: int, K: Reals, S: Reals, spare: Reals,
+    rows: Integers, kinds: Integers, coefficient: Reals, d: Reals, b: Reals, x: Reals, count: int, v: Reals,
+    past: Reals, local: Reals, scale: float, tolerance: float, most: int, left: Reals, place: int,
+) -> int:  # fmt: skip
+    """`moreau_problem.solve` of the rows at hand."""
+    answers(
+        W, at_W, X, sigma, L, squares, pieces, row_first, row_at, blocks, m, constraints, n, K, S, spare, rows, kinds,
+        d, count,
+    )  # fmt: skip
+    return solve(
+        W, at_W, X, pieces, row_first, row_at, blocks, rows, kinds, coefficient, d, b, x, count, n, v, past, local,
+        scale, tolerance, most, left, place,
+    )  # fmt: skip
 
 
 @compiled
@@ -139,12 +150,6 @@ def march(
         if factor(out, L, blocks, squares, nb) == 0:
             report[4] = 2.0
             return done
-        if (
-            held(out, at_W, L, squares, pieces, row_first, row_at, blocks, m, constraints, n, K, S, spare)
-            == 0
-        ):
-            report[4] = 3.0
-            return done
         # without contacts: v, the change of the speeds, and the impulses of the constraints
         for i in range(n):
             spare[i] = h * out[at_f + i]
@@ -152,15 +157,12 @@ def march(
                 spare[i] += kick[i]
         for k in range(nb):
             back(L, squares[k], blocks[k + 1] - blocks[k], spare, blocks[k], v, blocks[k])
-        for i in range(constraints):
-            r = m + i
-            spare[i] = -out[at_rate + r] - along(
-                out, at_W + row_at[r], pieces, row_first[r], row_first[r + 1], blocks, v, 0
-            )
-        back(S, 0, constraints, spare, 0, lam, 0)
-        for i in range(constraints):
-            for k in range(n):
-                v[k] += lam[i] * K[i * n + k]
+        if met(
+            out, at_W, at_rate + m, L, squares, pieces, row_first, row_at, blocks, m, constraints, n, K, S, spare, v,
+            lam,
+        ) == 0:  # fmt: skip
+            report[4] = 3.0
+            return done
         count = closed_rows(out, at_gap, E, tangents, mu, restitution, 1, rows, kinds, coefficient)
         scale = 1e-300
         for a in range(count):
@@ -179,63 +181,14 @@ def march(
                     total += abs(out[k] * (u[i] + v[i]))
                     k += 1
             scale = greater(scale, greater(abs(b[a]), total))
-        answers(
-            out,
-            at_W,
-            X,
-            sigma,
-            L,
-            squares,
-            pieces,
-            row_first,
-            row_at,
-            blocks,
-            m,
-            constraints,
-            n,
-            K,
-            S,
-            spare,
-            rows,
-            kinds,
-            d,
-            count,
-        )
-        used = 0
-        for i in range(n):
-            dv[i] = 0.0
-        report[3] = 0.0
-        if count > 0:
-            used = solve(
-                out,
-                at_W,
-                X,
-                pieces,
-                row_first,
-                row_at,
-                blocks,
-                rows,
-                kinds,
-                coefficient,
-                d,
-                b,
-                x,
-                count,
-                n,
-                dv,
-                past,
-                local,
-                width,
-                scale,
-                tolerance,
-                most,
-                report,
-                3,
-            )
-            if used < 0:
-                report[4] = 1.0
-                report[5], report[6] = count, scale
-                return done
+        used = settled(
+            out, at_W, X, sigma, L, squares, pieces, row_first, row_at, blocks, m, constraints, n, K, S, spare, rows,
+            kinds, coefficient, d, b, x, count, dv, past, local, scale, tolerance, most, report, 3,
+        )  # fmt: skip
+        if used < 0:
+            report[4] = 1.0
+            report[5], report[6] = count, scale
+            return done
         report[0] = greater(report[0], report[3])
         report[1] += used
         for i in range(n):
@@ -321,19 +274,13 @@ def march(
             if factor(out, L, blocks, squares, nb) == 0:
                 report[4] = 2.0
                 return done
-            if (
-                held(out, at_W, L, squares, pieces, row_first, row_at, blocks, m, holonomic, n, K, S, spare)
-                == 0
-            ):
-                report[4] = 3.0
-                return done
-            for i in range(holonomic):
-                spare[i] = -out[at_phi + i]
-            back(S, 0, holonomic, spare, 0, lam, 0)
             for k in range(n):
                 v[k] = 0.0
-                for i in range(holonomic):
-                    v[k] += lam[i] * K[i * n + k]
+            if met(
+                out, at_W, at_phi, L, squares, pieces, row_first, row_at, blocks, m, holonomic, n, K, S, spare, v, lam
+            ) == 0:  # fmt: skip
+                report[4] = 3.0
+                return done
             count = closed_rows(out, at_gap, E, tangents, mu, restitution, 0, rows, kinds, coefficient)
             row, e, scale = 0, 0, 1e-300
             for a in range(count):
@@ -346,60 +293,12 @@ def march(
                     out, at_W + row_at[r], pieces, row_first[r], row_first[r + 1], blocks, v, 0
                 )
                 scale = greater(scale, abs(b[a]))
-            answers(
-                out,
-                at_W,
-                X,
-                sigma,
-                L,
-                squares,
-                pieces,
-                row_first,
-                row_at,
-                blocks,
-                m,
-                holonomic,
-                n,
-                K,
-                S,
-                spare,
-                rows,
-                kinds,
-                d,
-                count,
-            )
-            for i in range(n):
-                dv[i] = 0.0
-            if (
-                count > 0
-                and solve(
-                    out,
-                    at_W,
-                    X,
-                    pieces,
-                    row_first,
-                    row_at,
-                    blocks,
-                    rows,
-                    kinds,
-                    coefficient,
-                    d,
-                    b,
-                    x,
-                    count,
-                    n,
-                    dv,
-                    past,
-                    local,
-                    width,
-                    scale,
-                    greater(1e-9, 0.1 * DEEP / scale),
-                    most,
-                    report,
-                    3,
-                )
-                < 0
-            ):
+            used = settled(
+                out, at_W, X, sigma, L, squares, pieces, row_first, row_at, blocks, m, holonomic, n, K, S, spare, rows,
+                kinds, coefficient, d, b, x, count, dv, past, local, scale, greater(1e-9, 0.1 * DEEP / scale), most,
+                report, 3,
+            )  # fmt: skip
+            if used < 0:
                 report[4] = 4.0
                 report[5] = depth
                 return done

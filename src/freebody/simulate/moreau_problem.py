@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 
 from .machine import Integers, Reals, compiled, greater, lesser, root
-from .moreau_rows import added, along
+from .moreau_rows import added, along, dot
 
 PAIRS = 12
 """Differences that are kept."""
@@ -211,15 +211,15 @@ def moved(
 def solve(
     W: Reals, at_W: int, X: Reals, pieces: Integers, row_first: Integers, row_at: Integers, blocks: Integers,
     rows: Integers, kinds: Integers, mu: Reals, d: Reals, b: Reals, x: Reals, count: int, n: int, v: Reals,
-    past: Reals, local: Reals, width: int, scale: float, tolerance: float, most: int, left: Reals, place: int,
+    past: Reals, local: Reals, scale: float, tolerance: float, most: int, left: Reals, place: int,
 ) -> int:  # fmt: skip
     """Solve for x and v, from the x given; the sweeps it took, or -1. ``left[place]`` becomes the residual in parts of
     ``scale``.
 
-    ``past``: 4 + 2 PAIRS rows of ``width``: x before the sweep, f, the last f, the last g, then the differences of f
+    ``past``: 4 + 2 PAIRS rows of ``count``: x before the sweep, f, the last f, the last g, then the differences of f
     and of g in turn; after them |Δf|² of each.
     """
-    f, f_old, g_old, first, sizes = width, 2 * width, 3 * width, 4 * width, (4 + 2 * PAIRS) * width
+    f, f_old, g_old, first, sizes = count, 2 * count, 3 * count, 4 * count, (4 + 2 * PAIRS) * count
     pairs, known, size_old, quiet, wait, mixed = 0, 0, 0.0, 2, 2, 0
     best, since = 0.0, 0
     moved(X, pieces, row_first, row_at, blocks, rows, x, count, n, v)
@@ -245,10 +245,9 @@ def solve(
                 return k + 1
             known, pairs, mixed = 0, 0, 0
             continue
-        size = 0.0
         for a in range(count):
             past[f + a] = root(greater(d[3 * a], 0.0)) * (x[a] - past[a])
-            size += past[f + a] * past[f + a]
+        size = dot(past, f, past, f, count)
         if k == 0 or size < 0.25 * best:
             best, since = size, k
         if mixed > 0 and (
@@ -262,24 +261,18 @@ def solve(
             continue
         if known > 0 and k >= quiet:
             slot = pairs % PAIRS
-            q, p = first + 2 * slot * width, first + (2 * slot + 1) * width
-            whole = 0.0
+            q = first + 2 * slot * count
+            p = q + count
             for a in range(count):
                 past[q + a], past[p + a] = past[f + a] - past[f_old + a], x[a] - past[g_old + a]
-                whole += past[q + a] * past[q + a]
+            whole = dot(past, q, past, q, count)
             for j in range(pairs - PAIRS + 1 if pairs >= PAIRS else 0, pairs):
-                other = j % PAIRS
-                o, u = first + 2 * other * width, first + (2 * other + 1) * width
-                share = 0.0
-                for a in range(count):
-                    share += past[q + a] * past[o + a]
-                share /= past[sizes + other]
+                o = first + 2 * (j % PAIRS) * count
+                share = dot(past, q, past, o, count) / past[sizes + j % PAIRS]
                 for a in range(count):
                     past[q + a] -= share * past[o + a]
-                    past[p + a] -= share * past[u + a]
-            norm = 0.0
-            for a in range(count):
-                norm += past[q + a] * past[q + a]
+                    past[p + a] -= share * past[o + count + a]
+            norm = dot(past, q, past, q, count)
             if norm > 1e-20 * whole and norm > 0.0:
                 past[sizes + slot] = norm
                 pairs += 1
@@ -289,13 +282,9 @@ def solve(
         if pairs > 0 and k >= quiet:
             mixed = 1
             for j in range(pairs - PAIRS if pairs > PAIRS else 0, pairs):
-                other = j % PAIRS
-                o, u = first + 2 * other * width, first + (2 * other + 1) * width
-                share = 0.0
+                o = first + 2 * (j % PAIRS) * count
+                share = dot(past, f, past, o, count) / past[sizes + j % PAIRS]
                 for a in range(count):
-                    share += past[f + a] * past[o + a]
-                share /= past[sizes + other]
-                for a in range(count):
-                    x[a] -= share * past[u + a]
+                    x[a] -= share * past[o + count + a]
             moved(X, pieces, row_first, row_at, blocks, rows, x, count, n, v)
     return -1

@@ -57,6 +57,15 @@ def factor(M: Reals, L: Reals, blocks: Integers, squares: Integers, count: int) 
 
 
 @compiled
+def dot(x: Reals, i: int, y: Reals, j: int, n: int) -> float:
+    """x[i:] · y[j:] of n numbers."""
+    total = 0.0
+    for k in range(n):
+        total += x[i + k] * y[j + k]
+    return total
+
+
+@compiled
 def along(
     W: Reals, at: int, pieces: Integers, first: int, last: int, blocks: Integers, v: Reals, start: int
 ) -> float:
@@ -115,6 +124,28 @@ def held(
                 W, at_W + row_at[r], pieces, row_first[r], row_first[r + 1], blocks, K, j * n
             )
     return cholesky(spare, S, 0, count)
+
+
+@compiled
+def met(
+    W: Reals, at_W: int, rates: int, L: Reals, squares: Integers, pieces: Integers, row_first: Integers,
+    row_at: Integers, blocks: Integers, m: int, count: int, n: int, K: Reals, S: Reals, spare: Reals, v: Reals,
+    lam: Reals,
+) -> int:  # fmt: skip
+    """λ, and v + K λ in place of v, which meets the first ``count`` constraints: G v + W[rates:] = 0. 0 if S is not
+    positive definite; K and S are kept."""
+    if held(W, at_W, L, squares, pieces, row_first, row_at, blocks, m, count, n, K, S, spare) == 0:
+        return 0
+    for i in range(count):
+        r = m + i
+        spare[i] = -W[rates + i] - along(
+            W, at_W + row_at[r], pieces, row_first[r], row_first[r + 1], blocks, v, 0
+        )
+    back(S, 0, count, spare, 0, lam, 0)
+    for i in range(count):
+        for k in range(n):
+            v[k] += lam[i] * K[i * n + k]
+    return 1
 
 
 @compiled

@@ -16,6 +16,8 @@ The error estimate is (γ/h - J)⁻¹ (f(y) + Σ_i e_i Z_i / h), filtered once m
 that tolerance r stands for 0.1 r^(2/3). Dense output is the collocation polynomial, of order 3.
 
 Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II (1996), section IV.8.
+
+The file is longer than others: it is one method, from its iteration to its dense output.
 """
 
 from __future__ import annotations

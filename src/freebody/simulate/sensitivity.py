@@ -10,6 +10,8 @@ Of a machine with constraints s_j begins on the linearized constraints, Φ_q δq
 what the user named stays as named.
 
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), section I.14.
+
+The file is longer than others: the variational equations, their start and what a user asks of them are one idea.
 """
 
 from __future__ import annotations

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from ..dynamics.mobility import massless_motion
 from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
 from . import path as runs
+from .arguments import check_heeded, check_numbers, is_number
 from .blow import blows_of, struck_path, watching_blows, watching_specs
 from .closing import check_redundant, closed_start, nearly_dependent
 from .contact_motion import touching_motion
@@ -154,8 +154,8 @@ def simulate(
     Raises
     ------
     SimulationError
-        Unknown names, or a motion that can not be continued: with the time, the coordinate and the last good
-        state, and with the motion so far as ``error.trajectory``.
+        Unknown names, an argument that the run can not heed, or a motion that can not be continued: with the time, the
+        coordinate and the last good state, and with the motion so far as ``error.trajectory``.
 
     Examples
     --------
@@ -179,17 +179,24 @@ def simulate(
     ):
         from .batch import simulate_batch
 
-        if sensitivities is not None:
-            raise SimulationError("Expected one motion for sensitivities=, got a batch. Leave one out.")
         return simulate_batch(
             s, until, initial=initial, near=near, project=project, values=values, tolerance=tolerance, events=events,
-            impulses=impulses, impacts=impacts, method=method, step=step, times=times, samples=samples, start=start,
-            max_step=max_step, max_steps=max_steps, progress=progress, outputs=outputs, store=store, threads=threads,
-            executor=executor,
+            impulses=impulses, impacts=impacts, indeterminate=indeterminate, method=method, step=step, times=times,
+            samples=samples, start=start, max_step=max_step, max_steps=max_steps, progress=progress, outputs=outputs,
+            store=store, threads=threads, executor=executor, sensitivities=sensitivities,
         )  # fmt: skip
+    if threads is not None:
+        raise SimulationError(
+            f"Expected several motions for threads=, got one of '{model.name}', which is one thread's. Leave it out."
+        )
     if model.contacts and method != "timestepping":
         check_method_of_contacts(method, step)
     check_method(method, step)
+    check_numbers(samples, max_step, max_steps)
+    check_heeded(
+        model, method, near=near, project=project, tolerance=tolerance, max_step=max_step, max_steps=max_steps,
+        impacts=impacts, indeterminate=indeterminate,
+    )  # fmt: skip
     numbers = kernels.values(values)
     begin = number(model, numbers, start, "start")
     numbers = at_time(model, numbers, begin)
@@ -198,14 +205,6 @@ def simulate(
     if times is not None and samples is not None:
         raise SimulationError("Expected times= or samples=, got both. Leave one out.")
     wanted = _times(times, begin, end)
-    if samples is not None and not (
-        isinstance(samples, int | np.integer) and not isinstance(samples, bool) and samples >= 2
-    ):
-        raise SimulationError(f"Expected a number of samples of at least 2, got {samples!r}.")
-    if max_step is not None and not (_is_number(max_step) and max_step > 0):
-        raise SimulationError(f"Expected a longest step greater than 0 s, got max_step={max_step!r}.")
-    if max_steps is not None and not (isinstance(max_steps, int | np.integer) and max_steps > 0):
-        raise SimulationError(f"Expected a number of steps of at least 1, got max_steps={max_steps!r}.")
     specs = specs_of(events)
     expressions = expressions_of(model, specs)
     check_signals(model)
@@ -268,15 +267,17 @@ def simulate(
     if blows:
         watch = watching_blows(kernels, parameters, specs, blows)
     with Progress(begin, end, progress) as between:
-        leg = partial(
-            run,
-            kernels,
-            relative=tolerances,
-            absolute=absolute,
-            max_step=math.inf if max_step is None else float(max_step),
-            max_steps=max_steps,
-            between=between,
-        )
+        left, longest = max_steps, math.inf if max_step is None else float(max_step)
+
+        def leg(*arguments: Any, **more: Any) -> Path:
+            nonlocal left
+            part = run(
+                kernels, *arguments, relative=tolerances, absolute=absolute, max_step=longest, max_steps=left,
+                between=between, **more,
+            )  # fmt: skip
+            left = None if left is None else left - part.steps
+            return part
+
         happenings: tuple[Any, ...] = ()
         path: Any
         drives = Drives(kernels, numbers, begin, end) if model.switched else None
@@ -324,13 +325,6 @@ def _times(times: ArrayLike | None, begin: float, end: float) -> Any:
     return wanted
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, _NUMBERS) and not isinstance(value, bool)
-
-
-_NUMBERS = int | float | np.integer | np.floating
-
-
 def _tolerances(kernels: Kernels, tolerance: Any, method: str) -> Any:
     names = kernels.names
     finest = FINEST_OF_SERIES if method == "taylor" else FINEST
@@ -345,7 +339,7 @@ def _tolerances(kernels: Kernels, tolerance: Any, method: str) -> Any:
 
 
 def _tolerance(value: Any, finest: float) -> float:
-    if not _is_number(value) or not finest <= value < 1:
+    if not is_number(value) or not finest <= value < 1:
         raise SimulationError(
             f"Expected a tolerance between {finest:g} and 1, got {value!r}. "
             "1e-9 suits most purposes; below 1e-14 rounding errors dominate."

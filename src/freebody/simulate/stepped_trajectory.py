@@ -56,11 +56,9 @@ class Steps(Path):
 
 @dataclass(frozen=True, eq=False)
 class Impulses:
-    """What every step did: impulses of ``contacts`` (m) and ``constraints`` (all conditions) [N
-    s], ``works`` (of contacts
-    and blows; of loads and constraints) [J], ``modes`` (E) as places in :data:`MODES`.
-
-    ``blows`` by step, as (name, [(point, impulse, moment impulse)]).
+    """What every step did, by step: impulses [N s] of ``contacts`` (m) and of ``constraints`` (all conditions),
+    ``works`` [J] (of contacts and blows; of loads and constraints), ``modes`` (E) as places in :data:`MODES`, and
+    ``blows`` as (name, [(point, impulse, moment impulse)]).
     """
 
     contacts: Array

@@ -23,6 +23,7 @@ from . import stepping
 from .collocation import NEW_, bound_to
 from .layout import BLAME, CONSTANTS, DENSE, KERNELS, POINT, RAW, ROWS, STATE
 from .machine import Integers, Reals, call, compiled, shifted
+from .stepping import cubic
 
 STAGES = 3
 _bound = bound_to(STAGES, goal=0.0, most=60)
@@ -88,11 +89,7 @@ def densify(
     rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int
 ) -> None:
     """Rows DENSE to DENSE + 2 of the cubic through the states and rates at both ends."""
-    for i in range(w):
-        difference = work[RAW * w + i] - work[STATE * w + i]
-        work[DENSE * w + i] = difference
-        work[(DENSE + 1) * w + i] = h * work[i] - difference
-        work[(DENSE + 2) * w + i] = 2.0 * difference - h * (work[12 * w + i] + work[i])
+    cubic(work, w, h, 12)
 
 
 @compiled
@@ -128,6 +125,7 @@ FUNCTIONS = stepping.functions(
         "prepare": prepare,
         "attempt": attempt,
         "judge": judge,
+        "cubic": cubic,
         "densify": densify,
         "interpolate": interpolate,
         "hold": hold,

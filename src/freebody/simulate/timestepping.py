@@ -3,6 +3,8 @@
 The loop is `moreau`; here it gets its kernels and its memory, and what it did becomes a trajectory. The method is of
 first order in the step, impacts fall on the step they happen in, and what is exact are the laws: in every step each
 contact satisfies Signorini's and Coulomb's conditions to the residual that the trajectory states.
+
+The file is longer than others: a run fills the memory of the loop and reads it back, and both need to know its layout.
 """
 
 from __future__ import annotations

@@ -7,6 +7,8 @@ as equal for all measurements and estimated from what is left over, σ² = Σ r�
 
 Sources: Nocedal and Wright, Numerical Optimization (2006), section 10.3; Bard, Nonlinear Parameter Estimation (1974),
 section 7.5.
+
+The file is longer than others: what is measured, weighed, sought and found is read and checked in one place.
 """
 
 from __future__ import annotations

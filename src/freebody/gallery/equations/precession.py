@@ -1,4 +1,7 @@
-"""Section 6.10: small oscillations about steady precession, (6.107)-(6.125)."""
+"""Section 6.10: small oscillations about steady precession, (6.107)-(6.125).
+
+The file is longer than others: every equation of the section is derived here.
+"""
 
 from __future__ import annotations
 

@@ -12,7 +12,6 @@ from .statement import Approximation, Line, Statement, balance, value
 
 t = machines.t
 ZERO = sympy.Integer(0)
-Omega, w_12, H_12 = sympy.symbols("Omega omega_12 H_12")
 
 
 def symmetric() -> tuple[Any, Any, list[Any], list[tuple[Any, Any]]]:

@@ -1,0 +1,77 @@
+"""Arguments of `simulate` that a run can not heed are refused: none is ignored in silence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..errors import SimulationError
+from ..model import Model
+
+
+def check_numbers(samples: Any, max_step: Any, max_steps: Any) -> None:
+    """Whether a number of samples, a longest step and a number of steps are such."""
+    if samples is not None and not (_is_whole(samples) and samples >= 2):
+        raise SimulationError(f"Expected a number of samples of at least 2, got {samples!r}.")
+    if max_step is not None and not (is_number(max_step) and max_step > 0):
+        raise SimulationError(f"Expected a longest step greater than 0 s, got max_step={max_step!r}.")
+    if max_steps is not None and not (_is_whole(max_steps) and max_steps > 0):
+        raise SimulationError(f"Expected a number of steps of at least 1, got max_steps={max_steps!r}.")
+
+
+def check_heeded(
+    model: Model,
+    method: str,
+    *,
+    near: Mapping[Any, Any] | None,
+    project: bool,
+    tolerance: Any,
+    max_step: float | None,
+    max_steps: int | None,
+    impacts: str,
+    indeterminate: str,
+) -> None:
+    """Refuse what says nothing about the motion of this machine by this method."""
+    of_constraints: dict[str, Any] = {"near": near, "project": project}
+    of_contacts: dict[str, Any] = {
+        "impacts": (impacts, "simultaneous"),
+        "indeterminate": (indeterminate, "refuse"),
+    }
+    of_control: dict[str, Any] = {
+        "tolerance": (tolerance, 1e-9),
+        "max_step": (max_step, None),
+        "max_steps": (max_steps, None),
+    }
+    for name, given in of_constraints.items():
+        if given and not model.constraints:
+            raise SimulationError(
+                f"Expected a machine with constraints for {name}=, but '{model.name}' has none: it starts as initial= "
+                "says. Leave it out."
+            )
+    for name, (given, default) in of_contacts.items():
+        if given != default and not model.contacts:
+            raise SimulationError(
+                f"Expected a machine with contacts for {name}=, but '{model.name}' has none. Leave it out."
+            )
+        if given != default and method == "timestepping":
+            raise SimulationError(
+                f'Expected no {name}= for method="timestepping", got {given!r}: it solves all contacts of a step at '
+                'once, and where several answers hold, takes one. Leave it out, or take method="auto".'
+            )
+    for name, (given, default) in of_control.items():
+        if given != default and method == "timestepping":
+            raise SimulationError(
+                f'Expected no {name}= for method="timestepping", got {given!r}: all its steps have the length step=, '
+                "whatever their error. Leave it out."
+            )
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value is a real number, and no truth value."""
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)

@@ -1,0 +1,31 @@
+"""Machines that batches are tested on."""
+
+from __future__ import annotations
+
+import freebody as fb
+
+
+def four_bar() -> fb.System:
+    """A crank of 1 m, a coupler and a rocker on two pins, in the vertical plane."""
+    s = fb.System("four-bar")
+    s.gravity = (0, -9.81, 0)
+    a, b, c = (s.body(name, fb.slender_bar(1, L, axis="x")) for name, L in (("a", 1), ("b", 3), ("c", 2)))
+    s.hinge("A", s.ground, a, to=(-0.5, 0, 0), axis="z", coordinate="q1")
+    s.hinge("B", a, b, at=(0.5, 0, 0), to=(-1.5, 0, 0), axis="z", coordinate="q2")
+    s.hinge("D", s.ground, c, at=(3, 0, 0), to=(-1, 0, 0), axis="z", coordinate="q3")
+    s.hinge("C", b, c, at=(1.5, 0, 0), to=(1, 0, 0), axis="z")
+    return s
+
+
+CLOSED = {"q1": 1.0, "q2": -0.7, "q3": 1.2}
+"""Near a place in which the four-bar closes."""
+
+
+def cart() -> fb.System:
+    """A cart of 2 kg on a spring and a damper, stiff where k = 1e6 and c = 1e5."""
+    s = fb.System("cart")
+    k, c = s.parameters(k=1.0, c=1.0)
+    guide = s.slider("guide", s.ground, s.body("cart", fb.particle(2)), axis="x", coordinate="x")
+    s.spring("spring", guide, stiffness=k)
+    s.damper("damper", guide, damping=c)
+    return s

@@ -1,0 +1,21 @@
+"""What several of these tests look at."""
+
+from __future__ import annotations
+
+import pytest
+
+
+@pytest.fixture
+def loops(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
+    """Of each compiled loop over lanes that a test makes, whether it runs eight lanes at once."""
+    from freebody.simulate import batch
+
+    seen: list[bool] = []
+    made = batch._Loop.__init__
+
+    def watched(self, *arguments):
+        made(self, *arguments)
+        seen.append(self.wide)
+
+    monkeypatch.setattr(batch._Loop, "__init__", watched)
+    return seen
