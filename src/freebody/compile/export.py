@@ -241,9 +241,9 @@ def _c_body(product: Recorded) -> tuple[list[str], set[str]]:
     known: dict[int, str] = {}
     helpers: set[str] = set()
     lines = [f"    (void){name};" for name in ("t", *(vector for vector, _ in product.inputs), "p")]
-    for k, table in enumerate(product.tables):
+    for j, table in enumerate(product.tables):
         n, width = table.breaks.size, table.rows.shape[1]
-        lines.append(f"    const double *const s{k} = piece(t, breaks_{k}, {n}, rows_{k}, {width});")
+        lines.append(f"    const double *const s{j} = piece(t, breaks_{j}, {n}, rows_{j}, {width});")
     lines += [f"    (void)s{k};" for k in range(len(product.tables))]
     for i, code, a, b in product.steps():
         if code == CONST:
