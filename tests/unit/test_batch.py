@@ -301,3 +301,54 @@ def test_a_lane_that_contradicts_an_assumption_is_refused() -> None:
     s.slider("rail", s.ground, s.body("bead", fb.particle(1)), axis="x", coordinate="x")
     with pytest.raises(ModelError, match="Lane 2: Expected c - k > 0 in 'loaded'.*k = 3 makes it -1"):
         fb.simulate(s, 1, values={"k": [0.5, 1.0, 3.0]}, outputs=["x"])
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (
+            {"outputs": {"status": "theta"}},
+            "another name for the output 'status', which in the results tells how lanes",
+        ),
+        (
+            {"outputs": {"lane": "theta"}},
+            "another name for the output 'lane', which in the results counts the lanes",
+        ),
+        (
+            {"outputs": ["L"]},
+            "another name for the output 'L', which in the results holds the varied parameter",
+        ),
+        (
+            {"outputs": {"theta_start": "theta"}},
+            "which in the results holds the varied start. Name it: outputs={'my_",
+        ),
+        (
+            {"events": [fb.event("theta", name="a"), fb.event("theta'", name="a")]},
+            "different names in a batch, got 'a'",
+        ),
+        (
+            {"initial": {"theta": np.array([1j, 0])}},
+            "Expected an array of numbers for the initial values of 'theta'",
+        ),
+        (
+            {"outputs": "mean(theta)"},
+            "or max(...), min(...), initial(...), final(...), range(...) of one. In output",
+        ),
+    ],
+)
+def test_names_that_the_results_can_not_hold_twice(more: dict, message: str) -> None:
+    options = {"initial": {"theta": [0.1, 0.2]}, "values": {"L": [1.0, 2.0]}, **more}
+    with pytest.raises(SimulationError) as caught:
+        fb.simulate(pendulum(), 1, **options)
+    assert message in str(caught.value)
+
+
+def test_a_varied_parameter_with_the_name_of_a_result_is_refused() -> None:
+    s = pendulum()
+    steps = s.parameters(steps=1.0)
+    s.generalized_force("theta", steps)
+    with pytest.raises(SimulationError) as caught:
+        fb.simulate(s, 1, values={"steps": [1.0, 2.0]})
+    assert "another name for the varied parameter 'steps', which in the results tells how lanes" in str(
+        caught.value
+    )

@@ -200,3 +200,29 @@ def test_refused():
     assert fb.compile(pair).inverse_dynamics(batch, batch, batch, actuators="all").shape == (3, 2)
     with pytest.raises(ModelError, match="at least 2 actuators for the 2 degrees of freedom.*got 1: a"):
         fb.compile(pair).inverse_dynamics([0, 0], [0, 0], [0, 0], actuators="a")
+
+
+@pytest.mark.parametrize(
+    ("ask", "message"),
+    [
+        (lambda p, q: p.accelerations(q, [0] * 3, [2.0]), "by name, such as {'crank': 2.0}, got [2.0]."),
+        (
+            lambda p, q: p.accelerations(q, [0] * 3, {"a": "fast"}),
+            "numbers for the acceleration of 'a', got 'fast'.",
+        ),
+        (
+            lambda p, q: p.accelerations(q, [0] * 3, {"a": math.nan}),
+            "a finite number for the acceleration of 'a'",
+        ),
+        (lambda p, q: p.inverse_dynamics(q, [0] * 3, [0] * 3, actuators=3), "with an actuator, got '3'"),
+        (
+            lambda p, q: p.singularity([math.nan, 1, 1]),
+            "in which the conditions of 'four-bar' have values, got",
+        ),
+    ],
+)
+def test_nonsense_is_refused(ask, message):
+    q = closed(0.9)
+    with pytest.raises(ModelError) as caught:
+        ask(fb.compile(four_bar(), at=q), q)
+    assert message in str(caught.value)

@@ -192,6 +192,68 @@ def test_a_machine_with_constraints(tmp_path):
     assert "forward_dynamics" not in fb.compile(wire()).to_numpy()
 
 
+def blown():
+    """A cart under three signals, that end in an error, hold on, and are held between samples."""
+    s = fb.System("blown")
+    m = s.parameters(m=2.0)
+    wind = fb.signal([0, 1, 2], [0, 3, -1], name="wind")
+    drift = fb.signal([0.5, 1, 1.5, 2.5], [0, 1, -1, 2], "cubic", name="drift", outside="hold")
+    level = fb.signal([0, 1.25], [1, 5], "previous", name="level")
+    cart = s.body("cart", fb.particle(m))
+    s.slider("rail", s.ground, cart, axis="x", coordinate="x")
+    s.force("push", cart, (wind + level * drift, 0, 0))
+    return fb.compile(s)
+
+
+def test_signals_hold_in_every_piece(tmp_path):
+    program = blown()
+    t = np.array([0, 0.3, 0.5, 0.9, 1, 1.1, 1.25, 1.7, 2])
+    wanted = program.forward_dynamics([0.0], [0.0], t, m=3.0)
+    slopes = program.derivative("forward_dynamics", "t")([0.0], [0.0], t, m=3.0)
+    names = ("forward_dynamics", "forward_dynamics_by_t", "mass_matrix")
+    q, p = np.zeros((len(t), 1)), np.array([3.0])
+
+    exported = program.to_numpy(*names)
+    assert "PARAMETERS = ('m',)" in exported.source
+    agree(exported["forward_dynamics"](q, q, t, p), wanted)
+    agree(exported["forward_dynamics_by_t"](q, q, t, p), slopes)
+    assert np.isnan(exported["forward_dynamics"](q, q, 2.1))[:, 0].all()  # the wind ends at 2 s
+    assert np.isnan(exported["forward_dynamics"](q, q, -0.1))[:, 0].all()
+
+    library = shared(tmp_path, program.to_c(*names, name="blown"))
+    found = np.full((len(t) + 1, 1), np.nan)
+    for k, at in enumerate([*t, 2.1]):
+        zero, out = (ctypes.c_double * 1)(0.0), found[k : k + 1].ctypes.data_as(ctypes.c_void_p)
+        library.blown_forward_dynamics(ctypes.c_double(at), zero, zero, (ctypes.c_double * 1)(3.0), out)
+    agree(found[:-1], wanted)
+    assert np.isnan(found[-1, 0])
+
+
+def test_signals_in_jax():
+    jax = pytest.importorskip("jax")
+    jax.config.update("jax_enable_x64", True)
+    program = blown()
+    t = np.array([0.3, 1.0, 1.7])
+    wanted = program.forward_dynamics([0.0], [0.0], t)
+    agree(
+        np.asarray(program.to_jax("forward_dynamics")["forward_dynamics"](np.zeros((3, 1)), [0.0], t)), wanted
+    )
+
+
+def test_signals_in_casadi():
+    pytest.importorskip("casadi")
+    program = blown()
+    function = program.to_casadi("forward_dynamics")["forward_dynamics"]
+    assert function.size1_in("p") == 1
+    for t in (0.0, 0.3, 1.0, 1.7, 2.0):
+        agree(np.array(function([0.0], [0.0], t, [3.0]))[0], program.forward_dynamics([0.0], [0.0], t, m=3.0))
+    assert np.isnan(float(function([0.0], [0.0], 2.1, [3.0])))
+
+
+def test_a_product_named_twice_is_written_once():
+    assert blown().to_c("bias", "bias").source.count("blown_bias(") == 1
+
+
 def test_a_machine_at_rest(tmp_path):
     """Results without entries keep the leading axes, and the C has no warnings."""
     s = fb.System("post")

@@ -324,3 +324,60 @@ def test_wrong_arguments(call, message):
 def test_what_is_no_machine():
     with pytest.raises(ModelError, match="Expected a System or a Model to compile, got 3"):
         fb.compile(3)
+
+
+def bar_pendulum():
+    s = fb.System("pendulum")
+    m, L, g = s.parameters(m=1.0, L=2.0, g=9.81)
+    s.gravity = (0, -g, 0)
+    bar = s.body("bar", fb.slender_bar(m, L, axis="y"))
+    s.hinge("pin", s.ground, bar, to=(0, L / 2, 0), axis="z", coordinate="theta")
+    return s, L
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (
+            {"L": -1.0},
+            "Expected L > 0 in 'pendulum', as s.assume or the use as a mass or a dimension says, but L = -1",
+        ),
+        ({"m": 0}, "Expected m > 0 in 'pendulum'"),
+        ({"L": [1.0, -2.0]}, "State 1: Expected L > 0 in 'pendulum'"),
+        ({"values": [1]}, "Expected values of parameters by name, such as {'m': 2}, got [1]."),
+        ({"values": {"L": 1}, "L": 2}, "Parameter 'L' is given twice. Leave one out."),
+    ],
+)
+def test_values_that_are_refused(given, message):
+    s, _ = bar_pendulum()
+    with pytest.raises(ModelError) as caught:
+        fb.compile(s).forward_dynamics([0.1], [0.0], **given)
+    assert message in str(caught.value)
+
+
+def test_values_of_an_assumed_expression_are_refused():
+    s, L = bar_pendulum()
+    a = s.parameters(a=1.0)
+    s.assume(L - a > 0)
+    found = fb.compile(s).forward_dynamics([0.1], [0.0], L=[2.0, math.nan])
+    assert np.isfinite(found[0, 0]) and np.isnan(found[1, 0])
+    with pytest.raises(
+        ModelError, match=r"State 1: Expected L - a > 0 in 'pendulum'.* but L = 0.5, a = 1|a = 1, L = 0.5"
+    ):
+        fb.compile(s).forward_dynamics([0.1], [0.0], L=[2.0, 0.5])
+
+
+def test_a_parameter_stands_for_its_name_in_a_derivative():
+    s, L = bar_pendulum()
+    program = fb.compile(s)
+    assert program.derivative("bias", L)([0.1], [0.0]) == program.derivative("bias", "L")([0.1], [0.0])
+
+
+def test_a_parameter_named_as_an_input_is_ambiguous():
+    s, _ = bar_pendulum()
+    s.parameters(u=1.0)
+    with pytest.raises(ModelError) as caught:
+        fb.compile(s).derivative("bias", "u")
+    assert "Expected one meaning of 'u', but 'pendulum' has a parameter of this name, too." in str(
+        caught.value
+    )

@@ -126,3 +126,46 @@ def test_refusals(data, options: dict, message: str) -> None:
     options = {"unknown": ["I"], "initial": {"theta": 1.0}, **options}
     with pytest.raises(SimulationError, match=message):
         fb.fit(pendulum(), data, options.pop("unknown"), **options)
+
+
+def free_pendulum():
+    s = fb.System("pendulum")
+    m, L, g = s.parameters(m=1.0, L=2.0, g=9.81)
+    s.gravity = (0, -g, 0)
+    bar = s.body("bar", fb.slender_bar(m, L, axis="y"))
+    s.hinge("pin", s.ground, bar, to=(0, L / 2, 0), axis="z", coordinate="theta")
+    t = np.linspace(0, 2, 21)
+    return s, {"time": t, "theta": fb.simulate(s, 2, initial={"theta": 1}, times=t)["theta"]}
+
+
+@pytest.mark.parametrize(
+    ("unknown", "more", "message"),
+    [
+        ({"m": 1.2}, {}, "The measured motion does not depend on 'm': it can not be found"),
+        (
+            {"L": 1.5},
+            {"values": {"L": 2}},
+            "'L' is unknown, with a first guess, and known, in values= as well.",
+        ),
+        ({"theta": 1.1}, {}, "'theta' is unknown, with a first guess, and known, in initial= as well."),
+        (
+            {"L": 1.5},
+            {"sigma": 0.01},
+            "Expected standard deviations by quantity, such as sigma={'theta': 0.01}, got 0.01",
+        ),
+        ({"L": 1.5}, {"bounds": [1, 2]}, "Expected bounds by name, such as {'L': (0, 1)}, got [1, 2]."),
+        ({"L": 1.5}, {"bounds": {"L": 3}}, "Expected (least, greatest) as bounds of 'L', got 3."),
+    ],
+)
+def test_refusals_of_what_was_given(unknown, more, message):
+    s, data = free_pendulum()
+    with pytest.raises(fb.errors.SimulationError) as caught:
+        fb.fit(s, data, unknown, initial={"theta": 1}, **more)
+    assert message in str(caught.value)
+
+
+def test_complex_measurements_are_refused():
+    s, data = free_pendulum()
+    with pytest.raises(fb.errors.SimulationError) as caught:
+        fb.fit(s, {**data, "theta": data["theta"] + 0j}, {"L": 1.5}, initial={"theta": 1})
+    assert "Expected real numbers for the measured 'theta', got complex ones." in str(caught.value)

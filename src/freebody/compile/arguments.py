@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError, nearest
 from ..model import Model
+from ..model.values import assumed, check_assumption
 
 Array = NDArray[np.float64]
 
@@ -56,12 +57,16 @@ def parameters_given(
     """Parameters by name; arrays are for a batch."""
     if not values and not named:
         return {}
+    if not isinstance(values or {}, Mapping):
+        raise ModelError(f"Expected values of parameters by name, such as {{'m': 2}}, got {values!r}.")
     names = {p.symbol: p.name for p in model.parameters}
     result: dict[str, Any] = {}
     for key, value in (*(values or {}).items(), *named.items()):
         name = key if isinstance(key, str) else names.get(key, key)
         if name not in names.values():
             raise ModelError(f"Unknown parameter '{key}'; {nearest(str(key), names.values())}")
+        if name in result:
+            raise ModelError(f"Parameter '{name}' is given twice. Leave one out.")
         if isinstance(value, (np.ndarray, list, tuple)) and np.ndim(value) > 0:
             value = array(value, f"parameter '{name}'")
             if value.ndim != 1:
@@ -70,6 +75,29 @@ def parameters_given(
                 )
         result[name] = value
     return result
+
+
+def check_columns(model: Model, columns: Mapping[str, Array], numbers: Mapping[str, float]) -> None:
+    """Refuse values of a batch that contradict what was assumed of the parameters; NaN is an answer like others.
+
+    Raises
+    ------
+    ModelError
+        The first state whose values contradict an assumption.
+    """
+    names = {p.symbol: p.name for p in model.parameters}
+    for expression in assumed(model):
+        own = [names[symbol] for symbol in expression.free_symbols]
+        varied = [name for name in own if name in columns]
+        if not varied:
+            continue
+        if expression in names:
+            suspects = np.flatnonzero(columns[names[expression]] <= 0)
+        else:
+            suspects = np.flatnonzero(np.logical_and.reduce([np.isfinite(columns[name]) for name in varied]))
+        for k in suspects.tolist():
+            row = {**numbers, **{name: float(columns[name][k]) for name in varied}}
+            check_assumption(model, expression, row, f"State {k}: ")
 
 
 def signals_at(model: Model, t: ArrayLike) -> dict[str, Any]:

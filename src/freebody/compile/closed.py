@@ -12,7 +12,7 @@ Automation 6 (1990) 281 (the two kinds of singular positions).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -70,6 +70,8 @@ def chosen(model: Model, actuators: Any) -> list[int]:
         if actuators == "all":
             return list(range(model.n_u))
         actuators = actuators.replace(",", " ").split()
+    if not isinstance(actuators, Iterable):
+        actuators = [actuators]
     known = {name: i for i, name in enumerate(model.speed_names)}
     known |= {name[:-1]: i for name, i in known.items() if name.endswith("'")}
     result = []

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..describe.signal import SignalTable
 from ..errors import ModelError
 from ..model import Model
 from ..scalar.trace import ADD, CODES, CONST, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
@@ -22,7 +23,10 @@ _OPERATORS = {ADD: "+", SUB: "-", MUL: "*", DIV: "/"}
 
 @dataclass(frozen=True)
 class Recorded:
-    """A product on its tape: ``places`` says of each input node which argument and entry it is (None: a number)."""
+    """A product on its tape: ``places`` says of each input node which argument and entry it is (None: a number).
+
+    Signals are arguments of their own, s0, s1, ..., of which each function reads the piece that holds at its t.
+    """
 
     name: str
     tape: Tape
@@ -30,6 +34,7 @@ class Recorded:
     places: Mapping[int, tuple[str, int | None]]
     outputs: tuple[Any, ...]
     shape: tuple[int, ...]
+    tables: tuple[SignalTable, ...]
 
     def steps(self) -> Iterator[tuple[int, int, int, int]]:
         """(node, code, operands) of what the outputs need, operands first."""
@@ -39,7 +44,7 @@ class Recorded:
 
 
 def recorded(model: Model, products: Sequence[str], active: tuple[int, ...] | None) -> list[Recorded]:
-    """The products named, or all that the machine has but ``derivatives`` and those that need ``at=``."""
+    """The products named, each once, or all that the machine has but ``derivatives`` and those that need ``at=``."""
     if not products:
         held = model.constraints and active is None
         products = [
@@ -48,19 +53,30 @@ def recorded(model: Model, products: Sequence[str], active: tuple[int, ...] | No
             if name != "derivatives" and not (held and PRODUCTS[name].moves)
         ]
     result = []
-    for name in products:
+    for name in dict.fromkeys(products):
         product = product_named(model, name)
         if product.moves:
             check_conditions(model, active)
         r = recording(model, active)
         outputs = tuple(product.record(r))
-        given = {"q": r.state.q, "u": r.state.u, "udot": r.udot, "forces": r.forces, "p": r.parameters}
+        numbers = dict(zip((p.name for p in model.parameters), r.parameters, strict=True))
+        given = {"q": r.state.q, "u": r.state.u, "udot": r.udot, "forces": r.forces}
+        given["p"] = tuple(numbers[p.name] for p in own_parameters(model))
+        for k, placed in enumerate(model.signals):
+            given[f"s{k}"] = tuple(numbers[symbol.name] for symbol in placed.symbols)
         places: dict[int, tuple[str, int | None]] = {r.state.t.index: ("t", None)}
         for vector, entries in given.items():
             places.update((x.index, (vector, k)) for k, x in enumerate(entries))
         inputs = tuple((vector, len(given[vector])) for vector in product.inputs)
-        result.append(Recorded(name, r.tape, inputs, places, outputs, product.shape(model)))
+        tables = tuple(placed.table() for placed in model.signals)
+        result.append(Recorded(name, r.tape, inputs, places, outputs, product.shape(model), tables))
     return result
+
+
+def own_parameters(model: Model) -> tuple[Any, ...]:
+    """The parameters of a model without the constants of its signals, which follow from t."""
+    of_signals = {symbol.name for placed in model.signals for symbol in placed.symbols}
+    return tuple(p for p in model.parameters if p.name not in of_signals)
 
 
 def _write(folder: Any, files: Mapping[str, str]) -> list[Path]:
@@ -98,7 +114,7 @@ def _order(model: Model) -> list[str]:
     lists = {
         "q": model.coordinate_names,
         "u": model.speed_names,
-        "p": tuple(parameter.name for parameter in model.parameters),
+        "p": tuple(parameter.name for parameter in own_parameters(model)),
     }
     return [f"{name} = ({', '.join(entries)})" for name, entries in lists.items()]
 
@@ -128,6 +144,17 @@ _C_HELPERS = {
     "min": "static double min(double x, double y) { return x < y || x != x ? x : y; }",
     "max": "static double max(double x, double y) { return x > y || x != x ? x : y; }",
 }
+_C_PIECE = """/* constants of a signal in the piece that holds at t: NAN where it is not given */
+static const double *piece(double t, const double *breaks, int n, const double *rows, int width)
+{
+    int low = 0, high = n;
+    while (low < high) {
+        const int middle = (low + high) / 2;
+        if (breaks[middle] <= t) low = middle + 1;
+        else high = middle;
+    }
+    return rows + low * width;
+}"""
 
 
 def c_source(
@@ -150,8 +177,17 @@ def c_source(
         defined.append("\n".join([head, "{", *lines, "}"]))
     order = "\n".join(f"   {line}" for line in _order(model))
     title = f"Dynamics of '{_comment(model.name)}', written by freebody. Matrices by rows; SI units, radians."
-    defaults = ", ".join("NAN" if p.default is None else _c_number(p.default) for p in model.parameters)
-    count = len(model.parameters)
+    own = own_parameters(model)
+    defaults = ", ".join("NAN" if p.default is None else _c_number(p.default) for p in own)
+    count = len(own)
+    tables = []
+    for k, placed in enumerate(model.signals):
+        table = placed.table()
+        breaks, rows = (", ".join(map(_c_number, x.ravel())) for x in table)
+        tables += [
+            f"static const double breaks_{k}[{table.breaks.size}] = {{{breaks}}};",
+            f"static const double rows_{k}[{table.rows.size}] = {{{rows}}};",
+        ]
     guard = f"{prefix.upper()}_H"
     header = f"""/* {title}
 
@@ -182,6 +218,7 @@ extern const double {prefix}_parameters[{max(count, 1)}];
         f'/* {title} */\n#include <math.h>\n#include "{prefix}.h"',
         f"const double {prefix}_parameters[{max(count, 1)}] = {{{defaults or '0.0'}}};",
         "\n".join(_C_HELPERS[helper] for helper in sorted(helpers)),
+        "\n".join([*tables, _C_PIECE]) if tables else "",
         *defined,
     ]
     return CSource(prefix, "\n\n".join(part for part in parts if part) + "\n", header)
@@ -204,6 +241,10 @@ def _c_body(product: Recorded) -> tuple[list[str], set[str]]:
     known: dict[int, str] = {}
     helpers: set[str] = set()
     lines = [f"    (void){name};" for name in ("t", *(vector for vector, _ in product.inputs), "p")]
+    for j, table in enumerate(product.tables):
+        n, width = table.breaks.size, table.rows.shape[1]
+        lines.append(f"    const double *const s{j} = piece(t, breaks_{j}, {n}, rows_{j}, {width});")
+    lines += [f"    (void)s{k};" for k in range(len(product.tables))]
     for i, code, a, b in product.steps():
         if code == CONST:
             known[i] = _c_number(product.tape.constants[a])
@@ -284,7 +325,7 @@ Arrays may have leading axes, which broadcast. SI units, radians.
 
 PARAMETERS = {parameters!r}
 DEFAULTS = {defaults!r}
-
+{tables}
 __all__ = {names!r}
 
 
@@ -316,8 +357,9 @@ def python_source(
         title=f"Dynamics of '{model.name}', written by freebody.".replace('"""', "'''").replace("\\", "/"),
         order=order,
         imports="import numpy as np" if library == "numpy" else "import jax.numpy as np",
-        parameters=tuple(parameter.name for parameter in model.parameters),
-        defaults=tuple(None if p.default is None else float(p.default) for p in model.parameters),
+        parameters=tuple(parameter.name for parameter in own_parameters(model)),
+        defaults=tuple(None if p.default is None else float(p.default) for p in own_parameters(model)),
+        tables=_python_tables(model),
         names=names,
     )
     parts = [head]
@@ -326,10 +368,27 @@ def python_source(
     return PythonSource(identifier(model.name), "\n\n".join(parts))
 
 
+def _python_tables(model: Model) -> str:
+    """Break points of the signals, and the constants of their pieces."""
+    lines = [""] if model.signals else []
+    for k, placed in enumerate(model.signals):
+        table = placed.table()
+        breaks, *rows = (
+            f"[{', '.join('np.nan' if x != x else repr(float(x)) for x in row)}]"
+            for row in (table.breaks, *table.rows)
+        )
+        lines += [f"_BREAKS_{k} = {breaks}", f"_ROWS_{k} = [{', '.join(rows)}]"]
+    return "\n".join([*lines, ""]) if lines else ""
+
+
 def _python_body(name: str, product: Recorded) -> list[str]:
     vectors = [vector for vector, _ in product.inputs]
     lines = [f"def {name}({', '.join(vectors)}, t=0.0, p=None):", "    t, p = np.asarray(t), _given(p)"]
     lines += [f"    {vector} = np.asarray({vector})" for vector in vectors]
+    lines += [
+        f'    s{k} = np.asarray(_ROWS_{k})[np.searchsorted(np.asarray(_BREAKS_{k}), t, side="right")]'
+        for k in range(len(product.tables))
+    ]
     known: dict[int, str] = {}
     for i, code, a, b in product.steps():
         if code == CONST:
@@ -395,14 +454,20 @@ def casadi_functions(
     for product in recorded(model, products, active):
         t = casadi.SX.sym("t")
         vectors = {vector: casadi.SX.sym(vector, n) for vector, n in product.inputs}
-        vectors["p"] = casadi.SX.sym("p", len(model.parameters))
+        vectors["p"] = casadi.SX.sym("p", len(own_parameters(model)))
+        sources: dict[str, Any] = dict(vectors)
+        for j, pieces in enumerate(product.tables):
+            piece, *later = pieces.rows.tolist()
+            for edge, row in zip(pieces.breaks.tolist(), later, strict=True):
+                piece = [casadi.if_else(t >= edge, x, y) for x, y in zip(row, piece, strict=True)]
+            sources[f"s{j}"] = piece
         known: dict[int, Any] = {}
         for i, code, a, b in product.steps():
             if code == CONST:
                 known[i] = float(product.tape.constants[a])
             elif code == INPUT:
                 vector, k = product.places[i]
-                known[i] = t if k is None else vectors[vector][k]
+                known[i] = t if k is None else sources[vector][k]
             else:
                 known[i] = table[code](*(known[k] for k in (a, b) if k >= 0))
         outputs = [known[x.index] if type(x) is Traced else float(x) for x in product.outputs]
@@ -417,7 +482,7 @@ def casadi_functions(
         functions[name] = casadi.Function(
             name, [*arguments, t, vectors["p"]], [result], [*names, "t", "p"], ["out"]
         )
-    defaults = [math.nan if p.default is None else float(p.default) for p in model.parameters]
+    defaults = [math.nan if p.default is None else float(p.default) for p in own_parameters(model)]
     return CasadiFunctions(functions, np.array(defaults))
 
 

@@ -124,6 +124,17 @@ def products_of(model: Model) -> tuple[str, ...]:
     return tuple(name for name in PRODUCTS if model.constraints or name != "conditions")
 
 
+def named_variable(model: Model, by: Any) -> Any:
+    """The name of what is differentiated by, where a parameter may stand for its name."""
+    names = {p.symbol: p.name for p in model.parameters}
+    if by in ("q", "u", "udot", "forces", "displacement", "parameters") and by in names.values():
+        raise ModelError(
+            f"Expected one meaning of '{by}', but '{model.name}' has a parameter of this name, too. Rename the "
+            "parameter."
+        )
+    return by if isinstance(by, str) else names.get(by, by)
+
+
 def derivative_of(model: Model, product: Product, by: str) -> Product:
     """The product ∂f/∂x, its last axis running over x (no axis for time and for one parameter)."""
     known = (*product.inputs, *(("displacement",) if "q" in product.inputs else ()), "t", "parameters")

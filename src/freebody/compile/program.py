@@ -20,7 +20,8 @@ from ..dynamics import float_state
 from ..dynamics.constrained import closed_coordinates, independent_rows
 from ..errors import ModelError
 from ..model import Model, assemble
-from .arguments import array, checked, is_plain, parameters_given, place_of, signals_at
+from ..model.values import check_assumptions
+from .arguments import array, check_columns, checked, is_plain, parameters_given, place_of, signals_at
 from .closed import Singularity, actuator_forces, chosen, completed, singularity
 from .kernels import Kernel, KernelSet
 from .looped import LOOPED, MODES, LoopedKernel, LoopedSet, is_large
@@ -30,6 +31,7 @@ from .products import (
     compiled,
     derivative_of,
     jacobian_of,
+    named_variable,
     product_named,
     transmitting,
     values_of,
@@ -260,8 +262,16 @@ class Program:
         G, gamma = self._conditions(q, u, t, values, named)
         if G.ndim != 2:
             raise ModelError("Expected one state for accelerations, got a batch.")
+        if not isinstance(given, Mapping):
+            raise ModelError(f"Expected accelerations by name, such as {{'crank': 2.0}}, got {given!r}.")
         places = chosen(self.model, list(given)) if given else []
-        return completed(self.model, G, gamma, places, np.array([float(x) for x in given.values()]))
+        wanted = np.zeros(len(places))
+        for k, (name, x) in enumerate(given.items()):
+            number = array(x, f"the acceleration of '{name}'")
+            if number.shape != () or not np.isfinite(number):
+                raise ModelError(f"Expected a finite number for the acceleration of '{name}', got {x!r}.")
+            wanted[k] = number
+        return completed(self.model, G, gamma, places, wanted)
 
     def singularity(
         self,
@@ -290,6 +300,10 @@ class Program:
         found = self._all_conditions(q, x, t, values, named)
         if found.ndim != 2:
             raise ModelError("Expected one position for singularity, got a batch.")
+        if not np.isfinite(found).all():
+            raise ModelError(
+                f"Expected a position in which the conditions of '{self.model.name}' have values, got q = {q!r}."
+            )
         M = self._run("mass_matrix", {"q": q}, t, values, named)
         active = self._active or ()
         places = None if actuators is None else chosen(self.model, actuators)
@@ -481,7 +495,7 @@ class Program:
 
     # --- derivatives ---------------------------------------------------------------------------
 
-    def derivative(self, product: str, by: str, *, point: Any = None) -> Callable[..., Any]:
+    def derivative(self, product: str, by: Any, *, point: Any = None) -> Callable[..., Any]:
         """The exact derivative of a product as a function, recorded from its trace: no differences are taken.
 
         Parameters
@@ -491,9 +505,9 @@ class Program:
             ``"bias"``, ``"coordinate_rates"``, ``"kinetic_energy"``, ``"potential_energy"``, ``"momentum"``,
             ``"poses"``, ``"velocities"``, ``"reactions"``, ``"reactions_at"`` (with u'), ``"jacobian"`` (of ``point``),
             and with constraints ``"conditions"`` (G and γ of G u' + γ = 0, by rows).
-        by : str
+        by : str or Symbol
             An input of the product (``"q"``, ``"u"``, ``"udot"``, ``"forces"``), ``"t"``, ``"parameters"`` (all, in the
-            model's order), the name of one parameter, or ``"displacement"``. By q, the four components of a
+            model's order), one parameter, or ``"displacement"``. By q, the four components of a
             quaternion count as independent numbers; by displacement, the configuration is turned and moved by a
             unit of each speed, ∂f/∂q G with q' = G(q) u, which has n_u columns.
         point : Point, Body or str
@@ -525,6 +539,7 @@ class Program:
         >>> program.derivative("kinetic_energy", "L")([0.0], [3.0])
         18.0
         """
+        by = named_variable(self.model, by)
         if product == "jacobian" and point is not None:
             place = place_of(self.model, point)
             base, key = jacobian_of(place), ("jacobian", place.body.name, place.components, by)
@@ -724,7 +739,10 @@ class Program:
         single = {name: value for name, value in parameters.items() if name not in columns}
         one = self.model.values({**single, **{name: 0 for name in columns}})
         order = [p.name for p in self.model.parameters]
-        if not columns:
+        if columns:
+            check_columns(self.model, columns, one)
+        else:
+            check_assumptions(self.model, one)
             c = known[label] = program.constants([one[name] for name in order])
             while len(known) > _KEPT:
                 known.popitem(last=False)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy
@@ -207,6 +207,13 @@ def _inner(t: Array, v: Array, kind: str, ends: str) -> Array:
     return np.ascontiguousarray(CubicSpline(t, v, bc_type=ends).c[::-1].T)
 
 
+class SignalTable(NamedTuple):
+    """Constants of all pieces: row k holds after k break points, NaN where the signal is not given."""
+
+    breaks: Array  # (n,)
+    rows: Array  # (n + 1, constants of a piece)
+
+
 @dataclass(frozen=True)
 class Placed:
     """A signal in a system: the symbols of its piece, and the expression that they make."""
@@ -225,6 +232,18 @@ class Placed:
         return dict(
             zip((symbol.name for symbol in self.symbols), self._row(*self.signal.pieces(t)).T, strict=True)
         )
+
+    def table(self) -> SignalTable:
+        """The constants of every piece, for code that looks them up by itself."""
+        signal = self.signal
+        breaks = signal.times.copy()
+        rows = self._row(np.concatenate([breaks[:1], breaks]), signal._coefficients).copy()
+        if signal._outside == "error":
+            rows[0] = np.nan
+            if signal.interpolation != "previous":
+                rows[-1] = np.nan
+                breaks[-1] = np.nextafter(breaks[-1], np.inf)  # the end belongs to the last piece
+        return SignalTable(breaks, rows)
 
     def _row(self, starts: Array, c: Array) -> Array:
         return c if self.signal.degree == 0 else np.column_stack([starts, c])

@@ -172,6 +172,7 @@ def _least(model: Model, state: State, G: list[Any], residual: list[Any]) -> lis
 
 # Rows of G are compared at unit length; what is left of a dependent row after Gram-Schmidt is round-off.
 DEPENDENT = 10**-9
+POOR = 10**-4
 
 STEPS = 50
 """Gauss-Newton steps after which conditions can not be met."""
@@ -192,23 +193,29 @@ def independent_rows(model: Model, state: State) -> tuple[int, ...]:
 
 
 def independent_of(G: Any, M: Any) -> tuple[int, ...]:
-    """The rows of G that are independent, the earlier ones kept, measured by the masses M."""
+    """The rows of G that are independent, the earlier ones kept, measured by the masses M.
+
+    A row of which less than :data:`POOR` is independent of the earlier ones is kept only where no later one does
+    better: it would be lost a little further on.
+    """
     scaled = G / np.sqrt(M.diagonal())
     largest = np.linalg.norm(scaled, axis=1).max(initial=0)
     basis: list[Any] = []
-    kept = []
-    for i, row in enumerate(scaled):
-        length = np.linalg.norm(row)
-        if length <= DEPENDENT * largest:
-            continue
-        rest = row / length
-        for _ in range(2):
-            for b in basis:
-                rest = rest - (b @ rest) * b
-        if np.linalg.norm(rest) > DEPENDENT:
-            basis.append(rest / np.linalg.norm(rest))
-            kept.append(i)
-    return tuple(kept)
+    kept: list[int] = []
+    for least in (POOR, DEPENDENT):
+        for i, row in enumerate(scaled):
+            length = np.linalg.norm(row)
+            if i in kept or length <= least * largest:
+                continue
+            rest = row / length
+            for _ in range(2):
+                for b in basis:
+                    rest = rest - (b @ rest) * b
+            # of a short row round-off has any direction: what is left of it must count beside the largest, too
+            if np.linalg.norm(rest) > least and np.linalg.norm(rest) * length > DEPENDENT * largest:
+                basis.append(rest / np.linalg.norm(rest))
+                kept.append(i)
+    return tuple(sorted(kept))
 
 
 def closed_coordinates(

@@ -60,18 +60,20 @@ def check_assumptions(model: Model, numbers: Mapping[str, float]) -> None:
     ModelError
         The expression that is not positive, with the values in it.
     """
-    known = {parameter.symbol: parameter.name for parameter in model.parameters}
-    values = {symbol: numbers[name] for symbol, name in known.items()}
     for expression in assumed(model):
-        value = float(evaluate(expression, values, floats))
-        if not value > 0:
-            names = sorted(known[symbol] for symbol in expression.free_symbols)
-            shown = ", ".join(f"{name} = {numbers[name]:g}" for name in names)
-            raise ModelError(
-                f"Expected {str(expression).replace('**', '^')} > 0 in '{model.name}', as s.assume or the use as a "
-                f"mass or a dimension says, but {shown} makes it {value:g}. Change the values, or take the assumption "
-                "back."
-            )
+        check_assumption(model, expression, numbers)
+
+
+def check_assumption(model: Model, expression: Any, numbers: Mapping[str, float], where: str = "") -> None:
+    """Refuse values at which an expression that was assumed positive is not."""
+    known = {symbol.name: symbol for symbol in expression.free_symbols}
+    value = float(evaluate(expression, {symbol: numbers[name] for name, symbol in known.items()}, floats))
+    if not value > 0:
+        shown = ", ".join(f"{name} = {numbers[name]:g}" for name in sorted(known))
+        raise ModelError(
+            f"{where}Expected {str(expression).replace('**', '^')} > 0 in '{model.name}', as s.assume or the use as a "
+            f"mass or a dimension says, but {shown} makes it {value:g}. Change the values, or take the assumption back."
+        )
 
 
 def _number(value: Any, name: str, model: Model) -> float:

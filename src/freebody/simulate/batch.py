@@ -30,7 +30,7 @@ from .arguments import check_heeded, check_numbers
 from .batch_alone import NO_START, REASON, REFUSED, Alone
 from .batch_kernels import BatchProgram, batch_program
 from .batch_start import Lanes, lanes_of
-from .batch_store import Store, dataset_of
+from .batch_store import Store, check_names, dataset_of
 from .batch_threads import share
 from .blow import blows_of
 from .driven import at_time, check_signals, intervals
@@ -111,6 +111,7 @@ def simulate_batch(
     )  # fmt: skip
     job = job_of(s, until, initial=initial, values=values, threads=threads, **asked)
     given = job.given
+    check_names(job)
     kept = None if store is None else Store(store, job)
     if kept is None:
         _check_memory(job)

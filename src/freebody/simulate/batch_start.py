@@ -249,6 +249,8 @@ def _array(value: Any, name: str, extra: int, long: dict[str, int], what: str) -
     if isinstance(value, str) or not isinstance(value, list | tuple | np.ndarray):
         return value
     try:
+        if np.iscomplexobj(value):
+            raise TypeError
         array = np.array(value, dtype=float)
     except (TypeError, ValueError):
         raise SimulationError(f"Expected an array of numbers for the {what}, got {value!r}.") from None
@@ -264,6 +266,6 @@ def _array(value: Any, name: str, extra: int, long: dict[str, int], what: str) -
         )
     if not np.isfinite(array).all():
         lane = int(np.flatnonzero(~np.isfinite(array.reshape(len(array), -1)).all(axis=1))[0])
-        raise SimulationError(f"Expected finite numbers for the {what}, got {array[lane]!r} in lane {lane}.")
+        raise SimulationError(f"Expected finite numbers for the {what}, got {array[lane]} in lane {lane}.")
     long[what] = len(array)
     return array

@@ -98,6 +98,42 @@ def _coordinates(job: Any) -> dict[str, Any]:
     return result
 
 
+def check_names(job: Any) -> None:
+    """Refuse outputs and events of which the dataset could hold only one, since another variable has their name.
+
+    Raises
+    ------
+    SimulationError
+        The name, and what has it already.
+    """
+    own = [name for name in _variables(job) if name not in job.asked.timed and name not in job.asked.numbers]
+    taken = dict.fromkeys(
+        [*own, "event_time", "event_last", "event_count", "event", "status"], "tells how lanes ended"
+    )
+    taken |= dict.fromkeys(("lane", "time"), "counts the lanes and the times")
+    for name in job.given.varied[0]:
+        if name in taken:
+            raise SimulationError(
+                f"Expected another name for the varied parameter '{name}', which in the results {taken[name]}. "
+                "Rename it."
+            )
+        taken[name] = "holds the varied parameter"
+    taken |= {f"{name}_start": "holds the varied start" for name in job.given.varied[1]}
+    for name in (*job.asked.timed, *job.asked.numbers):
+        if name in taken:
+            raise SimulationError(
+                f"Expected another name for the output '{name}', which in the results {taken[name]}. Name it: "
+                f"outputs={{'my_{name}': ...}}."
+            )
+    events = [spec.name for spec in job.specs]
+    for name in events:
+        if events.count(name) > 1:
+            raise SimulationError(
+                f"Expected events of different names in a batch, got '{name}' twice. Name them: "
+                "fb.event(..., name=...)."
+            )
+
+
 def _attributes(job: Any) -> dict[str, Any]:
     from .. import __version__
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -190,8 +191,9 @@ def _expression(model: Model, value: Any, name: str) -> Any:
     try:
         return model.names.expression(value, f"output '{name}'")
     except ExpressionError as error:
-        known = [*model.coordinate_names, *model.speed_names, *ENERGIES]
-        more = f" {nearest(value, known)}" if isinstance(value, str) and value.isidentifier() else ""
+        near = get_close_matches(value, ENERGIES, n=1) if isinstance(value, str) else []
+        more = f" Did you mean '{near[0]}'?" if near else ""
         raise SimulationError(
-            f"Expected a coordinate, a speed, an energy or an expression of them for an output. {error}{more}"
+            "Expected a coordinate, a speed, an energy or an expression of them for an output, or "
+            f"{', '.join(f'{how}(...)' for how in REDUCTIONS)} of one. {error}{more}"
         ) from None

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..dynamics.constrained import independent_rows
+from ..dynamics.constraints import rows
 from ..dynamics.mobility import massless_motion
 from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
@@ -376,6 +378,18 @@ def _locked(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
     state = float_state(
         kernels.model, y[:n_q].tolist(), y[n_q : n_q + n_u].tolist(), path.end, trajectory.values
     )
+    others = independent_rows(kernels.model, state)
+    if others != kernels.active and len(others) == len(kernels.active):
+        names = [row.name for row in rows(kernels.model)]
+        lost, gained = (
+            " and ".join(repr(names[i]) for i in some if i not in rest)
+            for some, rest in ((kernels.active, others), (others, kernels.active))
+        )
+        return (
+            f" The machine can move on, but {lost}, by which it was held from the start, depends on other conditions "
+            f"there, and {gained} must take over. Go on from the last good state: end = error.trajectory.at("
+            f"{path.end!r}), then simulate(..., start={path.end!r}, initial=end, project=True)."
+        )
     found = nearly_dependent(kernels.model, state, kernels.active)
     if not found:
         return " So do constraints that end: bars that come into line, points of a rope that meet."

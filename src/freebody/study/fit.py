@@ -14,7 +14,7 @@ The file is longer than others: what is measured, weighed, sought and found is r
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -35,6 +35,8 @@ Array = NDArray[np.float64]
 INDISTINCT = 1e-8
 """Smallest singular value of the scaled Jacobian, in parts of the greatest, below which data do not tell parameters
 apart: relative changes of parameters then move the motion by no more than its integration error."""
+ROUND_OFF = 1e-12
+"""Part of what was measured below which a derivative is round-off: some thousand roundings."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,6 +177,15 @@ def fit(
     if not quantities:
         raise SimulationError("Expected at least one measured quantity besides the time, got none.")
     known = {**(values or {})}
+    named = {_name(model, key) for key in known}
+    begun_with = {_name(model, key) for begin in starts for key in begin}
+    for one in chosen:
+        fixed = named if one.symbol is not None else begun_with
+        if guesses[one.name] is not None and one.name in fixed:
+            where = "values=" if one.symbol is not None else "initial="
+            raise SimulationError(
+                f"'{one.name}' is unknown, with a first guess, and known, in {where} as well. Leave one out."
+            )
     numbers = model.values({k: v for k, v in known.items()} | _given(chosen, guesses))
     first = np.array([_first(one, guesses, numbers, starts, model) for one in chosen])
     weights = _weights(sigma, quantities, measured)
@@ -227,7 +238,8 @@ def fit(
         raise SimulationError(
             f"Expected at least as many measured numbers as unknowns, got {residuals.size} for {len(names)}."
         )
-    _check_rank(J, first, names)
+    size = math.hypot(*(float(np.linalg.norm(x)) for x in _weighted(measured, weights)))
+    _check_rank(J, first, names, size)
 
     def safe(p: Array) -> Array:
         try:
@@ -247,8 +259,16 @@ def fit(
             f"{', '.join(f'{n} = {x:.6g}' for n, x in zip(names, solved.x, strict=True))}. Begin nearer: pass guesses, "
             "unknown={'m': 1.0}."
         )
-    _check_rank(J, solved.x, names)
+    _check_rank(J, solved.x, names, size)
     return _result(chosen, solved.x, residuals, J, found, measured, sigma, quantities, calls[0])
+
+
+def _weighted(measured: Any, weights: Any) -> Iterator[Array]:
+    """All that was measured, over its standard deviation."""
+    for (_, columns), scales in zip(measured, weights, strict=True):
+        for name, array in columns.items():
+            good = np.isfinite(array)
+            yield array[good] / scales[name][good]
 
 
 def _listed(unknown: Any) -> list[Any]:
@@ -300,6 +320,9 @@ def _measured(model: Any, run: Any, begin: float) -> tuple[Array, dict[str, Arra
     if "time" not in columns:
         raise SimulationError(f"Expected 'time' among the measured data, got {', '.join(columns)}.")
     try:
+        for name, x in columns.items():
+            if np.iscomplexobj(x):
+                raise SimulationError(f"Expected real numbers for the measured '{name}', got complex ones.")
         arrays = {name: np.array(x, dtype=float) for name, x in columns.items()}
     except (TypeError, ValueError):
         raise SimulationError("Expected arrays of numbers for the measured data.") from None
@@ -325,6 +348,10 @@ def _measured(model: Any, run: Any, begin: float) -> tuple[Array, dict[str, Arra
 
 def _weights(sigma: Any, quantities: list[str], measured: Any) -> list[dict[str, Array]]:
     """Standard deviations of every measured number; 1 where they are to be estimated."""
+    if sigma is not None and not isinstance(sigma, Mapping):
+        raise SimulationError(
+            f"Expected standard deviations by quantity, such as sigma={{'{quantities[0]}': 0.01}}, got {sigma!r}."
+        )
     given = dict(sigma or {})
     for name in given:
         if name not in quantities:
@@ -358,11 +385,18 @@ def _weights(sigma: Any, quantities: list[str], measured: Any) -> list[dict[str,
 
 def _bounds(bounds: Any, names: list[str], first: Array) -> tuple[Array, Array]:
     low, high = np.full(len(names), -math.inf), np.full(len(names), math.inf)
-    for name, pair in dict(bounds or {}).items():
+    if bounds is not None and not isinstance(bounds, Mapping):
+        raise SimulationError(f"Expected bounds by name, such as {{'{names[0]}': (0, 1)}}, got {bounds!r}.")
+    for name, pair in (bounds or {}).items():
         if name not in names:
             raise SimulationError(f"Expected unknowns in bounds, {', '.join(names)}; got '{name}'.")
         i = names.index(name)
-        low[i], high[i] = pair
+        try:
+            low[i], high[i] = pair
+        except (TypeError, ValueError):
+            raise SimulationError(
+                f"Expected (least, greatest) as bounds of '{name}', got {pair!r}."
+            ) from None
         if not low[i] <= first[i] <= high[i]:
             raise SimulationError(
                 f"Expected the first guess of '{name}' within its bounds, {low[i]:g} to {high[i]:g}, got {first[i]:g}."
@@ -370,16 +404,21 @@ def _bounds(bounds: Any, names: list[str], first: Array) -> tuple[Array, Array]:
     return low, high
 
 
-def _check_rank(J: Array, p: Array, names: list[str]) -> None:
+def _check_rank(J: Array, p: Array, names: list[str], size: float) -> None:
     """Refuse data that do not tell the unknowns apart.
 
-    Columns count relative to their parameters; a direction in which nothing changes is named.
+    Columns count relative to their parameters; a direction in which nothing changes is named. A column that is nothing
+    beside the ``size`` of what was measured is round-off, also where all are.
     """
     scale = np.where(p != 0, np.abs(p), 1.0)
     scaled = J * scale
     lengths = np.linalg.norm(scaled, axis=0)
     largest = lengths.max(initial=0)
-    idle = [name for name, x in zip(names, lengths, strict=True) if x <= INDISTINCT * largest]
+    idle = [
+        name
+        for name, x in zip(names, lengths, strict=True)
+        if x <= max(INDISTINCT * largest, ROUND_OFF * size)
+    ]
     if idle or largest == 0:
         raise SimulationError(
             f"The measured motion does not depend on {' and '.join(map(repr, idle or names))}: it can not be found "
