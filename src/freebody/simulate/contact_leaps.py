@@ -12,6 +12,7 @@ from ..dynamics import coordinate_rates
 from ..dynamics.state import float_state
 from ..errors import SimulationError
 from .complementarity import OPEN, SLIP, SMALL, STICK, Solution
+from .contact_modes import modes_at
 from .contact_scene import STOPPED, Modes, Phase, Snapshot
 from .contact_state import NUDGE, ContactRun
 from .path import FINISHED, Array, Path, Rates, observe
@@ -148,14 +149,23 @@ def halt(
     slowing = -float(rate @ a) / speed
     if not slowing > 0:
         return t, y
-    step = speed / slowing
-    f = observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
-    after = y + step * f
-    seen = work.look(t + step, after)
-    # what is left of the slip, of second order in the step, goes by an impulse of that size
     rows = [at + 1, at + 2]
-    impulses = np.linalg.lstsq(seen.A[np.ix_(rows, rows)], -seen.rate[rows], rcond=SMALL)[0]
-    after[work.n : work.n + work.model.n_u] += impulses @ seen.responses[rows]
+
+    def stopped(t: float, y: Array) -> Array:
+        """Without the slip that is left, by an impulse of its size."""
+        seen = work.look(t, y)
+        impulses = np.linalg.lstsq(seen.A[np.ix_(rows, rows)], -seen.rate[rows], rcond=SMALL)[0]
+        result = y.copy()
+        result[work.n : work.n + work.model.n_u] += impulses @ seen.responses[rows]
+        return result
+
+    step = speed / slowing
+    if step > LONGEST:  # hardly slower: it stops where it then sticks, else it is a slip that has hardly begun
+        after = stopped(t, y)
+        return (t, after) if modes_at(work, t, after, modes)[0][k] == STICK else (t, y)
+    f = observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
+    # what is left of the slip after a straight step is of second order in it
+    after = stopped(t + step, y + step * f)
     path = Leap(rates, np.array([t, t + step]), np.array([step]), np.array([y, after]), (), FINISHED, 0, 0, 0)
     work.segments.append(Segment(path, phase, work.impulses, phase.shown, phase.loose))
     return t + step, after
