@@ -138,11 +138,12 @@ def _staged(A: Array, c: Array, contacts: Sequence[Touching], choices: Any) -> l
         for i in range(len(contacts))
         if modes[i][0] != OPEN
     ]
-    found: list[Solution] = []
-    for sets in ([*itertools.product(*known), *guesses, every], fewer):
-        if not found:
-            tried = (one for modes in sets for one in _solved(A, c, contacts, modes, True))
-            found = [one for one in tried if one.residual <= SMALL]
+    found = [one for modes in itertools.product(*known) for one in _solved(A, c, contacts, modes)]
+    found = [one for one in found if one.residual <= SMALL]
+    for sets, begin in ((guesses, near), ([every, *fewer], None)):
+        tried = (one for modes in sets for one in _solved(A, c, contacts, modes, begin) if one.residual <= SMALL)
+        if begin is not None or not found:
+            found += itertools.islice(tried, 1)  # those of one search are near one solution
     for one in list(found):  # where friction is at its limit, slip is about to begin against it
         limit = {i for i, law in one.ties if law == "cone" and one.forces[contacts[i].row] > 0}
         turned = list(one.modes)
@@ -231,16 +232,20 @@ def _choices(contact: Touching) -> list[tuple[str, Any]]:
 
 
 def _solved(
-    A: Array, c: Array, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]], first: bool = False
+    A: Array, c: Array, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]], near: Array | None = None
 ) -> Iterator[Solution]:
-    """The solutions of one combination: at most one, but for directions that are sought from several starts."""
+    """The solutions of one combination: at most one, but for directions that are sought, from those of the forces
+    ``near`` or else from several starts."""
     sought = [i for i, (mode, d) in enumerate(modes) if mode == SLIP and d is None]
     if not sought:
         one = _linear(A, c, contacts, modes)
         if one is not None:
             yield one
         return
-    starts = np.array(list(_starts(A, c, contacts, modes, sought)))
+    if near is None:
+        starts = np.array(list(_starts(A, c, contacts, modes, sought)))
+    else:
+        starts = np.array([_against(contacts, sought, near)])
     columns, rows = unknowns(len(c), contacts, modes)
     looked = [Sought(contacts[i].row, contacts[i].friction) for i in sought]
     found: Any = directions(A, c, np.zeros(len(c)), columns, rows, looked, starts)
@@ -250,8 +255,12 @@ def _solved(
         one = _linear(A, c, contacts, _turned(modes, sought, angles))
         if one is not None:
             yield one
-            if first and one.residual <= SMALL:
-                return
+
+
+def _against(contacts: Sequence[Touching], sought: Sequence[int], forces: Array) -> Array:
+    """Angles of slips against the friction of these forces."""
+    at = [contacts[i].row for i in sought]
+    return np.array([np.arctan2(-forces[k + 2], -forces[k + 1]) for k in at])
 
 
 def _turned(modes: Any, sought: Sequence[int], angles: Array) -> list[tuple[str, Any]]:
@@ -265,8 +274,7 @@ def _starts(A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int]
     """Directions to begin the search with: where relaxation arrives, against the force that would hold, then around
     the circle."""
     if len(sought) > 1:
-        near = relaxed(A, c, contacts)
-        yield np.array([np.arctan2(-near[contacts[i].row + 2], -near[contacts[i].row + 1]) for i in sought])
+        yield _against(contacts, sought, relaxed(A, c, contacts))
     held = [(STICK, None) if i in sought else mode for i, mode in enumerate(modes)]
     one = _linear(A, c, contacts, held)
     first = []
