@@ -124,7 +124,7 @@ def run(
             status = FINISHED
             continue
         phase, rates, watch, endings = work.setup(modes, t, y, seen)
-        y = work.projected(t, y, rates)
+        y = lifted(work, t, work.projected(t, y, rates))
         path, t, y, reasons, status = _phase(work, phase, rates, watch, endings, t, y, target, modes, between)
     for change in work.changes:
         if change[3] is None:
@@ -232,7 +232,7 @@ def _rest(
     _note_modes(
         work, t, y, past, phase.shown, dict.fromkeys(contacts, "bounces below what numbers resolve"), True
     )
-    y = work.projected(t, y, rates)
+    y = lifted(work, t, work.projected(t, y, rates))
     work.bounces.clear()
     reasons: dict[int, str] = {}
     if until > t:
