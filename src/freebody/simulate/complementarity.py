@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 OPEN, STICK, SLIP = "open", "stick", "slip"
 WHOLE = 2
 """Contacts at rest in space up to which all combinations with new directions of slip are tried."""
-GUESSES = 64
+GUESSES = 16
 """Combinations at most that are tried where a solution is near several."""
 MOST = 1 << 14
 """Combinations of modes that are tried at most; scenes with more contacts are for time stepping."""
@@ -140,9 +140,9 @@ def _staged(A: Array, c: Array, contacts: Sequence[Touching], choices: Any) -> l
     ]
     found = [one for modes in itertools.product(*known) for one in _solved(A, c, contacts, modes)]
     found = [one for one in found if one.residual <= SMALL]
-    for sets, begin in ((guesses, near), ([every, *fewer], None)):
-        tried = (one for modes in sets for one in _solved(A, c, contacts, modes, begin) if one.residual <= SMALL)
-        if begin is not None or not found:
+    for sets in (guesses, [every, *fewer]):
+        tried = (one for modes in sets for one in _solved(A, c, contacts, modes, near) if one.residual <= SMALL)
+        if sets is guesses or not found:
             found += itertools.islice(tried, 1)  # those of one search are near one solution
     for one in list(found):  # where friction is at its limit, slip is about to begin against it
         limit = {i for i, law in one.ties if law == "cone" and one.forces[contacts[i].row] > 0}
@@ -245,7 +245,7 @@ def _solved(
     if near is None:
         starts = np.array(list(_starts(A, c, contacts, modes, sought)))
     else:
-        starts = np.array([_against(contacts, sought, near)])
+        starts = np.array([_along(A, c, contacts, sought, near)])
     columns, rows = unknowns(len(c), contacts, modes)
     looked = [Sought(contacts[i].row, contacts[i].friction) for i in sought]
     found: Any = directions(A, c, np.zeros(len(c)), columns, rows, looked, starts)
@@ -257,10 +257,16 @@ def _solved(
             yield one
 
 
-def _against(contacts: Sequence[Touching], sought: Sequence[int], forces: Array) -> Array:
-    """Angles of slips against the friction of these forces."""
-    at = [contacts[i].row for i in sought]
-    return np.array([np.arctan2(-forces[k + 2], -forces[k + 1]) for k in at])
+def _along(A: Array, c: Array, contacts: Sequence[Touching], sought: Sequence[int], forces: Array) -> Array:
+    """Angles of the slips under these forces, where there are none against their friction."""
+    rates = A @ forces + c
+    slow = 1e-6 * float(np.abs(rates).max(initial=0))
+    found = []
+    for i in sought:
+        tangent = slice(contacts[i].row + 1, contacts[i].row + 3)
+        v = rates[tangent] if np.linalg.norm(rates[tangent]) > slow else -forces[tangent]
+        found.append(np.arctan2(v[1], v[0]))
+    return np.array(found)
 
 
 def _turned(modes: Any, sought: Sequence[int], angles: Array) -> list[tuple[str, Any]]:
@@ -274,7 +280,7 @@ def _starts(A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int]
     """Directions to begin the search with: where relaxation arrives, against the force that would hold, then around
     the circle."""
     if len(sought) > 1:
-        yield _against(contacts, sought, relaxed(A, c, contacts))
+        yield _along(A, c, contacts, sought, closest(A, c, contacts))
     held = [(STICK, None) if i in sought else mode for i, mode in enumerate(modes)]
     one = _linear(A, c, contacts, held)
     first = []
@@ -305,7 +311,7 @@ def _chosen_directions(
 
     seen: list[Array] = []
     for start in starts:
-        angles = newton(across, start)
+        angles = newton(across, start, 40 if len(starts) > 1 else 12)
         if angles is None or any(np.abs(np.exp(1j * angles) - np.exp(1j * a)).max() < 1e-7 for a in seen):
             continue
         seen.append(angles)
