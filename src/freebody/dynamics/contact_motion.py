@@ -17,7 +17,7 @@ Source: Glocker, Set-Valued Force Laws (2001), chapters 5 and 8.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,7 +30,14 @@ from .linear import Factorization, applied, combined, products
 from .newton_euler import bias
 from .state import State
 
-__all__ = ["ContactProblem", "contact_forces", "contact_problem", "friction_power", "in_modes"]
+__all__ = [
+    "ContactProblem",
+    "contact_accelerations",
+    "contact_forces",
+    "contact_problem",
+    "friction_power",
+    "in_modes",
+]
 
 
 @dataclass(frozen=True)
@@ -66,23 +73,49 @@ def contact_problem(model: Model, state: State, active: Sequence[int] = ()) -> C
     """
     M = Factorization(mass_matrix(model, state))
     contacts = contact_rows(model, state)
+    keeping = _keeping(model, state, M, active)
+    free = keeping(M.solve([-x for x in bias(model, state)]), True)
+    responses = tuple(keeping(M.solve(row), False) for row in contacts.matrix)
+    A = tuple(map(tuple, products(contacts.matrix, responses)))
+    c = tuple(along + b for along, b in zip(applied(contacts.matrix, free), contacts.bias, strict=True))
+    return ContactProblem(A, c, free, responses)
+
+
+def contact_accelerations(
+    model: Model, state: State, forces: Sequence[Any], active: Sequence[int] = ()
+) -> tuple[Any, ...]:
+    """A λ + c of given contact forces λ, as in :func:`contact_problem`, by one solution instead of one per contact.
+
+    Parameters
+    ----------
+    forces : sequence
+        In the order of ``contact_layout`` [N].
+    """
+    M = Factorization(mass_matrix(model, state))
+    contacts = contact_rows(model, state)
+    pushed = combined([-x for x in bias(model, state)], forces, contacts.matrix)
+    udot = _keeping(model, state, M, active)(M.solve(pushed), True)
+    return tuple(along + b for along, b in zip(applied(contacts.matrix, udot), contacts.bias, strict=True))
+
+
+def _keeping(
+    model: Model, state: State, M: Factorization, active: Sequence[int]
+) -> Callable[[list[Any], bool], tuple[Any, ...]]:
+    """A function that adds to accelerations, or to speeds per unit impulse, what the machine's own conditions do."""
+    if not active:
+        return lambda step, accelerations: tuple(step)
     held = linearized(model, state)
     G = [held.matrix[i] for i in active]
     X = [M.solve(row) for row in G]
     own = Factorization(products(G, X))
 
-    def keeping(step: list[Any], gamma: Sequence[Any]) -> tuple[Any, ...]:
-        """The step with the constraint forces that make G u' = -γ."""
-        if not G:
-            return tuple(step)
+    def keeping(step: list[Any], accelerations: bool) -> tuple[Any, ...]:
+        """The step with the constraint forces that make G u' = -γ, of speeds G u = 0."""
+        gamma = [held.bias[i] if accelerations else 0 for i in active]
         lam = own.solve([-(g + along) for g, along in zip(gamma, applied(G, step), strict=True)])
         return tuple(combined(step, lam, X))
 
-    free = keeping(M.solve([-x for x in bias(model, state)]), [held.bias[i] for i in active] if G else [])
-    responses = tuple(keeping(M.solve(row), [0] * len(G)) for row in contacts.matrix)
-    A = tuple(map(tuple, products(contacts.matrix, responses)))
-    c = tuple(along + b for along, b in zip(applied(contacts.matrix, free), contacts.bias, strict=True))
-    return ContactProblem(A, c, free, responses)
+    return keeping
 
 
 def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:

@@ -124,7 +124,7 @@ def settled(work: ContactRun, t: float, y: Array, seen: Snapshot, contacts: froz
     impulses = F @ np.linalg.lstsq(seen.A[rows] @ F, -seen.rate[rows], rcond=SMALL)[0]
     after = y.copy()
     after[work.n : work.n + work.model.n_u] += impulses @ seen.responses
-    work.impulses += float(impulses @ (2 * seen.rate + seen.A @ impulses)) / 2
+    work.impulses += work.gained(t, y, seen, impulses)
     return after
 
 

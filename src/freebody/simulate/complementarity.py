@@ -18,13 +18,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import SimulationError
+from .polish import polished
 from .slip_directions import Sought, directions, newton, relaxed
 
 Array = NDArray[np.float64]
@@ -32,6 +33,8 @@ Array = NDArray[np.float64]
 OPEN, STICK, SLIP = "open", "stick", "slip"
 WHOLE = 2
 """Contacts at rest in space up to which all combinations with new directions of slip are tried."""
+GUESSES = 16
+"""Combinations at most that are tried where a solution is near several."""
 MOST = 1 << 14
 """Combinations of modes that are tried at most; scenes with more contacts are for time stepping."""
 SMALL = 1e-10
@@ -119,27 +122,28 @@ def _staged(A: Array, c: Array, contacts: Sequence[Touching], choices: Any) -> l
     whether the solutions found are all.
     """
     known = [[(mode, d) for mode, d in one if not (mode == SLIP and d is None)] for one in choices]
-    near = relaxed(A, c, contacts, 2000)
-    guess, every = [], []
-    for contact, one in zip(contacts, choices, strict=True):
-        at, n = contact.row, contact.tangents
-        drawn, pressed = float(np.linalg.norm(near[at + 1 : at + 1 + n])), float(near[at])
+    near = closest(A, c, contacts)
+    likely: list[list[tuple[str, Any]]] = []
+    every = []
+    for (pressed, still), contact, one in zip(undecided(A, c, contacts, near), contacts, choices, strict=True):
         free = _may_begin(one)
-        slips = free and drawn >= (1 - 1e-6) * contact.friction * pressed
-        guess.append((OPEN, None) if pressed <= 0 else (SLIP, None) if slips else one[1])
-        every.append((OPEN, None) if pressed <= 0 else (SLIP, None) if free else one[1])
+        closed = [one[1]] * (still is not False) + [(SLIP, None)] * (still is not True) if free else [one[1]]
+        likely.append([*closed] * (pressed is not False) + [(OPEN, None)] * (pressed is not True))
+        every.append((OPEN, None) if pressed is False else (SLIP, None) if free else one[1])
+    guesses = list(itertools.islice(itertools.product(*likely), GUESSES))
     # those without one contact: where forces are shared in many ways, the least in norm may pull
     fewer = [
         [(OPEN, None) if i == j else mode for j, mode in enumerate(modes)]
-        for modes in (every, guess)
+        for modes in (every, guesses[0])
         for i in range(len(contacts))
         if modes[i][0] != OPEN
     ]
-    found: list[Solution] = []
-    for sets in ([*itertools.product(*known), guess, every], fewer):
-        if not found:
-            tried = (one for modes in sets for one in _solved(A, c, contacts, modes, True))
-            found = [one for one in tried if one.residual <= SMALL]
+    found = [one for modes in itertools.product(*known) for one in _solved(A, c, contacts, modes)]
+    found = [one for one in found if one.residual <= SMALL]
+    for sets in (guesses, [every, *fewer]):
+        tried = (one for modes in sets for one in _solved(A, c, contacts, modes, near) if one.residual <= SMALL)
+        if sets is guesses or not found:
+            found += itertools.islice(tried, 1)  # those of one search are near one solution
     for one in list(found):  # where friction is at its limit, slip is about to begin against it
         limit = {i for i, law in one.ties if law == "cone" and one.forces[contacts[i].row] > 0}
         turned = list(one.modes)
@@ -150,6 +154,65 @@ def _staged(A: Array, c: Array, contacts: Sequence[Touching], choices: Any) -> l
         begun = _linear(A, c, contacts, turned) if limit else None
         if begun is not None and begun.residual <= SMALL:
             found.append(begun)
+    return found
+
+
+def closest(A: Array, c: Array, contacts: Sequence[Touching], least: Any = None) -> Array:
+    """Forces of a solution with exact cones, or near one, with the kinetic friction; to begin a search.
+
+    ``least`` are normal forces, of each contact, that act in any case.
+    """
+    rows, columns, kinds, low, mu = [], [], [], [], []
+    reduced = []
+    unit = np.eye(len(c))
+    for i, contact in enumerate(contacts):
+        at, d, n = contact.row, contact.sliding, contact.tangents
+        free = n > 0 and contact.friction > 0 and d is None
+        reduced.append(replace(contact, row=len(rows), tangents=n if free else 0))
+        column = unit[at].copy()
+        if d is not None:
+            column[at + 1 : at + 1 + n] = -contact.friction * d
+        rows.append(at)
+        columns.append(column)
+        kinds.append(1)
+        mu.append(0.0)
+        low.append(0.0 if least is None else float(least[i]))
+        if free:
+            rows += range(at + 1, at + 1 + n)
+            columns += list(unit[at + 1 : at + 1 + n])
+            kinds += [2] if n == 1 else [3, 4]
+            mu += [contact.friction] * n
+            low += [0.0] * n
+    B = np.array(columns).T
+    S, goal = A[rows] @ B, c[rows]
+    normal = [one.row for one in reduced]
+    x = relaxed(S, goal, reduced, 100, np.array(low)[normal])
+    if (S.diagonal() > 0).all():
+        size = float(np.abs(goal).max(initial=0)) + float((np.abs(S) @ np.abs(x)).max(initial=0))
+        found = polished(S, goal, kinds, np.array(mu), x, 1e-14 * size, least=np.array(low))
+        x = relaxed(S, goal, reduced, 2000, np.array(low)[normal]) if found is None else found
+    return B @ x
+
+
+def undecided(
+    A: Array, c: Array, contacts: Sequence[Touching], forces: Array, least: Any = None
+) -> list[tuple[bool | None, bool | None]]:
+    """Of each contact, whether it presses (more than in any case), and whether it sticks, under forces that are nearly
+    a solution; None where either may be."""
+    rates = A @ forces + c
+    small = 1e-6 * float(np.abs(forces).max(initial=0))
+    slow = 1e-6 * max(float(np.abs(c).max(initial=0)), float((np.abs(A) @ np.abs(forces)).max(initial=0)))
+    found: list[tuple[bool | None, bool | None]] = []
+    for i, contact in enumerate(contacts):
+        at, n = contact.row, contact.tangents
+        pressed = forces[at] - (0.0 if least is None else least[i]) > small
+        drawn = float(np.linalg.norm(forces[at + 1 : at + 1 + n]))
+        slips = float(np.linalg.norm(rates[at + 1 : at + 1 + n])) > slow
+        holds = drawn < contact.friction * forces[at] - small
+        found.append((
+            None if not pressed and not rates[at] > slow else bool(pressed),
+            None if not holds and not slips else holds,
+        ))  # fmt: skip
     return found
 
 
@@ -169,16 +232,20 @@ def _choices(contact: Touching) -> list[tuple[str, Any]]:
 
 
 def _solved(
-    A: Array, c: Array, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]], first: bool = False
+    A: Array, c: Array, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]], near: Array | None = None
 ) -> Iterator[Solution]:
-    """The solutions of one combination: at most one, but for directions that are sought from several starts."""
+    """The solutions of one combination: at most one, but for directions that are sought, from those of the forces
+    ``near`` or else from several starts."""
     sought = [i for i, (mode, d) in enumerate(modes) if mode == SLIP and d is None]
     if not sought:
         one = _linear(A, c, contacts, modes)
         if one is not None:
             yield one
         return
-    starts = np.array(list(_starts(A, c, contacts, modes, sought)))
+    if near is None:
+        starts = np.array(list(_starts(A, c, contacts, modes, sought)))
+    else:
+        starts = np.array([_along(A, c, contacts, sought, near)])
     columns, rows = unknowns(len(c), contacts, modes)
     looked = [Sought(contacts[i].row, contacts[i].friction) for i in sought]
     found: Any = directions(A, c, np.zeros(len(c)), columns, rows, looked, starts)
@@ -188,8 +255,18 @@ def _solved(
         one = _linear(A, c, contacts, _turned(modes, sought, angles))
         if one is not None:
             yield one
-            if first and one.residual <= SMALL:
-                return
+
+
+def _along(A: Array, c: Array, contacts: Sequence[Touching], sought: Sequence[int], forces: Array) -> Array:
+    """Angles of the slips under these forces, where there are none against their friction."""
+    rates = A @ forces + c
+    slow = 1e-6 * float(np.abs(rates).max(initial=0))
+    found = []
+    for i in sought:
+        tangent = slice(contacts[i].row + 1, contacts[i].row + 3)
+        v = rates[tangent] if np.linalg.norm(rates[tangent]) > slow else -forces[tangent]
+        found.append(np.arctan2(v[1], v[0]))
+    return np.array(found)
 
 
 def _turned(modes: Any, sought: Sequence[int], angles: Array) -> list[tuple[str, Any]]:
@@ -203,8 +280,7 @@ def _starts(A: Array, c: Array, contacts: Any, modes: Any, sought: Sequence[int]
     """Directions to begin the search with: where relaxation arrives, against the force that would hold, then around
     the circle."""
     if len(sought) > 1:
-        near = relaxed(A, c, contacts)
-        yield np.array([np.arctan2(-near[contacts[i].row + 2], -near[contacts[i].row + 1]) for i in sought])
+        yield _along(A, c, contacts, sought, closest(A, c, contacts))
     held = [(STICK, None) if i in sought else mode for i, mode in enumerate(modes)]
     one = _linear(A, c, contacts, held)
     first = []
@@ -235,7 +311,7 @@ def _chosen_directions(
 
     seen: list[Array] = []
     for start in starts:
-        angles = newton(across, start)
+        angles = newton(across, start, 40 if len(starts) > 1 else 12)
         if angles is None or any(np.abs(np.exp(1j * angles) - np.exp(1j * a)).max() < 1e-7 for a in seen):
             continue
         seen.append(angles)

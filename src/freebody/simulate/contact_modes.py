@@ -26,8 +26,8 @@ from .complementarity import (
     solutions,
 )
 from .contact_scene import SMOOTH, Modes, Snapshot
+from .contact_slopes import slopes
 from .contact_state import ContactRun
-from .path import observe
 
 
 def modes_at(work: ContactRun, t: float, y: Array, current: Modes) -> tuple[Modes, Solution | None, Snapshot]:
@@ -105,32 +105,23 @@ def lasts(
     """Whether the laws that hold with equality go on holding, by the derivatives along this motion."""
     if not one.ties:
         return True
-    modes = named(work, chosen, contacts, one)
     if any(
         mode == SLIP and c.tangents == 2 and c.sliding is None and not smooth(c)
         for c, (mode, _) in zip(contacts, one.modes, strict=True)
     ):
         return True  # in space, slip from rest has no derivative before it has a direction
-    phase = work.scene.phase(modes, seen)
-    program = phase.contact_rates()
-    m = work.scene.rows
-    slopes = observe(
-        program.address("slopes"), 2 * m, np.array([t]), y[None], program.constants(work.parameters)
-    )[0]
-    a, force = slopes[:m], slopes[m:]
+    a, force = slopes(work, t, y, seen, chosen, contacts, one)
     size_a = float(np.abs(a).max(initial=0))
     size_f = float(np.abs(force).max(initial=0))
     for i, law in one.ties:
-        k = chosen[i]
-        at, n = work.scene.first[k], work.scene.tangents[k]
+        at, n = contacts[i].row, contacts[i].tangents
         N, T = force[at], force[at + 1 : at + 1 + n]
         if law == "open" and a[at] < -SMALL * size_a:
             return False
         if law == "normal" and -SMALL * size_f > N:
             return False
         if law == "cone":
-            row = contacts[i].row
-            hold = one.forces[row + 1 : row + 1 + n]
+            hold = one.forces[at + 1 : at + 1 + n]
             length = float(np.linalg.norm(hold))
             way = hold / length if length > 0 else None
             growth = float(np.linalg.norm(T)) if way is None else float(way @ T)

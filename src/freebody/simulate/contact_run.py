@@ -124,7 +124,7 @@ def run(
             status = FINISHED
             continue
         phase, rates, watch, endings = work.setup(modes, t, y, seen)
-        y = work.projected(t, y, rates)
+        y = lifted(work, t, work.projected(t, y, rates))
         path, t, y, reasons, status = _phase(work, phase, rates, watch, endings, t, y, target, modes, between)
     for change in work.changes:
         if change[3] is None:
@@ -232,7 +232,7 @@ def _rest(
     _note_modes(
         work, t, y, past, phase.shown, dict.fromkeys(contacts, "bounces below what numbers resolve"), True
     )
-    y = work.projected(t, y, rates)
+    y = lifted(work, t, work.projected(t, y, rates))
     work.bounces.clear()
     reasons: dict[int, str] = {}
     if until > t:
@@ -327,7 +327,8 @@ def _check_depth(work: ContactRun, path: Path, modes: Modes) -> None:
     for k, mode in enumerate(modes):
         if mode == OPEN and seen.gap[k] < -work.near(y) and seen.reach[k] > 0 and path.start < path.end:
             before = work.look(path.start, path.states[0])
-            if before.reach[k] > 0:
+            behind = before.gap[k] < -work.near(y) and math.isfinite(before.reach[k])  # came around its end
+            if before.reach[k] > 0 and not behind:
                 raise SimulationError(
                     f"Contact '{work.names[k]}' of '{work.model.name}' closed between {path.start:.6g} and "
                     f"{path.end:.6g} s within less than a step, and was passed over: it is {-seen.gap[k]:.3g} m deep. "

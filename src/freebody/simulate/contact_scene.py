@@ -19,7 +19,13 @@ from ..dynamics.composite import mass_matrix
 from ..dynamics.constrained import constrained_loading
 from ..dynamics.constraints import linearized, rows
 from ..dynamics.contact import contact_layout, contact_rows, touches
-from ..dynamics.contact_motion import contact_forces, contact_problem, friction_power, in_modes
+from ..dynamics.contact_motion import (
+    contact_accelerations,
+    contact_forces,
+    contact_problem,
+    friction_power,
+    in_modes,
+)
 from ..dynamics.linear import Factorization
 from ..dynamics.motion import Motion, total_power
 from ..dynamics.state import float_state
@@ -122,6 +128,22 @@ class Scene:
     @cached_property
     def program(self) -> Program:
         return self.kernels._program("scene", self._functions)
+
+    def slopes(self, t: float, y: Array, parameters: Array, udot: Array, forces: Array) -> Array:
+        """d(A λ + c)/dt along the motion with the accelerations ``udot``, for constant λ."""
+
+        def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
+            along, lam = given[: self.model.n_u], given[self.model.n_u :]
+            rates = contact_accelerations(self.model, state, lam, self.kernels.active)
+            seeds = [1, *coordinate_rates(self.model, state), *along]
+            place = [state.t, *state.q, *state.u]
+            return {"slopes": forward(cast(Tape, state.field), rates, place, seeds)}
+
+        program = self.kernels.program("slopes", functions, self.model.n_u + self.rows)
+        given = np.concatenate([y[: self.model.n_q + self.model.n_u], udot, forces])
+        return observe(
+            program.address("slopes"), self.rows, np.array([t]), given[None], program.constants(parameters)
+        )[0]
 
     def at(self, t: float, y: Array, constants: Array) -> Snapshot:
         program = self.program
@@ -300,17 +322,6 @@ class Phase(Kernels):
     def contact(self) -> Program:
         """Functions ``gap`` (E), ``rate``, ``acceleration`` and ``force`` (m) of all contacts."""
         return self._program("contact", self._quantities)
-
-    def contact_rates(self) -> Program:
-        """Function ``slopes``: derivatives of acceleration (m) and force (m) along the motion of this phase."""
-
-        def functions(state: State) -> dict[str, Sequence[Any]]:
-            found = self._quantities(state)
-            outputs = [*found["acceleration"], *found["force"]]
-            seeds = [1, *coordinate_rates(self.model, state), *self._motion(state).udot]
-            return {"slopes": forward(cast(Tape, state.field), outputs, [state.t, *state.q, *state.u], seeds)}
-
-        return self._program("slopes", functions)
 
     def _elsewhere(self, k: int) -> bool:
         """Whether the foot is on the side that this corner ends, or on a corner of this side."""

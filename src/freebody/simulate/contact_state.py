@@ -119,10 +119,14 @@ class ContactRun:
     def closed(self, t: float, seen: Snapshot, y: Array) -> list[int]:
         """Contacts whose gap is zero and whose foot is within its side: on it, or at its end and not leaving it.
 
-        At the end of a side, what is round touches the side or the corner, never both.
+        At the end of a side, what is round touches the side or the corner, never both. What came around that end is
+        behind the side, and does not touch it.
         """
         near = self.near(y)
-        found = [k for k in range(len(self.names)) if seen.gap[k] <= near and seen.reach[k] >= -near]
+        deep = near * (1 + float(np.abs(self.u(y)).max(initial=0)))  # times are located to round-off, not gaps
+        found = [
+            k for k in range(len(self.names)) if -deep <= seen.gap[k] <= near and seen.reach[k] >= -near
+        ]
         at_end = [k for k in found if seen.reach[k] <= near]
         gone = {k for k in at_end if k in self.left or self._leaves(t, y, k)}
         found = [k for k in found if k not in gone]
@@ -199,7 +203,9 @@ class ContactRun:
             raise SimulationError(f"Impact at t = {t:.9g} s of '{self.model.name}': {error}") from None
         after = y.copy()
         after[self.n : self.n + self.model.n_u] += hit.impulses @ responses
-        self.impulses += hit.energy
+        whole = np.zeros(self.scene.rows)
+        whole[rows] = hit.impulses
+        self.impulses += self.gained(t, y, seen, whole)
         new = self.look(t, after)
         parts = []
         for k in chosen:
@@ -213,6 +219,21 @@ class ContactRun:
         stuck = all(float(np.linalg.norm(self.slip(new, k))) <= still for k in moving)
         self.bounces.append(Bounce(t, moving, max(-speeds[k] for k in moving), stuck))
         return after, True
+
+    def gained(self, t: float, y: Array, seen: Snapshot, impulses: Array) -> float:
+        """Change of the kinetic energy, T = uᵀM u/2 + b·u + T₀, by impulses on contacts of rates r = W u + w:
+
+        ΔT = Λ·(r⁻ + r⁺)/2 - Λ·w + b·Δu, of which the last two are the work of drives that do not give way.
+        """
+        whole = float(impulses @ (2 * seen.rate + seen.A @ impulses)) / 2
+        program = self.scene.kernels.motion()
+        states = np.array([y, y, y])
+        mine = slice(self.n, self.n + self.model.n_u)
+        states[:, mine] = np.outer([0, 1, -1], impulses @ seen.responses)
+        kinetic = observe(
+            program.address("energy"), 2, np.full(3, t), states, program.constants(self.parameters)
+        )[:, 0]
+        return whole - float(impulses @ self.look(t, states[0]).rate) + float(kinetic[1] - kinetic[2]) / 2
 
     def tell(self, t: float, name: str, before: Array, after: Array, text: str) -> None:
         names = (*self.model.coordinate_names, *self.model.speed_names)

@@ -23,6 +23,7 @@ import numpy as np
 
 from ..errors import SimulationError
 from .complementarity import (
+    GUESSES,
     OPEN,
     SLIP,
     STICK,
@@ -31,11 +32,13 @@ from .complementarity import (
     Solution,
     Touching,
     balanced,
+    closest,
     distinct,
     least_of,
     solutions,
+    undecided,
 )
-from .slip_directions import Sought, directions, newton, relaxed
+from .slip_directions import Sought, directions, newton
 
 Kind = tuple[bool, str, Any]
 """Of a contact in expansion: whether it is held, whether it sticks or slips, and the direction of slip."""
@@ -132,21 +135,19 @@ def _expansions(A: Array, c: Array, contacts: Sequence[Touching], given: Array) 
         choices.append([(True, *mode) for mode in modes])
         choices[-1] += [(False, *mode) for mode in modes] if p > 0 else [(False, OPEN, None)]
     sought = sum(any(mode == SLIP and d is None for _, mode, d in one) for one in choices)
-    near = relaxed(A, c, contacts, 300, given) if sought else given
+    near = closest(A, c, contacts, given) if sought else given
     whole = itertools.product(*choices)
     if sought <= WHOLE:
         return [one for kinds in whole for one in _expanded(A, c, contacts, given, kinds, near)]
-    guess: list[Kind] = []
-    for contact, p, one in zip(contacts, given, choices, strict=True):
-        at, n = contact.row, contact.tangents
-        drawn, pressed = float(np.linalg.norm(near[at + 1 : at + 1 + n])), float(near[at])
-        wanted = SLIP if drawn >= (1 - 1e-6) * contact.friction * pressed else STICK
-        same = [kind for kind in one if kind[0] == (pressed > p * (1 + 1e-6) + 1e-12 * float(near.max()))]
-        guess.append(next((kind for kind in same if kind[1] == wanted), same[0]))
+    likely: list[list[Kind]] = []
+    for (pressed, still), one in zip(undecided(A, c, contacts, near, given), choices, strict=True):
+        same = [kind for kind in one if pressed is None or kind[0] == pressed]
+        likely.append([kind for kind in same if still is None or (kind[1] == STICK) == still] or same)
+    guesses = itertools.islice(itertools.product(*likely), GUESSES)
     steady = [[kind for kind in one if not (kind[1] == SLIP and kind[2] is None)] for one in choices]
     return [
         one
-        for kinds in [tuple(guess), *itertools.product(*steady)]
+        for kinds in [*guesses, *itertools.product(*steady)]
         for one in _expanded(A, c, contacts, given, kinds, near)
     ]
 

@@ -206,9 +206,9 @@ class PhasedTrajectory(Trajectory):
         n = self.kernels.model.n_q + self.kernels.model.n_u
         work = states[:, n] if states.shape[1] > n else np.zeros(len(times))
         impulses = np.array([s.impulses for s in self.path.segments])[self.path.places(times)]
-        impulses[0] = 0.0
+        impulses[0] = first.impulses
         work = work + impulses
-        residual = both.sum(axis=1) - both[0].sum() - work
+        residual = both.sum(axis=1) - both[0].sum() - (work - work[0])
         return Energy(both[1:, 0], both[1:, 1], work[1:], residual[1:], impulses[1:])
 
     def __repr__(self) -> str:

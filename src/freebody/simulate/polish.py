@@ -20,13 +20,15 @@ from .path import Array
 
 
 def polished(
-    A: Array, b: Array, kinds: Any, mu: Array, x: Array, goal: float, most: int = 60
+    A: Array, b: Array, kinds: Any, mu: Array, x: Array, goal: float, most: int = 60, least: Any = 0.0
 ) -> Array | None:
     """Impulses near ``x`` that satisfy the conditions to ``goal``; None if there are none found.
 
-    ``kinds`` as of `moreau_problem.sweep`.
+    ``kinds`` as of `moreau_problem.sweep`; ``least``, of each row, are normal impulses that act in any case: of these
+    rows max(least, x - r/s) takes the place of max(0, x - r/s).
     """
-    error, slope = _conditions(A, b, kinds, mu, x)
+    least = np.broadcast_to(least, len(x))
+    error, slope = _conditions(A, b, kinds, mu, x, least)
     for _ in range(most):
         size = float(np.abs(error).max(initial=0))
         if size <= goal:
@@ -35,7 +37,7 @@ def polished(
         part, length = 1.0, float(np.linalg.norm(error))
         while True:
             other = x + part * step
-            new, bent = _conditions(A, b, kinds, mu, other)
+            new, bent = _conditions(A, b, kinds, mu, other, least)
             if float(np.linalg.norm(new)) < (1 - 1e-4 * part) * length or part < 1e-3:
                 break
             part /= 2
@@ -43,7 +45,9 @@ def polished(
     return x if float(np.abs(error).max(initial=0)) <= goal else None
 
 
-def _conditions(A: Array, b: Array, kinds: Any, mu: Array, x: Array) -> tuple[Array, Array]:
+def _conditions(
+    A: Array, b: Array, kinds: Any, mu: Array, x: Array, least: Array
+) -> tuple[Array, Array]:
     """What the conditions are missed by, as speeds, and their slope."""
     r = A @ x + b
     error, slope = r.copy(), A.copy()
@@ -51,8 +55,8 @@ def _conditions(A: Array, b: Array, kinds: Any, mu: Array, x: Array) -> tuple[Ar
     for a, kind in enumerate(kinds):
         d = A[a, a]
         if kind == 1:
-            if d * x[a] - r[a] <= 0:
-                error[a], slope[a] = d * x[a], d * one[a]
+            if d * (x[a] - least[a]) - r[a] <= 0:
+                error[a], slope[a] = d * (x[a] - least[a]), d * one[a]
         elif kind == 2:
             limit, free = mu[a] * max(x[a - 1], 0.0), x[a] - r[a] / d
             if abs(free) > limit:

@@ -150,10 +150,10 @@ class _Problem:
         return reached
 
 
-def newton(function: Callable[[Array], Array | None], x: Array) -> Array | None:
+def newton(function: Callable[[Array], Array | None], x: Array, most: int = 40) -> Array | None:
     """A zero of a function of angles near ``x``; the slope by differences decides the way, not the zero."""
     step = 1e-6
-    for _ in range(40):
+    for _ in range(most):
         value = function(x)
         if value is None:
             return None
