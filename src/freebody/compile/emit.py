@@ -21,8 +21,8 @@ from .batch import gather, loop, scatter
 from .lower import COS, FIXED, HOISTED, PROLOGUE, RECIPROCAL, SIN, TIME, WIDTH, Body, Group, Program
 from .text import ZEROS, literal, splat
 
-PIECE = 1200
-"""Operations of one piece of a long function; up to twice as many stay together."""
+PIECE = 800
+"""Operations of one piece of a long function; up to three times as many stay together."""
 
 RUN = 8
 """Zeros in a row among the outputs from which a loop sets them: matrices of large machines are mostly zero."""
@@ -354,6 +354,6 @@ class _Writer:
 
 def _cut(order: list[int], piece: int) -> list[list[int]]:
     """Equal pieces no longer than ``piece``, or all in one."""
-    count = 1 if len(order) <= 2 * piece else -(-len(order) // piece)
+    count = 1 if len(order) <= 3 * piece else -(-len(order) // piece)
     size = -(-len(order) // count) if order else 1
     return [order[k * size : (k + 1) * size] for k in range(count)]
