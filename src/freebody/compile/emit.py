@@ -242,14 +242,24 @@ class _Writer:
         self.count = 0
 
     def _piece(self, k: int, outputs: Sequence[int]) -> None:
+        at_once: dict[int, list[int]] = {}  # a value kept for the end of a long function would fill a register
+        if len(self.pieces) > 1:
+            for place in outputs:
+                at_once.setdefault(self.body.outputs[place], []).append(place)
         for i in self.pieces[k]:
             if i >= 0:
                 self._node(i)
+                self._store(at_once.pop(i, ()))
             elif self.lanes == 1:
                 self._group(self.body.groups[-1 - i])
             else:
                 for x in self.body.groups[-1 - i].arguments:
                     self._sincos(x)
+        if len(self.pieces) > 1:
+            outputs = [place for places in at_once.values() for place in places]
+        self._store(outputs)
+
+    def _store(self, outputs: Sequence[int]) -> None:
         for place in outputs:
             value = self._ref(self.body.outputs[place])
             target = self._pointer("%out", place)
