@@ -134,7 +134,9 @@ def joined(model, seed, values=None):
         kernels = LoopedSet(model, "jacobian", point)
         found = kernels["jacobian"](0.4, q, kernels.constants(parameters))
         J = np.array(dynamics.jacobian(model, s, point), dtype=float).ravel()
-        assert np.abs(found - J).max(initial=0) <= 2e-15 * len(model.links) * max(1.0, np.abs(J).max(initial=0))
+        assert np.abs(found - J).max(initial=0) <= 2e-15 * len(model.links) * max(
+            1.0, np.abs(J).max(initial=0)
+        )
 
 
 def test_reactions_where_displacements_are_expressions():

@@ -213,7 +213,9 @@ class _Writer:
             frames = "ptr noalias readonly %frame, ptr noalias %left"
             head = f"define internal void @{self.name}.{k}({arguments}, {frames}) nounwind noinline {{"
             result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
-            main.append(f"  call void @{self.name}.{k}({call}, ptr %y, ptr %c, ptr %out, ptr %frame, ptr %frame)")
+            main.append(
+                f"  call void @{self.name}.{k}({call}, ptr %y, ptr %c, ptr %out, ptr %frame, ptr %frame)"
+            )
         result.append("\n".join([*main, "  ret void", "}", ""]))
         return "\n".join(result)
 
@@ -242,7 +244,9 @@ class _Writer:
         self.count = 0
 
     def _piece(self, k: int, outputs: Sequence[int]) -> None:
-        at_once: dict[int, list[int]] = {}  # a value kept for the end of a long function would fill a register
+        at_once: dict[
+            int, list[int]
+        ] = {}  # a value kept for the end of a long function would fill a register
         if len(self.pieces) > 1:
             for place in outputs:
                 at_once.setdefault(self.body.outputs[place], []).append(place)
