@@ -10,8 +10,11 @@ import pytest
 import freebody as fb
 from freebody import dynamics
 from freebody.compile import link_step, looped
+from freebody.compile.arguments import place_of
 from freebody.compile.looped import LoopedSet
-from freebody.dynamics.motion import motion, total_power
+from freebody.dynamics.kinematics import angular_velocity, point_velocity
+from freebody.dynamics.motion import all_reactions, motion, total_power
+from freebody.dynamics.newton_euler import reactions
 from freebody.testing import random_chain, random_state, random_system
 
 
@@ -29,7 +32,17 @@ def reference(model, q, u, t, values=None):
         "potential_energy": [dynamics.potential_energy(model, s)],
         "poses": [x for b in model.bodies for x in (*poses[b].position, *np.ravel(poses[b].rotation))],
         "postures": [x for b in model.bodies for x in (*np.ravel(poses[b].rotation), *poses[b].position)],
+        **moved(model, s),
     }
+
+
+def moved(model, s):
+    found = dynamics.momentum(model, s)
+    pairs = []
+    for name in model.bodies:
+        point = place_of(model, name)
+        pairs += [*angular_velocity(model, s, point.body), *point_velocity(model, s, point)]
+    return {"velocities": pairs, "momentum": [*found.linear, *found.angular]}
 
 
 def compare(model, kernels, q, u, t, values=None):
@@ -92,6 +105,42 @@ def back(model, seed, values=None):
 
 def test_forces_where_displacements_are_expressions():
     back(fb.assemble(described()), 3, {"m": 2.5, "L": 0.4, "k": 0.7})
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_reactions_and_jacobians(seed):
+    """Reactions in the motion and at given accelerations, Jacobian of every body, against the algorithms on floats."""
+    joined(fb.assemble(random_system(seed, bodies=6, driven=seed % 2 == 0)), seed)
+
+
+def joined(model, seed, values=None):
+    q, u = random_state(model, seed)
+    udot = np.random.default_rng(seed).normal(size=model.n_u)
+    s = dynamics.float_state(model, q, u, 0.4, values)
+    parameters = [model.values(values)[p.name] for p in model.parameters]
+    condition = np.linalg.cond(np.array(dynamics.mass_matrix(model, s), dtype=float)) if model.n_u else 1
+    natural, given = LoopedSet(model, "reactions"), LoopedSet(model, "reactions_at")
+    assert natural["multipliers"](0.4, [*q, *u], natural.constants(parameters)).size == 0
+    for kernels, y, expected, by in (
+        (natural, [*q, *u], all_reactions(model, s, motion(model, s)), condition),
+        (given, [*q, *u, *udot], reactions(model, s, list(udot)), 1),
+    ):
+        found = kernels["reactions"](0.4, y, kernels.constants(parameters))
+        numbers = np.array([[*f, *n] for f, n in expected.values()], dtype=float).ravel()
+        bound = 2e-15 * len(model.links) * by * max(1.0, np.abs(numbers).max())
+        assert np.abs(found - numbers).max() <= bound
+    for name in model.bodies:
+        point = place_of(model, name)
+        kernels = LoopedSet(model, "jacobian", point)
+        found = kernels["jacobian"](0.4, q, kernels.constants(parameters))
+        J = np.array(dynamics.jacobian(model, s, point), dtype=float).ravel()
+        assert np.abs(found - J).max(initial=0) <= 2e-15 * len(model.links) * max(
+            1.0, np.abs(J).max(initial=0)
+        )
+
+
+def test_reactions_where_displacements_are_expressions():
+    joined(fb.assemble(described()), 3, {"m": 2.5, "L": 0.4, "k": 0.7})
 
 
 def described():

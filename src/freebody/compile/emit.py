@@ -2,7 +2,9 @@
 
 Text and not a builder: one line costs a tenth of what an object costs. Every function is straight-line code on
 ``double`` or on vectors of 8. A long function is cut into pieces, since the time LLVM takes grows faster than the
-length of a block; what crosses a cut lives in a frame on the stack.
+length of a block; what crosses a cut lives in a frame on the stack. A piece gets the frame twice, to read what earlier
+pieces left (``%frame``, never written by it) and to leave its own (``%left``): loads that no store can touch need no
+place in the order of memory operations, the bookkeeping of which took two thirds of LLVM's time.
 
 Arithmetic carries the flag ``contract`` only: a product and a sum may become one fused multiply-add. NaN and
 infinity keep their meaning, and nothing is reordered.
@@ -19,8 +21,8 @@ from .batch import gather, loop, scatter
 from .lower import COS, FIXED, HOISTED, PROLOGUE, RECIPROCAL, SIN, TIME, WIDTH, Body, Group, Program
 from .text import ZEROS, literal, splat
 
-PIECE = 1200
-"""Operations of one piece of a long function; up to twice as many stay together."""
+PIECE = 800
+"""Operations of one piece of a long function; up to three times as many stay together."""
 
 RUN = 8
 """Zeros in a row among the outputs from which a loop sets them: matrices of large machines are mostly zero."""
@@ -135,7 +137,9 @@ class _Writer:
         self.frame_size = sines
         self.slots = self._slots(sines)
         self.lines: list[str] = []
+        self.left = "%left" if len(self.pieces) > 1 else "%frame"
         self.known: dict[int, str] = {}
+        self.turned: set[int] = set()  # arguments whose sines were found in this piece
         self.count = 0
 
     def _places_of_sines(self) -> dict[int, tuple[int, int]]:
@@ -183,8 +187,8 @@ class _Writer:
     def text(self) -> str:
         """The function and its pieces."""
         T, lanes = self.T, self.lanes
-        time = "double %t" if lanes == 1 else "ptr noalias %t"
-        arguments = f"{time}, ptr noalias %y, ptr noalias %c, ptr noalias %out"
+        time = "double %t" if lanes == 1 else "ptr noalias readonly %t"
+        arguments = f"{time}, ptr noalias readonly %y, ptr noalias readonly %c, ptr noalias %out"
         frame = f"  %frame = alloca {T}, i64 {self.frame_size}, align 64" if self.frame_size else ""
         stored: dict[int, list[int]] = {}
         runs = self._runs_of_zeros()
@@ -206,11 +210,12 @@ class _Writer:
             if k == 0:
                 self._zeros(runs)
             self._piece(k, stored.get(k, []))
-            head = (
-                f"define internal void @{self.name}.{k}({arguments}, ptr noalias %frame) nounwind noinline {{"
-            )
+            frames = "ptr noalias readonly %frame, ptr noalias %left"
+            head = f"define internal void @{self.name}.{k}({arguments}, {frames}) nounwind noinline {{"
             result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
-            main.append(f"  call void @{self.name}.{k}({call}, ptr %y, ptr %c, ptr %out, ptr %frame)")
+            main.append(
+                f"  call void @{self.name}.{k}({call}, ptr %y, ptr %c, ptr %out, ptr %frame, ptr %frame)"
+            )
         result.append("\n".join([*main, "  ret void", "}", ""]))
         return "\n".join(result)
 
@@ -235,17 +240,30 @@ class _Writer:
     def _start(self) -> None:
         self.lines = []
         self.known = {}
+        self.turned.clear()
         self.count = 0
 
     def _piece(self, k: int, outputs: Sequence[int]) -> None:
+        at_once: dict[
+            int, list[int]
+        ] = {}  # a value kept for the end of a long function would fill a register
+        if len(self.pieces) > 1:
+            for place in outputs:
+                at_once.setdefault(self.body.outputs[place], []).append(place)
         for i in self.pieces[k]:
             if i >= 0:
                 self._node(i)
+                self._store(at_once.pop(i, ()))
             elif self.lanes == 1:
                 self._group(self.body.groups[-1 - i])
             else:
                 for x in self.body.groups[-1 - i].arguments:
                     self._sincos(x)
+        if len(self.pieces) > 1:
+            outputs = [place for places in at_once.values() for place in places]
+        self._store(outputs)
+
+    def _store(self, outputs: Sequence[int]) -> None:
         for place in outputs:
             value = self._ref(self.body.outputs[place])
             target = self._pointer("%out", place)
@@ -281,7 +299,8 @@ class _Writer:
             else:
                 value = self._load("%y", program.a[i])
         elif code in (SIN, COS):
-            value = self._load("%frame", self.trig[program.a[i]][code == COS])
+            frame = self.left if program.a[i] in self.turned else "%frame"
+            value = self._load(frame, self.trig[program.a[i]][code == COS])
         else:
             value = self._load("%frame", self.slots[i])
         self.known[i] = value
@@ -317,7 +336,7 @@ class _Writer:
         self.lines.append(f"  %v{i} = {operation}")
         self.known[i] = f"%v{i}"
         if i in self.slots:
-            pointer = self._pointer("%frame", self.slots[i])
+            pointer = self._pointer(self.left, self.slots[i])
             self.lines.append(f"  store {T} %v{i}, ptr {pointer}, align {self.align}")
 
     def _group(self, group: Group) -> None:
@@ -334,19 +353,21 @@ class _Writer:
                 self.count += 1
                 self.lines.append(f"  %i{self.count} = insertelement {T} {vector}, double {x}, i32 {k}")
                 vector = f"%i{self.count}"
-        s, c = self._pointer("%frame", group.place), self._pointer("%frame", group.place + lanes)
+        s, c = self._pointer(self.left, group.place), self._pointer(self.left, group.place + lanes)
+        self.turned.update(group.arguments)
         self.lines.append(f"  call void {function}({T} {vector}, ptr {s}, ptr {c})")
 
     def _sincos(self, argument: int) -> None:
         """Sine and cosine of one vector."""
         function = self.module.need_sincos(self.lanes)
         x = self._ref(argument)
-        s, c = (self._pointer("%frame", place) for place in self.trig[argument])
+        s, c = (self._pointer(self.left, place) for place in self.trig[argument])
+        self.turned.add(argument)
         self.lines.append(f"  call void {function}({self.T} {x}, ptr {s}, ptr {c})")
 
 
 def _cut(order: list[int], piece: int) -> list[list[int]]:
     """Equal pieces no longer than ``piece``, or all in one."""
-    count = 1 if len(order) <= 2 * piece else -(-len(order) // piece)
+    count = 1 if len(order) <= 3 * piece else -(-len(order) // piece)
     size = -(-len(order) // count) if order else 1
     return [order[k * size : (k + 1) * size] for k in range(count)]

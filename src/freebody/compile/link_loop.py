@@ -16,7 +16,7 @@ from .link_step import WIDTH
 if TYPE_CHECKING:
     from .looped import LoopedSet, Parts
 
-_ROW = 8  # numbers per link in the table of links
+_ROW = 10  # numbers per link in the table of links
 
 
 class Driver:
@@ -31,8 +31,8 @@ class Driver:
         for i, link in enumerate(parts.model.links):
             step = owner.step(i)
             parent = parts.base if link.parent == GROUND else parts.record(link.parent)
-            addresses = [step[name].address for name in (*owner.loops, "place")]
-            rows += [*addresses, parent, owner.offset(i), len(joints), len(parts.joints[i])]
+            addresses = [step[name].address for name in (*owner.loops, "place", "moved", "pressed")]
+            rows += [parent, owner.offset(i), len(joints), len(parts.joints[i]), *addresses]
             joints += parts.joints[i]
         self.links, self.joints = owner.table(rows), owner.table(joints)
 
@@ -55,14 +55,18 @@ class Driver:
 
     def _function(self, name: str) -> str:
         parts = self.parts
-        moving = name in ("rates", "accelerations") or self.owner.back
-        placed = not moving or parts.placed
+        if not parts.outputs[name]:
+            return f"define void @{name}(double %t, ptr %y, ptr %c, ptr %out) nounwind {{\n  ret void\n}}\n"
+        reactions = name == "reactions"
+        moving = name in ("rates", "accelerations") or reactions or self.owner.back
+        placed = not moving or reactions or parts.placed
         lines = self._begun(name, parts.states[name])
         lines.append(f"  call void @outward.{'placed' if placed else 'plain'}(double %t, ptr %S, ptr %c)")
         fetched = [parts.record(i) + k for i, k in parts.fetched]
         first = 2 + parts.given
-        if fetched and name not in ("poses", "postures"):
-            early = parts.loads_end - first
+        early = parts.loads_end - first
+        late = fetched[early:]
+        if early and name not in ("poses", "postures", "velocities", "momentum"):
             lines.append(f"  %early = getelementptr double, ptr %S, i64 {first}")
             lines.append(self._gather("%early", fetched[:early]))
         if moving:
@@ -77,17 +81,31 @@ class Driver:
             # accelerations follow from articulated inertias, or the wrenches from accelerations
             order = ("final", "inward") if self.owner.back else ("inward", "final")
             lines += [f"  call void @{loop}(double %t, ptr %S, ptr %c)" for loop in order]
-            late = fetched[parts.loads_end - first :]
-            if late:
-                lines.append(f"  %late = getelementptr double, ptr %S, i64 {parts.loads_end}")
-                lines.append(self._gather("%late", late))
-            lines += self._straight("finish")
+            if reactions:
+                lines.append("  call void @pressed(double %t, ptr %S, ptr %c)")
+            lines += self._finish(late)
+        elif name == "jacobian":
+            lines += self._finish(late)
+        elif name in ("velocities", "momentum"):
+            if name == "momentum":
+                lines.append(f"  %sums = getelementptr double, ptr %S, i64 {parts.sums}")
+                lines.append("  call void @llvm.memset.p0.i64(ptr %sums, i8 0, i64 48, i1 false)")
+            loop = "momenta" if name == "momentum" else "moved"
+            lines.append(f"  call void @{loop}(double %t, ptr %S, ptr %c)")
         elif name.endswith("energy"):
             lines.append(f"  %sums = getelementptr double, ptr %S, i64 {parts.sums}")
             lines.append("  call void @sum(ptr %S, ptr %sums)")
             lines += self._straight("energy")
         lines.append(self._gather("%out", parts.outputs[name]))
         return "\n".join([*lines, "  call void @free(ptr %S)", "  ret void", "}", ""])
+
+    def _finish(self, late: Sequence[int]) -> list[str]:
+        """What follows from the records, fetched from these places."""
+        lines = []
+        if late:
+            lines.append(f"  %late = getelementptr double, ptr %S, i64 {self.parts.loads_end}")
+            lines.append(self._gather("%late", late))
+        return lines + self._straight("finish")
 
     def _begun(self, name: str, state: int) -> list[str]:
         """The head of a function of ``state`` numbers: S, the front, and the ground."""
@@ -125,9 +143,7 @@ class Driver:
                 *self._straight("front"),
                 "  call void @final(double %t, ptr %S, ptr %c)",
                 "  call void @inward(double %t, ptr %S, ptr %c)",
-                f"  %late = getelementptr double, ptr %S, i64 {parts.loads_end}",
-                self._gather("%late", late),
-                *self._straight("finish"),
+                *self._finish(late),
                 self._gather("%out", parts.outputs["column"]),
                 "  ret void",
                 "}",
@@ -161,31 +177,31 @@ class Driver:
         s, base = link_step, self.parts.base
         joints = f"ptr inttoptr (i64 {self.joints} to ptr)"
         gather = f"""
-  %start = load i64, ptr %row6, align 8
-  %many = load i64, ptr %row7, align 8
+  %start = load i64, ptr %row2, align 8
+  %many = load i64, ptr %row3, align 8
   %places = getelementptr i64, {joints}, i64 %start
   %joint = getelementptr double, ptr %record, i64 {s.JOINT}
   call void @gather(ptr %joint, ptr %S, ptr %places, i64 %many)"""
         fetch = f"""{gather}
   %from = getelementptr double, ptr %parent, i64 {s.V}
   call void @llvm.memcpy.p0.p0.i64(ptr %record, ptr %from, i64 48, i1 false)
-{_call(0, s.OUTWARD)}"""
+{_call(4, s.OUTWARD)}"""
         place = f"""
   %above = getelementptr double, ptr %parent, i64 {s.PLACE}
   %there = getelementptr double, ptr %record, i64 {s.PARENT_PLACE}
   call void @llvm.memcpy.p0.p0.i64(ptr %there, ptr %above, i64 96, i1 false)
-{_call(3, s.PLACE)}"""
+{_call(7, s.PLACE)}"""
         # inertias and wrenches of the tips add up, or wrenches alone
         first, many = (s.INERTIA + 21, 6) if self.owner.back else (s.INERTIA, 27)
         inward = f"""
-{_call(1, s.INWARD)}
+{_call(5, s.INWARD)}
   %sum = getelementptr double, ptr %parent, i64 {first}
-  call void @add(ptr %sum, ptr %to1, i64 {many})"""
+  call void @add(ptr %sum, ptr %to5, i64 {many})"""
         final = f"""
   %from = getelementptr double, ptr %parent, i64 {s.A}
   %A = getelementptr double, ptr %record, i64 {s.PARENT_A}
   call void @llvm.memcpy.p0.p0.i64(ptr %A, ptr %from, i64 48, i1 false)
-{_call(2, s.FINAL)}"""
+{_call(6, s.FINAL)}"""
         if "column" in self.parts.outputs:  # other accelerations, and forces from nothing
             final = f"""{gather}
   %p = getelementptr double, ptr %record, i64 {s.INERTIA + 21}
@@ -193,7 +209,15 @@ class Driver:
         total = f"""
   %kinetic = getelementptr double, ptr %record, i64 {s.KINETIC}
   call void @add(ptr %c, ptr %kinetic, i64 4)"""
-        fill = {"links": self.links, "n": self.count, "base": base, "width": WIDTH}
+        moved = f"""
+{_call(8, s.MOVED)}"""
+        momentum = f"""{moved}
+  %momentum = getelementptr double, ptr %record, i64 {s.MOMENTUM}
+  %total = getelementptr double, ptr %S, i64 {self.parts.sums}
+  call void @add(ptr %total, ptr %momentum, i64 6)"""
+        pressed = f"""
+{_call(9, s.PRESSED)}"""
+        fill = {"links": self.links, "row": _ROW, "base": base, "width": WIDTH}
         up = {"first": 0, "stop": self.count, "by": 1}
         down = {"first": self.count - 1, "stop": -1, "by": -1}
         return [
@@ -202,6 +226,9 @@ class Driver:
             _LOOP.format(name="inward", body=inward, **fill, **down),
             _LOOP.format(name="final", body=final, **fill, **up),
             _LOOP.format(name="sums", body=total, **fill, **up),
+            _LOOP.format(name="moved", body=moved, **fill, **up),
+            _LOOP.format(name="momenta", body=momentum, **fill, **up),
+            _LOOP.format(name="pressed", body=pressed, **fill, **up),
         ]
 
 
@@ -220,13 +247,13 @@ entry:
   br label %loop
 loop:
   %i = phi i64 [{first}, %entry], [%next, %loop]
-  %r = mul i64 %i, 8
+  %r = mul i64 %i, {row}
   %row0 = getelementptr i64, ptr inttoptr (i64 {links} to ptr), i64 %r
 """
     + "\n".join(f"  %row{k} = getelementptr i64, ptr %row0, i64 {k}" for k in range(1, _ROW))
     + """
-  %place = load i64, ptr %row4, align 8
-  %offset = load i64, ptr %row5, align 8
+  %place = load i64, ptr %row0, align 8
+  %offset = load i64, ptr %row1, align 8
   %parent = getelementptr double, ptr %S, i64 %place
   %own = getelementptr double, ptr %c, i64 %offset
   %i1 = add i64 %i, 1

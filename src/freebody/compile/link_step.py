@@ -11,6 +11,10 @@ A link owns a record of :data:`WIDTH` doubles:
     inward             I^a (21) and p^a (6) in the parent, U (6 k), m (k), D (k k)
     final              A (6), y'' (k), force along a driven displacement (1)
     place              R_N (9), p_N (3), kinetic energy (1), first moment m p_N + R_N h (3), origin of the body (3)
+    moved              angular velocity and velocity of the body's origin (6), momentum and its moment about the
+                       ground's origin (6), in ground axes
+    pressed            wrench F = I^A A + p^A that the joint transmits (6); what it carries across its free motion, force
+                       and moment in ground axes (6)
 
 From accelerations to forces, where those of the joint stand in place of τ, only these differ:
 
@@ -26,10 +30,12 @@ from functools import lru_cache
 from typing import Any
 
 from ..dynamics.articulated import accelerated, free_motions, passed_on, pivot
+from ..dynamics.joint_freedom import Axis
+from ..dynamics.joint_freedom import carried as carried_by
 from ..dynamics.linear import Factorization
 from ..dynamics.state import displaced, flown, turned
 from ..model.model import GROUND, Link, Model
-from ..scalar.algebra import HALF, IDENTITY, ZERO, add, apply, apply_transpose, multiply, scale
+from ..scalar.algebra import HALF, IDENTITY, ZERO, add, apply, apply_transpose, cross, multiply, scale
 from ..scalar.trace import Tape
 from ..space.quaternion import quaternion_rate
 from ..space.spatial import (
@@ -60,7 +66,11 @@ FINAL = INWARD + 27 + 36 + 6 + 36
 A, RATES = FINAL, FINAL + 6
 PLACE = FINAL + 13
 KINETIC, MOMENT, ORIGIN = PLACE + 12, PLACE + 13, PLACE + 16
-WIDTH = 240
+MOVED = ORIGIN + 3
+MOMENTUM = MOVED + 6
+PRESSED = MOVED + 12
+REACTION = PRESSED + 6
+WIDTH = 264
 
 CONSTANTS = 32
 """Of a link: rotation (9), position (3), axis (3), pitch, mass, centre (3), inertia (9), origin of the body (3)."""
@@ -75,6 +85,7 @@ class Kind:
     driven: bool
     straight: bool  # the joint's axes are the parent's
     massless: bool
+    free: bool  # a displacement that can change alone
 
     @property
     def joint_of_one(self) -> bool:
@@ -94,10 +105,11 @@ class Kind:
         return RATES + self.freedom
 
 
-def kind_of(link: Link) -> Kind:
-    """The kind of a link."""
+def kind_of(link: Link, free: bool) -> Kind:
+    """The kind of a link; ``free`` tells whether its displacement can change alone."""
     axis = IDENTITY.index(link.axis) if link.one_dof and link.axis in IDENTITY else -1
-    return Kind(link.kind, axis, link.driven, link.rotation == IDENTITY, link.mass == 0 and link.body is None)
+    massless = link.mass == 0 and link.body is None
+    return Kind(link.kind, axis, link.driven, link.rotation == IDENTITY, massless, free)
 
 
 def constants_of(model: Model, i: int) -> list[Any]:
@@ -112,7 +124,7 @@ def constants_of(model: Model, i: int) -> list[Any]:
 
 @lru_cache(maxsize=64)
 def compiled_step(kind: Kind) -> KernelSet:
-    """Kernels ``outward``, ``inward``, ``final``, ``place``, ``carried``, ``started`` and ``transmitted`` of a kind.
+    """Kernels of a kind: the steps that the head of this file names.
 
     They read the record and write the part of it that their name says.
     """
@@ -206,9 +218,18 @@ def _recorded(tape: Tape, record: list[Any], given: list[Any], kind: Kind) -> di
     P = PARENT_PLACE
     R_P, p_P = _matrix(record[P:]), _vector(record[P + 9 :])
     R_N, p_N = multiply(R_P, R_), add(p_P, apply(R_P, r_))
+    placed = [*_flat(R_N), *p_N]
     kinetic = HALF * power(V_, momentum_of(inertia, V_))
     first = add(scale(inertia[0], p_N), apply(R_N, inertia[1]))
-    origin = add(p_N, apply(R_N, _vector(given[29:32])))
+    shift = _vector(given[29:32])
+    origin = add(p_N, apply(R_N, shift))
+    # moved, pressed
+    R_N, p_N = _matrix(record[PLACE:]), _vector(record[PLACE + 9 :])
+    w, v = apply(R_N, V_[0]), apply(R_N, add(V_[1], cross(V_[0], shift)))
+    about, linear = (apply(R_N, x) for x in momentum_of(inertia, V_))
+    F_A = plus(blocks_times(I_A, _spatial(record[A:])), p_A)
+    axes = [Axis(0, kind.kind, n, given[15], True)] if kind.joint_of_one and kind.free else []
+    moment, force_across = carried_by({kind.kind}, axes, F_A)
     return {
         "outward": outward,
         "inward": inward,
@@ -216,7 +237,9 @@ def _recorded(tape: Tape, record: list[Any], given: list[Any], kind: Kind) -> di
         "carried": [*_six(carried)],
         "started": [*_six(started)],
         "transmitted": [*_six(force_to_parent(R_, r_, F)), *along],
-        "place": [*_flat(R_N), *p_N, kinetic, *first, *origin],
+        "place": [*placed, kinetic, *first, *origin],
+        "moved": [*w, *v, *linear, *add(about, cross(p_N, linear))],
+        "pressed": [*_six(F_A), *apply(R_N, force_across), *apply(R_N, moment)],
     }
 
 

@@ -10,6 +10,9 @@
 From accelerations to forces (:mod:`freebody.dynamics.newton_euler`) the loops are outward, carried (accelerations) and
 transmitted (wrenches, tips first); the mass matrix is found so column by column, at rest and without loads.
 
+The wrench of a joint follows from what either way leaves in the record of its last link, F = I^A A + p^A (Featherstone
+2008, eq. 7.21). Straight code projects it where several links make a joint, or loads act along what is not free.
+
 The straight parts hold what the user wrote, and are empty where a displacement is a coordinate. The loop steps are
 :mod:`freebody.compile.link_step`. All numbers of one call live in one array S of doubles: inputs of the straight
 parts, their outputs, and one record per link; tables of places in S say what goes where.
@@ -33,12 +36,14 @@ from ..dynamics.coordinates import (
     forces_on_coordinates,
     forces_on_displacements,
 )
-from ..dynamics.kinematics import Posture
+from ..dynamics.joint_freedom import free_displacements, loads_on_child, transmissible
+from ..dynamics.kinematics import Posture, jacobian, rotation
 from ..dynamics.loading import Loading, load_power, loading, spring_energy
 from ..dynamics.state import float_state
 from ..model.model import Model
-from ..scalar.algebra import ZERO, dot, negate
+from ..scalar.algebra import ZERO, apply, dot, negate
 from ..scalar.trace import INPUT, Tape, Traced
+from ..space.spatial import minus
 from . import link_step, native
 from .kernels import Kernel, KernelSet, compile_tape
 from .link_loop import Driver
@@ -47,8 +52,11 @@ from .link_step import WIDTH, compiled_step, constants_of, kind_of
 BODIES = 200
 """From this number of bodies on, a tree is looped over."""
 
-OF_Q = ("potential_energy", "postures")
+OF_Q = ("potential_energy", "postures", "jacobian")
 """Kernels that are given q only."""
+
+GIVEN = ("inverse", "mass", "reactions_at")
+"""Modes in which accelerations are given."""
 
 
 def applies(model: Model) -> bool:
@@ -78,21 +86,28 @@ class LoopedSet:
     of the two, and ``poses`` (position, rotation by rows of each body) as functions of t and y = (q, u), where
     ``potential_energy`` and ``postures`` (rotation, position) are given q only.
 
+    ``velocities`` (angular, of the origin) of each body and ``momentum`` (linear, angular) are among them.
+
     Other modes: "forced", where generalized forces besides the model's stand after u in y, has ``accelerations`` alone;
-    "inverse", where u' stand there, has ``inverse_dynamics``, and ``bias`` of (q, u); "mass" has ``mass_matrix`` of q.
+    "inverse", where u' stand there, has ``inverse_dynamics``, and ``bias`` of (q, u); "mass" has ``mass_matrix`` of q;
+    "reactions" and "reactions_at", with u' after u, have ``reactions`` (force, moment of each joint); "jacobian" has
+    that of ``point``.
     """
 
-    def __init__(self, model: Model, mode: str = "motion") -> None:
+    def __init__(self, model: Model, mode: str = "motion", point: Any = None) -> None:
         self.model = model
-        self.back = mode in ("inverse", "mass")  # from accelerations to forces
-        self.loops = {
-            "inverse": ("outward", "transmitted", "carried"), "mass": ("outward", "transmitted", "started"),
-        }.get(mode, ("outward", "inward", "final"))  # fmt: skip
-        self._kinds = [kind_of(link) for link in model.links]
+        self.back = mode in GIVEN  # from accelerations to forces
+        self.loops = (
+            ("outward", "transmitted", "started" if mode == "mass" else "carried")
+            if self.back
+            else ("outward", "inward", "final")
+        )
+        alone = {i for i, _ in free_displacements(model)}
+        self._kinds = [kind_of(link, i in alone) for i, link in enumerate(model.links)]
         if self.back:  # accelerations along displacements are given
             self._kinds = [replace(kind, driven=True) if kind.joint_of_one else kind for kind in self._kinds]
         self._steps = {kind: compiled_step(kind) for kind in dict.fromkeys(self._kinds)}
-        parts = Parts(model, self._kinds, mode)
+        parts = Parts(model, self._kinds, mode, point)
         self.works = parts.works
         self.straight: KernelSet = parts.compiled
         self._offsets: list[int] = []
@@ -134,9 +149,7 @@ class LoopedSet:
     def _operations(self) -> dict[str, int]:
         total: dict[str, int] = {}
         for kind in self._kinds:
-            for name in (
-                ("outward", "transmitted", "carried") if self.back else ("outward", "inward", "final")
-            ):
+            for name in self.loops:
                 for code, count in self._steps[kind][name].operations.items():
                     total[code] = total.get(code, 0) + count
         return dict(sorted(total.items()))
@@ -190,13 +203,13 @@ class Parts:
     S = 0, t, y | fetched from the records | front | loads | finish | energy | records (the ground's first)
     """
 
-    def __init__(self, model: Model, kinds: Sequence[link_step.Kind], mode: str) -> None:
+    def __init__(self, model: Model, kinds: Sequence[link_step.Kind], mode: str, point: Any) -> None:
         self.model = model
         self.mode = mode
         tape = Tape()
         state = traced_state(model, tape)
         zero, time = tape.input("0"), tape.input("time in S")
-        besides = [] if mode == "motion" else [tape.input(f"{mode} {k}") for k in range(model.n_u)]
+        besides = [tape.input(f"{mode} {k}") for k in range(model.n_u if mode in (*GIVEN, "forced") else 0)]
         self._inputs: list[Traced] = [zero, time, *state.q, *state.u, *besides]
         self.given = model.n_q + model.n_u + len(besides)
         self._places = {x.index: k for k, x in enumerate(self._inputs)} | {state.t.index: 1}
@@ -220,10 +233,11 @@ class Parts:
 
         state.cache["postures"], state.cache["velocities"] = _Inputs(posture), _Inputs(velocity)
         # front
-        loads = Loading() if mode == "mass" else loading(model, state)
+        still = mode in ("mass", "jacobian")
+        loads = Loading() if still else loading(model, state)
         generalized = dict(loads.generalized)
         along: dict[int, Any] = {}
-        udot = besides if mode in ("inverse", "mass") else None
+        udot = besides if mode in GIVEN else None
         if udot is None:
             for k, force in enumerate(besides):
                 generalized[k] = generalized.get(k, 0) + force
@@ -251,18 +265,24 @@ class Parts:
                 joints.append([*state.q[link.q : link.q + n_q], *state.u[link.u : link.u + n_u], *forces])
             else:
                 joints.append([])
-        gravity = ZERO if mode == "mass" else state.vector(model.gravity)
-        power = 0 if udot is not None else load_power(model, state)
-        spring = 0 if udot is not None else spring_energy(model, state)
+        gravity = ZERO if still else state.vector(model.gravity)
+        energetic = mode == "motion"
+        power = load_power(model, state) if energetic else 0
+        spring = spring_energy(model, state) if energetic else 0
         self.placed = len(state.cache["postures"].made) > 0
         self.loads_end = len(self._inputs)
         # finish
-        if udot is None:
+        self.works = False
+        if mode in ("reactions", "reactions_at"):
+            finish = self._reactions(state, loads, fetch)
+        elif mode == "jacobian":
+            finish = [x for row in jacobian(model, state, point) for x in row]
+        elif udot is None:
             finish = self._accelerations(state, kinds, loads, power, fetch)
         else:
             finish = self._forces(state, loads, fetch)
         # energy
-        sums = [tape.input(f"sum {k}") for k in range(4)]
+        sums = [tape.input(f"sum {k}") for k in range(6)]  # of which momenta are six
         self.sums = len(self._inputs)
         for x in sums:
             self._places[x.index] = len(self._inputs)
@@ -274,7 +294,7 @@ class Parts:
             "front": [x for one in joints for x in one] + list(negate(gravity)),
             "loads": [x for wrench in loads.wrenches.values() for vector in wrench for x in vector],
             "finish": finish,
-            "energy": [sums[0], potential] if udot is None else [],
+            "energy": [sums[0], potential] if energetic else [],
         }
         computed: dict[str, list[Any]] = {}
         start = len(self._inputs)
@@ -304,15 +324,17 @@ class Parts:
         ]
         self._place_outputs(state, placed)
         self.states = {name: model.n_q if name in OF_Q else self.given for name in self.outputs}
-        if mode == "inverse":
-            self.states["bias"] = model.n_q + model.n_u
+        self.states.update({"bias": model.n_q + model.n_u})
 
     def _place_outputs(self, state: Any, placed: Any) -> None:
         """Of each kernel: where its outputs stand in S."""
         model = self.model
-        if self.mode in ("inverse", "mass"):
-            names = ("inverse_dynamics", "bias") if self.mode == "inverse" else ("column",)
+        single = {"inverse": ("inverse_dynamics", "bias"), "mass": ("column",)}
+        if self.mode not in ("motion", "forced"):
+            names = single.get(self.mode, (self.mode.removesuffix("_at"),))
             self.outputs: dict[str, list[int]] = dict.fromkeys(names, placed["finish"])
+            if self.mode == "reactions":
+                self.outputs["multipliers"] = []  # a tree has none
             return
         *accelerations, work = placed["finish"]
         coordinate_rates = self._coordinate_rates(state)
@@ -337,6 +359,12 @@ class Parts:
                 )
             ],
         }  # fmt: skip
+        moved = [
+            self.record(model.bodies[name].link) + k
+            for name in model.bodies
+            for k in range(link_step.MOVED, link_step.MOVED + 6)
+        ]
+        self.outputs |= {"velocities": moved, "momentum": list(range(self.sums, self.sums + 6))}
         if self.mode == "forced":
             self.outputs = {"accelerations": accelerations}
 
@@ -364,7 +392,6 @@ class Parts:
     def _forces(self, state: Any, loads: Any, fetch: Any) -> list[Any]:
         """Generalized forces, from those along the joints in the records: see `newton_euler.inverse_dynamics`."""
         model = self.model
-        self.works = False
         tau: list[Any] = [0] * len(model.links)
         own: dict[int, Any] = {}
         for i, link in enumerate(model.links):
@@ -380,6 +407,23 @@ class Parts:
         for j, force in loads.generalized.items():
             total[j] = total[j] - force
         return list(total)
+
+    def _reactions(self, state: Any, loads: Any, fetch: Any) -> list[Any]:
+        """Force and moment of every joint: see `newton_euler.reactions`."""
+        model = self.model
+        result: list[Any] = []
+        for joint in model.joints.values():
+            i = joint.links[-1]
+            if len(joint.links) == 1 and i not in loads.along:
+                result += fetch(i, link_step.REACTION, 6)
+                continue
+            x = fetch(i, link_step.PRESSED, 6)
+            held = loads_on_child(model, state, joint, loads.along, free=False)
+            wrench = minus((tuple(x[0:3]), tuple(x[3:6])), held)  # type: ignore[arg-type]
+            moment, force = transmissible(model, state, joint, wrench)
+            R = rotation(model, state, i)
+            result += [*apply(R, force), *apply(R, moment)]
+        return result
 
     def record(self, i: int) -> int:
         """Where the record of link i begins; the ground's is the first."""
@@ -412,12 +456,14 @@ class Parts:
 LOOPED = {
     "forward_dynamics": "accelerations", "forced_dynamics": "accelerations", "kinetic_energy": "kinetic_energy",
     "potential_energy": "potential_energy", "poses": "postures", "inverse_dynamics": "inverse_dynamics", "bias": "bias",
-    "mass_matrix": "mass_matrix",
+    "mass_matrix": "mass_matrix", "velocities": "velocities", "momentum": "momentum", "reactions": "reactions",
+    "reactions_at": "reactions",
 }  # fmt: skip
 """Products of a program that large models have in looped form, and their kernels."""
 
 MODES = {
     "forced_dynamics": "forced", "inverse_dynamics": "inverse", "bias": "inverse", "mass_matrix": "mass",
+    "reactions": "reactions", "reactions_at": "reactions_at",
 }  # fmt: skip
 """Mode of the set that has them; the others are of "motion"."""
 

@@ -44,13 +44,14 @@ from .kernels import KernelSet, compile_tape
 class Product:
     """A function of some of the inputs q, u, udot (u') and forces, how it is recorded, and the shape of its result.
 
-    ``moves`` says that the conditions of a constrained model enter.
+    ``moves`` says that the conditions of a constrained model enter; ``point`` is that of a Jacobian.
     """
 
     inputs: tuple[str, ...]
     record: Callable[[Recording], Sequence[Any]]
     shape: Callable[[Model], tuple[int, ...]]
     moves: bool = False
+    point: Any = None
 
 
 @dataclass(frozen=True)
@@ -256,7 +257,9 @@ PRODUCTS: dict[str, Product] = {
 
 def jacobian_of(point: Any) -> Product:
     """The product ``jacobian`` of a point."""
-    return Product(("q",), lambda r: _flat(jacobian(r.model, r.state, point)), lambda m: (6, m.n_u))
+    return Product(
+        ("q",), lambda r: _flat(jacobian(r.model, r.state, point)), lambda m: (6, m.n_u), point=point
+    )
 
 
 def values_of(expressions: Sequence[Any], several: bool) -> Product:

@@ -674,7 +674,7 @@ class Program:
         if kept is None or (batch and not kept[1]):
             if product.moves:
                 check_conditions(self.model, self._active)
-            kept = self._sets[key] = self._looped(key) or (
+            kept = self._sets[key] = self._looped(key, product) or (
                 compiled(self.model, product, batch, self._active),
                 batch,
             )
@@ -682,10 +682,12 @@ class Program:
             self._plain.pop(key, None)
         return kept[0]
 
-    def _looped(self, key: Any) -> tuple[Any, bool] | None:
+    def _looped(self, key: Any, product: Product) -> tuple[Any, bool] | None:
         """The kernel of a large tree, of one state and of batches."""
-        if key not in LOOPED or not is_large(self.model):
+        if (key not in LOOPED and product.point is None) or not is_large(self.model):
             return None
+        if product.point is not None:
+            return LoopedKernel(LoopedSet(self.model, "jacobian", product.point), "jacobian"), True
         mode = MODES.get(key, "motion")
         if mode not in self._large:
             self._large[mode] = LoopedSet(self.model, mode)

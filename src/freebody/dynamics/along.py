@@ -28,7 +28,9 @@ def state_along(model: Model, state: State, u: Sequence[Any], clock: int, order:
         for coefficients, rate in zip(taylor, coordinate_rates(model, moving), strict=True):
             coefficients.append(divide(rate.derivative(1), 2) if isinstance(rate, Series) else 0)
     t = field.series([state.t, clock]) if clock else state.t
-    return replaced(state, field, t, [field.series(c) for c in taylor], u)
+    result = replaced(state, field, t, [field.series(c) for c in taylor], u)
+    result.cache["start"] = state  # for axes that do not move along
+    return result
 
 
 def state_moving(model: Model, state: State, udot: Sequence[Any]) -> State:

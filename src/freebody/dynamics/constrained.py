@@ -19,7 +19,7 @@ from ..describe.constraint import Condition, Gear, Rope, SpeedCondition
 from ..describe.names import TIME
 from ..errors import ModelError
 from ..model.contact import Touching
-from ..model.model import Model
+from ..model.model import GROUND, Model
 from ..scalar.algebra import Vector, apply_transpose, cross, scale, subtract
 from ..scalar.expression import exact
 from ..space.spatial import plus
@@ -29,6 +29,7 @@ from .contact import rows_of
 from .kinematics import coordinate_rates, link_postures, place_of, point_position
 from .linear import Elimination, Factorization, applied, combined, products
 from .loading import Loading, loading
+from .loops import loop_motion, own_speeds
 from .mobility import check_mobility
 from .newton_euler import bias
 from .state import State, float_state
@@ -47,9 +48,17 @@ def constrained_dynamics(
     f = [-x for x in bias(model, state)]
     if forces is not None:
         f = [a + b for a, b in zip(f, forces, strict=True)]
+    given = linearized(model, state)
+    multipliers: list[Any] = [0] * len(given.bias)
+    speeds = deep(model) if given.symmetric else None
+    if speeds is not None:
+        G = [given.matrix[i] for i in active]
+        u, lam = loop_motion(model, state, speeds, f, G, [-given.bias[i] for i in active])
+        for i, multiplier in zip(active, lam, strict=True):
+            multipliers[i] = multiplier
+        return tuple(u), tuple(multipliers)
     M = Factorization(mass_matrix(model, state))
     free = M.solve(f)
-    given = linearized(model, state)
     if not given.symmetric:
         active = _slipping_last(model, active)
     G = [given.matrix[i] for i in active]
@@ -58,10 +67,24 @@ def constrained_dynamics(
     right = [-(given.bias[i] + along) for i, along in zip(active, applied(G, free), strict=True)]
     lam = (Factorization(A) if given.symmetric else Elimination(A)).solve(right)
     udot = combined(free, lam, X)
-    multipliers: list[Any] = [0] * len(given.bias)
     for i, multiplier in zip(active, lam, strict=True):
         multipliers[i] = multiplier
     return tuple(udot), tuple(multipliers)
+
+
+DEEP = 10
+"""Speeds one behind the other from which :func:`loop_motion` takes fewer operations than M and its factors."""
+
+
+def deep(model: Model) -> list[list[int]] | None:
+    """Speeds of each link's own motions, of a model with so many one behind the other; None for others."""
+    speeds = own_speeds(model)
+    if speeds is None:
+        return None
+    behind: list[int] = []
+    for link, own in zip(model.links, speeds, strict=True):
+        behind.append(len(own) + (0 if link.parent == GROUND else behind[link.parent]))
+    return speeds if max(behind, default=0) >= DEEP else None
 
 
 def _slipping_last(model: Model, active: Sequence[int]) -> list[int]:
@@ -164,6 +187,9 @@ def speed_correction(model: Model, state: State, active: Sequence[int]) -> tuple
 def _least(model: Model, state: State, G: list[Any], residual: list[Any]) -> list[Any]:
     if not G:
         return [0] * model.n_u
+    speeds = deep(model)
+    if speeds is not None:
+        return loop_motion(model, state, speeds, [0] * model.n_u, G, [-r for r in residual])[0]
     M = Factorization(mass_matrix(model, state))
     X = [M.solve(row) for row in G]
     lam = Factorization(products(G, X)).solve([-r for r in residual])

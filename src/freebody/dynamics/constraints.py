@@ -20,8 +20,9 @@ from typing import Any
 from ..describe.constraint import Gear, Rolling, Rope, SpeedCondition
 from ..model.closure import Closure, Thread
 from ..model.contact import Touching
-from ..model.model import Model
+from ..model.model import GROUND, Model
 from ..scalar.algebra import (
+    IDENTITY,
     ZERO,
     Matrix,
     Vector,
@@ -39,10 +40,12 @@ from ..scalar.algebra import (
 from ..scalar.series import Series
 from .along import replaced, state_along
 from .contact import ContactRows, rows_of, touch
-from .dependence import dependence, directions
+from .dependence import dependence, directions, loop_links
 from .kinematics import (
+    Posture,
     Spot,
     angular_velocity,
+    link_postures,
     place_of,
     point_position,
     point_velocity,
@@ -151,14 +154,44 @@ def _frame(model: Model, state: State, body: Any, axes: Matrix) -> Matrix:
     return multiply(rotation(model, state, link), state.matrix(axes))
 
 
+def _side(model: Model, state: State, link: int, carrier: int) -> Posture:
+    """Pose of a link in the axes of one that carries it."""
+    if carrier == GROUND:
+        return Posture(IDENTITY, ZERO) if link == GROUND else link_postures(model, state)[link]
+    known = state.cache.setdefault(("sides", carrier), {carrier: Posture(IDENTITY, ZERO)})
+    if link not in known:
+        P = _side(model, state, model.links[link].parent, carrier)
+        R, p, _ = state.joint(link)
+        known[link] = Posture(multiply(P.rotation, R), add(P.position, apply(P.rotation, p)))
+    return known[link]
+
+
 def _closure(model: Model, state: State, joint: Closure) -> list[Any]:
-    R_P = _frame(model, state, joint.parent, joint.parent_axes)
-    R_C = _frame(model, state, joint.child, joint.child_axes)
-    gap = subtract(
-        point_position(model, state, joint.child.point(*joint.to)),
-        point_position(model, state, joint.parent.point(*joint.at)),
-    )
-    d = gap if joint.in_ground else apply_transpose(R_P, gap)
+    """Seen from the link that carries the whole loop, so that only motions of the loop stand in it.
+
+    The ground's axes, in which the force of the joint is given, are then those of the moment: of R φ with φ = 0 no
+    derivative of R matters.
+    """
+    links = loop_links(model, joint)
+    carrier = model.links[min(links)].parent if links else place_of(model, joint.parent)[0]
+    ends = []
+    for body, axes, at in (
+        (joint.parent, joint.parent_axes, joint.at),
+        (joint.child, joint.child_axes, joint.to),
+    ):
+        link, origin = place_of(model, body)
+        side = _side(model, state, link, carrier)
+        arm = state.vector(tuple(a + b for a, b in zip(origin, body.point(*at).components, strict=True)))
+        place = add(side.position, apply(side.rotation, arm))
+        ends.append((multiply(side.rotation, state.matrix(axes)), place))
+    (R_P, p_P), (R_C, p_C) = ends
+    gap = subtract(p_C, p_P)
+    if not joint.in_ground:
+        d = apply_transpose(R_P, gap)
+    elif carrier == GROUND:
+        d = gap
+    else:
+        d = apply(rotation(model, state.cache.get("start", state), carrier), gap)
     result = [dot(state.vector(e), d) for _, e in joint.along]
     for _, a, b in joint.square:
         a, b = state.vector(a), state.vector(b)

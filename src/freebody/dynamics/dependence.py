@@ -32,7 +32,8 @@ def dependence(model: Model) -> dict[str, frozenset[int]]:
     result: dict[str, frozenset[int]] = {}
     for name, one in model.constraints.items():
         if isinstance(one, Closure):
-            result[name] = of_bodies((one.parent, one.child))
+            links = loop_links(model, one)
+            result[name] = frozenset().union(*(moving[i] for i in links))
         elif isinstance(one, Rope):
             result[name] = of_bodies(point.body for point in one.points)
         elif isinstance(one, Rolling):
@@ -45,6 +46,17 @@ def dependence(model: Model) -> dict[str, frozenset[int]]:
             result[name] = frozenset()
         else:
             result[name] = _named(model, one.expression)
+    return result
+
+
+def loop_links(model: Model, closure: Closure) -> list[int]:
+    """Links between the two bodies that a closure joins: those of either that do not carry the other too."""
+    i, j = (place_of(model, body)[0] for body in (closure.parent, closure.child))
+    result = []
+    while i != j:  # parents stand before their children
+        i, j = min(i, j), max(i, j)
+        result.append(j)
+        j = model.links[j].parent
     return result
 
 

@@ -12,7 +12,7 @@ transmits what keeps it so.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -80,13 +80,18 @@ def joint_axes(model: Model, state: State, joint: JointPlace) -> list[Axis]:
 
 def transmissible(model: Model, state: State, joint: JointPlace, wrench: Spatial) -> Spatial:
     """The part of a wrench on the child, about the joint's point in the last link's axes, that the joint can carry."""
-    n, f = wrench
     kinds = {model.links[i].kind for i in joint.links}
+    ideal = not kinds & {"free", "ball"}
+    return carried(kinds, [a for a in joint_axes(model, state, joint) if a.free] if ideal else [], wrench)
+
+
+def carried(kinds: Container[str], free: list[Axis], wrench: Spatial) -> Spatial:
+    """The part of a wrench that a joint of links of these kinds carries, with these free axes."""
+    n, f = wrench
     if "free" in kinds:
         return (ZERO, ZERO)
     if "ball" in kinds:
         return (ZERO, f)
-    free = [axis for axis in joint_axes(model, state, joint) if axis.free]
     slides = [axis.direction for axis in free if axis.kind == "slider"]
     turns = [axis.direction for axis in free if axis.kind == "hinge"]
     for axis in free:

@@ -288,6 +288,10 @@ class Kernels:
                 "multipliers": list(moving.multipliers),
             }
 
+        if self._large() is not None:
+            if "large reactions" not in self._programs:
+                self._programs["large reactions"] = Program(LoopedSet(self.model, "reactions"))
+            return self._programs["large reactions"]
         return self._program("reactions", functions)
 
     def expressions(self, given: Sequence[Any]) -> Program:

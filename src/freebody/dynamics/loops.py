@@ -1,0 +1,165 @@
+"""Deep trees with loops: M u - Gᵀ λ = f and G u = g by one recursion over the links, at a cost linear in their number.
+
+By Gauss's principle u makes ½ uᵀ M u - fᵀ u - λᵀ (G u - g) stationary. What the links beyond a joint contribute is a
+function of the acceleration a of the link that carries them and of the multipliers of the loops that are open there,
+
+    ½ aᵀ I a + aᵀ (p + P λ) - ½ λᵀ Λ λ - λᵀ r.
+
+From the tips inward each joint leaves it as in the articulated-body algorithm, and each λ does so at the link by which
+its loop hangs, when all joints of the loop have. What is divided by then is G M⁻¹ Gᵀ of joints beyond that link: it is
+positive where the conditions are independent.
+
+Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §7.2 for the joints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..model.model import GROUND, Model
+from ..scalar.algebra import divide
+from ..space.spatial import (
+    ZERO6,
+    Spatial,
+    blocks,
+    blocks_less_outer,
+    blocks_sum,
+    blocks_times,
+    blocks_to_parent,
+    force_to_parent,
+    motion_to_child,
+    plus,
+    power,
+    times,
+)
+from .articulated import free_motions
+from .linear import entries
+from .state import State
+
+
+def own_speeds(model: Model) -> list[list[int]] | None:
+    """Speeds of each link's own motions, where each speed is the rate of one motion; None for other models."""
+    result: list[list[int]] = []
+    for link in model.links:
+        if not link.one_dof:
+            count = 0 if link.u < 0 else {"ball": 3, "free": 6}[link.kind]
+            result.append([link.u + k for k in range(count)])
+        elif link.driven:
+            result.append([])
+        elif len(link.partials) == 1 and link.partials[0][1] == 1:
+            result.append([link.partials[0][0]])
+        else:
+            return None
+    given = [j for speeds in result for j in speeds]
+    return result if len(given) == len(set(given)) else None
+
+
+def carriers(model: Model, speeds: Sequence[Sequence[int]], G: Sequence[Sequence[Any]]) -> list[int]:
+    """The link by which the motions of each row of G hang: the last one that carries all of them."""
+    moved = {j: i for i, own in enumerate(speeds) for j in own}
+    result = []
+    for row in G:
+        meet: int | None = None
+        for j, _ in entries(row):
+            i = model.links[moved[j]].parent
+            if meet is None:
+                meet = i
+            while meet != i:  # parents stand before their children
+                meet, i = min(meet, i), max(meet, i)
+                i = model.links[i].parent
+        result.append(GROUND if meet is None else meet)
+    return result
+
+
+def loop_motion(
+    model: Model, state: State, speeds: Sequence[Sequence[int]], f: Sequence[Any],
+    G: Sequence[Sequence[Any]], g: Sequence[Any],
+) -> tuple[list[Any], list[Any]]:  # fmt: skip
+    """u and λ, of rows of G that are independent."""
+    count = len(model.links)
+    leaving: dict[int, list[int]] = {}
+    for l, i in enumerate(carriers(model, speeds, G)):
+        leaving.setdefault(i, []).append(l)
+    I = [blocks(state.inertia(i)) for i in range(count)]  # noqa: E741 - inertia
+    p: list[Spatial] = [ZERO6] * count
+    P: list[dict[int, Spatial]] = [{} for _ in range(count)]
+    L: list[dict[int, Any]] = [{} for _ in G]  # Λ, both triangles
+    r: list[Any] = [-x for x in g]
+    columns: dict[int, dict[int, Any]] = {}
+    for l, row in enumerate(G):
+        for j, x in entries(row):
+            columns.setdefault(j, {})[l] = x
+
+    def eliminate(l: int) -> tuple[int, Any, dict[int, Any], Any]:
+        """λ_l = (P_lᵀ a - Σ Λ_lk λ_k - r_l) / Λ_ll; what stays of Λ and r."""
+        w = divide(1, L[l].pop(l))
+        coupled = L[l]
+        for k, x in coupled.items():
+            del L[k][l]
+            r[k] = r[k] - x * (r[l] * w)
+            for m, y in coupled.items():
+                if m <= k:
+                    L[k][m] = L[m][k] = L[k].get(m, 0) - x * y * w
+        return l, w, coupled, r[l]
+
+    kept: list[list[Any]] = [[] for _ in range(count)]
+    closed: list[list[Any]] = [[] for _ in range(count)]
+    for i in range(count - 1, -1, -1):
+        link = model.links[i]
+        for l in leaving.get(i, ()):
+            l, w, coupled, rest = eliminate(l)
+            own = P[i].pop(l, ZERO6)
+            weighed = times(w, own)
+            I[i] = blocks_less_outer(I[i], own, times(-1, weighed))
+            p[i] = plus(p[i], times(-rest, weighed))
+            for k, x in coupled.items():
+                P[i][k] = plus(P[i].get(k, ZERO6), times(-x, weighed))
+            closed[i].append((l, w, coupled, rest, own))
+        motions = free_motions(link, state.subspace(i) if link.one_dof and not link.driven else None)
+        for S, j in zip(motions, speeds[i], strict=True):
+            U = blocks_times(I[i], S)
+            w = divide(1, power(S, U))
+            m = f[j] - power(S, p[i])
+            given = columns.get(j, {})
+            mu = {l: given.get(l, 0) - power(S, P[i].get(l, ZERO6)) for l in {**P[i], **given}}
+            kept[i].append((S, j, U, w, m, mu))
+            I[i] = blocks_less_outer(I[i], U, times(w, U))
+            p[i] = plus(p[i], times(m * w, U))
+            for l, x in mu.items():
+                P[i][l] = plus(P[i].get(l, ZERO6), times(x * w, U))
+                r[l] = r[l] + x * w * m
+                for k, y in mu.items():
+                    if k <= l:
+                        L[l][k] = L[k][l] = L[l].get(k, 0) + x * y * w
+        if link.parent != GROUND:
+            R, d, _ = state.joint(i)
+            I[link.parent] = blocks_sum(I[link.parent], blocks_to_parent(R, d, I[i]))
+            p[link.parent] = plus(p[link.parent], force_to_parent(R, d, p[i]))
+            above = P[link.parent]
+            for l, x in P[i].items():
+                above[l] = plus(above.get(l, ZERO6), force_to_parent(R, d, x))
+
+    u: list[Any] = [0] * model.n_u
+    lam: list[Any] = [0] * len(G)
+
+    def known(l: int, w: Any, coupled: dict[int, Any], rest: Any, along: Any) -> None:
+        for k, x in coupled.items():
+            along = along - x * lam[k]
+        lam[l] = (along - rest) * w
+
+    for one in reversed([eliminate(l) for l in leaving.get(GROUND, ())]):
+        known(*one, 0)
+    A: list[Spatial] = []
+    for i, link in enumerate(model.links):
+        R, d, _ = state.joint(i)
+        a = ZERO6 if link.parent == GROUND else motion_to_child(R, d, A[link.parent])
+        for S, j, U, w, m, mu in reversed(kept[i]):
+            for l, x in mu.items():
+                m = m + x * lam[l]
+            u[j] = (m - power(a, U)) * w
+            a = plus(a, times(u[j], S))
+        for l, w, coupled, rest, own in reversed(closed[i]):
+            known(l, w, coupled, rest, power(a, own))
+        A.append(a)
+    return u, lam
