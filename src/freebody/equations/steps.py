@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain, count
 from typing import Any
 
 import sympy
@@ -44,7 +45,8 @@ def steps(
     taken : sequence of str
         Names that coefficients can not have.
     """
-    names = _Names(ring, next(letter for letter in ("k", "K", "z", "kk") if not _begins(letter, taken)))
+    letters = chain("kKz", ("k" * n for n in count(2)))
+    names = _Names(ring, next(letter for letter in letters if not _begins(letter, taken)))
     left = [{key: names.short(c) for key, c in terms.items()} for terms in rows]
     values: dict[str, Terms] = {}
     for pivot in pivots:

@@ -94,16 +94,12 @@ def interpolate(x: float, work: Reals, w: int) -> None:
 
 
 @compiled
-def error_of(
-    n: int, work: Reals, w: int, stride: int, relative: Reals, absolute: Reals, integers: Integers
+def judge(
+    n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
 ) -> float:
-    """Error of the attempted step in units of the tolerance, nan if it is not finite.
-
-    Component k is at k ``stride`` of a row.
-    """
+    """Error of the attempted step in units of the tolerance, nan if it is not finite."""
     error5, error3 = 0.0, 0.0
-    for k in range(n):
-        i = stride * k
+    for i in range(n):
         new = work[RAW * w + i]
         scale = absolute[i] + relative[i] * greater(abs(work[STATE * w + i]), abs(new))
         one, two = abs(work[ERROR5 * w + i]) / scale, abs(work[ERROR3 * w + i]) / scale
@@ -111,19 +107,11 @@ def error_of(
             return math.nan
         if one > error5:
             error5 = one
-            integers[BLAME] = k
+            integers[BLAME] = i
         error3 = greater(error3, two)
     if error5 == 0.0:
         return 0.0
     return error5 * error5 / root(error5 * error5 + 0.01 * error3 * error3)
-
-
-@compiled
-def judge(
-    n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
-) -> float:
-    """`error_of` one run."""
-    return error_of(n, work, w, 1, relative, absolute, integers)
 
 
 _BETA = 0.04
@@ -135,7 +123,6 @@ FUNCTIONS = stepping.functions(
         **CONTROL,
         "prepare": nothing_to_prepare,
         "attempt": attempt,
-        "error_of": error_of,
         "judge": judge,
         "cubic": cubic,
         "densify": densify,

@@ -74,14 +74,11 @@ from .stepping import _EPS, _TINY, GREATEST, SAFETY, SMALLEST
 _double, _integer = ir.DoubleType(), ir.IntType(64)
 _PARTS: list[Any] = []
 EXPONENT, BETA = dop853.CONTROL["EXPONENT"], dop853.CONTROL["BETA"]
+LAST, STABLE = dop853.CONTROL["LAST"], dop853.CONTROL["LIMIT"]
 STEPS, TIMES, MOMENTS = 0, 8, 16  # places after the rows: steps, times and moments of the lanes
 
 # what `functions` puts in place
 normalise: Any = None
-error_of: Any = None
-first_not_finite: Any = None
-unstable: Any = None
-lasting: Any = None
 sample: Any = None
 first_length: Any = None
 tightening: Any = None
@@ -169,6 +166,34 @@ def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
 
 
 @part
+def judge_wide(lane: int, n: int, wide: Reals, w: int, absolute: Reals) -> float:
+    """Error of a lane's step in units of its tolerance, nan if it is not finite: see `dop853.judge`."""
+    error5, error3 = 0.0, 0.0
+    for i in range(n):
+        k = 8 * i + lane
+        new = wide[RAW * w + k]
+        scale = absolute[k] + absolute[w + k] * greater(abs(wide[STATE * w + k]), abs(new))
+        one, two = abs(wide[ERROR5 * w + k]) / scale, abs(wide[ERROR3 * w + k]) / scale
+        if not (math.isfinite(new) and math.isfinite(one) and math.isfinite(two)):
+            return math.nan
+        error5 = greater(one, error5)
+        error3 = greater(error3, two)
+    if error5 == 0.0:
+        return 0.0
+    return error5 * error5 / root(error5 * error5 + 0.01 * error3 * error3)
+
+
+@part
+def lost(lane: int, n: int, wide: Reals, w: int, row: int, rows: int) -> int:
+    """The first component of a lane that is not finite in the first of ``rows`` rows that has one, or -1."""
+    for k in range(row, row + rows):
+        for i in range(n):
+            if not math.isfinite(wide[k * w + 8 * i + lane]):
+                return i
+    return -1
+
+
+@part
 def unit_wide(lane: int, wide: Reals, w: int, row: int, quaternions: Integers, nq: int) -> None:
     for k in range(nq):
         i = row * w + 8 * quaternions[k] + lane
@@ -176,6 +201,28 @@ def unit_wide(lane: int, wide: Reals, w: int, row: int, quaternions: Integers, n
         s = root(a * a + b * b + c * c + d * d)
         for j in range(4):
             wide[i + 8 * j] /= s
+
+
+@part
+def stiff_wide(lane: int, n: int, wide: Reals, w: int, h: float, counts: Integers) -> int:
+    """See `stepping._stiff`."""
+    above, below, across = 0.0, 0.0, 0.0
+    for i in range(n):
+        k = 8 * i + lane
+        a = wide[12 * w + k] - wide[LAST * w + k]
+        b = wide[END * w + k] - wide[ARGUMENT * w + k]
+        above += a * a
+        below += b * b
+        across += a * b
+    decays = h * across < -0.5 * abs(h) * root(above * below)
+    if decays and h * h * above > STABLE * STABLE * below and below > 0.0:
+        counts[SUSPECT + lane] += 1
+        counts[CALM + lane] = 0
+    else:
+        counts[CALM + lane] += 1
+        if counts[CALM + lane] == 6:
+            counts[SUSPECT + lane] = 0
+    return 1 if counts[SUSPECT + lane] >= 15 else 0
 
 
 # places of eight integers each: number of the run (-1: none), steps of this leg, rejected steps, suspicions, calm
@@ -334,11 +381,8 @@ def lanes_wide(
             t, h, after = wide[more + TIMES + lane], wide[more + STEPS + lane], afters[lane]
             reaches, goes_on = counts[ENDS + lane] != 0, counts[AT + lane] + 1 < sizes[N_LEGS]
             start, until = control[FIRST + lane], control[LAST_TIME + lane]
-            rows = shifted(wide, lane)
-            error = error_of(
-                n, rows, w, 8, shifted(absolute, w + lane), shifted(absolute, lane), spare_integers
-            )
-            if error <= 1.0 and first_not_finite(rows, w, n, 8, 12, 1) >= 0:
+            error = judge_wide(lane, n, wide, w, absolute)
+            if error <= 1.0 and lost(lane, n, wide, w, 12, 1) >= 0:
                 error = math.nan
             code = RUNNING
             blame = 0
@@ -348,9 +392,9 @@ def lanes_wide(
                 if error == error:
                     h *= greater(SMALLEST, SAFETY / error**EXPONENT)
                 else:
-                    blame = first_not_finite(rows, w, n, 8, 1, 12)
+                    blame = lost(lane, n, wide, w, 1, 12)
                     if blame < 0:
-                        blame = first_not_finite(rows, w, n, 8, RAW, 3)
+                        blame = lost(lane, n, wide, w, RAW, 3)
                     h *= 0.25
                     if abs(h) <= 16.0 * _EPS * abs(t) or abs(h) < _TINY:
                         code = NOT_FINITE
@@ -358,7 +402,7 @@ def lanes_wide(
             else:
                 counts[TAKEN + lane] += 1
                 control[STRIDE + lane] = greater(control[STRIDE + lane], abs(h))
-                stiff = lasting(unstable(rows, w, n, 8, h), counts, SUSPECT + lane, CALM + lane)
+                stiff = stiff_wide(lane, n, wide, w, h, counts)
                 if stiff * sizes[STIFF_ASKED] != 0 and abs(until - after) > MANY * abs(h):
                     code = STIFF
                 given = counts[GIVEN + lane]

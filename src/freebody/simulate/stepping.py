@@ -214,11 +214,11 @@ def project(t: float, work: Reals, row: int, w: int, quaternions: Integers, nq: 
 
 
 @part
-def first_not_finite(work: Reals, w: int, n: int, stride: int, row: int, rows: int) -> int:
+def _first_not_finite(work: Reals, w: int, n: int, row: int, rows: int) -> int:
     """The first component that is not finite in the first of ``rows`` rows that has one, or -1."""
     for k in range(row, row + rows):
         for i in range(n):
-            if not math.isfinite(work[k * w + stride * i]):
+            if not math.isfinite(work[k * w + i]):
                 return i
     return -1
 
@@ -513,44 +513,33 @@ def _log_events(
 
 
 @part
-def unstable(work: Reals, w: int, n: int, stride: int, h: float) -> int:
-    """Whether an explicit step is longer than the region of stability allows, |h λ| > LIMIT.
+def _stiff(work: Reals, w: int, n: int, h: float, integers: Integers) -> int:
+    """Whether steps have been as long as the region of stability allows, h |λ| > LIMIT, for 15 steps.
 
     |λ| is taken from the last stage and the end of the step, two states at one time; λ must be that of a decay, since a
-    vibration that an explicit method can not follow is none for an implicit one either (Hairer and Wanner, section
-    IV.2).
+    vibration that an explicit method can not follow is none for an implicit one either. Six steps without suspicion end
+    it (Hairer and Wanner, section IV.2).
     """
     above, below, across = 0.0, 0.0, 0.0
-    for k in range(n):
-        i = stride * k
-        a = work[12 * w + i] - work[LAST * w + i]
-        b = work[END * w + i] - work[ARGUMENT * w + i]
-        above += a * a
-        below += b * b
-        across += a * b
-    decays = h * across < -0.5 * abs(h) * root(above * below)
-    return 1 if decays and h * h * above > LIMIT * LIMIT * below and below > 0.0 else 0
-
-
-@part
-def lasting(suspect: int, counts: Integers, suspicions: int, calm: int) -> int:
-    """Whether stability has limited 15 steps; six in a row without suspicion clear the run of it."""
-    if suspect != 0:
-        counts[suspicions] += 1
-        counts[calm] = 0
-    else:
-        counts[calm] += 1
-        if counts[calm] == 6:
-            counts[suspicions] = 0
-    return 1 if counts[suspicions] >= 15 else 0
-
-
-@part
-def _stiff(work: Reals, w: int, n: int, h: float, integers: Integers) -> int:
-    """Whether stability and not accuracy makes the steps of the run short."""
     if GIVEN != 0:
-        return lasting(limited(work, w, n, h), integers, SUSPECT, CALM)
-    return lasting(unstable(work, w, n, 1, h), integers, SUSPECT, CALM)
+        suspect = limited(work, w, n, h) != 0
+    else:
+        for i in range(n):
+            a = work[12 * w + i] - work[LAST * w + i]
+            b = work[END * w + i] - work[ARGUMENT * w + i]
+            above += a * a
+            below += b * b
+            across += a * b
+        decays = h * across < -0.5 * abs(h) * root(above * below)
+        suspect = decays and h * h * above > LIMIT * LIMIT * below and below > 0.0
+    if suspect:
+        integers[SUSPECT] += 1
+        integers[CALM] = 0
+    else:
+        integers[CALM] += 1
+        if integers[CALM] == 6:
+            integers[SUSPECT] = 0
+    return 1 if integers[SUSPECT] >= 15 else 0
 
 
 @part
@@ -712,7 +701,7 @@ def advance(
         ):  # also the rates at the end must be numbers: a state without rates is no state
             call(rates, after, work, END * w, c, work, 12 * w)
             integers[EVALUATED] += 1
-            if first_not_finite(work, w, n, 1, 12, 1) >= 0:
+            if _first_not_finite(work, w, n, 12, 1) >= 0:
                 error = math.nan
         if not error <= 1.0:
             integers[REJECTED] += 1
@@ -723,9 +712,9 @@ def advance(
                     break
                 h *= greater(SMALLEST, SAFETY / error**EXPONENT)
                 continue
-            integers[BLAME] = first_not_finite(work, w, n, 1, 1, 12)
+            integers[BLAME] = _first_not_finite(work, w, n, 1, 12)
             if integers[BLAME] < 0:
-                integers[BLAME] = first_not_finite(work, w, n, 1, RAW, 3)
+                integers[BLAME] = _first_not_finite(work, w, n, RAW, 3)
             h *= 0.25
             if integers[FIXED] != 0 or abs(h) <= 16.0 * _EPS * abs(t) or abs(h) < _TINY:
                 status = NOT_FINITE
