@@ -10,6 +10,7 @@ import sys
 import tomllib
 from importlib.util import find_spec
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -220,6 +221,15 @@ def test_the_code_of_a_page_stands_alone(monkeypatch: pytest.MonkeyPatch) -> Non
         made, meant = names[entry.build.__name__](), entry.build()
         assert fb.assemble(made).coordinate_names == fb.assemble(meant).coordinate_names
         assert (list(made.bodies), list(made.loads)) == (list(meant.bodies), list(meant.loads))
+
+
+def test_a_page_of_no_system_is_not_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
+    from gallery_pages import write_pages
+
+    app = SimpleNamespace(srcdir=tmp_path, config=SimpleNamespace(systems_run="sec-6-9,sec-6-99"))
+    with pytest.raises(ValueError, match=r"Expected systems of the gallery in 'systems_run', got sec-6-99\."):
+        write_pages(app)
 
 
 def test_the_makers_of_pages(monkeypatch: pytest.MonkeyPatch) -> None:

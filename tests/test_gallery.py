@@ -288,6 +288,7 @@ def test_nonsense_is_refused(name: str) -> None:
         ("whipple-bicycle", {"r_R": 0.0}, "Expected r_R greater than 0, got r_R = 0"),
         ("turntable", {"v_0": 0.0}, "Expected a ball that moves on the ground, got v_0 = 0"),
         ("tippe-top", {"spin": 0.0}, "Expected a spin, got spin = 0"),
+        ("rattleback", {"t_1": -8.0}, "Expected t_1 greater than 0, got t_1 = -8"),
         (
             "gyroscope",
             {"theta_0": "60 kg"},
