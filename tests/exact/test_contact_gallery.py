@@ -225,6 +225,11 @@ def test_rattleback_reverses_one_way_only():
     spin, size = vertical_spin(motion)[::50], np.max(np.abs(expected))
     np.testing.assert_allclose(spin, expected[times != stop], rtol=0, atol=MOTION * size)
     assert abs(expected[times == stop]) < MOTION * size
+
+
+@pytest.mark.slow
+def test_the_mirrored_rattleback_and_the_symmetric_one():
+    answers = outcome("rattleback").answers
     mirrored = outcome("rattleback", D=2e-5, spin=5.0).answers
     assert mirrored["reverses"].value == "yes"
     assert mirrored["t_0"].value == pytest.approx(answers["t_0"].value, rel=MOTION)
