@@ -352,8 +352,8 @@ def test_spatial_chain_prints_fast_and_right():
     for e in equations:
         assert ring.from_sympy(displayed(e, ring)) == e
     ring, equations = spatial_chain(6)
-    started = time.perf_counter()
+    started = time.process_time()
     shown = [latex(e, ring) for e in equations]
-    # 0.5 s here; the issue asks for 3 s
-    assert time.perf_counter() - started < 3
+    # of the processor, which other work may share: 0.5 s
+    assert time.process_time() - started < 3
     assert sum(map(len, shown)) > 100_000 and all(s.count("\\left") == s.count("\\right") for s in shown)
