@@ -118,8 +118,15 @@ def test_command():
     assert "R_BX = " in one and "verdict: misprint in lines 3 and 4 of 4" in one
     data = json.loads(run("6.66", "--json").output)
     assert data["number"] == "6.66" and data["residuals"][0] == "0" != data["residuals"][2]
-    assert len(json.loads(run("--json").output)) == len(ALL)
+    assert len(json.loads(run("ex-6-5", "--json").output)) == 13
     assert "\\text{derived}" in run("6.120", "--latex").output
+
+
+@pytest.mark.slow
+def test_all_as_data():
+    found = json.loads(CliRunner().invoke(command, ["chapter", "--json"]).output)
+    assert [data["number"] for data in found] == list(ALL)
+    assert all(len(data["residuals"]) == len(data["printed"]) > 0 for data in found)
 
 
 def test_numbers_are_found_as_people_write_them():

@@ -6,7 +6,7 @@ import ast
 import os
 import subprocess
 import sys
-from itertools import permutations
+from itertools import permutations, product
 from pathlib import Path
 from types import ModuleType
 
@@ -84,19 +84,38 @@ def test_import_takes_no_time() -> None:
 SHARED = ("compile", "equations", "simulate")
 
 
-@pytest.mark.parametrize("name", SHARED)
-@pytest.mark.parametrize("order", list(permutations(["folder", "function", "inside"])), ids="-".join)
-def test_function_and_folder_of_one_name(name: str, order: tuple[str, ...]) -> None:
-    """``fb.equations`` is the function, whichever import of the folder came before it."""
-    steps = {
-        "folder": f"import freebody.{name}",
-        "function": f"assert callable(fb.{name}) and not isinstance(fb.{name}, type(sys)), fb.{name}",
-        "inside": f"import importlib; folder = importlib.import_module('freebody.{name}')\n"
-        f"assert isinstance(folder, type(sys)) and folder.__path__",
-    }
-    twice = [steps[step] for step in (*order, *order)]
-    last = [f"from freebody import {name} as f", f"assert f is fb.{name}"]
-    python("\n".join(["import sys, freebody as fb", *twice, *last]))
+ORDERS = """
+import flint, llvmlite, matplotlib, numba, numpy, os, scipy, sympy, sys
+for case, code in cases:
+    child = os.fork()
+    if not child:
+        try:
+            exec(code, {})
+        except BaseException as error:
+            print(case, repr(error), flush=True)
+        os._exit(0)
+    os.waitpid(child, 0)
+"""
+
+
+def test_function_and_folder_of_one_name() -> None:
+    """``fb.equations`` is the function, whichever import of the folder came before it.
+
+    Each order in a process in which freebody is new: a child of one that has loaded the libraries below it.
+    """
+    cases = []
+    for name, order in product(SHARED, permutations(["folder", "function", "inside"])):
+        steps = {
+            "folder": f"import freebody.{name}",
+            "function": f"assert callable(fb.{name}) and not isinstance(fb.{name}, type(sys)), fb.{name}",
+            "inside": f"import importlib; folder = importlib.import_module('freebody.{name}')\n"
+            f"assert isinstance(folder, type(sys)) and folder.__path__",
+        }
+        twice = [steps[step] for step in (*order, *order)]
+        last = [f"from freebody import {name} as f", f"assert f is fb.{name}", "print('right')"]
+        head = "import sys\nassert 'freebody' not in sys.modules\nimport freebody as fb"
+        cases.append((f"{name}: {'-'.join(order)}", "\n".join([head, *twice, *last])))
+    assert python(f"cases = {cases!r}\n{ORDERS}").split() == ["right"] * 18
 
 
 def test_functions_beside_folders_can_be_replaced_and_restored(monkeypatch: pytest.MonkeyPatch) -> None:

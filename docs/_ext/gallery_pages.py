@@ -1,7 +1,8 @@
 """A page for each system of the gallery, made from its entry: nothing about a system is written here.
 
 What the module says of the machine, what is asked, the drawing, the free-body diagrams and equations, the answers as
-formulas and numbers, the plots, and the code of the model.
+formulas and numbers, the plots, and the code of the model. With ``-D systems_run=NAME,NAME`` only these systems are
+run, and the pages of the others hold what needs no run: a look at the site does not have to wait for all.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ WORKERS = 2
 
 
 def setup(app: Any) -> dict[str, Any]:
+    app.add_config_value("systems_run", "", "env", str)
     app.connect("builder-inited", write_pages)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
@@ -39,15 +41,24 @@ def write_pages(app: Any) -> None:
     from freebody.gallery import entries
 
     folder = Path(app.srcdir) / FOLDER
-    stamp = fingerprint(__file__)
+    names = list(entries())
+    chosen = [name for name in app.config.systems_run.split(",") if name] or names
+    if unknown := set(chosen) - set(names):
+        raise ValueError(
+            f"Expected systems of the gallery in 'systems_run', got {', '.join(sorted(unknown))}."
+        )
+    stamp = " ".join([fingerprint(__file__), *chosen])
     if up_to_date(folder, stamp):
         return
     folder.mkdir(exist_ok=True)
-    names = list(entries())
     with ProcessPoolExecutor(
         min(WORKERS, os.cpu_count() or 1), multiprocessing.get_context("spawn"), _begin, (sys.path,)
     ) as pool:
-        made = [path for paths in pool.map(_page, names, [folder] * len(names)) for path in paths]
+        made = [
+            path
+            for paths in pool.map(_page, names, [folder] * len(names), [name in chosen for name in names])
+            for path in paths
+        ]
     finish(folder, stamp, {*made, write(folder / "index.md", index())})
 
 
@@ -82,14 +93,13 @@ def _begin(path: list[str]) -> None:
     sys.path[:] = path
 
 
-def _page(name: str, folder: Path) -> list[Path]:
-    """Run an entry and write its page with its pictures."""
+def _page(name: str, folder: Path, run: bool) -> list[Path]:
+    """Run an entry, if it is to be run, and write its page with its pictures."""
     from freebody.gallery import entries
 
     entry = entries()[name]
     try:
-        outcome = entry.run()
-        return Page(outcome, folder).write()
+        return Page(entry, folder, entry.run() if run else None).write()
     except Exception as error:
         raise RuntimeError(
             f"The page of '{name}' can not be made: {type(error).__name__}: {error}"
@@ -97,22 +107,17 @@ def _page(name: str, folder: Path) -> list[Path]:
 
 
 class Page:
-    """The page of what running an entry gave."""
+    """The page of an entry, and of what running it gave."""
 
-    def __init__(self, outcome: Any, folder: Path) -> None:
-        self.outcome, self.entry, self.folder = outcome, outcome.entry, folder
+    def __init__(self, entry: Any, folder: Path, outcome: Any) -> None:
+        self.entry, self.folder, self.outcome = entry, folder, outcome
         self.made: list[Path] = []
 
     def write(self) -> list[Path]:
-        parts = [
-            f"# {plain(self.entry.title)}\n",
-            self._statement(),
-            self._machine(),
-            self._free_bodies(),
-            self._answers(),
-            self._plots(),
-            self._code(),
-        ]
+        parts = [f"# {plain(self.entry.title)}\n", self._statement()]
+        if self.outcome is not None:
+            parts += [self._machine(), self._free_bodies(), self._answers(), self._plots()]
+        parts.append(self._code())
         text = "\n".join(part for part in parts if part)
         self.made.append(write(self.folder / f"{self.entry.name}.md", text))
         return self.made

@@ -106,6 +106,12 @@ def top(I_xi, I_zeta, mgL, theta0, spin, theta_rate0=0.0, psi_rate0=0.0, *, time
     return [state[:10] for state in solve(rates, start, times)]
 
 
+@pytest.fixture(params=["all parameters", pytest.param("each parameter", marks=pytest.mark.slow)])
+def changing(request):
+    """What :func:`chapter_answers.check_numbers` changes: all parameters at once, or each in turn as well."""
+    return request.param
+
+
 class Taylor:
     solve = staticmethod(solve)
     torque_free = staticmethod(torque_free)

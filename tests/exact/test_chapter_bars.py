@@ -20,8 +20,8 @@ def hinged_bar(p):
     }
 
 
-def test_hinged_bar():
-    check_numbers("ex-6-2", hinged_bar, g=3.7, L=0.4)
+def test_hinged_bar(changing):
+    check_numbers("ex-6-2", hinged_bar, g=3.7, L=0.4, changing=changing)
 
 
 def test_hinged_bar_formulas():
@@ -47,8 +47,8 @@ def cart_and_bar(p):
     return expected
 
 
-def test_cart_and_bar():
-    check_numbers("ex-6-5", cart_and_bar)
+def test_cart_and_bar(changing):
+    check_numbers("ex-6-5", cart_and_bar, changing=changing)
 
 
 def test_equations_of_the_cart_and_bar():

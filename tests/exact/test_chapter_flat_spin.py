@@ -60,8 +60,8 @@ def numbers(p):
     }
 
 
-def test_flat_spin():
-    check_numbers("flat-spin", numbers, spin=7.0, J=0.02)
+def test_flat_spin(changing):
+    check_numbers("flat-spin", numbers, spin=7.0, J=0.02, changing=changing)
 
 
 def test_flat_spin_formulas():

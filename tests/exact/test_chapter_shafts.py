@@ -48,6 +48,6 @@ def cylinder(p):
 @pytest.mark.parametrize(
     ("name", "closed"), [("sec-6-6", tilted_disk), ("prob-6-12", dumbbell), ("prob-6-13", cylinder)]
 )
-def test_shafts(name, closed):
-    check_numbers(name, closed)
+def test_shafts(name, closed, changing):
+    check_numbers(name, closed, changing=changing)
     check_formulas(name, closed)

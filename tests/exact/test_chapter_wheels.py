@@ -15,8 +15,8 @@ def motorcycle(p):
     }
 
 
-def test_motorcycle():
-    check_numbers("prob-6-18", motorcycle)
+def test_motorcycle(changing):
+    check_numbers("prob-6-18", motorcycle, changing=changing)
     check_formulas("prob-6-18", motorcycle)
 
 
@@ -33,8 +33,8 @@ def turboprop(p):
     }
 
 
-def test_turboprop():
-    check_numbers("prob-6-19", turboprop)
+def test_turboprop(changing):
+    check_numbers("prob-6-19", turboprop, changing=changing)
     check_formulas("prob-6-19", turboprop)
 
 

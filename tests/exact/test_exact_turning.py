@@ -157,8 +157,8 @@ def test_moments_of_the_gyroscope():
 @pytest.mark.parametrize(
     "theta0, spin, times",
     [
-        (np.pi / 3, 300.0, (0.05, 0.4)),
-        (np.pi / 3, 40.0, (0.1, 0.3)),
+        pytest.param(np.pi / 3, 300.0, (0.05, 0.4), marks=pytest.mark.slow),
+        pytest.param(np.pi / 3, 40.0, (0.1, 0.3), marks=pytest.mark.slow),
         (2.0, -120.0, (0.2, 0.5)),
         (0.4, 5.0, (0.2, 0.3)),
     ],

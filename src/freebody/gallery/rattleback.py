@@ -156,5 +156,5 @@ RATTLEBACK = Entry(
     build,
     solve,
     until=8.0,
-    positive=("m", "g"),
+    positive=("m", "g", "t_1"),
 )
