@@ -86,6 +86,20 @@ def test_huge_arguments_in_one_lane(compiled, name, v):
             assert abs(mpmath.mpf(float(value)) - e) < math.ulp(float(e))
 
 
+@pytest.mark.parametrize("v", [5.1e5, 1e300, math.inf, math.nan])
+def test_lanes_beside_a_huge_argument_keep_their_bits(compiled, v):
+    x = sweep()
+    x = x[np.abs(x) < 5e5][:1600]
+    rows = np.zeros((len(x), 8))
+    rows[:, 0] = x
+    alone = compiled["one"].batch(0.0, rows, ())
+    rows[::8, 0] = v
+    kept = np.arange(len(x)) % 8 != 0
+    assert np.array_equal(compiled["one"].batch(0.0, rows, ())[kept], alone[kept])
+    wide = np.stack([compiled["eight"](0.0, row, ()) for row in rows[:, 0].reshape(-1, 8)]).reshape(-1, 2)
+    assert np.array_equal(wide[kept], alone[kept])
+
+
 @pytest.mark.parametrize("v", [math.inf, -math.inf, math.nan])
 @pytest.mark.parametrize("name", LANES)
 def test_no_number_gives_nan_in_its_own_lane_only(compiled, name, v):

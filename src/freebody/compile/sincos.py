@@ -9,7 +9,8 @@ next to multiples of π/2: with π/2 = P1 + P2 + P3,
 - P2 has 33 bits and n fewer than 20, so n P2 is exact and so is the rounding error of its subtraction;
 - P3 and that error form a correction y, which enters as sin(r + y) ≈ sin r + y cos r.
 
-Larger arguments, infinities and NaN go through the C library, one lane at a time, on a branch marked unlikely.
+Larger arguments, infinities and NaN go through the C library, one lane at a time, on a branch marked unlikely; the
+lanes beside them do not.
 The polynomials are minimax in relative error on [-π/4, π/4] (3e-18 and 5e-20), found with Remez's algorithm.
 
 Sources: W. J. Cody and W. Waite, Software Manual for the Elementary Functions (1980), ch. 8; Muller et al.,
@@ -87,12 +88,7 @@ def definition(lanes: int, fused: bool) -> str:
     emit("size", f"call {T} @llvm.fabs.{suffix}({T} %x)")
     emit("large", f"fcmp ugt {T} %size, {k(LIMIT)}")
     if lanes == 1:
-        any_large = "%large"
-    else:
-        emit("mask", f"bitcast {B} %large to i{lanes}")
-        any_large = emit("any", f"icmp ne i{lanes} %mask, 0")
-    lines.append(f"  br i1 {any_large}, label %library, label %reduce, !prof !0")
-    lines.append("reduce:")
+        lines += ["  br i1 %large, label %library, label %reduce, !prof !0", "reduce:"]
     fma("shifted", "%x", k(_TWO_OVER_PI), k(_ROUND))
     emit("n", f"fsub {T} %shifted, {k(_ROUND)}")
     emit("m", f"fneg {T} %n")
@@ -133,9 +129,23 @@ def definition(lanes: int, fused: bool) -> str:
         emit(f"{target}4", f"xor {J} %{target}1, %{target}3")
         emit(f"{target}5", f"bitcast {J} %{target}4 to {T}")
         lines.append(f"  store {T} %{target}5, ptr %{target}, align 8")
-    lines.append("  ret void")
+    if lanes == 1:
+        lines += ["  ret void", "library:"]
+        return "\n".join(lines) + "\n" + _library(lanes, T) + "}\n"
+    emit("mask", f"bitcast {B} %large to i{lanes}")
+    emit("any", f"icmp ne i{lanes} %mask, 0")
+    lines.append("  br i1 %any, label %library, label %done, !prof !0")
     lines.append("library:")
-    return "\n".join(lines) + "\n" + _library(lanes, T) + "}\n"
+    for i in range(lanes):  # the lanes beside a large one keep what they have alone
+        emit(f"l{i}", f"extractelement {B} %large, i32 {i}")
+        lines += [
+            f"  br i1 %l{i}, label %call{i}, label %next{i}",
+            f"call{i}:",
+            *_lane(i, T),
+            f"  br label %next{i}",
+        ]
+        lines.append(f"next{i}:")
+    return "\n".join([*lines, "  br label %done", "done:", "  ret void"]) + "\n}\n"
 
 
 def reduced(w: Any, x: str) -> tuple[str, tuple[str, str], tuple[str, str]]:
@@ -161,18 +171,21 @@ def reduced(w: Any, x: str) -> tuple[str, tuple[str, str], tuple[str, str]]:
 
 def _library(lanes: int, T: str) -> str:
     """Each lane through the C library."""
-    lines = []
-    for i in range(lanes):
-        x = "%x"
-        if lanes > 1:
-            x = f"%x{i}"
-            lines.append(f"  {x} = extractelement {T} %x, i32 {i}")
-        for function, target in (("sin", "s"), ("cos", "c")):
-            lines.append(f"  %l{target}{i} = call double @{function}(double {x})")
-            lines.append(f"  %a{target}{i} = getelementptr double, ptr %{target}, i64 {i}")
-            lines.append(f"  store double %l{target}{i}, ptr %a{target}{i}, align 8")
-    lines.append("  ret void")
-    return "\n".join(lines) + "\n"
+    lines = [line for i in range(lanes) for line in _lane(i, T)]
+    return "\n".join([*lines, "  ret void"]) + "\n"
+
+
+def _lane(i: int, T: str) -> list[str]:
+    """One lane through the C library."""
+    lines, x = [], "%x"
+    if T != "double":
+        x = f"%x{i}"
+        lines.append(f"  {x} = extractelement {T} %x, i32 {i}")
+    for function, target in (("sin", "s"), ("cos", "c")):
+        lines.append(f"  %l{target}{i} = call double @{function}(double {x})")
+        lines.append(f"  %a{target}{i} = getelementptr double, ptr %{target}, i64 {i}")
+        lines.append(f"  store double %l{target}{i}, ptr %a{target}{i}, align 8")
+    return lines
 
 
 def declarations(lanes: int) -> list[str]:
