@@ -218,7 +218,7 @@ def test_unknown_body(swing):
 
 def test_time_outside_the_run(swing):
     with pytest.raises(
-        SimulationError, match=r"Expected times within the run, 0 to 1; got .*2\.0.*simulate further"
+        SimulationError, match=r"Expected times within the run, 0 to 1; got 2\.0\. Ask .*simulate further"
     ):
         swing.at(2)
 

@@ -86,6 +86,50 @@ def test_huge_arguments_in_one_lane(compiled, name, v):
             assert abs(mpmath.mpf(float(value)) - e) < math.ulp(float(e))
 
 
+def nearest_to_zeros():
+    """Doubles M 2^E near multiples of π/2: M the denominators of the continued fraction of 2^E 2/π."""
+    found = [6381956970095103 * 2.0**797]  # the nearest of all
+    with mpmath.workprec(1400):
+        for power in range(0, 971, 19):
+            x, before, q = mpmath.mpf(2) ** power * 2 / mpmath.pi, 1, 0
+            while q < 2**53:
+                found += [q * 2.0**power] if q > 2**45 else []
+                whole = int(mpmath.floor(x))
+                before, q = q, whole * q + before
+                x = 1 / (x - whole)
+    return np.array([v for v in found if 5e5 < v < math.inf])
+
+
+def test_huge_arguments_next_to_zeros(compiled):
+    x = nearest_to_zeros()
+    assert len(x) > 100
+    rows = np.zeros((2 * len(x), 8))
+    rows[:, 0] = np.r_[x, -x]
+    values = compiled["one"].batch(0.0, rows, ())
+    with mpmath.workprec(1400):
+        smallest = 1.0
+        for v, pair in zip(rows[:, 0], values, strict=True):
+            for value, function in zip(pair, (mpmath.sin, mpmath.cos), strict=True):
+                exact = function(mpmath.mpf(float(v)))
+                smallest = min(smallest, abs(float(exact)))
+                assert abs(mpmath.mpf(float(value)) - exact) < math.ulp(float(exact)), (v, function)
+    assert smallest < 1e-18
+
+
+@pytest.mark.parametrize("v", [5.1e5, 1e300, math.inf, math.nan])
+def test_lanes_beside_a_huge_argument_keep_their_bits(compiled, v):
+    x = sweep()
+    x = x[np.abs(x) < 5e5][:1600]
+    rows = np.zeros((len(x), 8))
+    rows[:, 0] = x
+    alone = compiled["one"].batch(0.0, rows, ())
+    rows[::8, 0] = v
+    kept = np.arange(len(x)) % 8 != 0
+    assert np.array_equal(compiled["one"].batch(0.0, rows, ())[kept], alone[kept])
+    wide = np.stack([compiled["eight"](0.0, row, ()) for row in rows[:, 0].reshape(-1, 8)]).reshape(-1, 2)
+    assert np.array_equal(wide[kept], alone[kept])
+
+
 @pytest.mark.parametrize("v", [math.inf, -math.inf, math.nan])
 @pytest.mark.parametrize("name", LANES)
 def test_no_number_gives_nan_in_its_own_lane_only(compiled, name, v):

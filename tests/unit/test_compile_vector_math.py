@@ -45,7 +45,15 @@ def arguments(name, n, seed):
         ]
     if name == "tan":
         multiples = rng.integers(-2000, 2000, n) * math.pi / 4
-        return [np.r_[rng.uniform(-10, 10, n), rng.uniform(-4e5, 4e5, n), multiples]]
+        beside = [
+            6.426511099577231e173,
+            -2.4985407433100564e123,
+            5.828466862870158e282,
+            6381956970095103 * 2.0**797,
+        ]
+        return [
+            np.r_[rng.uniform(-10, 10, n), rng.uniform(-4e5, 4e5, n), multiples, beside, wide[wide > 5e5]]
+        ]
     if name == "atan":
         return [np.r_[rng.uniform(-3, 3, n), -wide, rng.uniform(0.35, 0.45, n), rng.uniform(2.3, 2.5, n)]]
     if name in ("asin", "acos"):

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import sympy
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError, nearest
@@ -77,27 +78,53 @@ def parameters_given(
     return result
 
 
-def check_columns(model: Model, columns: Mapping[str, Array], numbers: Mapping[str, float]) -> None:
-    """Refuse values of a batch that contradict what was assumed of the parameters; NaN is an answer like others.
+@dataclass(frozen=True)
+class Assumption:
+    """An expression of parameters that was assumed positive, and its value at numbers or arrays of their names."""
+
+    expression: Any
+    names: tuple[str, ...]
+    value: Callable[..., Any]
+
+
+def assumptions(model: Model) -> tuple[Assumption, ...]:
+    """What was assumed of the parameters; of positive multiples of one expression it stands for all."""
+    bases = dict.fromkeys(
+        e.as_coeff_Mul()[1] if e.as_coeff_Mul()[0].is_positive else e
+        for e in assumed(model)
+        if e.free_symbols
+    )
+    result = []
+    for base in bases:
+        symbols = sorted(base.free_symbols, key=str)
+        made = (lambda x: x) if base.is_Symbol else sympy.lambdify(symbols, base, "numpy")
+        result.append(Assumption(base, tuple(symbol.name for symbol in symbols), made))
+    return tuple(result)
+
+
+def check_parameters(
+    model: Model, given: Sequence[Assumption], columns: Mapping[str, Array], numbers: Mapping[str, float]
+) -> None:
+    """Refuse values, or values of a batch, that contradict what was assumed of them.
+
+    In a batch NaN is an answer like others.
 
     Raises
     ------
     ModelError
-        The first state whose values contradict an assumption.
+        What is not positive, with the values in it and the first state.
     """
-    names = {p.symbol: p.name for p in model.parameters}
-    for expression in assumed(model):
-        own = [names[symbol] for symbol in expression.free_symbols]
-        varied = [name for name in own if name in columns]
-        if not varied:
-            continue
-        if expression in names:
-            suspects = np.flatnonzero(columns[names[expression]] <= 0)
-        else:
-            suspects = np.flatnonzero(np.logical_and.reduce([np.isfinite(columns[name]) for name in varied]))
-        for k in suspects.tolist():
+    for one in given:
+        varied = [name for name in one.names if name in columns]
+        with np.errstate(all="ignore"):
+            value = np.asarray(
+                one.value(*(columns.get(name, np.float64(numbers[name])) for name in one.names))
+            )
+        wrong = value <= 0 if varied else ~(value > 0)
+        if wrong.any():
+            k = int(np.argmax(wrong))
             row = {**numbers, **{name: float(columns[name][k]) for name in varied}}
-            check_assumption(model, expression, row, f"State {k}: ")
+            check_assumption(model, one.expression, row, f"State {k}: " if varied else "")
 
 
 def signals_at(model: Model, t: ArrayLike) -> dict[str, Any]:

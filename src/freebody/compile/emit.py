@@ -63,6 +63,8 @@ class Module:
         if name not in self.helpers:
             self.helpers[name] = sincos.definition(lanes, self.fused)
             self.declarations.update(sincos.declarations(lanes))
+            if lanes > 1 and self.fused:
+                self.need_sincos(1)  # takes the huge arguments
         return name
 
     def need_intrinsic(self, name: str, lanes: int, arguments: int) -> str:
@@ -103,6 +105,9 @@ class Module:
         if key not in self.helpers:
             self.helpers[key] = vector_math.definition(name, lanes)
             self.declarations.update(vector_math.declarations(name, lanes))
+            if name == "tan":
+                self.need_sincos(1)
+                self.helpers["@tan.huge"] = vector_math.HUGE_TAN
         return key
 
     def add(self, program: Program, body: Body, name: str, lanes: int = 1, piece: int | None = None) -> None:

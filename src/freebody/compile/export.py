@@ -1,4 +1,7 @@
-"""Products of a model as source text and as functions of other array libraries: the same trace, written elsewhere."""
+"""Products of a model as source text and as functions of other array libraries: the same trace, written elsewhere.
+
+One file, though long: three writers of one recording, which must agree on arguments, parameters and signals.
+"""
 
 from __future__ import annotations
 

@@ -20,8 +20,17 @@ from ..dynamics import float_state
 from ..dynamics.constrained import closed_coordinates, independent_rows
 from ..errors import ModelError
 from ..model import Model, assemble
-from ..model.values import check_assumptions
-from .arguments import array, check_columns, checked, is_plain, parameters_given, place_of, signals_at
+from .arguments import (
+    Assumption,
+    array,
+    assumptions,
+    check_parameters,
+    checked,
+    is_plain,
+    parameters_given,
+    place_of,
+    signals_at,
+)
 from .closed import Singularity, actuator_forces, chosen, completed, singularity
 from .kernels import Kernel, KernelSet
 from .looped import LOOPED, MODES, LoopedKernel, LoopedSet, is_large
@@ -164,6 +173,7 @@ class Program:
         self.model = model
         self.threads = threads
         self._active = active
+        self._assumptions: tuple[Assumption, ...] | None = None
         self._large: dict[str, LoopedSet] = {}
         self._sets: dict[Any, tuple[KernelSet | LoopedKernel, bool]] = {}
         self._constants: dict[Any, OrderedDict[Any, Array]] = {}
@@ -741,10 +751,10 @@ class Program:
         single = {name: value for name, value in parameters.items() if name not in columns}
         one = self.model.values({**single, **{name: 0 for name in columns}})
         order = [p.name for p in self.model.parameters]
-        if columns:
-            check_columns(self.model, columns, one)
-        else:
-            check_assumptions(self.model, one)
+        if self._assumptions is None:
+            self._assumptions = assumptions(self.model)
+        check_parameters(self.model, self._assumptions, columns, one)
+        if not columns:
             c = known[label] = program.constants([one[name] for name in order])
             while len(known) > _KEPT:
                 known.popitem(last=False)

@@ -1,8 +1,8 @@
 """exp, log, tan, atan, atan2, asin, acos and pow as LLVM IR, for one double or a vector of doubles.
 
 No branch depends on a value, so that all lanes do the same and one lane of eight gives the bits of one alone. The
-exceptions go through the C library, lane by lane: of pow, a base that is not positive and finite and a result next to
-overflow; of tan, what is beyond :data:`freebody.compile.sincos.LIMIT`.
+exceptions go lane by lane: of pow, a base that is not positive and finite and a result next to overflow, through the C
+library; of tan, what is beyond :data:`freebody.compile.sincos.LIMIT`, through sine and cosine.
 
     exp     x = n ln 2 + r,         2^n (1 + r + r² E(r)),                                  |r| ≤ ½ ln 2
     log     x = 2^k (1 + f),        k ln 2 + f - (f²/2 - s (f²/2 + s² L(s²))),              s = f / (2 + f)
@@ -24,6 +24,7 @@ import math
 from collections.abc import Sequence
 
 from .sincos import LIMIT, reduced
+from .sincos import name as sincos
 from .text import literal, splat
 
 FUNCTIONS = frozenset({"exp", "log", "tan", "atan", "atan2", "asin", "acos", "pow"})
@@ -94,8 +95,7 @@ def declarations(function: str, lanes: int) -> list[str]:
         f"declare {T} @llvm.sqrt.{suffix}({T})",
         f"declare {T} @llvm.copysign.{suffix}({T}, {T})",
     ]
-    library = {"pow": ["declare double @pow(double, double)"], "tan": ["declare double @tan(double)"]}
-    return [*result, *library.get(function, [])]
+    return [*result, "declare double @pow(double, double)"] if function == "pow" else result
 
 
 class _Writer:
@@ -362,11 +362,24 @@ def _tan(w: _Writer, x: str) -> str:
     q = w.div(over[0], under[0])
     left = w.fma(w.neg(q), under[0], over[0])
     left = w.add(left, w.fma(w.neg(q), under[1], over[1]))
-    return _unless(w, inside, w.add(q, w.div(left, under[0])), "tan", (x,))
+    return _unless(w, inside, w.add(q, w.div(left, under[0])), "tan.huge", (x,))
+
+
+HUGE_TAN = f"""define internal double @tan.huge(double %x) nounwind noinline {{
+  %s = alloca double, align 8
+  %c = alloca double, align 8
+  call void {sincos(1)}(double %x, ptr %s, ptr %c)
+  %sine = load double, ptr %s, align 8
+  %cosine = load double, ptr %c, align 8
+  %tan = fdiv double %sine, %cosine
+  ret double %tan
+}}
+"""
+"""Of an argument beyond :data:`freebody.compile.sincos.LIMIT`: three roundings, of which two are below one unit."""
 
 
 def _unless(w: _Writer, plain: str, fast: str, function: str, arguments: Sequence[str]) -> str:
-    """``fast`` where ``plain`` holds; the C library's function in the other lanes."""
+    """``fast`` where ``plain`` holds; another function, mostly the C library's, in the other lanes."""
     if w.lanes == 1:
         every = plain
     else:

@@ -134,7 +134,7 @@ class Path:
         outside = ~((wanted >= first) & (wanted <= last))
         if outside.any():
             raise ValueError(
-                f"Expected times within the run, {first:g} to {last:g}; got {wanted[outside][0]!r}. "
+                f"Expected times within the run, {first:g} to {last:g}; got {wanted[outside][0]}. "
                 "Ask for a time inside, or simulate further."
             )
         result = np.empty((wanted.size, self.rates.size))

@@ -125,7 +125,7 @@ class Phases:
         outside = ~((wanted >= self.start) & (wanted <= self.end))
         if outside.any():
             raise ValueError(
-                f"Expected times within the run, {self.start:g} to {self.end:g}; got {wanted[outside][0]!r}. "
+                f"Expected times within the run, {self.start:g} to {self.end:g}; got {wanted[outside][0]}. "
                 "Ask for a time inside, or simulate further."
             )
         result = np.empty((wanted.size, self.rates.size))

@@ -41,7 +41,7 @@ class Steps(Path):
         outside = ~((wanted >= self.start) & (wanted <= self.end))
         if outside.any():
             raise ValueError(
-                f"Expected times within the run, {self.start:g} to {self.end:g}; got {wanted[outside][0]!r}. "
+                f"Expected times within the run, {self.start:g} to {self.end:g}; got {wanted[outside][0]}. "
                 "Ask for a time inside, or simulate further."
             )
         k = np.clip(np.searchsorted(self.times, wanted, side="right") - 1, 0, max(len(self.times) - 2, 0))

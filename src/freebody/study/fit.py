@@ -5,6 +5,8 @@
 J is exact: the derivatives are integrated beside the motion (`simulate.sensitivity`). Where σ is not known it is taken
 as equal for all measurements and estimated from what is left over, σ² = Σ r² / (N - n).
 
+One file, though long: a third of it says what is wrong with the data.
+
 Sources: Nocedal and Wright, Numerical Optimization (2006), section 10.3; Bard, Nonlinear Parameter Estimation (1974),
 section 7.5.
 
