@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 OPEN, STICK, SLIP = "open", "stick", "slip"
 WHOLE = 2
 """Contacts at rest in space up to which all combinations with new directions of slip are tried."""
-GUESSES = 16
+GUESSES = 64
 """Combinations at most that are tried where a solution is near several."""
 MOST = 1 << 14
 """Combinations of modes that are tried at most; scenes with more contacts are for time stepping."""
@@ -208,7 +208,7 @@ def undecided(
         pressed = forces[at] - (0.0 if least is None else least[i]) > small
         drawn = float(np.linalg.norm(forces[at + 1 : at + 1 + n]))
         slips = float(np.linalg.norm(rates[at + 1 : at + 1 + n])) > slow
-        holds = drawn < contact.friction * forces[at] - small
+        holds = bool(drawn < contact.friction * forces[at] - small)
         found.append((
             None if not pressed and not rates[at] > slow else bool(pressed),
             None if not holds and not slips else holds,
