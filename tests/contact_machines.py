@@ -1,10 +1,27 @@
-"""Machines with contacts that drawings and pages are tested on, each with the modes it is drawn in."""
+"""Machines with contacts that drawings and pages are tested on, each with the modes it is drawn in, and the momenta of
+their bodies."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 import freebody as fb
+from freebody.dynamics.kinematics import angular_velocity, point_position, point_velocity, rotation
+
+
+def momenta(model, state, body):
+    """Momentum, and angular momentum about the mass centre, in ground axes; and the mass centre."""
+    mass = model.bodies[body.name]
+    center = body.point(*mass.center)
+    R = np.array(rotation(model, state, mass.link), dtype=float)
+    # the links of bodies that are welded together have one frame; the body's own inertia is about its centre there
+    v = np.array([float(x) for x in point_velocity(model, state, center)])
+    w = np.array([float(x) for x in angular_velocity(model, state, body)])
+    inertia = np.array(mass.inertia, dtype=float)
+    C = np.array([float(x) for x in point_position(model, state, center)])
+    return float(mass.mass) * v, R @ inertia @ R.T @ w, C
 
 
 def sliding_body() -> fb.System:

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 import freebody as fb
+from contact_machines import momenta
 from freebody.dynamics import coordinate_rates, float_state
 from freebody.dynamics.contact import contact_rows, touches
-from freebody.dynamics.kinematics import angular_velocity, point_position, point_velocity, rotation
+from freebody.dynamics.kinematics import point_position, rotation
 from freebody.model import assemble
 from freebody.testing import random_state, random_system
 
@@ -46,19 +47,6 @@ def machine(seed, *, loop, driven=False):
         u = [-x for x in u]
     start = dict(zip(bare.coordinate_names, q, strict=True)) | dict(zip(bare.speed_names, u, strict=True))
     return s, start
-
-
-def momenta(model, state, body):
-    """Momentum, and angular momentum about the mass centre, in ground axes; and the mass centre."""
-    mass = model.bodies[body.name]
-    center = body.point(*mass.center)
-    R = np.array(rotation(model, state, mass.link), dtype=float)
-    # the links of bodies that are welded together have one frame; the body's own inertia is about its centre there
-    v = np.array([float(x) for x in point_velocity(model, state, center)])
-    w = np.array([float(x) for x in angular_velocity(model, state, body)])
-    inertia = np.array(mass.inertia, dtype=float)
-    C = np.array([float(x) for x in point_position(model, state, center)])
-    return float(mass.mass) * v, R @ inertia @ R.T @ w, C
 
 
 def balance(s, motion, step):

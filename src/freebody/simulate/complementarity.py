@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 OPEN, STICK, SLIP = "open", "stick", "slip"
 WHOLE = 2
 """Contacts at rest in space up to which all combinations with new directions of slip are tried."""
-GUESSES = 16
+GUESSES = 64
 """Combinations at most that are tried where a solution is near several."""
 MOST = 1 << 14
 """Combinations of modes that are tried at most; scenes with more contacts are for time stepping."""
@@ -125,7 +125,7 @@ def _staged(A: Array, c: Array, contacts: Sequence[Touching], choices: Any) -> l
     near = closest(A, c, contacts)
     likely: list[list[tuple[str, Any]]] = []
     every = []
-    for (pressed, still), contact, one in zip(undecided(A, c, contacts, near), contacts, choices, strict=True):
+    for (pressed, still), one in zip(undecided(A, c, contacts, near), choices, strict=True):
         free = _may_begin(one)
         closed = [one[1]] * (still is not False) + [(SLIP, None)] * (still is not True) if free else [one[1]]
         likely.append([*closed] * (pressed is not False) + [(OPEN, None)] * (pressed is not True))
@@ -141,7 +141,9 @@ def _staged(A: Array, c: Array, contacts: Sequence[Touching], choices: Any) -> l
     found = [one for modes in itertools.product(*known) for one in _solved(A, c, contacts, modes)]
     found = [one for one in found if one.residual <= SMALL]
     for sets in (guesses, [every, *fewer]):
-        tried = (one for modes in sets for one in _solved(A, c, contacts, modes, near) if one.residual <= SMALL)
+        tried = (
+            one for modes in sets for one in _solved(A, c, contacts, modes, near) if one.residual <= SMALL
+        )
         if sets is guesses or not found:
             found += itertools.islice(tried, 1)  # those of one search are near one solution
     for one in list(found):  # where friction is at its limit, slip is about to begin against it
@@ -162,7 +164,11 @@ def closest(A: Array, c: Array, contacts: Sequence[Touching], least: Any = None)
 
     ``least`` are normal forces, of each contact, that act in any case.
     """
-    rows, columns, kinds, low, mu = [], [], [], [], []
+    rows: list[int] = []
+    columns: list[Array] = []
+    kinds: list[int] = []
+    low: list[float] = []
+    mu: list[float] = []
     reduced = []
     unit = np.eye(len(c))
     for i, contact in enumerate(contacts):
@@ -208,7 +214,7 @@ def undecided(
         pressed = forces[at] - (0.0 if least is None else least[i]) > small
         drawn = float(np.linalg.norm(forces[at + 1 : at + 1 + n]))
         slips = float(np.linalg.norm(rates[at + 1 : at + 1 + n])) > slow
-        holds = drawn < contact.friction * forces[at] - small
+        holds = bool(drawn < contact.friction * forces[at] - small)
         found.append((
             None if not pressed and not rates[at] > slow else bool(pressed),
             None if not holds and not slips else holds,
@@ -232,7 +238,11 @@ def _choices(contact: Touching) -> list[tuple[str, Any]]:
 
 
 def _solved(
-    A: Array, c: Array, contacts: Sequence[Touching], modes: Sequence[tuple[str, Any]], near: Array | None = None
+    A: Array,
+    c: Array,
+    contacts: Sequence[Touching],
+    modes: Sequence[tuple[str, Any]],
+    near: Array | None = None,
 ) -> Iterator[Solution]:
     """The solutions of one combination: at most one, but for directions that are sought, from those of the forces
     ``near`` or else from several starts."""

@@ -149,32 +149,44 @@ def halt(
     slowing = -float(rate @ a) / speed
     if not slowing > 0:
         return t, y
-    def stopped(t: float, y: Array, contacts: Sequence[int]) -> Array:
-        """Without the slip that is left, by an impulse of its size; what is closed stays so."""
+
+    def stopped(t: float, y: Array, contacts: Sequence[int]) -> tuple[Array, float]:
+        """Without the slip that is left, by an impulse of its size, and its work; what is closed stays so."""
         seen = work.look(t, y)
         first = work.scene.first
         rows = [i for j in contacts for i in (first[j] + 1, first[j] + 2)]
         rows += [first[j] for j, mode in enumerate(modes) if mode != OPEN]
-        impulses = np.linalg.lstsq(seen.A[np.ix_(rows, rows)], -seen.rate[rows], rcond=SMALL)[0]
+        impulses = np.zeros(m)
+        impulses[rows] = np.linalg.lstsq(seen.A[np.ix_(rows, rows)], -seen.rate[rows], rcond=SMALL)[0]
         result = y.copy()
-        result[work.n : work.n + work.model.n_u] += impulses @ seen.responses[rows]
-        return result
+        result[work.n : work.n + work.model.n_u] += impulses @ seen.responses
+        return result, work.gained(t, y, seen, impulses)
 
     step = speed / slowing
-    if step > LONGEST:  # hardly slower: it stops where it then sticks, else it is a slip that has hardly begun
-        after = stopped(t, y, [k])
-        return (t, after) if modes_at(work, t, after, modes)[0][k] == STICK else (t, y)
+    if step > LONGEST:
+        # hardly slower: it stops where it then sticks, else it is a slip that has hardly begun
+        after, gained = stopped(t, y, [k])
+        if modes_at(work, t, after, modes)[0][k] != STICK:
+            return t, y
+        work.impulses += gained
+        return t, after
     f = observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
     after = y + step * f
     before, then = work.look(t, y), work.look(t + step, after)
     together = [k]  # a body that turns as it stops comes to rest at all its contacts at once
     for j, mode in enumerate(modes):
-        if j != k and mode == SLIP and work.scene.tangents[j] == 2 and not work.model.contacts[j].frictionless:
+        if (
+            j != k
+            and mode == SLIP
+            and work.scene.tangents[j] == 2
+            and not work.model.contacts[j].frictionless
+        ):
             was, left = (float(np.linalg.norm(work.slip(one, j))) for one in (before, then))
-            if was <= 100 * STOPPED and left <= was / 2:
+            if was <= 100 * STOPPED and left <= was / 10:
                 together.append(j)
     # what is left of the slip after a straight step is of second order in it
-    after = stopped(t + step, after, together)
+    after, gained = stopped(t + step, after, together)
+    work.impulses += gained
     path = Leap(rates, np.array([t, t + step]), np.array([step]), np.array([y, after]), (), FINISHED, 0, 0, 0)
     work.segments.append(Segment(path, phase, work.impulses, phase.shown, phase.loose))
     return t + step, after

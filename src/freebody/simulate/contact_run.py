@@ -185,7 +185,8 @@ def _phase(
             y_new = work.struck_by(c.number - work.asked, t_new, y_new)
             reasons = dict.fromkeys(range(len(work.names)), "a blow")
     stopped = []
-    for c in mine:
+    # where a side ends N may reach 0 too: the end is why
+    for c in sorted(mine, key=lambda c: endings[c.number - asked].law != "normal"):
         ending = endings[c.number - asked]
         reasons[ending.contact] = why = _why(work, phase, ending, t_new, y_new)
         if ending.law in (

@@ -1,6 +1,6 @@
 """Derivatives of contact forces and accelerations along the motion of one set of modes.
 
-    λ = B x,   S x = -c_rows,   S = A_rows B          (rows of the accelerations that vanish, B of the directions of slip)
+    λ = B x,   S x = -c_rows,   S = A_rows B     (rows of accelerations that vanish; B has the directions of slip)
     S x' = -(A' λ + A B' x + c')_rows,   λ' = B x' + B' x,   r' = A λ' + A' λ + c'
 
 with A' λ + c' for constant λ from the trace, exact. Where the motion leaves forces open, x = W z, z = (S W)⁺ g, as

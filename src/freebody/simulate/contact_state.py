@@ -123,10 +123,10 @@ class ContactRun:
         behind the side, and does not touch it.
         """
         near = self.near(y)
-        deep = near * (1 + float(np.abs(self.u(y)).max(initial=0)))  # times are located to round-off, not gaps
-        found = [
-            k for k in range(len(self.names)) if -deep <= seen.gap[k] <= near and seen.reach[k] >= -near
-        ]
+        deep = near * (
+            1 + float(np.abs(self.u(y)).max(initial=0))
+        )  # times are located to round-off, not gaps
+        found = [k for k in range(len(self.names)) if -deep <= seen.gap[k] <= near and seen.reach[k] >= -near]
         at_end = [k for k in found if seen.reach[k] <= near]
         gone = {k for k in at_end if k in self.left or self._leaves(t, y, k)}
         found = [k for k in found if k not in gone]

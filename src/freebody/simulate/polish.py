@@ -45,9 +45,7 @@ def polished(
     return x if float(np.abs(error).max(initial=0)) <= goal else None
 
 
-def _conditions(
-    A: Array, b: Array, kinds: Any, mu: Array, x: Array, least: Array
-) -> tuple[Array, Array]:
+def _conditions(A: Array, b: Array, kinds: Any, mu: Array, x: Array, least: Array) -> tuple[Array, Array]:
     """What the conditions are missed by, as speeds, and their slope."""
     r = A @ x + b
     error, slope = r.copy(), A.copy()
