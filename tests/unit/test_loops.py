@@ -14,7 +14,7 @@ from freebody.scalar.trace import Tape
 
 
 def lift(stages):
-    """A scissor lift: two bars for each stage, joined at their centres and with those of the next stage at their ends."""
+    """A scissor lift: two bars a stage, joined at their centres and at their ends with those of the next stage."""
     s = fb.System("lift")
     s.gravity = (0, -9.81, 0)
     bar = fb.slender_bar(1, 2, axis="x")
