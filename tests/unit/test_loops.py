@@ -128,7 +128,6 @@ def test_loops_hang_by_the_link_that_carries_them():
         assert sum(x != 0 or not isinstance(x, int) for x in row) == 3
 
 
-
 def test_operations_grow_with_the_number_of_loops():
     """Of the accelerations of a lift; with M, G M⁻¹ Gᵀ and their factors, eight times as many for twice the stages."""
     counts = []
