@@ -14,7 +14,7 @@ from freebody.scalar.trace import Tape
 
 
 def lift(stages):
-    """A scissor lift: two bars for each stage, joined at their centres and with those of the next stage at their ends."""
+    """A scissor lift: two bars a stage, joined at their centres and at their ends with those of the next stage."""
     s = fb.System("lift")
     s.gravity = (0, -9.81, 0)
     bar = fb.slender_bar(1, 2, axis="x")
@@ -126,7 +126,6 @@ def test_loops_hang_by_the_link_that_carries_them():
     assert names == [GROUND, GROUND, "A0", "A0", "A1", "A1"]
     for row in G[2:]:  # only the joints of a loop stand in its conditions
         assert sum(x != 0 or not isinstance(x, int) for x in row) == 3
-
 
 
 def test_operations_grow_with_the_number_of_loops():

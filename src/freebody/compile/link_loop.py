@@ -184,7 +184,7 @@ class Driver:
   call void @gather(ptr %joint, ptr %S, ptr %places, i64 %many)"""
         fetch = f"""{gather}
   %from = getelementptr double, ptr %parent, i64 {s.V}
-  call void @llvm.memcpy.p0.p0.i64(ptr %record, ptr %from, i64 48, i1 false)
+{_copied("V", "%record", "%from")}
 {_call(4, s.OUTWARD)}"""
         place = f"""
   %above = getelementptr double, ptr %parent, i64 {s.PLACE}
@@ -200,7 +200,7 @@ class Driver:
         final = f"""
   %from = getelementptr double, ptr %parent, i64 {s.A}
   %A = getelementptr double, ptr %record, i64 {s.PARENT_A}
-  call void @llvm.memcpy.p0.p0.i64(ptr %A, ptr %from, i64 48, i1 false)
+{_copied("A", "%A", "%from")}
 {_call(6, s.FINAL)}"""
         if "column" in self.parts.outputs:  # other accelerations, and forces from nothing
             final = f"""{gather}
@@ -230,6 +230,17 @@ class Driver:
             _LOOP.format(name="momenta", body=momentum, **fill, **up),
             _LOOP.format(name="pressed", body=pressed, **fill, **up),
         ]
+
+
+def _copied(name: str, target: str, source: str) -> str:
+    """Six numbers one by one: a load of several that were stored singly just before would wait for them."""
+    return "\n".join(
+        f"""  %{name}from{k} = getelementptr double, ptr {source}, i64 {k}
+  %{name}to{k} = getelementptr double, ptr {target}, i64 {k}
+  %{name}x{k} = load volatile double, ptr %{name}from{k}, align 8
+  store double %{name}x{k}, ptr %{name}to{k}, align 8"""
+        for k in range(6)
+    )
 
 
 def _call(column: int, target: int) -> str:

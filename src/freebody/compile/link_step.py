@@ -13,8 +13,8 @@ A link owns a record of :data:`WIDTH` doubles:
     place              R_N (9), p_N (3), kinetic energy (1), first moment m p_N + R_N h (3), origin of the body (3)
     moved              angular velocity and velocity of the body's origin (6), momentum and its moment about the
                        ground's origin (6), in ground axes
-    pressed            wrench F = I^A A + p^A that the joint transmits (6); what it carries across its free motion, force
-                       and moment in ground axes (6)
+    pressed            wrench F = I^A A + p^A that the joint transmits (6); what it carries across its free motion,
+                       force and moment in ground axes (6)
 
 From accelerations to forces, where those of the joint stand in place of τ, only these differ:
 

@@ -419,7 +419,7 @@ class Parts:
                 continue
             x = fetch(i, link_step.PRESSED, 6)
             held = loads_on_child(model, state, joint, loads.along, free=False)
-            wrench = minus((tuple(x[0:3]), tuple(x[3:6])), held)  # type: ignore[arg-type]
+            wrench = minus((tuple(x[0:3]), tuple(x[3:6])), held)
             moment, force = transmissible(model, state, joint, wrench)
             R = rotation(model, state, i)
             result += [*apply(R, force), *apply(R, moment)]

@@ -79,87 +79,87 @@ def loop_motion(
     """u and λ, of rows of G that are independent."""
     count = len(model.links)
     leaving: dict[int, list[int]] = {}
-    for l, i in enumerate(carriers(model, speeds, G)):
-        leaving.setdefault(i, []).append(l)
+    for c, i in enumerate(carriers(model, speeds, G)):
+        leaving.setdefault(i, []).append(c)
     I = [blocks(state.inertia(i)) for i in range(count)]  # noqa: E741 - inertia
     p: list[Spatial] = [ZERO6] * count
     P: list[dict[int, Spatial]] = [{} for _ in range(count)]
     L: list[dict[int, Any]] = [{} for _ in G]  # Λ, both triangles
     r: list[Any] = [-x for x in g]
     columns: dict[int, dict[int, Any]] = {}
-    for l, row in enumerate(G):
+    for c, row in enumerate(G):
         for j, x in entries(row):
-            columns.setdefault(j, {})[l] = x
+            columns.setdefault(j, {})[c] = x
 
-    def eliminate(l: int) -> tuple[int, Any, dict[int, Any], Any]:
-        """λ_l = (P_lᵀ a - Σ Λ_lk λ_k - r_l) / Λ_ll; what stays of Λ and r."""
-        w = divide(1, L[l].pop(l))
-        coupled = L[l]
+    def eliminate(c: int) -> tuple[int, Any, dict[int, Any], Any]:
+        """λ_c = (P_cᵀ a - Σ Λ_ck λ_k - r_c) / Λ_cc; what stays of Λ and r."""
+        w = divide(1, L[c].pop(c))
+        coupled = L[c]
         for k, x in coupled.items():
-            del L[k][l]
-            r[k] = r[k] - x * (r[l] * w)
+            del L[k][c]
+            r[k] = r[k] - x * (r[c] * w)
             for m, y in coupled.items():
                 if m <= k:
                     L[k][m] = L[m][k] = L[k].get(m, 0) - x * y * w
-        return l, w, coupled, r[l]
+        return c, w, coupled, r[c]
 
     kept: list[list[Any]] = [[] for _ in range(count)]
     closed: list[list[Any]] = [[] for _ in range(count)]
     for i in range(count - 1, -1, -1):
         link = model.links[i]
-        for l in leaving.get(i, ()):
-            l, w, coupled, rest = eliminate(l)
-            own = P[i].pop(l, ZERO6)
+        for c in leaving.get(i, ()):
+            c, w, coupled, rest = eliminate(c)
+            own = P[i].pop(c, ZERO6)
             weighed = times(w, own)
             I[i] = blocks_less_outer(I[i], own, times(-1, weighed))
             p[i] = plus(p[i], times(-rest, weighed))
             for k, x in coupled.items():
                 P[i][k] = plus(P[i].get(k, ZERO6), times(-x, weighed))
-            closed[i].append((l, w, coupled, rest, own))
+            closed[i].append((c, w, coupled, rest, own))
         motions = free_motions(link, state.subspace(i) if link.one_dof and not link.driven else None)
         for S, j in zip(motions, speeds[i], strict=True):
             U = blocks_times(I[i], S)
             w = divide(1, power(S, U))
             m = f[j] - power(S, p[i])
             given = columns.get(j, {})
-            mu = {l: given.get(l, 0) - power(S, P[i].get(l, ZERO6)) for l in {**P[i], **given}}
+            mu = {c: given.get(c, 0) - power(S, P[i].get(c, ZERO6)) for c in {**P[i], **given}}
             kept[i].append((S, j, U, w, m, mu))
             I[i] = blocks_less_outer(I[i], U, times(w, U))
             p[i] = plus(p[i], times(m * w, U))
-            for l, x in mu.items():
-                P[i][l] = plus(P[i].get(l, ZERO6), times(x * w, U))
-                r[l] = r[l] + x * w * m
+            for c, x in mu.items():
+                P[i][c] = plus(P[i].get(c, ZERO6), times(x * w, U))
+                r[c] = r[c] + x * w * m
                 for k, y in mu.items():
-                    if k <= l:
-                        L[l][k] = L[k][l] = L[l].get(k, 0) + x * y * w
+                    if k <= c:
+                        L[c][k] = L[k][c] = L[c].get(k, 0) + x * y * w
         if link.parent != GROUND:
             R, d, _ = state.joint(i)
             I[link.parent] = blocks_sum(I[link.parent], blocks_to_parent(R, d, I[i]))
             p[link.parent] = plus(p[link.parent], force_to_parent(R, d, p[i]))
             above = P[link.parent]
-            for l, x in P[i].items():
-                above[l] = plus(above.get(l, ZERO6), force_to_parent(R, d, x))
+            for c, x in P[i].items():
+                above[c] = plus(above.get(c, ZERO6), force_to_parent(R, d, x))
 
     u: list[Any] = [0] * model.n_u
     lam: list[Any] = [0] * len(G)
 
-    def known(l: int, w: Any, coupled: dict[int, Any], rest: Any, along: Any) -> None:
+    def known(c: int, w: Any, coupled: dict[int, Any], rest: Any, along: Any) -> None:
         for k, x in coupled.items():
             along = along - x * lam[k]
-        lam[l] = (along - rest) * w
+        lam[c] = (along - rest) * w
 
-    for one in reversed([eliminate(l) for l in leaving.get(GROUND, ())]):
-        known(*one, 0)
+    for c, w, coupled, rest in reversed([eliminate(c) for c in leaving.get(GROUND, ())]):
+        known(c, w, coupled, rest, 0)
     A: list[Spatial] = []
     for i, link in enumerate(model.links):
         R, d, _ = state.joint(i)
         a = ZERO6 if link.parent == GROUND else motion_to_child(R, d, A[link.parent])
         for S, j, U, w, m, mu in reversed(kept[i]):
-            for l, x in mu.items():
-                m = m + x * lam[l]
+            for c, x in mu.items():
+                m = m + x * lam[c]
             u[j] = (m - power(a, U)) * w
             a = plus(a, times(u[j], S))
-        for l, w, coupled, rest, own in reversed(closed[i]):
-            known(l, w, coupled, rest, power(a, own))
+        for c, w, coupled, rest, own in reversed(closed[i]):
+            known(c, w, coupled, rest, power(a, own))
         A.append(a)
     return u, lam
