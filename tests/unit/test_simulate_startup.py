@@ -73,6 +73,21 @@ def test_second_process_finds_the_code(folder, oscillator, monkeypatch):
     assert zeros == pytest.approx((np.arange(6) + 0.5) * np.pi, abs=1e-8)
 
 
+def test_without_events_their_search_is_left_out(oscillator):
+    """Less code, and the same states to the last bit."""
+    rates, watch = oscillator
+    options = {"relative": 1e-10, "absolute": 1e-10}
+    plain = integrate(rates, [1.0, 0.0], 0.0, 20.0, **options)
+    watched = integrate(rates, [1.0, 0.0], 0.0, 20.0, watch=watch, **options)
+    assert len(watched.crossings) == 6
+    assert np.array_equal(plain.times, watched.times)
+    assert np.array_equal(plain.states, watched.states)
+    assert loops._key("dop853" + loops.UNWATCHED) != loops._key("dop853")
+    from freebody.simulate import dop853
+
+    assert not dop853.FUNCTIONS.unwatched()["find_events"].is_compiled
+
+
 def test_nothing_is_kept_without_a_cache(monkeypatch, oscillator):
     monkeypatch.setenv("FREEBODY_CACHE", "off")
     made = make()

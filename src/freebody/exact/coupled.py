@@ -8,7 +8,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 from .elementary import cos, sin, sqrt
 
@@ -87,6 +86,8 @@ def folding_equilibrium(m: float, L: float, k_1: float, k_2: float, g: float) ->
     x = 2 L (1 - cos θ) k_1 / (k_1 + k_2) leaves 4 k L (1 - cos θ) tan θ = m g, 1/k = 1/k_1 + 1/k_2, whose left side
     rises from 0 without bound: there is exactly one root.
     """
+    from scipy.optimize import brentq
+
     k = k_1 * k_2 / (k_1 + k_2)
     theta = brentq(
         lambda u: 4 * k * L * (1 - np.cos(u)) * np.sin(u) - m * g * np.cos(u), 0, np.pi / 2, xtol=1e-15

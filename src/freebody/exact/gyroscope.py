@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.special import ellipj, ellipk, elliprf, elliprj
 
 from ..errors import ModelError
 from .elementary import cos, sin, sqrt, symbolic
@@ -193,6 +192,8 @@ def top_from_rest(
         raise ModelError(f"Expected theta0 between 0 and pi (both are equilibria), got {theta0:g} rad.")
     if not mgL > 0:
         raise ModelError(f"Expected a positive moment mgL of the weight, got {mgL:g} N m.")
+    from scipy.special import ellipj, ellipk
+
     t = np.asarray(t, dtype=float)
     u0 = float(np.cos(theta0))
     a, b = I_zeta * spin / I_xi, 2 * mgL / I_xi
@@ -242,6 +243,7 @@ def top_from_rest(
 
 def _third_kind(n: float, m: float, turns: np.ndarray, amplitude: np.ndarray) -> np.ndarray:
     """Integral of 1 / (1 - n sn²) from K to 2 K turns + F(amplitude)."""
+    from scipy.special import elliprf, elliprj
 
     def incomplete(angle: Any) -> Any:  # NIST 19.25.14
         s, c = np.sin(angle), np.cos(angle)

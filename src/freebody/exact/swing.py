@@ -14,7 +14,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.special import ellipj, ellipkm1
 
 from ..errors import ModelError
 
@@ -44,6 +43,8 @@ def pendulum_period(amplitude: float, rate: float) -> float:
     >>> round(pendulum_period(1.5707963267948966, 1.0), 10)
     7.4162987092
     """
+    from scipy.special import ellipkm1
+
     if not 0 <= amplitude < np.pi:
         raise ModelError(f"Expected an amplitude from 0 to pi, pi excluded, got {amplitude:g} rad.")
     return 4 * float(ellipkm1(np.cos(amplitude / 2) ** 2)) / rate
@@ -75,6 +76,8 @@ def pendulum(amplitude: float, rate: float, t: Any) -> tuple[np.ndarray, np.ndar
     ModelError
         If the amplitude is outside (-pi, pi).
     """
+    from scipy.special import ellipj
+
     if not abs(amplitude) < np.pi:
         raise ModelError(f"Expected an amplitude between -pi and pi, both excluded, got {amplitude:g} rad.")
     k = np.sin(amplitude / 2)

@@ -175,12 +175,12 @@ class _Run:
         relative: ArrayLike,
         absolute: ArrayLike,
     ) -> None:
-        self.function = loop.use(method)
         n, c, told = rates.size, rates.constants, rates.corrections
         watched, m, ce = 0, 0, c[:0]
         if watch is not None and watch.directions:
             watched, m = watch.address, len(watch.directions)
             ce = c if watch.constants is None else watch.constants
+        self.function = loop.use(method, m > 0)
         place, starts, size = layout.block(method, n, c.size, told.size, m, ce.size)
         # from the start of a line of the cache: rows that lie across two are read and written in two parts
         memory = np.zeros(size + 8)

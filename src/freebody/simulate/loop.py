@@ -40,6 +40,8 @@ SOURCES = {
 CALLED = ("run", "sample", "observe")
 LANES = " lanes"
 """After the name of a method: with the loop over lanes, which adds ``lanes`` to what is called."""
+UNWATCHED = " unwatched"
+"""After the name of a method: without the search for events."""
 WIDE = "dop853 wide"
 """The method with the loops over one lane and over eight."""
 LIBRARIES = frozenset(
@@ -110,6 +112,8 @@ def _loop(method: str = "dop853") -> Loop:
             return _module("lanes_wide").functions()
         if method.endswith(LANES):
             return _module("lanes").functions(method.removesuffix(LANES))
+        if method.endswith(UNWATCHED):
+            return _module(method.removesuffix(UNWATCHED)).FUNCTIONS.unwatched()
         return _module(method).FUNCTIONS
 
     return _made(_key(method), _called(method), compiled)
@@ -183,7 +187,10 @@ def _standalone(
 ) -> tuple[dict[str, Any], bytes] | None:
     """Header and object code of numba's functions; None if they need numba or Python to run."""
     context = llvm.create_context()
-    once = {id(f): f for f in compiled.values()}  # a method may use one function in two places
+    for name in names:
+        compiled[name].compile()
+    # with what they call; a method may use one function in two places
+    once = {id(f): f for f in compiled.values() if f.is_compiled}
     modules = [llvm.parse_assembly(f.code.inspect_llvm(), context=context) for f in once.values()]
     for module in modules[1:]:
         modules[0].link_in(module)
@@ -215,7 +222,7 @@ def outside(text: str) -> list[str]:
 
 def _key(method: str = "dop853") -> str:
     """Hash of the source of the loop and of what compiles it."""
-    more = ("lanes.py", "lanes_layout.py") if " " in method else ()
+    more = ("lanes.py", "lanes_layout.py") if method.endswith(LANES) or method == WIDE else ()
     more = (*more, "lanes_wide.py") if method == WIDE else more
     return _hash(method, (*SHARED, *SOURCES[method.split()[0]], *more))
 
@@ -232,22 +239,26 @@ def _hash(what: str, sources: Sequence[str]) -> str:
     return digest.hexdigest()
 
 
+_used: list[str] = []
+"""Methods whose code is in this process."""
+
+
+def use(method: str, watched: bool) -> Callable[[int], int]:
+    """`stepping.run` of a method, which is loaded before anything else is called: a function of an address.
+
+    Where nothing is ``watched``, the code of the search for events is not needed."""
+    name = method if watched else method + UNWATCHED
+    if name not in _used:
+        loop(name)
+        _used.append(name)
+    return loop(name).functions["run"].code
+
+
 def sample(method: str, *arguments: Any) -> None:
     """`stepping.sample`: states at given times."""
-    loop(method).functions["sample"](*arguments)
-
-
-_used: list[str] = []
-"""The method whose code is in this process, if any: all have `observe`."""
+    loop(method if method in _used else method + UNWATCHED).functions["sample"](*arguments)
 
 
 def observe(*arguments: Any) -> None:
-    """`stepping.observe`: outputs of a kernel at given states."""
-    loop(_used[0] if _used else "dop853").functions["observe"](*arguments)
-
-
-def use(method: str) -> Callable[[int], int]:
-    """`stepping.run` of a method, which is loaded before anything else is called: a function of an address."""
-    functions = loop(method).functions
-    _used[:] = [method]
-    return functions["run"].code
+    """`stepping.observe`: outputs of a kernel at given states; all methods have it."""
+    loop(_used[0] if _used else "dop853" + UNWATCHED).functions["observe"](*arguments)

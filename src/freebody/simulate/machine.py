@@ -23,7 +23,9 @@ from typing import Any
 
 from llvmlite import ir
 from numba import cfunc, types
-from numba.core import cgutils
+from numba.core import cgutils, typed_passes, untyped_passes
+from numba.core.compiler import CompilerBase
+from numba.core.compiler_machinery import PassManager
 from numba.extending import intrinsic, typeof_impl
 
 from .layout import WIDTH
@@ -44,6 +46,31 @@ _TYPES = {
 }
 
 
+class _Passes(CompilerBase):
+    """What numba does for functions of numbers and pointers, in which nothing is inlined, lifted or made of arrays."""
+
+    def define_pipelines(self) -> list[PassManager]:
+        passes = PassManager("loop")
+        for one in (
+            untyped_passes.TranslateByteCode,
+            untyped_passes.FixupArgs,
+            untyped_passes.IRProcessing,
+            untyped_passes.RewriteSemanticConstants,
+            untyped_passes.DeadBranchPrune,
+            untyped_passes.GenericRewrites,
+            untyped_passes.ReconstructSSA,
+            typed_passes.NopythonTypeInference,
+            typed_passes.PreLowerStripPhis,
+            typed_passes.IRLegalization,
+            typed_passes.AnnotateTypes,
+            typed_passes.NativeLowering,
+            typed_passes.NoPythonBackend,
+        ):
+            passes.add_pass(one, one.__name__)
+        passes.finalize()
+        return [passes]
+
+
 class Compiled:
     """A function with the types it is annotated with, compiled by numba when it is first asked for.
 
@@ -59,7 +86,17 @@ class Compiled:
     def code(self) -> Any:
         """numba's C function, with ``.address``, ``.native_name`` and ``.inspect_llvm()``; it owns the code."""
         # no exceptions, and no counting of references
-        return cfunc(self._signature(), error_model="numpy", _nrt=False)(self.function)
+        made = cfunc(self._signature(), error_model="numpy", _nrt=False, pipeline_class=_Passes)
+        return made(self.function)
+
+    def compile(self) -> None:
+        """Now; what it calls is compiled with it."""
+        _ = self.code
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether anything has asked for it."""
+        return "code" in vars(self)
 
     def _signature(self) -> Any:
         return _TYPES[self.result](*(_TYPES[argument] for argument in self.arguments))

@@ -109,6 +109,9 @@ GIVEN = 0
 """1: the lengths of the steps follow from the state at their start, by the method's function of this name, and no
 error is left to be judged; the rates at the end of a step are not needed."""
 
+WATCHED = 1
+"""0: event functions are not looked for."""
+
 prepare: Any = None
 """(rates, t, work, w, n, c, q, nq, integers): before the first step from a new start."""
 given: Any = None
@@ -163,10 +166,20 @@ def part(function: Callable[..., Any]) -> Callable[..., Any]:
     return function
 
 
-def functions(method: dict[str, Any]) -> dict[str, Compiled]:
+class Functions(dict[str, Compiled]):
     """The compiled loop of a method: these functions, and the method's own."""
-    given = {name: value for name, value in method.items() if isinstance(value, Compiled)}
-    return {**given, **bound(_PARTS, {**globals(), **method})}
+
+    def __init__(self, method: dict[str, Any]) -> None:
+        given = {name: value for name, value in method.items() if isinstance(value, Compiled)}
+        super().__init__({**given, **bound(_PARTS, {**globals(), **method})})
+        self.method = method
+
+    def unwatched(self) -> Functions:
+        """The same without the search for events, which is a good part of what there is to compile."""
+        return Functions({**self.method, "WATCHED": 0})
+
+
+functions = Functions
 
 
 def bound(parts: list[Callable[..., Any]], space: dict[str, Any]) -> dict[str, Compiled]:
@@ -735,7 +748,7 @@ def advance(
             integers[STIFFNESS] += 1
             if integers[ASKED] != 0:
                 status = STIFF
-        if m > 0:
+        if WATCHED != 0 and m > 0:
             densify(rates, t, h, work, w, n, c, quaternions, nq)
             integers[EVALUATED] += COST_DENSE
             count = find_events(
@@ -798,7 +811,7 @@ def run(told: Integers) -> int:
         status = launch(rates, work, w, n, c, relative, absolute, reals, integers)
         if status != RUNNING:
             return status
-        if m > 0:
+        if WATCHED != 0 and m > 0:
             look(events, reals[TIME], work, w, m, ce, table, last)
     return advance(
         rates, n, c, work, w, quaternions, nq, relative, absolute, reals, integers, room, times, lengths, states,
