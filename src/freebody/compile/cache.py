@@ -19,7 +19,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-VERSION = 5
+VERSION = 6
 """Of the format and of the emitted code: raise it when either changes."""
 LIMIT = 256 * 2**20
 """Bytes the folder may hold."""
