@@ -581,6 +581,17 @@ def test_taylor_backwards_and_in_bounded_steps():
     assert there.path.sample(short.t, dense=True) == pytest.approx(inside, abs=1e-13)
 
 
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
+def test_taylor_of_a_series_with_three_of_four_terms_zero(tolerance):
+    """A pendulum let go with its rod horizontal: θ - π/2 has the powers 2, 6, 10, 14, its speed 1, 5, 9, 13."""
+    s = fb.System("pendulum")
+    s.gravity = (0, -9.81, 0)
+    s.hinge("pin", s.ground, s.body("bob", fb.particle(1)), to=(0, 1, 0), axis="z", coordinate="theta")
+    run = fb.simulate(s, 10, initial={"theta": "90deg"}, method="taylor", tolerance=tolerance, samples=51)
+    exact, _ = fb.exact.pendulum(np.pi / 2, np.sqrt(9.81), run.t)
+    assert np.abs(run["theta"] - exact).max() < 100 * tolerance
+
+
 def test_taylor_of_a_polynomial_takes_one_step():
     """A throw: the series ends, and no step is too long."""
     s = fb.System("throw")

@@ -2,14 +2,16 @@
 
     y(t + τ) = Σ_k y_k τᵏ,    k = 0 ... p
 
-A kernel of the model (`compile.jet`) fills the coefficients at the start of a step. The last two give the length h of
-it, for which both terms are within the tolerance:
+A kernel of the model (`compile.jet`) fills the coefficients at the start of a step. The last six give the length h of
+it: the last two terms are within the tolerance a + r |y|, and those before them within as much as leaves the last two
+there if each is smaller than the one before by r^(1/p), which is h over the radius of convergence:
 
-    |y_m,i| hᵐ <= a_i + r_i |y_i|    for all i, m = p - 1 and p
+    |y_p| h^p <= a + r |y|,    |y_m| h^m <= (a + r |y|) r^((m + 1)/p - 1)    for m = p - 5 ... p - 1
 
-Two, since of a series of even or odd terms every other one vanishes. No step is rejected, and a state inside a step,
-of an event or for output, is the polynomial itself. What y_0 + h (y_1 + ...) loses to rounding is kept and added to
-the next sum, so that the round-off of many steps does not add up.
+Six, since terms of a symmetric series vanish: every other one of an even series, three of four where a pendulum is let
+go with its rod horizontal, and five of six are the most that elliptic functions leave out. No step is rejected, and a
+state inside a step, of an event or for output, is the polynomial itself. What y_0 + h (y_1 + ...) loses to rounding is
+kept and added to the next sum, so that the round-off of many steps does not add up.
 
 A decay e^(λt) that is over does not end the step before h |λ| is at the bound of the region of stability, where its
 terms grow back to the tolerance. That is seen by y_p ≈ λ y_(p-1) / p.
@@ -30,6 +32,8 @@ P = ORDERS["taylor"]
 # After KERNELS stands the address of the kernel. Rows of the method: what the sum lost before this step, in it, and
 # in it while parts of it are tried; then the length of the step; then the coefficients.
 LOST, LOSES, HELD, LENGTH, SERIES = ROWS, ROWS + 1, ROWS + 2, ROWS + 3, ROWS + 4
+TERMS = 6
+"""Terms of the series that the length of a step is taken from."""
 TINY = 1e-300
 """A part of the tolerance that counts as nothing."""
 BOUND = 6.0
@@ -78,21 +82,32 @@ def given(
     """Length of the step that comes next, infinite for a polynomial, nan if the coefficients are not finite."""
     expand(t, work, w, c, quaternions, nq)
     integers[EVALUATED] += 1
-    last, before, total = 0.0, 0.0, 0.0
+    maxima, coarsest, total = LENGTH * w + 1, 1e-16, 0.0
+    for j in range(TERMS):
+        work[maxima + j] = TINY
     for i in range(n):
         scale = 1.0 / (absolute[i] + relative[i] * abs(work[STATE * w + i]))
-        one, two = abs(work[(SERIES + P) * w + i]) * scale, abs(work[(SERIES + P - 1) * w + i]) * scale
-        last, before = greater(last, one), greater(before, two)
-        total += one + two
+        coarsest = greater(coarsest, relative[i])
+        for j in range(TERMS):
+            size = abs(work[(SERIES + P - j) * w + i]) * scale
+            work[maxima + j] = greater(work[maxima + j], size)
+            total += size
     if not math.isfinite(total):
         for i in range(n):
-            if not math.isfinite(work[(SERIES + P) * w + i] + work[(SERIES + P - 1) * w + i]):
-                integers[BLAME] = i
-                return math.nan
-    if last < TINY and before < TINY:
-        return math.inf
-    # within a hundredth, and the same on every computer
-    return power2(-greater(logarithm2(greater(last, TINY)) / P, logarithm2(greater(before, TINY)) / (P - 1)))
+            for j in range(TERMS):
+                if not math.isfinite(work[(SERIES + P - j) * w + i]):
+                    integers[BLAME] = i
+                    return math.nan
+    slowest, some, rate = 0.0, False, logarithm2(coarsest) / P
+    for j in range(TERMS):
+        if work[maxima + j] > TINY:
+            size = logarithm2(work[maxima + j])
+            if j > 1:
+                size += (j - 1) * rate
+            size /= P - j
+            slowest = greater(slowest, size) if some else size
+            some = True
+    return power2(-slowest) if some else math.inf
 
 
 @compiled
