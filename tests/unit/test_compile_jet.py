@@ -171,6 +171,10 @@ CASES = {
     "sum": lambda f, x, y, p: (x + y, -x - 2 * y + 3),
     "product": lambda f, x, y, p: (x * y, x * x - y * x + p * y),
     "quotient": lambda f, x, y, p: (x / (y + 3), 1 / (x + 4) - p / (y + 3)),
+    "quotient of products with a factor in common": lambda f, x, y, p: (
+        (x * y) / (x * (y + 3)),
+        (x * x) / ((y - p) * x) - x * y,
+    ),
     "sqrt": lambda f, x, y, p: (f.sqrt(x * x + y + 4), y),
     "sin, cos": lambda f, x, y, p: (f.sin(x * y), f.cos(x) - f.sin(y)),
     "tan": lambda f, x, y, p: (f.apply("tan", x / 2), y),
@@ -219,6 +223,16 @@ def test_a_known_solution():
     for k in range(P):
         tangent.append((sum((tangent[i] * tangent[k - i] for i in range(k + 1)), Fraction(k == 0))) / (k + 1))
     assert found == pytest.approx([float(x) for x in tangent], rel=P * EPS, abs=0)
+
+
+def test_a_factor_in_common_is_left_out_of_a_quotient():
+    """(x y) / (x (y + 3)) = y / (y + 3): one sum of products, that of the quotient."""
+    tape = Tape()
+    x, y = tape.input("x"), tape.input("y")
+    rates = [(x * y) / (x * (y + 3)), x]
+    recurrence = Recurrence(lower(tape, {"series": rates}, None, [x, y], []), "series")
+    kept = [recurrence.nodes[i] for i in recurrence.order]
+    assert [node.rule for node in kept if node.products or node.rule == "quotient"] == ["quotient"]
 
 
 @pytest.mark.parametrize("function", ["abs", "sign", "min", "max"])

@@ -19,6 +19,7 @@ from freebody.simulate import others
 from freebody.simulate.collocation import integrals, tables
 from freebody.simulate.kernels import kernels_of
 from freebody.simulate.methods import METHODS
+from freebody.testing import random_system
 
 CONTROLLED = ("dop853", "dop54", "radau", "gauss", "taylor")
 ALL = (*CONTROLLED, "structure")
@@ -341,8 +342,27 @@ def test_auto_does_not_take_a_vibration_for_stiffness():
     assert run.path.stiff == 0
 
 
-def test_auto_below_1e_14_is_gauss():
-    assert fb.simulate(pendulum(), 1, initial={"theta": 1.0}, tolerance=2e-15).path.method == "gauss"
+def test_auto_takes_the_series_of_a_small_machine_for_fine_tolerances():
+    start = {"initial": {"theta": 1.0}}
+    coarse, fine, finest = (
+        fb.simulate(pendulum(), 1, tolerance=tolerance, **start) for tolerance in (1e-9, 1e-10, 2e-15)
+    )
+    assert [run.path.method for run in (coarse, fine, finest)] == ["dop853", "taylor", "taylor"]
+    assert fine.path.states[-1] == pytest.approx(finest.path.states[-1], abs=1e-9)
+    assert fb.simulate(random_system(5, 4, ("hinge",)), 0.01, tolerance=1e-10).path.method == "dop853"
+    s = fb.System("friction that bends")
+    block = s.body("block", fb.particle(1))
+    s.slider("guide", s.ground, block, axis="x", coordinate="x")
+    s.force("friction", block, ("-abs(x)", 0, 0))
+    assert fb.simulate(s, 1, initial={"x": 1.0}, tolerance=1e-10).path.method == "dop853"
+
+
+def test_auto_leaves_stiff_machines_to_radau_at_fine_tolerances_too():
+    assert fb.simulate(stiff_cart(), 10, initial={"theta": 1.0}, tolerance=1e-10).path.method == "radau"
+
+
+def test_auto_below_1e_14_is_gauss_where_no_short_series_is():
+    assert fb.simulate(random_system(5, 4, ("hinge",)), 0.01, tolerance=2e-15).path.method == "gauss"
 
 
 def test_explicit_method_that_runs_out_of_steps_names_the_cure():
@@ -559,6 +579,17 @@ def test_taylor_backwards_and_in_bounded_steps():
     inside = there.at(short.t)._y
     assert short.states == pytest.approx(inside, abs=1e-11)
     assert there.path.sample(short.t, dense=True) == pytest.approx(inside, abs=1e-13)
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
+def test_taylor_of_a_series_with_three_of_four_terms_zero(tolerance):
+    """A pendulum let go with its rod horizontal: θ - π/2 has the powers 2, 6, 10, 14, its speed 1, 5, 9, 13."""
+    s = fb.System("pendulum")
+    s.gravity = (0, -9.81, 0)
+    s.hinge("pin", s.ground, s.body("bob", fb.particle(1)), to=(0, 1, 0), axis="z", coordinate="theta")
+    run = fb.simulate(s, 10, initial={"theta": "90deg"}, method="taylor", tolerance=tolerance, samples=51)
+    exact, _ = fb.exact.pendulum(np.pi / 2, np.sqrt(9.81), run.t)
+    assert np.abs(run["theta"] - exact).max() < 100 * tolerance
 
 
 def test_taylor_of_a_polynomial_takes_one_step():

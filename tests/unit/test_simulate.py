@@ -156,8 +156,9 @@ def test_a_system_that_has_changed_is_assembled_again():
 
 
 def test_tolerance_by_name():
-    loose = fb.simulate(oscillator(), 5, initial={"x": 1}, tolerance={"x": 1e-4, "x'": 1e-4})
-    tight = fb.simulate(oscillator(), 5, initial={"x": 1}, tolerance={"x": 1e-4, "x'": 1e-12})
+    given = {"initial": {"x": 1}, "method": "dop853"}
+    loose = fb.simulate(oscillator(), 5, tolerance={"x": 1e-4, "x'": 1e-4}, **given)
+    tight = fb.simulate(oscillator(), 5, tolerance={"x": 1e-4, "x'": 1e-12}, **given)
     assert tight.steps > 2 * loose.steps
 
 

@@ -128,9 +128,9 @@ class _Writer:
     def _operands(self, i: int) -> list[int]:
         """Nodes whose k-th coefficient the k-th of node ``i`` needs."""
         node = self.nodes[i]
-        found = [x for _, x in node.terms if isinstance(x, int)]
+        found = [self._unscaled(x)[0] for _, x in node.terms if isinstance(x, int)]
         for _, a, b in node.products:  # (ϑx b)_k does not need b_k
-            found += [x for x, other in ((a, b), (b, a)) if other not in self.zero]
+            found += [self._unscaled(x)[0] for x, other in ((a, b), (b, a)) if other not in self.zero]
         if node.operand >= 0:
             found.append(node.operand)
         if node.rule == "quotient" and isinstance(node.arguments[0], int):
@@ -157,6 +157,11 @@ class _Writer:
             if y not in self.zero
         ]
 
+    def _unscaled(self, x: int) -> tuple[int, Number]:
+        """A series and a number with that product: where a multiplication waits anyway, that by the number need not."""
+        node = self.nodes[x]
+        return (node.operand, node.number) if node.rule == "scaled" else (x, ONE)
+
     def _ready(self, order: list[int], spreading: int) -> dict[int, int]:
         """When the value of each node is there, in cycles from the beginning of an order.
 
@@ -166,10 +171,9 @@ class _Writer:
         for i in order:
             node, now = self.nodes[i], 0
             if node.rule == "sum":
-                waits = [ready[x] for _, x in node.terms if isinstance(x, int)]
-                waits += [ready[x] + spreading for _, x, _ in self._halves(i)]
-                for wait in sorted(waits):
-                    now = max(now, wait) + 4
+                waits = [ready[self._unscaled(x)[0]] for _, x in node.terms if isinstance(x, int)]
+                waits += [ready[self._unscaled(x)[0]] + spreading for _, x, _ in self._halves(i)]
+                now = min(_end(sorted(waits), chains) for chains in (1, 2))
             elif i in self.direct:
                 now = ready[self.direct[i]] + 4
             elif node.rule not in ("state", "time"):
@@ -199,6 +203,8 @@ class _Writer:
         found: dict[int, int] = {}
         for i, j in self.owner.items():
             needed = self._operands(i) + [x for x in self.nodes[i].arguments if isinstance(x, int)]
+            needed += [x for _, x in self.nodes[i].terms if isinstance(x, int)]
+            needed += [x for _, *ab in self.nodes[i].products for x in ab]
             needed += [self.direct[i]] if i in self.direct else []
             needed += [x for other in self.after.get(i, ()) for _, *ab in self.pairs[other] for x in ab]
             for x in needed:
@@ -518,15 +524,7 @@ class _Writer:
                 first = self._new("icmp eq i64 %k, 1")
                 return self._new(f"select i1 {first}, double {literal(1.0)}, double {literal(0.0)}")
             case "sum":
-                parts = [(self.ready[x], sign, x, -1) for sign, x in node.terms if isinstance(x, int)]
-                if i in self.critical:
-                    parts += [(self.ready[x], sign, x, y) for sign, x, y in self._halves(i)]
-                for _, sign, x, y in sorted(parts):
-                    part = self._value(x)
-                    if y >= 0:
-                        part = self._arithmetic("fmul", part, self._at_start(y))
-                    known = self._signed(known, sign, part)
-                return literal(0.0) if known is None else known
+                return self._sum(i, known)
             case "scaled":
                 return self._arithmetic("fmul", self._value(node.operand), self._number(node.number))
             case "quotient":
@@ -549,6 +547,31 @@ class _Writer:
                 return self._arithmetic("fmul", self._value(node.operand), "%x")
         return self._arithmetic("fmul", self._value(node.operand), "%by")
 
+    def _sum(self, i: int, known: str | None) -> str:
+        """The coefficient of a sum, of whose products ``known`` is known; in two parts where one takes longer."""
+        parts = [(*self._unscaled(x), sign, -1) for sign, x in self.nodes[i].terms if isinstance(x, int)]
+        if i in self.critical:
+            parts += [(*self._unscaled(x), sign, y) for sign, x, y in self._halves(i)]
+        parts.sort(key=lambda part: self.ready[part[0]])
+        waits = [self.ready[part[0]] for part in parts]
+        totals = [known, *[None] * (min((1, 2), key=lambda chains: _end(waits, chains)) - 1)]
+        times = [0] * len(totals)
+        for x, number, sign, y in parts:
+            j = times.index(min(times))
+            times[j] = max(times[j], self.ready[x]) + 4
+            part = self._value(x)
+            if y >= 0:
+                factor = self._at_start(y)
+                factor = factor if number == ONE else self._arithmetic("fmul", factor, self._number(number))
+                part = self._arithmetic("fmul", part, factor)
+            elif number != ONE:
+                part = self._arithmetic("fmul", part, self._number(number))
+            totals[j] = self._signed(totals[j], sign, part)
+        found = [total for total in totals if total is not None]
+        if not found:
+            return literal(0.0)
+        return found[0] if len(found) == 1 else self._arithmetic("fadd", *found)
+
     def _divided(self, i: int, above: int | Number, known: str) -> str:
         """(above - known) / divisor, where ``above`` comes last."""
         inverse = self._load("%slots", self.divisors[i])
@@ -556,6 +579,15 @@ class _Writer:
         if isinstance(above, Number):
             return self._signed(None, -1, known)
         return self._signed(self._arithmetic("fmul", self._value(above), inverse), -1, known)
+
+
+def _end(waits: list[int], chains: int) -> int:
+    """When a sum is there whose terms come at these times, and which is added up in so many parts."""
+    times = [0] * chains
+    for wait in waits:
+        j = times.index(min(times))
+        times[j] = max(times[j], wait) + 4
+    return max(times) + 4 * (chains - 1)
 
 
 def _names(arguments: str) -> str:

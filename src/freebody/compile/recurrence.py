@@ -88,6 +88,7 @@ class Recurrence:
             if i not in parts:
                 self._of[i] = self._series(i)
         self.outputs = [self._value(i) for i in body.outputs]
+        self._forget()
 
     def _wanted(self, outputs: list[int]) -> list[int]:
         """The varying nodes that the outputs need, operands first."""
@@ -113,6 +114,21 @@ class Recurrence:
             and program.kind[x] == VARYING
             and (program.op[x] in _LINEAR or self._is_product(x))
         ]
+
+    def _forget(self) -> None:
+        """Leave out what no output needs, such as products whose factor cancels."""
+        needed: set[int] = set()
+        stack = [x for x in self.outputs if isinstance(x, int)]
+        while stack:
+            i = stack.pop()
+            if i in needed:
+                continue
+            needed.add(i)
+            node = self.nodes[i]
+            used = [node.operand, *node.arguments, *(x for _, x in node.terms)]
+            used += [x for _, *ab in node.products for x in ab]
+            stack += [x for x in used if isinstance(x, int) and x >= 0]
+        self.order = [i for i in self.order if i in needed]
 
     def _is_product(self, i: int) -> bool:
         program = self.program
@@ -217,8 +233,23 @@ class Recurrence:
             return self._once(Node("scaled", number=b, operand=a))
         return self._once(Node("sum", products=((1, a, b),)))
 
+    def _factors(self, i: int) -> tuple[int, ...]:
+        """The two series whose product a node is, else none."""
+        node = self.nodes[i]
+        if node.rule != "sum" or node.terms or len(node.products) != 1:
+            return ()
+        return node.products[0][1:]
+
     def quotient(self, a: int | Number, b: int | Number) -> int:
         assert isinstance(b, int)  # a division by a number is a product in a lowered program
+        if isinstance(a, int):
+            above, below = self._factors(a), self._factors(b)
+            for f in above:
+                if f in below:  # (f x) / (f y)
+                    x, y = (pair[1] if pair[0] == f else pair[0] for pair in (above, below))
+                    found = self.quotient(x, y)
+                    sign = self.nodes[a].products[0][0] * self.nodes[b].products[0][0]
+                    return found if sign > 0 else self.sum((-1, found))
         return self._once(Node("quotient", arguments=(a,), operand=b))
 
     def sum(self, *terms: tuple[int, int | Number], products: tuple[tuple[int, int, int], ...] = ()) -> int:

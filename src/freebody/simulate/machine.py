@@ -6,6 +6,7 @@
     horner(work, n, first, degree, x, target)   work[target] = Σ_k x^k work[first + k]
     greater(a, b), lesser(a, b)            a if a > b else b, a if a < b else b
     root(a), whole(a)                      sqrt(a), int(a)
+    bits(a), with_bits(i)                  the 64 bits of a real number as an integer, and back
 
 The scalar ones are instructions; what numba makes of max, min, sqrt and int tests for exceptions or calls a library.
 
@@ -170,7 +171,10 @@ def shifted(typing: Any, p: Any, k: Any) -> Any:
 
 @intrinsic
 def horner(typing: Any, work: Any, n: Any, first: Any, degree: Any, x: Any, target: Any) -> Any:
-    """Row ``target`` of ``work``, of rows of length n, becomes Σ_k x^k (row ``first`` + k), k = 0 ... ``degree``."""
+    """Row ``target`` of ``work``, of rows of length n, becomes Σ_k x^k (row ``first`` + k), k = 0 ... ``degree``.
+
+    Even and odd powers are added up side by side, since one addition waits for the other.
+    """
     del typing, n, first, degree, target
 
     def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -188,15 +192,24 @@ def horner(typing: Any, work: Any, n: Any, first: Any, degree: Any, x: Any, targ
         one = builder.insert_element(ir.Constant(vector, ir.Undefined), x_, ir.IntType(32)(0))
         zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
         step = builder.shuffle_vector(one, ir.Constant(vector, ir.Undefined), zeros)
+        twice = builder.fmul(step, step)
+        odd = builder.and_(degree_, _integer(1))
+        pairs = builder.lshr(degree_, _integer(1))
         with cgutils.for_range_slice(builder, _integer(0), n_, _integer(WIDTH)) as (offset, _):
-            total = cgutils.alloca_once_value(
-                builder, builder.load(place(builder.add(first_, degree_), offset), align=8)
-            )
-            with cgutils.for_range(builder, degree_) as loop:
-                row = builder.sub(builder.sub(builder.add(first_, degree_), loop.index), _integer(1))
-                term = builder.load(place(row, offset), align=8)
-                builder.store(builder.call(fma, [builder.load(total), step, term]), total)
-            builder.store(builder.load(total), place(target_, offset), align=8)
+
+            def row(k: Any) -> Any:
+                return builder.load(place(builder.add(first_, k), offset), align=8)
+
+            nothing = ir.Constant(vector, [_double(0.0)] * WIDTH)
+            top = builder.select(builder.trunc(odd, ir.IntType(1)), row(degree_), nothing)
+            odds = cgutils.alloca_once_value(builder, top)
+            evens = cgutils.alloca_once_value(builder, row(builder.sub(degree_, odd)))
+            with cgutils.for_range(builder, pairs) as loop:
+                k = builder.shl(builder.sub(builder.sub(pairs, loop.index), _integer(1)), _integer(1))
+                for total, term in ((evens, row(k)), (odds, row(builder.add(k, _integer(1))))):
+                    builder.store(builder.call(fma, [builder.load(total), twice, term]), total)
+            total = builder.call(fma, [builder.load(odds), step, builder.load(evens)])
+            builder.store(total, place(target_, offset), align=8)
         return context.get_dummy_value()
 
     return types.void(work, types.int64, types.int64, types.int64, types.float64, types.int64), write
@@ -343,3 +356,27 @@ def whole(typing: Any, a: Any) -> Any:
         return builder.fptosi(arguments[0], _integer)
 
     return types.int64(types.float64), write
+
+
+@intrinsic
+def bits(typing: Any, a: Any) -> Any:
+    """The bits of a real number as an integer."""
+    del typing, a
+
+    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        del context, signature
+        return builder.bitcast(arguments[0], _integer)
+
+    return types.int64(types.float64), write
+
+
+@intrinsic
+def with_bits(typing: Any, a: Any) -> Any:
+    """The real number that has the bits of an integer."""
+    del typing, a
+
+    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        del context, signature
+        return builder.bitcast(arguments[0], _double)
+
+    return types.float64(types.int64), write

@@ -7,8 +7,8 @@
     structure   symplectic Gauss collocation, order 6, steps of one length: long runs without drift of the energy
     taylor      Taylor series of order 16, step control, compensated sums: small smooth machines, down to 1e-16
     timestepping    Moreau and Jean, order 1, steps of one length: many contacts (`timestepping`)
-    auto        gauss for tolerances below 1e-14, else dop853, which gives way to radau where stability and not accuracy
-                makes its steps short
+    auto        taylor for small machines at tolerances of 1e-10 and below; else gauss for tolerances below 1e-14; else
+                dop853. Where stability and not accuracy makes the steps short, radau
 
 Only what a run asks for is loaded or compiled.
 """
@@ -35,6 +35,16 @@ FINE = FINEST_OF_SUMS
 
 BUDGET = 30_000
 """Of "auto": the errors of all steps of a run together are at most those of twice so many steps at the tolerance."""
+
+
+ACCURATE = 1e-10
+"""Tolerance from which on "auto" asks whether a series pays: it does for coarser ones too, but its kernel has to be
+compiled before the first result, and there that takes longer than the run."""
+
+PRODUCTS = 150
+"""Multiplications in the rates up to which it does: each becomes some sixteen. Measured in `docs/integrators.md`."""
+
+_BENT = frozenset(("abs", "sign", "min", "max"))
 
 
 def check_method(method: Any, step: Any) -> None:
@@ -80,13 +90,29 @@ def run(
         return integrate(
             _equipped(kernels, parameters, method, rates), *arguments, method=method, step=step, **options
         )
-    if np.min(options["relative"]) < FINE:
-        return integrate(rates, *arguments, method="gauss", **options)
-    path = integrate(rates, *arguments, until_stiff=True, budget=BUDGET, **options)
+    finest = np.min(options["relative"], initial=1.0)
+    explicit = "taylor" if finest <= ACCURATE and _has_short_series(kernels) else "dop853"
+    plain = rates
+    if explicit == "taylor":
+        rates = _equipped(kernels, parameters, "taylor", rates)
+    if finest < FINE:
+        return integrate(rates, *arguments, method="gauss" if explicit == "dop853" else explicit, **options)
+    path = integrate(rates, *arguments, method=explicit, until_stiff=True, budget=BUDGET, **options)
     if path.status != STIFF:
         return path
     # from the start again: a path is of one method, and the little that was done tells nothing
-    return integrate(_equipped(kernels, parameters, "radau", rates), *arguments, method="radau", **options)
+    return integrate(_equipped(kernels, parameters, "radau", plain), *arguments, method="radau", **options)
+
+
+def _has_short_series(kernels: Kernels) -> bool:
+    """Whether the series of a motion costs less than the stages of an explicit method, as its rates tell."""
+    model = kernels.model
+    if model.contacts or model.switched or not kernels.size:
+        return False  # a phase between two events, or between two samples, is short
+    operations = getattr(kernels.motion().compiled["rates"], "operations", None)  # a large tree counts none
+    if operations is None:
+        return False
+    return operations.get("mul", 0) <= PRODUCTS and _BENT.isdisjoint(operations)
 
 
 def _equipped(kernels: Kernels, parameters: NDArray[np.float64], method: str, rates: Rates) -> Rates:

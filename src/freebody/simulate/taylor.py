@@ -2,14 +2,16 @@
 
     y(t + τ) = Σ_k y_k τᵏ,    k = 0 ... p
 
-A kernel of the model (`compile.jet`) fills the coefficients at the start of a step. The last two give the length h of
-it, for which both terms are within the tolerance:
+A kernel of the model (`compile.jet`) fills the coefficients at the start of a step. The last six give the length h of
+it: the last two terms are within the tolerance a + r |y|, and those before them within as much as leaves the last two
+there if each is smaller than the one before by r^(1/p), which is h over the radius of convergence:
 
-    |y_m,i| hᵐ <= a_i + r_i |y_i|    for all i, m = p - 1 and p
+    |y_p| h^p <= a + r |y|,    |y_m| h^m <= (a + r |y|) r^((m + 1)/p - 1)    for m = p - 5 ... p - 1
 
-Two, since of a series of even or odd terms every other one vanishes. No step is rejected, and a state inside a step,
-of an event or for output, is the polynomial itself. What y_0 + h (y_1 + ...) loses to rounding is kept and added to
-the next sum, so that the round-off of many steps does not add up.
+Six, since terms of a symmetric series vanish: every other one of an even series, three of four where a pendulum is let
+go with its rod horizontal, and five of six are the most that elliptic functions leave out. No step is rejected, and a
+state inside a step, of an event or for output, is the polynomial itself. What y_0 + h (y_1 + ...) loses to rounding is
+kept and added to the next sum, so that the round-off of many steps does not add up.
 
 A decay e^(λt) that is over does not end the step before h |λ| is at the bound of the region of stability, where its
 terms grow back to the tolerance. That is seen by y_p ≈ λ y_(p-1) / p.
@@ -24,12 +26,16 @@ import math
 
 from . import stepping
 from .layout import BLAME, CONSTANTS, EVALUATED, KERNELS, ORDERS, POINT, RAW, ROWS, STATE
-from .machine import Integers, Reals, call, compiled, greater, horner, root, shifted
+from .machine import Integers, Reals, bits, call, compiled, greater, horner, shifted, whole, with_bits
 
 P = ORDERS["taylor"]
 # After KERNELS stands the address of the kernel. Rows of the method: what the sum lost before this step, in it, and
 # in it while parts of it are tried; then the length of the step; then the coefficients.
 LOST, LOSES, HELD, LENGTH, SERIES = ROWS, ROWS + 1, ROWS + 2, ROWS + 3, ROWS + 4
+TERMS = 6
+"""Terms of the series that the length of a step is taken from."""
+TINY = 1e-300
+"""A part of the tolerance that counts as nothing."""
 BOUND = 6.0
 """h |λ| from which a decay is suspected to limit the step: somewhat less than 7.33, where |Σ_k (-x)^k / k!|, k <= P,
 is 1."""
@@ -40,6 +46,22 @@ def expand(t: float, work: Reals, w: int, c: Reals, quaternions: Integers, nq: i
     """The coefficients of the solution through STATE."""
     place = quaternions[nq + CONSTANTS]
     call(quaternions[nq + KERNELS], t, work, STATE * w, shifted(c, place), work, SERIES * w)
+
+
+@compiled
+def logarithm2(x: float) -> float:
+    """log₂ x of a normal number x > 0, within 0.01: its exponent, and a parabola of what is left, 1 <= m < 2."""
+    exponent = (bits(x) >> 52) - 1023
+    m = with_bits(bits(x) - (exponent << 52))
+    return exponent + ((2.0 - m / 3.0) * m - 5.0 / 3.0)
+
+
+@compiled
+def power2(x: float) -> float:
+    """2ˣ for |x| < 1000, within 0.2 %."""
+    exponent = whole(x + 1023.0)
+    r = x - (exponent - 1023)
+    return with_bits(exponent << 52) * (1.0 + r * (2.0 + r) / 3.0)
 
 
 @compiled
@@ -60,20 +82,32 @@ def given(
     """Length of the step that comes next, infinite for a polynomial, nan if the coefficients are not finite."""
     expand(t, work, w, c, quaternions, nq)
     integers[EVALUATED] += 1
-    last, before = 0.0, 0.0
+    maxima, coarsest, total = LENGTH * w + 1, 1e-16, 0.0
+    for j in range(TERMS):
+        work[maxima + j] = TINY
     for i in range(n):
         scale = 1.0 / (absolute[i] + relative[i] * abs(work[STATE * w + i]))
-        one, two = abs(work[(SERIES + P) * w + i]) * scale, abs(work[(SERIES + P - 1) * w + i]) * scale
-        if not (math.isfinite(one) and math.isfinite(two)):
-            integers[BLAME] = i
-            return math.nan
-        last, before = greater(last, one), greater(before, two)
-    size = -1e300
-    if last > 0.0:
-        size = math.log(last) / P
-    if before > 0.0:
-        size = greater(size, math.log(before) / (P - 1))
-    return math.inf if size == -1e300 else math.exp(-size)
+        coarsest = greater(coarsest, relative[i])
+        for j in range(TERMS):
+            size = abs(work[(SERIES + P - j) * w + i]) * scale
+            work[maxima + j] = greater(work[maxima + j], size)
+            total += size
+    if not math.isfinite(total):
+        for i in range(n):
+            for j in range(TERMS):
+                if not math.isfinite(work[(SERIES + P - j) * w + i]):
+                    integers[BLAME] = i
+                    return math.nan
+    slowest, some, rate = 0.0, False, logarithm2(coarsest) / P
+    for j in range(TERMS):
+        if work[maxima + j] > TINY:
+            size = logarithm2(work[maxima + j])
+            if j > 1:
+                size += (j - 1) * rate
+            size /= P - j
+            slowest = greater(slowest, size) if some else size
+            some = True
+    return power2(-slowest) if some else math.inf
 
 
 @compiled
@@ -98,10 +132,14 @@ def judge(
     n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
 ) -> float:
     """0, nan if the state is not finite: the length of the step has been chosen before."""
+    total = 0.0
     for i in range(n):
-        if not math.isfinite(work[RAW * w + i]):
-            integers[BLAME] = i
-            return math.nan
+        total += abs(work[RAW * w + i])
+    if not math.isfinite(total):
+        for i in range(n):
+            if not math.isfinite(work[RAW * w + i]):
+                integers[BLAME] = i
+                return math.nan
     return 0.0
 
 
@@ -142,7 +180,7 @@ def limited(work: Reals, w: int, n: int, h: float) -> int:
         above += a * a
         below += b * b
         across += a * b
-    decays = h * across < -0.5 * abs(h) * root(above * below)
+    decays = h * across < 0.0 and 4.0 * across * across > above * below
     return 1 if decays and h * h * above > BOUND * BOUND * below and below > 0.0 else 0
 
 
@@ -159,5 +197,7 @@ FUNCTIONS = stepping.functions(
         "accept": accept,
         "limited": limited,
         "expand": expand,
+        "logarithm2": logarithm2,
+        "power2": power2,
     }
 )
