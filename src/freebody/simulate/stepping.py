@@ -610,7 +610,7 @@ def launch(
     if GIVEN == 0:
         call(rates, t, work, STATE * w, c, work, 0)
         integers[EVALUATED] += 1
-        integers[BLAME] = first_not_finite(work, w, n, 1, 0, 1)
+        integers[BLAME] = _first_not_finite(work, w, n, 0, 1)
         if integers[BLAME] >= 0:
             return NOT_FINITE
         integers[BLAME] = 0
