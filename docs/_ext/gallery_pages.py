@@ -167,7 +167,7 @@ class Page:
         return "\n".join([*parts, "## Equations of motion\n", _formulas(e.mathml())])
 
     def _answers(self) -> str:
-        from freebody.cli.table import significant
+        from freebody.scalar.digits import significant
         from freebody.equations.show import mathml_of
 
         rows: list[str] = []

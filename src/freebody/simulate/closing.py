@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..dynamics import mass_matrix
-from ..dynamics.constrained import DEPENDENT, STEPS, no_direction, not_met
+from ..dynamics.constrained import DEPENDENT, POOR, STEPS, no_direction, not_met
 from ..dynamics.constraints import linearized, rows
 from ..dynamics.mobility import check_mobility, light
 from ..dynamics.state import float_state
@@ -62,7 +62,7 @@ def closed_start(
     asked = (layout.MET, 0, 0, STEPS, *kernels.on_speeds, *[0] * m, *held, *fixed, *model.quaternions)
     integers, numbers = (
         np.array(asked, dtype=np.int64),
-        np.array([DEPENDENT * (1 + largest), DEPENDENT, light(n), 0.0, 0.0, t, *state.tolist()]),
+        np.array([DEPENDENT * (1 + largest), DEPENDENT, POOR, light(n), 0.0, 0.0, t, *state.tolist()]),
     )
     program = kernels.closing()
     loop.code("gauss_newton", "close", SOURCES)(

@@ -28,6 +28,7 @@ from .layout import (
     MISSED,
     MOMENT,
     NOWHERE,
+    POOR,
     SIZE,
     SMALL,
     STATUS,
@@ -135,11 +136,13 @@ def cholesky(M: Reals, n: int) -> float:
 
 
 @compiled
-def independent(G: Reals, M: Reals, m: int, n: int, kept: Integers, small: float, basis: Reals) -> None:
+def independent(
+    G: Reals, M: Reals, m: int, n: int, kept: Integers, poor: float, small: float, basis: Reals
+) -> None:  # fmt: skip
     """Which rows of ``G`` are independent, the earlier ones first, measured by the diagonal of ``M``.
 
-    Of a dependent row a part below ``small`` is left. ``basis`` holds n (n + 1) numbers: no more rows than speeds are
-    independent.
+    Rows of which a part below ``poor`` is left are kept only where no later one does better; below ``small``, they are
+    dependent. ``basis`` holds n (n + 1) numbers: no more rows than speeds are independent.
     """
     count, row, largest = 0, shifted(basis, n * n), 0.0
     for i in range(m):
@@ -147,31 +150,34 @@ def independent(G: Reals, M: Reals, m: int, n: int, kept: Integers, small: float
         for j in range(n):
             s += G[i * n + j] * G[i * n + j] / M[j * n + j]
         largest = greater(largest, root(s))
-    for i in range(m):
-        s = 0.0
-        for j in range(n):
-            row[j] = G[i * n + j] / root(M[j * n + j])
-            s += row[j] * row[j]
-        length, left = root(s), 0.0
         kept[i] = 0
-        if length > small * largest and count < n:
+    for turn in range(2):
+        least_part = poor if turn == 0 else small
+        for i in range(m):
+            s = 0.0
             for j in range(n):
-                row[j] /= length
-            for _ in range(2):
-                for k in range(count):
-                    s = 0.0
-                    for j in range(n):
-                        s += basis[k * n + j] * row[j]
-                    for j in range(n):
-                        row[j] -= s * basis[k * n + j]
-            for j in range(n):
-                left += row[j] * row[j]
-            left = root(left)
-            if left > small:
+                row[j] = G[i * n + j] / root(M[j * n + j])
+                s += row[j] * row[j]
+            length, left = root(s), 0.0
+            if kept[i] == 0 and length > least_part * largest and count < n:
                 for j in range(n):
-                    basis[count * n + j] = row[j] / left
-                kept[i] = 1
-                count += 1
+                    row[j] /= length
+                for _ in range(2):
+                    for k in range(count):
+                        s = 0.0
+                        for j in range(n):
+                            s += basis[k * n + j] * row[j]
+                        for j in range(n):
+                            row[j] -= s * basis[k * n + j]
+                for j in range(n):
+                    left += row[j] * row[j]
+                left = root(left)
+                # of a short row round-off has any direction: what is left must count beside the largest, too
+                if left > least_part and left * length > small * largest:
+                    for j in range(n):
+                        basis[count * n + j] = row[j] / left
+                    kept[i] = 1
+                    count += 1
 
 
 @compiled
@@ -346,7 +352,7 @@ def close(
     for _ in range(n - 1):
         bound *= (n - 1.0) / n
     integers[HEAVY] = 1 if bound > numbers[LIGHT] else 0
-    independent(G, M, m, n, kept, numbers[DEPENDENT], rest)
+    independent(G, M, m, n, kept, numbers[POOR], numbers[DEPENDENT], rest)
     integers[STATUS] = speeds(shifted(state, n_q), G, psi, M, m, n, fixed, numbers, integers, rest)
 
 
