@@ -133,3 +133,10 @@ def test_steps_are_counted_over_a_whole_run(pendulum):
     assert fb.simulate(pendulum, 1, initial={"a": 1}, impulses=kicks).steps > 20
     with pytest.raises(SimulationError, match="max_steps = 20 steps reached only t = 0"):
         fb.simulate(pendulum, 1, initial={"a": 1}, impulses=kicks, max_steps=20)
+
+
+def test_steps_of_all_phases_of_contacts_count(disk):
+    hop = {"y": 0.3, "x'": 1, "turn'": -5}
+    steps = fb.simulate(disk, 2, initial=hop).steps  # of the fall, of the slip and of the roll
+    with pytest.raises(SimulationError, match=f"max_steps = {steps - 1} steps reached only t = 1.0"):
+        fb.simulate(disk, 2, initial=hop, max_steps=steps - 1)

@@ -75,8 +75,8 @@ def touching_motion(
         {
             "method": "dop853" if method == "auto" else method,
             "max_step": math.inf if max_step is None else float(max_step),
-            "max_steps": max_steps,
         },
+        max_steps,
         timed,
         called,
         indeterminate == "least",

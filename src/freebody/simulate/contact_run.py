@@ -160,8 +160,9 @@ def _phase(
         rates, y, t, end, relative=work.relative, absolute=work.absolute, watch=watch, between=between,
         # half of the shortest flight: a longer step could jump over the return of a contact
         first_step=min((v / a for v, a in _flights(work, t, y, modes, phase).values()), default=None),
-        **work.options,
+        max_steps=work.steps_left, **work.options,
     )  # fmt: skip
+    work.steps_left = None if work.steps_left is None else work.steps_left - path.steps
     _check_depth(work, path, modes)
     _check_shared(work, phase, path, modes)
     asked = len(work.specs)

@@ -61,6 +61,7 @@ class ContactRun:
         absolute: Array,
         order: str,
         options: Mapping[str, Any],
+        max_steps: int | None,
         blows: Sequence[tuple[float, Blow]] = (),
         called: Sequence[Blow] = (),
         least: bool = False,
@@ -78,6 +79,7 @@ class ContactRun:
         self.counts = [math.inf if one.times is None else one.times for one in called]
         self.relative, self.absolute = relative, absolute
         self.order, self.options, self.least = order, options, least
+        self.steps_left = max_steps
         self.names = [c.name for c in self.model.contacts]
         self.n = self.model.n_q
         self.segments: list[Segment] = []

@@ -432,7 +432,7 @@ def _failure(trajectory: Trajectory, path: Path, kernels: Kernels, end: float) -
         )
     else:
         what = (
-            f"max_steps = {path.steps} steps reached only t = {path.end:.9g} s of {end:g} s; '{name}' "
+            f"max_steps = {trajectory.steps} steps reached only t = {path.end:.9g} s of {end:g} s; '{name}' "
             "asked for the smallest steps. Raise max_steps, or loosen the tolerance."
         )
         if path.stiff:
