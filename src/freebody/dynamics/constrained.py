@@ -58,15 +58,19 @@ def constrained_dynamics(
             multipliers[i] = multiplier
         return tuple(u), tuple(multipliers)
     M = Factorization(mass_matrix(model, state))
-    free = M.solve(f)
+    free = M.forward(f)
     if not given.symmetric:
         active = _slipping_last(model, active)
-    G = [given.matrix[i] for i in active]
-    X = [M.solve(given.acting[i]) for i in active]
-    A = products(G, X)
+    # G M⁻¹ Wᵀ = (L⁻¹ Gᵀ)ᵀ D⁻¹ (L⁻¹ Wᵀ)
+    acting = [M.forward(given.acting[i]) for i in active]
+    G = [
+        M.divided(row if given.symmetric else M.forward(given.matrix[i]))
+        for i, row in zip(active, acting, strict=True)
+    ]
+    A = products(G, acting)
     right = [-(given.bias[i] + along) for i, along in zip(active, applied(G, free), strict=True)]
     lam = (Factorization(A) if given.symmetric else Elimination(A)).solve(right)
-    udot = combined(free, lam, X)
+    udot = M.back(combined(free, lam, acting))
     for i, multiplier in zip(active, lam, strict=True):
         multipliers[i] = multiplier
     return tuple(udot), tuple(multipliers)
@@ -191,9 +195,9 @@ def _least(model: Model, state: State, G: list[Any], residual: list[Any]) -> lis
     if speeds is not None:
         return loop_motion(model, state, speeds, [0] * model.n_u, G, [-r for r in residual])[0]
     M = Factorization(mass_matrix(model, state))
-    X = [M.solve(row) for row in G]
-    lam = Factorization(products(G, X)).solve([-r for r in residual])
-    return combined([0] * model.n_u, lam, X)
+    Y = [M.forward(row) for row in G]
+    lam = Factorization(products([M.divided(y) for y in Y], Y)).solve([-r for r in residual])
+    return M.back(combined([0] * model.n_u, lam, Y))
 
 
 # Rows of G are compared at unit length; what is left of a dependent row after Gram-Schmidt is round-off.
