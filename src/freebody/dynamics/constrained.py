@@ -63,12 +63,10 @@ def constrained_dynamics(
         active = _slipping_last(model, active)
     # G M⁻¹ Wᵀ = (L⁻¹ Gᵀ)ᵀ D⁻¹ (L⁻¹ Wᵀ)
     acting = [M.forward(given.acting[i]) for i in active]
-    G = [
-        M.divided(row if given.symmetric else M.forward(given.matrix[i]))
-        for i, row in zip(active, acting, strict=True)
-    ]
-    A = products(G, acting)
-    right = [-(given.bias[i] + along) for i, along in zip(active, applied(G, free), strict=True)]
+    held = acting if given.symmetric else [M.forward(given.matrix[i]) for i in active]
+    weighed = [M.divided(row) for row in held]
+    A = products(weighed, acting)
+    right = [-(given.bias[i] + along) for i, along in zip(active, applied(weighed, free), strict=True)]
     lam = (Factorization(A) if given.symmetric else Elimination(A)).solve(right)
     udot = M.back(combined(free, lam, acting))
     for i, multiplier in zip(active, lam, strict=True):

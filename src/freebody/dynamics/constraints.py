@@ -348,9 +348,9 @@ class Linearized:
         along = _along_motion(self._model, self._state, self._state.u, 1, 2, pins=False)
         pairs = zip(along, self._kinds, strict=True)
         result = [_derivative(r, 1 if kind.on_speeds else 2) for r, kind in pairs]
-        for i, one in self._pins:
-            turned = _from_carrier(self._model, self._state, one)
-            result[i : i + _conditions(one)] = bias_of(self._model, self._state, one, turned)
+        for i, pin in self._pins:
+            turned = _from_carrier(self._model, self._state, pin)
+            result[i : i + _conditions(pin)] = bias_of(self._model, self._state, pin, turned)
         for i, one in self.touching:
             result[i : i + _count(one)] = self._contact_rows(one).bias[: _count(one)]
         return tuple(result)

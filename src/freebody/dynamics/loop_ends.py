@@ -24,17 +24,15 @@ from ..scalar.algebra import (
     Matrix,
     Vector,
     add,
-    add_matrices,
     apply,
     cross,
     dot,
     multiply,
-    skew,
     subtract,
 )
 from ..space.spatial import times
 from .dependence import loop_links
-from .kinematics import Posture, link_postures, place_of
+from .kinematics import Posture, link_postures, place_of, turning
 from .state import State
 
 
@@ -48,14 +46,7 @@ class Swing:
 
     def carried(self, r: Vector) -> Vector:
         """Acceleration of the point at ``r`` from the origin."""
-        return add(self.a, apply(_turning(self.w, self.alpha), r))
-
-
-def _turning(w: Vector, alpha: Vector) -> Matrix:
-    """[α]× + [w]×²."""
-    x, y, z = w
-    xx, yy, zz, xy, yz, zx = x * x, y * y, z * z, x * y, y * z, z * x
-    return add_matrices(skew(alpha), ((-(yy + zz), xy, zx), (xy, -(zz + xx), yz), (zx, yz, -(xx + yy))))
+        return add(self.a, apply(turning(self.w, self.alpha), r))
 
 
 @dataclass(frozen=True)
@@ -128,9 +119,9 @@ def bias_of(model: Model, state: State, joint: Closure, ground: Matrix) -> list[
     parent, child = ends(model, state, joint)
     P, C = (_swing(model, state, end.link, carrier) for end in (parent, child))
     d = apply(ground, subtract(C.carried(child.arm), P.carried(parent.arm)))
-    turning = _turning(subtract(C.w, P.w), subtract(subtract(C.alpha, P.alpha), cross(P.w, C.w)))
+    B_CP = turning(subtract(C.w, P.w), subtract(subtract(C.alpha, P.alpha), cross(P.w, C.w)))
     result = [dot(state.vector(e), d) for _, e in joint.along]
     for _, a, b in joint.square:
         A, B = apply(parent.axes, state.vector(a)), apply(child.axes, state.vector(b))
-        result.append(dot(A, apply(turning, B)))
+        result.append(dot(A, apply(B_CP, B)))
     return result
