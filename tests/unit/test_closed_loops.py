@@ -12,6 +12,7 @@ from freebody.dynamics import float_state
 from freebody.dynamics.along import state_along
 from freebody.dynamics.constraints import linearized, residuals
 from freebody.errors import ModelError, SimulationError
+from freebody.scalar.series import Series
 
 
 def four_bar(lengths=(1.0, 3.0, 2.5), base=3.0, crank="a"):
@@ -232,8 +233,8 @@ def test_nonsense_is_refused(ask, message):
 
 
 @pytest.mark.parametrize("closing", ["ball", "hinge", "universal", "weld", "gimbal"])
-def test_bias_of_a_loop_is_the_second_derivative_of_its_residuals(closing):
-    """γ from the accelerations of the ends against truncated series of φ, at states where the loop is open too.
+def test_rows_of_a_loop_are_derivatives_of_its_residuals(closing):
+    """G and γ from the motion of the ends against truncated series of φ, at states where the loop is open too.
 
     The loop holds joints of every kind; one of its loops hangs from a link that moves.
     """
@@ -266,4 +267,15 @@ def test_bias_of_a_loop_is_the_second_derivative_of_its_residuals(closing):
         expected = np.array([r.derivative(2) for r in along])
         found = np.array(linearized(model, state).bias)
         assert len(found) > 5
-        assert np.abs(found - expected).max() < 1e-12 * (1 + np.abs(expected).max())
+        bound = 1e-12 * (1 + np.abs(expected).max())
+        assert np.abs(found - expected).max() < bound
+        G = np.array(linearized(model, state).matrix, dtype=float)
+        for j, unit in enumerate(np.eye(model.n_u)):
+            along = residuals(model, state_along(model, state, unit.tolist(), 0, 1))
+            column = [r.derivative(1) if isinstance(r, Series) else 0 for r in along]
+            assert np.abs(G[:, j] - column).max() < bound
+        rows, back = linearized(model, state).turned(range(len(found)))
+        assert len(back) == 2
+        for places, R in back:
+            assert np.abs(np.array(R) @ [rows[i][0] for i in places] - G[places]).max() < bound
+            assert np.abs(np.array(R) @ [rows[i][1] for i in places] - found[places]).max() < bound

@@ -49,7 +49,8 @@ from .kinematics import (
     point_velocity,
     rotation,
 )
-from .loop_ends import bias_of, carrier_of, ends
+from .linear import entries
+from .loop_ends import carrier_of, ends, last_link, loop_rows
 from .state import State
 
 
@@ -324,6 +325,41 @@ class Linearized:
             if isinstance(c, Closure) and c.in_ground
         ]
 
+    def _in_ground(self, pin: Closure) -> tuple[list[list[Any]], list[Any]]:
+        """G and γ of a pin, its force in ground axes."""
+        G, bias = loop_rows(self._model, self._state, pin, carrier_of(self._model, pin))
+        R = _from_carrier(self._model, self._state, pin)
+        # a zero times a float is no plain zero
+        columns = [apply(R, x) if entries(x) else x for x in zip(*G[:3], strict=True)]
+        return [*map(list, zip(*columns, strict=True)), *G[3:]], [
+            *apply(R, (bias[0], bias[1], bias[2])),
+            *bias[3:],
+        ]
+
+    def turned(self, active: Sequence[int]) -> tuple[dict[int, tuple[Any, Any]], list[tuple[list[int], Any]]]:
+        """G and γ of rows with the force of a pin in axes of the loop, in which more is constant, and the way back.
+
+        Returns
+        -------
+        rows : dict
+            Row -> (row of G, γ).
+        back : list of (rows, matrix)
+            The matrix times their multipliers gives those along ground axes.
+        """
+        found: dict[int, tuple[Any, Any]] = {}
+        back = []
+        for i, pin in self._pins:
+            link = last_link(self._model, pin)
+            R = rotation(self._model, self._state, link)
+            held = [k for k in range(3) if i + k in active]
+            # the others do not mix with these: they are none, or across a plane in which the loop moves
+            apart = [k for k in range(3) if k not in held]
+            if held and all(entries((R[a][b], R[b][a])) == [] for a in held for b in apart):
+                G, bias = loop_rows(self._model, self._state, pin, link)
+                found |= {i + k: (G[k], bias[k]) for k in held}
+                back.append(([i + k for k in held], [[R[a][b] for b in held] for a in held]))
+        return found, back
+
     def _contact_rows(self, touching: Touching) -> ContactRows:
         return rows_of(self._model, self._state, (touching.contact,))
 
@@ -349,8 +385,7 @@ class Linearized:
         pairs = zip(along, self._kinds, strict=True)
         result = [_derivative(r, 1 if kind.on_speeds else 2) for r, kind in pairs]
         for i, pin in self._pins:
-            turned = _from_carrier(self._model, self._state, pin)
-            result[i : i + _conditions(pin)] = bias_of(self._model, self._state, pin, turned)
+            result[i : i + _conditions(pin)] = self._in_ground(pin)[1]
         for i, one in self.touching:
             result[i : i + _count(one)] = self._contact_rows(one).bias[: _count(one)]
         return tuple(result)
@@ -367,10 +402,12 @@ class Linearized:
         found: list[dict[int, Any]] = [{} for _ in kinds]
         for moving in directions(depends.values()):
             unit = [int(j in moving) for j in range(model.n_u)]
-            for i, r in enumerate(_along_motion(model, state, unit, 0, 1)):
+            for i, r in enumerate(_along_motion(model, state, unit, 0, 1, pins=False)):
                 for j in moving & depends[kinds[i].owner]:
                     found[i][j] = _at(r, 0) - still[i] if kinds[i].on_speeds else _derivative(r, 1)
         result = [tuple(row.get(j, 0) for j in range(model.n_u)) for row in found]
+        for i, pin in self._pins:
+            result[i : i + _conditions(pin)] = map(tuple, self._in_ground(pin)[0])
         for i, one in self.touching:
             result[i : i + _count(one)] = self._contact_rows(one).matrix[: _count(one)]
         return tuple(result)

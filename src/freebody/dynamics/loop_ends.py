@@ -1,7 +1,7 @@
-"""The two ends of a loop, seen from the link that carries it, and their motion without accelerations u'.
+"""The two ends of a loop, as they move relative to the link that carries it.
 
-Outward along the loop, in the axes of the carrier, with r from the parent's origin to that of the link and (w_J, v_J)
-the motion of the joint:
+Without accelerations u', outward along the loop, with r from the parent's origin to that of the link and (w_J, v_J) the
+motion of the joint:
 
     a_i = a_p + B_p r + 2 w_p × v_J + w_J × v_J + y'' s        B = [α]× + [w]×²
     α_i = α_p + w_p × w_J + y'' n                              w_i = w_p + w_J
@@ -29,33 +29,19 @@ from ..scalar.algebra import (
     dot,
     multiply,
     subtract,
+    transpose,
 )
 from ..space.spatial import times
 from .dependence import loop_links
-from .kinematics import Posture, link_postures, place_of, turning
+from .kinematics import Posture, link_postures, motions, place_of, turning
 from .state import State
 
 
 @dataclass(frozen=True)
-class Swing:
-    """Of a link: w, and of α and the acceleration a of its origin what is free of u', in the carrier's axes."""
-
-    w: Vector
-    alpha: Vector
-    a: Vector
-
-    def carried(self, r: Vector) -> Vector:
-        """Acceleration of the point at ``r`` from the origin."""
-        return add(self.a, apply(turning(self.w, self.alpha), r))
-
-
-@dataclass(frozen=True)
 class End:
-    """One side of a closure: its link, its axes, its point from the link's origin and from the carrier's."""
+    """One side of a closure: its axes and its point."""
 
-    link: int
     axes: Matrix
-    arm: Vector
     place: Vector
 
 
@@ -77,7 +63,7 @@ def ends(model: Model, state: State, joint: Closure) -> tuple[End, End]:
         side = _side(model, state, link, carrier)
         point = state.vector(tuple(a + b for a, b in zip(origin, body.point(*at).components, strict=True)))
         arm = apply(side.rotation, point)
-        found.append(End(link, multiply(side.rotation, state.matrix(axes)), arm, add(side.position, arm)))
+        found.append(End(multiply(side.rotation, state.matrix(axes)), add(side.position, arm)))
     return found[0], found[1]
 
 
@@ -93,35 +79,85 @@ def _side(model: Model, state: State, link: int, carrier: int) -> Posture:
     return known[link]
 
 
-def _swing(model: Model, state: State, link: int, carrier: int) -> Swing:
-    known = state.cache.setdefault(("swings", carrier), {carrier: Swing(ZERO, ZERO, ZERO)})
-    if link not in known:
-        one = model.links[link]
-        P = _swing(model, state, one.parent, carrier)
-        before, after = (_side(model, state, i, carrier) for i in (one.parent, link))
-        wJ, vJ = (apply(after.rotation, x) for x in state.joint(link)[2])
-        a = add(P.carried(apply(before.rotation, state.joint(link)[1])), cross(add(add(P.w, P.w), wJ), vJ))
-        alpha = add(P.alpha, cross(P.w, wJ))
-        if one.one_dof:
-            turn, slide = times(state.second_rate(one, None), state.subspace(link))
-            alpha, a = add(alpha, apply(after.rotation, turn)), add(a, apply(after.rotation, slide))
-        known[link] = Swing(add(P.w, wJ), alpha, a)
-    return known[link]
+def last_link(model: Model, joint: Closure) -> int:
+    """The link at the end of the longer side, in whose axes most is constant."""
+    P, C = _sides(model, joint)
+    return (P if len(P) > len(C) else C or [carrier_of(model, joint)])[-1]
 
 
-def bias_of(model: Model, state: State, joint: Closure, ground: Matrix) -> list[Any]:
-    """γ of a closure in ground axes, ``ground`` from those of the carrier:
-
-    e·(a_C - a_P),    and of A·B with A fixed in the parent and B in the child  A·([α]× + [w]×²) B  of their relative
-    motion, w = w_C - w_P,  α = α_C - α_P - w_P × w_C.
-    """
+def _sides(model: Model, joint: Closure) -> tuple[list[int], list[int]]:
+    """Links of the loop from the carrier outward, to the parent and to the child."""
     carrier = carrier_of(model, joint)
-    parent, child = ends(model, state, joint)
-    P, C = (_swing(model, state, end.link, carrier) for end in (parent, child))
-    d = apply(ground, subtract(C.carried(child.arm), P.carried(parent.arm)))
-    B_CP = turning(subtract(C.w, P.w), subtract(subtract(C.alpha, P.alpha), cross(P.w, C.w)))
-    result = [dot(state.vector(e), d) for _, e in joint.along]
+    result = []
+    for body in (joint.parent, joint.child):
+        links: list[int] = []
+        link, _ = place_of(model, body)
+        while link != carrier:
+            links.insert(0, link)
+            link = model.links[link].parent
+        result.append(links)
+    return result[0], result[1]
+
+
+def _seen(model: Model, state: State, joint: Closure, link: int) -> dict[int, Matrix]:
+    """Rotations of the links of a loop and of its carrier into the axes of one of them."""
+    R = {link: IDENTITY}
+    for side in _sides(model, joint):
+        if link in side:
+            for i in reversed(side[: side.index(link) + 1]):
+                R[model.links[i].parent] = multiply(R[i], transpose(state.joint(i)[0]))
+    for side in _sides(model, joint):
+        for i in side:
+            if i not in R:
+                R[i] = multiply(R[model.links[i].parent], state.joint(i)[0])
+    return R
+
+
+def loop_rows(model: Model, state: State, joint: Closure, seen: int) -> tuple[list[list[Any]], list[Any]]:
+    """G and γ of a closure whose points coincide, its force in the axes of the link ``seen`` of the loop.
+
+    A joint with the motion (n, s) of unit speed moves the end at r from its link's origin by s + n × r, and turns a
+    vector B by n × B. γ is e·(a_C - a_P), and of A·B with A fixed in the parent and B in the child
+    A·([α]× + [w]×²) B of their relative motion, w = w_C - w_P, α = α_C - α_P - w_P × w_C.
+    """
+    R = _seen(model, state, joint, seen)
+    A: list[Vector] = []
+    B: list[Vector] = []
     for _, a, b in joint.square:
-        A, B = apply(parent.axes, state.vector(a)), apply(child.axes, state.vector(b))
-        result.append(dot(A, apply(B_CP, B)))
-    return result
+        for vectors, body, axes, e in (
+            (A, joint.parent, joint.parent_axes, a),
+            (B, joint.child, joint.child_axes, b),
+        ):
+            vectors.append(apply(R[place_of(model, body)[0]], apply(state.matrix(axes), state.vector(e))))
+    G: list[list[Any]] = [[0] * model.n_u for _ in range(3 + len(A))]
+    turns, ends_move = [], []
+    for sign, links, body, at in zip(
+        (-1, 1), _sides(model, joint), (joint.parent, joint.child), (joint.at, joint.to), strict=True
+    ):
+        link, origin = place_of(model, body)
+        point = state.vector(tuple(x + y for x, y in zip(origin, body.point(*at).components, strict=True)))
+        arm = r = apply(R[link], point)
+        w, alpha, accelerated = ZERO, ZERO, ZERO
+        for i in reversed(links):
+            for j, weight, (n, s) in motions(model, state, i):
+                n, s = apply(R[i], n), apply(R[i], s)
+                moved = (*add(s, cross(n, r)), *(dot(a, cross(n, b)) for a, b in zip(A, B, strict=True)))
+                for k, x in enumerate(moved):
+                    G[k][j] = G[k][j] + sign * (weight * x)
+            r = add(r, apply(R[model.links[i].parent], state.joint(i)[1]))
+        for i in links:
+            one, (_, p, (wJ, vJ)) = model.links[i], state.joint(i)
+            p, wJ, vJ = apply(R[one.parent], p), apply(R[i], wJ), apply(R[i], vJ)
+            accelerated = add(accelerated, apply(turning(w, alpha), p))
+            accelerated = add(accelerated, cross(add(add(w, w), wJ), vJ))
+            alpha = add(alpha, cross(w, wJ))
+            if one.one_dof:
+                turn, slide = times(state.second_rate(one, None), state.subspace(i))
+                alpha, accelerated = add(alpha, apply(R[i], turn)), add(accelerated, apply(R[i], slide))
+            w = add(w, wJ)
+        turns.append((w, alpha))
+        ends_move.append(add(accelerated, apply(turning(w, alpha), arm)))
+    (w_P, alpha_P), (w_C, alpha_C) = turns
+    relative = turning(subtract(w_C, w_P), subtract(subtract(alpha_C, alpha_P), cross(w_P, w_C)))
+    bias = [dot(a, apply(relative, b)) for a, b in zip(A, B, strict=True)]
+    return G, [*subtract(ends_move[1], ends_move[0]), *bias]
