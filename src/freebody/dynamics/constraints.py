@@ -3,12 +3,12 @@
     φ(q, t) = 0,   ψ(u, q, t) = G u + g = 0,   G u' + γ = 0,   M u' + h = Q + Gᵀ λ
 
 Every condition is evaluated once, as a residual of any scalar; G, g and γ are derivatives of the residuals along a
-motion, taken by truncated series, so that no condition brings derivatives of its own. But γ of points that coincide,
-and of directions, is an acceleration that the bodies tell with fewer operations (`loop_ends`).
+motion, taken by truncated series, so that no condition brings derivatives of its own. But G and γ of joints that hold
+two points together follow from the motion of the bodies, with fewer operations (`loop_ends`).
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 8, with exact γ.
 
-The file is longer than others: every kind of condition has its residual here, and all are differentiated in one way.
+The file is longer than others: every kind of condition has its residual here, by which all others are differentiated.
 """
 
 from __future__ import annotations
