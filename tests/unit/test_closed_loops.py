@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 import freebody as fb
+from freebody.dynamics import float_state
+from freebody.dynamics.along import state_along
+from freebody.dynamics.constraints import linearized, residuals
 from freebody.errors import ModelError, SimulationError
+from freebody.scalar.series import Series
 
 
 def four_bar(lengths=(1.0, 3.0, 2.5), base=3.0, crank="a"):
@@ -226,3 +230,52 @@ def test_nonsense_is_refused(ask, message):
     with pytest.raises(ModelError) as caught:
         ask(fb.compile(four_bar(), at=q), q)
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("closing", ["ball", "hinge", "universal", "weld", "gimbal"])
+def test_rows_of_a_loop_are_derivatives_of_its_residuals(closing):
+    """G and γ from the motion of the ends against truncated series of φ, at states where the loop is open too.
+
+    The loop holds joints of every kind; one of its loops hangs from a link that moves.
+    """
+    s = fb.System("loop")
+    rng = np.random.default_rng(3)
+    bodies, parent = [s.ground], s.ground
+    for i, kind in enumerate(("free", "hinge", "ball", "slider", "driven", "screw", "weld", "hinge")):
+        body = s.body(f"b{i}", fb.box(1, (0.3, 0.5, 0.7)))
+        place = {x: tuple(rng.uniform(-1, 1, 3).round(2).tolist()) for x in ("at", "to")}
+        if kind == "driven":
+            s.hinge(f"j{i}", parent, body, axis=(0.6, 0, 0.8), coordinate="sin(2*t)", **place)
+        elif kind == "screw":
+            s.screw(f"j{i}", parent, body, axis="y", pitch=0.2, **place)
+        elif kind in ("hinge", "slider"):
+            getattr(s, kind)(f"j{i}", parent, body, axis="zx"[i % 2], **place)
+        else:
+            getattr(s, kind)(f"j{i}", parent, body, **place)
+        bodies.append(body)
+        parent = body
+    for name, (a, b) in {"far": (0, 8), "near": (2, 7)}.items():
+        axis = {"axis": "z"} if closing == "hinge" else {}
+        getattr(s, closing)(name, bodies[a], bodies[b], at=(0.2, 0.1, 0), to=(0, 0.3, 0.1), **axis)
+    model = fb.assemble(s)
+    for _ in range(3):
+        q, u = rng.normal(size=model.n_q), rng.normal(size=model.n_u)
+        for k in model.quaternions:
+            q[k : k + 4] /= np.linalg.norm(q[k : k + 4])
+        state = float_state(model, q, u, 0.3)
+        along = residuals(model, state_along(model, state, state.u, 1, 2))
+        expected = np.array([r.derivative(2) for r in along])
+        found = np.array(linearized(model, state).bias)
+        assert len(found) > 5
+        bound = 1e-12 * (1 + np.abs(expected).max())
+        assert np.abs(found - expected).max() < bound
+        G = np.array(linearized(model, state).matrix, dtype=float)
+        for j, unit in enumerate(np.eye(model.n_u)):
+            along = residuals(model, state_along(model, state, unit.tolist(), 0, 1))
+            column = [r.derivative(1) if isinstance(r, Series) else 0 for r in along]
+            assert np.abs(G[:, j] - column).max() < bound
+        rows, back = linearized(model, state).turned(range(len(found)))
+        assert len(back) == 2
+        for places, R in back:
+            assert np.abs(np.array(R) @ [rows[i][0] for i in places] - G[places]).max() < bound
+            assert np.abs(np.array(R) @ [rows[i][1] for i in places] - found[places]).max() < bound

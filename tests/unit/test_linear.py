@@ -52,10 +52,22 @@ def test_products_leave_out_zeros_only():
 def test_the_hub_of_a_star_is_eliminated_last():
     n = 6
     order = minimum_degree([[], *([0] for _ in range(n - 1))])
-    assert order[: n - 2] == [1, 2, 3, 4]
+    assert order[: n - 2] == [5, 4, 3, 2]
     A = [[n if i == j == 0 else 2 if i == j else int(0 in (i, j)) for j in range(n)] for i in range(n)]
     assert sum(map(len, Factorization(A).L)) == n - 1
 
 
-def test_a_full_matrix_keeps_its_order():
-    assert minimum_degree([range(i) for i in range(7)]) == list(range(7))
+def test_a_full_matrix_is_eliminated_from_its_end():
+    assert minimum_degree([range(i) for i in range(7)]) == [6, 5, 4, 3, 2, 1, 0]
+
+
+def test_product_through_the_inverse_needs_no_way_back():
+    """G A⁻¹ bᵀ = (L⁻¹ Gᵀ)ᵀ D⁻¹ (L⁻¹ b)."""
+    B, G = sparse(5, 5, 3), sparse(3, 5, 4)
+    A = products(B, B)
+    for i in range(5):
+        A[i][i] += Fraction(1, 3)
+    M, b = Factorization(A), [Fraction(i, 7) for i in range(5)]
+    halves = [M.divided(M.forward(row)) for row in G]
+    assert applied(halves, M.forward(b)) == applied(G, M.solve(b))
+    assert M.back(M.forward(b)) == M.solve(b)

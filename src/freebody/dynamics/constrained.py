@@ -51,25 +51,43 @@ def constrained_dynamics(
     given = linearized(model, state)
     multipliers: list[Any] = [0] * len(given.bias)
     speeds = deep(model) if given.symmetric else None
-    if speeds is not None:
-        G = [given.matrix[i] for i in active]
-        u, lam = loop_motion(model, state, speeds, f, G, [-given.bias[i] for i in active])
-        for i, multiplier in zip(active, lam, strict=True):
-            multipliers[i] = multiplier
-        return tuple(u), tuple(multipliers)
-    M = Factorization(mass_matrix(model, state))
-    free = M.solve(f)
+    turned, back = given.turned(active)
     if not given.symmetric:
         active = _slipping_last(model, active)
-    G = [given.matrix[i] for i in active]
-    X = [M.solve(given.acting[i]) for i in active]
-    A = products(G, X)
-    right = [-(given.bias[i] + along) for i, along in zip(active, applied(G, free), strict=True)]
-    lam = (Factorization(A) if given.symmetric else Elimination(A)).solve(right)
-    udot = combined(free, lam, X)
+    G = [turned[i][0] if i in turned else given.matrix[i] for i in active]
+    gamma = [turned[i][1] if i in turned else given.bias[i] for i in active]
+    if speeds is not None:
+        udot, lam = loop_motion(model, state, speeds, f, G, [-x for x in gamma])
+    else:
+        acting = [G[k] if i in turned else given.acting[i] for k, i in enumerate(active)]
+        udot, lam = _by_mass_matrix(model, state, f, G, gamma, acting, given.symmetric)
     for i, multiplier in zip(active, lam, strict=True):
         multipliers[i] = multiplier
+    for places, R in back:
+        for i, value in zip(places, applied(R, [multipliers[i] for i in places]), strict=True):
+            multipliers[i] = value
     return tuple(udot), tuple(multipliers)
+
+
+def _by_mass_matrix(
+    model: Model,
+    state: State,
+    f: Sequence[Any],
+    G: Sequence[Sequence[Any]],
+    gamma: Sequence[Any],
+    acting: Sequence[Sequence[Any]],
+    symmetric: bool,
+) -> tuple[list[Any], list[Any]]:
+    """u' and λ with the forces Wᵀ λ, W the rows ``acting``."""
+    M = Factorization(mass_matrix(model, state))
+    free = M.forward(f)
+    # G M⁻¹ Wᵀ = (L⁻¹ Gᵀ)ᵀ D⁻¹ (L⁻¹ Wᵀ)
+    W = [M.forward(row) for row in acting]
+    weighed = [M.divided(row) for row in (W if symmetric else [M.forward(row) for row in G])]
+    A = products(weighed, W)
+    right = [-(a + along) for a, along in zip(gamma, applied(weighed, free), strict=True)]
+    lam = (Factorization(A) if symmetric else Elimination(A)).solve(right)
+    return M.back(combined(free, lam, W)), lam
 
 
 DEEP = 10
@@ -191,9 +209,9 @@ def _least(model: Model, state: State, G: list[Any], residual: list[Any]) -> lis
     if speeds is not None:
         return loop_motion(model, state, speeds, [0] * model.n_u, G, [-r for r in residual])[0]
     M = Factorization(mass_matrix(model, state))
-    X = [M.solve(row) for row in G]
-    lam = Factorization(products(G, X)).solve([-r for r in residual])
-    return combined([0] * model.n_u, lam, X)
+    Y = [M.forward(row) for row in G]
+    lam = Factorization(products([M.divided(y) for y in Y], Y)).solve([-r for r in residual])
+    return M.back(combined([0] * model.n_u, lam, Y))
 
 
 # Rows of G are compared at unit length; what is left of a dependent row after Gram-Schmidt is round-off.

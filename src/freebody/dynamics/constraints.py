@@ -3,11 +3,12 @@
     φ(q, t) = 0,   ψ(u, q, t) = G u + g = 0,   G u' + γ = 0,   M u' + h = Q + Gᵀ λ
 
 Every condition is evaluated once, as a residual of any scalar; G, g and γ are derivatives of the residuals along a
-motion, taken by truncated series, so that no condition brings derivatives of its own.
+motion, taken by truncated series, so that no condition brings derivatives of its own. But G and γ of joints that hold
+two points together follow from the motion of the bodies, with fewer operations (`loop_ends`).
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 8, with exact γ.
 
-The file is longer than others: every kind of condition has its residual here, and all are differentiated in one way.
+The file is longer than others: every kind of condition has its residual here, by which all others are differentiated.
 """
 
 from __future__ import annotations
@@ -20,9 +21,8 @@ from typing import Any
 from ..describe.constraint import Gear, Rolling, Rope, SpeedCondition
 from ..model.closure import Closure, Thread
 from ..model.contact import Touching
-from ..model.model import GROUND, Model
+from ..model.model import Model
 from ..scalar.algebra import (
-    IDENTITY,
     ZERO,
     Matrix,
     Vector,
@@ -40,17 +40,17 @@ from ..scalar.algebra import (
 from ..scalar.series import Series
 from .along import replaced, state_along
 from .contact import ContactRows, rows_of, touch
-from .dependence import dependence, directions, loop_links
+from .dependence import dependence, directions
 from .kinematics import (
-    Posture,
     Spot,
     angular_velocity,
-    link_postures,
     place_of,
     point_position,
     point_velocity,
     rotation,
 )
+from .linear import entries
+from .loop_ends import carrier_of, ends, last_link, loop_rows
 from .state import State
 
 
@@ -102,15 +102,16 @@ def rows(model: Model) -> tuple[Row, ...]:
     return tuple(result)
 
 
-def residuals(model: Model, state: State, *, contacts: bool = True) -> list[Any]:
+def residuals(model: Model, state: State, *, contacts: bool = True, pins: bool = True) -> list[Any]:
     """Value of every condition at a state: φ of those on coordinates, ψ of those on speeds.
 
-    Without ``contacts``, zeros stand for theirs.
+    Without ``contacts``, and ``pins`` that close loops, zeros stand for theirs.
     """
     result: list[Any] = []
     for constraint in model.constraints.values():
         if isinstance(constraint, Closure):
-            result += _closure(model, state, constraint)
+            leave = constraint.in_ground and not pins
+            result += [0] * _conditions(constraint) if leave else _closure(model, state, constraint)
         elif isinstance(constraint, Rope):
             points = [point_position(model, state, point) for point in constraint.points]
             spans = [subtract(b, a) for a, b in zip(points, points[1:], strict=False)]
@@ -131,6 +132,10 @@ def residuals(model: Model, state: State, *, contacts: bool = True) -> list[Any]
         else:
             result.append(state(constraint.expression))
     return result
+
+
+def _conditions(pin: Closure) -> int:
+    return len(pin.along) + len(pin.square)
 
 
 def _count(touching: Touching) -> int:
@@ -154,44 +159,16 @@ def _frame(model: Model, state: State, body: Any, axes: Matrix) -> Matrix:
     return multiply(rotation(model, state, link), state.matrix(axes))
 
 
-def _side(model: Model, state: State, link: int, carrier: int) -> Posture:
-    """Pose of a link in the axes of one that carries it."""
-    if carrier == GROUND:
-        return Posture(IDENTITY, ZERO) if link == GROUND else link_postures(model, state)[link]
-    known = state.cache.setdefault(("sides", carrier), {carrier: Posture(IDENTITY, ZERO)})
-    if link not in known:
-        P = _side(model, state, model.links[link].parent, carrier)
-        R, p, _ = state.joint(link)
-        known[link] = Posture(multiply(P.rotation, R), add(P.position, apply(P.rotation, p)))
-    return known[link]
-
-
 def _closure(model: Model, state: State, joint: Closure) -> list[Any]:
     """Seen from the link that carries the whole loop, so that only motions of the loop stand in it.
 
     The ground's axes, in which the force of the joint is given, are then those of the moment: of R φ with φ = 0 no
     derivative of R matters.
     """
-    links = loop_links(model, joint)
-    carrier = model.links[min(links)].parent if links else place_of(model, joint.parent)[0]
-    ends = []
-    for body, axes, at in (
-        (joint.parent, joint.parent_axes, joint.at),
-        (joint.child, joint.child_axes, joint.to),
-    ):
-        link, origin = place_of(model, body)
-        side = _side(model, state, link, carrier)
-        arm = state.vector(tuple(a + b for a, b in zip(origin, body.point(*at).components, strict=True)))
-        place = add(side.position, apply(side.rotation, arm))
-        ends.append((multiply(side.rotation, state.matrix(axes)), place))
-    (R_P, p_P), (R_C, p_C) = ends
-    gap = subtract(p_C, p_P)
-    if not joint.in_ground:
-        d = apply_transpose(R_P, gap)
-    elif carrier == GROUND:
-        d = gap
-    else:
-        d = apply(rotation(model, state.cache.get("start", state), carrier), gap)
+    parent, child = ends(model, state, joint)
+    R_P, R_C = parent.axes, child.axes
+    gap = subtract(child.place, parent.place)
+    d = apply(_from_carrier(model, state, joint), gap) if joint.in_ground else apply_transpose(R_P, gap)
     result = [dot(state.vector(e), d) for _, e in joint.along]
     for _, a, b in joint.square:
         a, b = state.vector(a), state.vector(b)
@@ -199,6 +176,10 @@ def _closure(model: Model, state: State, joint: Closure) -> list[Any]:
     if joint.thread is not None:
         result.append(_thread(state, joint.thread, R_P, R_C, d))
     return result
+
+
+def _from_carrier(model: Model, state: State, joint: Closure) -> Matrix:
+    return rotation(model, state.cache.get("start", state), carrier_of(model, joint))
 
 
 def _thread(state: State, thread: Thread, R_P: Matrix, R_C: Matrix, d: Vector) -> Any:
@@ -338,6 +319,46 @@ class Linearized:
         self.touching = [
             (places[name], c) for name, c in model.constraints.items() if isinstance(c, Touching)
         ]
+        self._pins = [
+            (places[name], c)
+            for name, c in model.constraints.items()
+            if isinstance(c, Closure) and c.in_ground
+        ]
+
+    def _in_ground(self, pin: Closure) -> tuple[list[list[Any]], list[Any]]:
+        """G and γ of a pin, its force in ground axes."""
+        G, bias = loop_rows(self._model, self._state, pin, carrier_of(self._model, pin))
+        R = _from_carrier(self._model, self._state, pin)
+        # a zero times a float is no plain zero
+        columns = [apply(R, x) if entries(x) else x for x in zip(*G[:3], strict=True)]
+        return [*map(list, zip(*columns, strict=True)), *G[3:]], [
+            *apply(R, (bias[0], bias[1], bias[2])),
+            *bias[3:],
+        ]
+
+    def turned(self, active: Sequence[int]) -> tuple[dict[int, tuple[Any, Any]], list[tuple[list[int], Any]]]:
+        """G and γ of rows with the force of a pin in axes of the loop, in which more is constant, and the way back.
+
+        Returns
+        -------
+        rows : dict
+            Row -> (row of G, γ).
+        back : list of (rows, matrix)
+            The matrix times their multipliers gives those along ground axes.
+        """
+        found: dict[int, tuple[Any, Any]] = {}
+        back = []
+        for i, pin in self._pins:
+            link = last_link(self._model, pin)
+            R = rotation(self._model, self._state, link)
+            held = [k for k in range(3) if i + k in active]
+            # the others do not mix with these: they are none, or across a plane in which the loop moves
+            apart = [k for k in range(3) if k not in held]
+            if held and all(entries((R[a][b], R[b][a])) == [] for a in held for b in apart):
+                G, bias = loop_rows(self._model, self._state, pin, link)
+                found |= {i + k: (G[k], bias[k]) for k in held}
+                back.append(([i + k for k in held], [[R[a][b] for b in held] for a in held]))
+        return found, back
 
     def _contact_rows(self, touching: Touching) -> ContactRows:
         return rows_of(self._model, self._state, (touching.contact,))
@@ -348,16 +369,9 @@ class Linearized:
         return tuple(residuals(self._model, self._state))
 
     @cached_property
-    def _along(self) -> list[Any]:
-        """Residuals as series of second order along the motion without accelerations."""
-        return _along_motion(self._model, self._state, self._state.u, 1, 2)
-
-    @cached_property
     def rate(self) -> tuple[Any, ...]:
         """ψ = G u + g."""
-        along = self.__dict__.get("_along")
-        if along is None:
-            along = _along_motion(self._model, self._state, self._state.u, 1, 1)
+        along = _along_motion(self._model, self._state, self._state.u, 1, 1)
         pairs = zip(along, self._kinds, strict=True)
         result = [_at(r, 0) if kind.on_speeds else _derivative(r, 1) for r, kind in pairs]
         for i, one in self.touching:
@@ -367,8 +381,11 @@ class Linearized:
     @cached_property
     def bias(self) -> tuple[Any, ...]:
         """γ, what is left of ψ' without accelerations."""
-        pairs = zip(self._along, self._kinds, strict=True)
+        along = _along_motion(self._model, self._state, self._state.u, 1, 2, pins=False)
+        pairs = zip(along, self._kinds, strict=True)
         result = [_derivative(r, 1 if kind.on_speeds else 2) for r, kind in pairs]
+        for i, pin in self._pins:
+            result[i : i + _conditions(pin)] = self._in_ground(pin)[1]
         for i, one in self.touching:
             result[i : i + _count(one)] = self._contact_rows(one).bias[: _count(one)]
         return tuple(result)
@@ -385,10 +402,12 @@ class Linearized:
         found: list[dict[int, Any]] = [{} for _ in kinds]
         for moving in directions(depends.values()):
             unit = [int(j in moving) for j in range(model.n_u)]
-            for i, r in enumerate(_along_motion(model, state, unit, 0, 1)):
+            for i, r in enumerate(_along_motion(model, state, unit, 0, 1, pins=False)):
                 for j in moving & depends[kinds[i].owner]:
                     found[i][j] = _at(r, 0) - still[i] if kinds[i].on_speeds else _derivative(r, 1)
         result = [tuple(row.get(j, 0) for j in range(model.n_u)) for row in found]
+        for i, pin in self._pins:
+            result[i : i + _conditions(pin)] = map(tuple, self._in_ground(pin)[0])
         for i, one in self.touching:
             result[i : i + _count(one)] = self._contact_rows(one).matrix[: _count(one)]
         return tuple(result)
@@ -424,9 +443,11 @@ def _any_speed(kinds: Sequence[Row]) -> bool:
     return any(kind.on_speeds for kind in kinds)
 
 
-def _along_motion(model: Model, state: State, u: Sequence[Any], clock: int, order: int) -> list[Any]:
+def _along_motion(
+    model: Model, state: State, u: Sequence[Any], clock: int, order: int, pins: bool = True
+) -> list[Any]:
     """Residuals as series along q' = N(q) u with u constant; ``clock`` is the rate of the time."""
-    return residuals(model, state_along(model, state, u, clock, order), contacts=False)
+    return residuals(model, state_along(model, state, u, clock, order), contacts=False, pins=pins)
 
 
 def _derivative(x: Any, k: int) -> Any:

@@ -3,12 +3,14 @@
 Outward along the tree, in the axes of each link:
 
     V_i = X_i V_parent + vJ_i                        vJ = S y'
-    A_i = X_i A_parent + S y'' + V_i × vJ_i
 
-A is the spatial acceleration: its linear part is v' + w × v less w × v, so that the acceleration of a point
-P of the link is  a_P = A_v + w × v + w' × p + w × (w × p).
+    α_i = Rᵀ α_parent + w_i × w_J + n y''
+    a_i = Rᵀ (a_parent + B_parent p) + 2 Rᵀ w_parent × v_J + w_J × v_J + s y''          B = [α]× + [w]×²
 
-Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §5.2.
+a is the acceleration of the link's origin, so that a point p of the link has a + B p. Velocities are not needed for it,
+which with spatial accelerations would be multiplied and cancel.
+
+Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §5.2 for V; §2.11 for the two kinds of acceleration.
 """
 
 from __future__ import annotations
@@ -24,14 +26,16 @@ from ..scalar.algebra import (
     Matrix,
     Vector,
     add,
+    add_matrices,
     apply,
     apply_transpose,
     cross,
     multiply,
+    skew,
     subtract,
 )
 from ..space.quaternion import quaternion_rate
-from ..space.spatial import ZERO6, Spatial, motion_cross, motion_to_child, plus, times
+from ..space.spatial import ZERO6, Spatial, motion_to_child, plus, times
 from .state import State
 
 
@@ -66,22 +70,36 @@ def velocities(model: Model, state: State) -> list[Spatial]:
 def accelerations(
     model: Model, state: State, udot: Sequence[Any] | None, ground: Vector = ZERO
 ) -> list[Spatial]:
-    """Spatial acceleration of every link, in its axes; ``ground`` is the acceleration of the ground itself.
+    """Angular acceleration of every link and acceleration of its origin, in its axes; ``ground`` is that of the ground.
 
     With ``udot`` None: the part free of accelerations.
     """
     V = velocities(model, state)
     result: list[Spatial] = []
     for i, link in enumerate(model.links):
-        R, p, vJ = state.joint(i)
-        A_P = (ZERO, ground) if link.parent == GROUND else result[link.parent]
-        A = plus(motion_to_child(R, p, A_P), motion_cross(V[i], vJ))
+        R, p, (wJ, vJ) = state.joint(i)
+        w_P, alpha, a = ZERO, ZERO, ground
+        if link.parent != GROUND:
+            w_P = V[link.parent][0]
+            alpha, a = result[link.parent]
+            a = add(a, apply(turning(w_P, alpha), p))
+        alpha = add(apply_transpose(R, alpha), cross(V[i][0], wJ))
+        w_P = apply_transpose(R, w_P)
+        a = add(apply_transpose(R, a), cross(add(add(w_P, w_P), wJ), vJ))
+        A = (alpha, a)
         if link.one_dof:
             A = plus(A, times(state.second_rate(link, udot), state.subspace(i)))
         elif link.u >= 0 and udot is not None:
             A = plus(A, _own_rates(link.kind, udot, link.u))
         result.append(A)
     return result
+
+
+def turning(w: Vector, alpha: Vector) -> Matrix:
+    """B = [α]× + [w]×²: B p is the acceleration of a point at p from one at rest, of the same body."""
+    x, y, z = w
+    xx, yy, zz, xy, yz, zx = x * x, y * y, z * z, x * y, y * z, z * x
+    return add_matrices(skew(alpha), ((-(yy + zz), xy, zx), (xy, -(zz + xx), yz), (zx, yz, -(xx + yy))))
 
 
 def _own_rates(kind: str, udot: Sequence[Any], u: int) -> Spatial:
@@ -156,10 +174,9 @@ def point_acceleration(model: Model, state: State, point: Any, udot: Sequence[An
     if link == GROUND:
         return ZERO
     p = state.vector(tuple(a + b for a, b in zip(origin, point.components, strict=True)))
-    w, v = velocities(model, state)[link]
-    wdot, a = accelerations(model, state, udot)[link]
-    a_P = add(add(a, cross(w, v)), add(cross(wdot, p), cross(w, cross(w, p))))
-    return apply(rotation(model, state, link), a_P)
+    alpha, a = accelerations(model, state, udot)[link]
+    turned = turning(velocities(model, state)[link][0], alpha)
+    return apply(rotation(model, state, link), add(a, apply(turned, p)))
 
 
 def angular_velocity(model: Model, state: State, body: Any) -> Vector:

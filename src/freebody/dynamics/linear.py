@@ -33,23 +33,38 @@ class Factorization:
                 self.L[a][b] = entry
         L, D = self.L, self.D
         for k, column in enumerate(L):
-            column = L[k] = {i: divide(column[i], D[k]) for i in sorted(column) if not _nothing(column[i])}
+            above = {i: column[i] for i in sorted(column) if not _nothing(column[i])}  # L D
+            column = L[k] = {i: divide(a, D[k]) for i, a in above.items()}
             for j, b in column.items():
-                D[j] = D[j] - b * b * D[k]
-                for i, a in column.items():
+                D[j] = D[j] - above[j] * b
+                for i, a in above.items():
                     if i > j:
-                        L[j][i] = L[j].get(i, 0) - a * b * D[k]
+                        L[j][i] = L[j].get(i, 0) - a * b
 
     def solve(self, b: Sequence[Any]) -> list[Any]:
         """x with A x = b."""
-        x = [b[i] for i in self.order]
+        return self.back(self.forward(b))
+
+    def forward(self, b: Sequence[Any]) -> list[Any]:
+        """y with L y = b, in the order of elimination."""
+        y = [b[i] for i in self.order]
         for k, column in enumerate(self.L):
-            if not _nothing(x[k]):
+            if not _nothing(y[k]):
                 for i, entry in column.items():
-                    x[i] = x[i] - entry * x[k]
+                    y[i] = y[i] - entry * y[k]
+        return y
+
+    def divided(self, y: Sequence[Any]) -> list[Any]:
+        """D⁻¹ y."""
+        # by a pivot that is zero: refused, 0 too
+        return [
+            0 if _nothing(a) and not _nothing(d) else divide(a, d) for a, d in zip(y, self.D, strict=True)
+        ]
+
+    def back(self, y: Sequence[Any]) -> list[Any]:
+        """x with D Lᵀ x = y."""
+        x = self.divided(y)
         for k in range(len(x) - 1, -1, -1):
-            if not _nothing(x[k]) or _nothing(self.D[k]):  # by a pivot that is zero: refused, 0 too
-                x[k] = divide(x[k], self.D[k])
             for i in reversed(self.L[k]):
                 if not _nothing(x[i]):
                     x[k] = x[k] - self.L[k][i] * x[i]
@@ -60,10 +75,9 @@ class Factorization:
 
 
 def minimum_degree(below: Sequence[Iterable[int]]) -> list[int]:
-    """An order of elimination: next is what the fewest are coupled to, of several the first.
+    """An order of elimination: next is what the fewest are coupled to, of several the last, a tip before its carrier.
 
-    ``below`` holds, for each row, the places left of the diagonal that are not zero. A matrix that is full keeps its
-    order.
+    ``below`` holds, for each row, the places left of the diagonal that are not zero.
 
     Source: Davis, Direct Methods for Sparse Linear Systems (2006), §7.1.
     """
@@ -74,7 +88,7 @@ def minimum_degree(below: Sequence[Iterable[int]]) -> list[int]:
             near[j].add(i)
     order = []
     while near:
-        k = min(near, key=lambda i: len(near[i]))
+        k = min(near, key=lambda i: (len(near[i]), -i))
         order.append(k)
         coupled = near.pop(k)
         for i in coupled:

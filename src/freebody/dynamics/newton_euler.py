@@ -2,9 +2,10 @@
 
 Outward, the accelerations with the ground accelerated by -g; then for each link, from the tips inward,
 
-    F_i = I_i A_i + V_i ×* (I_i V_i) - (loads on i) + Σ F_child,        τ_i = Sᵀ F_i,
+    n_i = J α + w × J w + h × a,    f_i = m a + ([α]× + [w]×²) h,    h = m c
+    F_i = (n_i, f_i) - (loads on i) + Σ F_child,        τ_i = Sᵀ F_i,
 
-where F_i is the wrench that the joint transmits to link i.
+where F_i is the wrench that the joint transmits to link i, and a is the acceleration of its origin.
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), §5.3; chapter 6, eqs (6.1), (6.24), (6.25).
 """
@@ -15,19 +16,17 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..model.model import GROUND, Model
-from ..scalar.algebra import Vector, apply, negate
+from ..scalar.algebra import Vector, add, apply, cross, negate, scale
 from ..space.spatial import (
     Spatial,
-    force_cross,
     force_to_parent,
     minus,
-    momentum_of,
     plus,
     power,
 )
 from .coordinates import forces_on_coordinates, forces_on_free_displacements
 from .joint_freedom import loads_on_child, transmissible
-from .kinematics import accelerations, rotation, velocities
+from .kinematics import accelerations, rotation, turning, velocities
 from .loading import Loading, loading
 from .state import State
 
@@ -49,14 +48,16 @@ def transmitted(
 
 
 def _own(model: Model, state: State, udot: Sequence[Any] | None, loads: Loading | None) -> list[Spatial]:
-    """What every link needs for itself: I A + V ×* (I V) - loads."""
+    """What every link needs for itself: (n, f) less the loads."""
     V = velocities(model, state)
     ground = (0, 0, 0) if loads is None else negate(state.vector(model.gravity))
     A = accelerations(model, state, udot, ground)
     F: list[Spatial] = []
     for i in range(len(model.links)):
-        inertia = state.inertia(i)
-        force = plus(momentum_of(inertia, A[i]), force_cross(V[i], momentum_of(inertia, V[i])))
+        m, h, J = state.inertia(i)
+        (w, _), (alpha, a) = V[i], A[i]
+        n = add(add(apply(J, alpha), cross(w, apply(J, w))), cross(h, a))
+        force = (n, add(scale(m, a), apply(turning(w, alpha), h)))
         F.append(force if loads is None else minus(force, loads.wrench(i)))
     return F
 

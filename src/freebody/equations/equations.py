@@ -22,7 +22,15 @@ from ..describe.system import System
 from ..dynamics.constrained import constrained_loading
 from ..dynamics.constraints import Linearized, linearized, rows, wrenches
 from ..dynamics.energy import kinetic_energy, potential_energy
-from ..dynamics.kinematics import Posture, accelerations, link_postures, point_position, poses, velocities
+from ..dynamics.kinematics import (
+    Posture,
+    accelerations,
+    link_postures,
+    point_position,
+    poses,
+    turning,
+    velocities,
+)
 from ..dynamics.loading import loading
 from ..dynamics.momentum import momentum
 from ..dynamics.newton_euler import inverse_dynamics, reactions
@@ -30,7 +38,7 @@ from ..dynamics.state import State, polynomial_state
 from ..errors import ModelError, nearest
 from ..model.assemble import assemble
 from ..model.model import Model
-from ..scalar.algebra import ZERO, Vector, add, apply, cross
+from ..scalar.algebra import ZERO, Vector, add, apply
 from ..scalar.polynomial import Ring
 from .constraints import closure_reactions, eliminated, indeterminate
 from .contact_modes import model_in_modes, modes_of
@@ -188,15 +196,15 @@ class Equations:
     def center_acceleration(self, body: str) -> Vector:
         """Acceleration of a body's mass centre, in ground axes, canonical [m/s²]."""
         place = self.model.bodies[body]
-        w, v = velocities(self.model, self.state)[place.link]
-        wdot, a = self.accelerations[place.link]
+        w, _ = velocities(self.model, self.state)[place.link]
+        alpha, a = self.accelerations[place.link]
         p = self.state.vector(tuple(x + y for x, y in zip(place.origin, place.center, strict=True)))
-        a_C = add(add(a, cross(w, v)), add(cross(wdot, p), cross(w, cross(w, p))))
+        a_C = add(a, apply(turning(w, alpha), p))
         return apply(link_postures(self.model, self.state)[place.link].rotation, a_C)
 
     @cached_property
     def accelerations(self) -> list[Any]:
-        """Spatial acceleration of every link, in its axes, canonical; formed once for all bodies."""
+        """Angular acceleration of every link and acceleration of its origin, in its axes, canonical; formed once."""
         return accelerations(self.model, self.state, self.udot)
 
     # -- SymPy at the edge ------------------------------------------------------------------------
