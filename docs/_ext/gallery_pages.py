@@ -167,8 +167,8 @@ class Page:
         return "\n".join([*parts, "## Equations of motion\n", _formulas(e.mathml())])
 
     def _answers(self) -> str:
-        from freebody.scalar.digits import significant
         from freebody.equations.show import mathml_of
+        from freebody.scalar.digits import significant
 
         rows: list[str] = []
         meant: dict[str, Any] = {}

@@ -34,7 +34,9 @@ def test_shortest_of_the_least_squares(m, n, rank):
     )
 
 
-@pytest.mark.parametrize(("poor", "chosen"), [(0.0, (0, 1, 3, 6)), (1e-6, (0, 1, 3, 6)), (1e-2, (0, 1, 3, 5))])
+@pytest.mark.parametrize(
+    ("poor", "chosen"), [(0.0, (0, 1, 3, 6)), (1e-6, (0, 1, 3, 6)), (1e-2, (0, 1, 3, 5))]
+)
 def test_independent_rows_are_those_of_numpy(poor, chosen):
     """A row that is nearly dependent gives way to a later one."""
     rng = np.random.default_rng(3)
