@@ -399,7 +399,6 @@ def test_conditions_that_lose_their_hold_on_the_way():
         parent_axes=twisted(-beta),
         child_axes=twisted(alpha),
     )
-    passed = 0
     for start in (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2):
         with pytest.raises(SimulationError) as caught:
             fb.simulate(s, 1, initial={"f": start, "f'": 1}, near={"g": 2, "h": 2}, tolerance=1e-10)
@@ -411,14 +410,7 @@ def test_conditions_that_lose_their_hold_on_the_way():
         assert "and 'D_z' must take over. Go on from the last good state" in str(error)
         stopped = error.trajectory
         end = stopped.path.end
-        # so near to that position that it is round-off which decides whether a step passes it: every other run does
-        try:
-            more = fb.simulate(s, 1, start=end, initial=stopped.at(end), project=True)
-        except SimulationError as again:
-            assert "Go on from the last good state" in str(again)
-            continue
-        passed += 1
+        more = fb.simulate(s, 1, start=end, initial=stopped.at(end), project=True)
         energy = [x.energy.kinetic[0] + x.energy.potential[0] for x in (stopped, more)]
-        assert more.at(1)["f"] < -0.1  # past the position in which D_x holds nothing
+        assert more.at(1)["f"] < 0  # past the position in which D_x holds nothing
         assert abs(energy[1] - energy[0]) < 1e-4
-    assert passed

@@ -84,8 +84,8 @@ MET, NOWHERE, FAR, TORN = 0, 1, 2, 3
 # condition, 1 for those on speeds only and, as a result, for independent ones; by speed, 1 where nothing moves along it
 # and where it keeps its value; and the places of quaternions
 STATUS, WORST, HEAVY, STEPS, BY_CONDITION = 0, 1, 2, 3, 4
-# Its numbers: the residual that will do, what is round-off of a row or column, what is little of a row, the eigenvalue of a
-# mass that is none, what is missed and of how much, the time; then (q, u), which become those of the start
+# Its numbers: the residual that will do, what is round-off of a row or column, what is little of a row, the eigenvalue
+# of a mass that is none, what is missed and of how much, the time; then (q, u), which become those of the start
 SMALL, DEPENDENT, POOR, LIGHT, MISSED, SIZE, MOMENT, COORDINATES = 0, 1, 2, 3, 4, 5, 6, 7
 
 
