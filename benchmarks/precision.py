@@ -260,19 +260,25 @@ def ours(case: Case, tolerance: float, method: str) -> Run:
 def steps_alone(case: Case, tolerance: float) -> Run:
     """The compiled loop of ``method="taylor"``, called again as ``fb.simulate`` called it."""
     import freebody as fb
-    from freebody.simulate import loop
+    from freebody.simulate import integrate
 
-    calls: list[tuple[Any, ...]] = []
-    before: list[list[tuple[np.ndarray, np.ndarray]]] = []
-    advance = loop.advance
+    calls: list[tuple[Any, int, np.ndarray, np.ndarray]] = []
+    kept: list[Any] = []
+    piece = integrate._Run.piece
 
-    def watched(method: str, *arguments: Any) -> int:
-        arrays = [x for x in arguments if isinstance(x, np.ndarray)]
-        calls.append((loop.loop(method).functions["advance"], arguments))
-        before.append([(x, x.copy()) for x in arrays])
-        return advance(method, *arguments)
+    def watched(run: Any, room: int) -> Any:
+        function, memory = run.function, run.told.base
 
-    with patch.object(loop, "advance", watched):
+        def noted(address: int) -> int:
+            calls.append((function, address, memory, memory.copy()))
+            return function(address)
+
+        run.function = noted
+        kept.append(piece(run, room))  # and with it the buffers that the loop writes to
+        run.function = function
+        return kept[-1]
+
+    with patch.object(integrate._Run, "piece", watched):
         motion = fb.simulate(
             case.system, case.end, initial=case.initial, tolerance=tolerance, method="taylor"
         )
@@ -280,15 +286,14 @@ def steps_alone(case: Case, tolerance: float) -> Run:
 
     def run() -> tuple[float, float]:
         seconds = 0.0
-        for (function, arguments), arrays in zip(calls, before, strict=True):
-            for x, start in arrays:
-                x[...] = start
+        for function, address, memory, start in calls:
+            memory[...] = start
             begin = time.perf_counter()
-            function(*arguments)
+            function(address)
             seconds += time.perf_counter() - begin
         return seconds, error
 
-    run.keep = motion  # type: ignore[attr-defined]
+    run.keep = (motion, kept)  # type: ignore[attr-defined]
     return run
 
 
