@@ -86,22 +86,27 @@ def run(
     **options: Any,
 ) -> Path:  # fmt: skip
     """`integrate` by a method."""
+    first = first_method(kernels, method, options["relative"])
+    equipped = _equipped(kernels, parameters, first, rates)
     if method != "auto":
-        return integrate(
-            _equipped(kernels, parameters, method, rates), *arguments, method=method, step=step, **options
-        )
-    finest = np.min(options["relative"], initial=1.0)
-    explicit = "taylor" if finest <= ACCURATE and _has_short_series(kernels) else "dop853"
-    plain = rates
-    if explicit == "taylor":
-        rates = _equipped(kernels, parameters, "taylor", rates)
-    if finest < FINE:
-        return integrate(rates, *arguments, method="gauss" if explicit == "dop853" else explicit, **options)
-    path = integrate(rates, *arguments, method=explicit, until_stiff=True, budget=BUDGET, **options)
+        return integrate(equipped, *arguments, method=first, step=step, **options)
+    if np.min(options["relative"], initial=1.0) < FINE:
+        return integrate(equipped, *arguments, method=first, **options)
+    path = integrate(equipped, *arguments, method=first, until_stiff=True, budget=BUDGET, **options)
     if path.status != STIFF:
         return path
     # from the start again: a path is of one method, and the little that was done tells nothing
-    return integrate(_equipped(kernels, parameters, "radau", plain), *arguments, method="radau", **options)
+    return integrate(_equipped(kernels, parameters, "radau", rates), *arguments, method="radau", **options)
+
+
+def first_method(kernels: Kernels, method: str, relative: NDArray[np.float64]) -> str:
+    """What a run begins with."""
+    if method != "auto":
+        return method
+    finest = np.min(relative, initial=1.0)
+    if finest <= ACCURATE and _has_short_series(kernels):
+        return "taylor"
+    return "gauss" if finest < FINE else "dop853"
 
 
 def _has_short_series(kernels: Kernels) -> bool:

@@ -19,6 +19,7 @@ from ..dynamics.constraints import rows
 from ..dynamics.mobility import massless_motion
 from ..dynamics.state import float_state
 from ..errors import SimulationError, nearest
+from . import loop
 from . import path as runs
 from .arguments import check_heeded, check_numbers, is_number
 from .blow import blows_of, struck_path, watching_blows, watching_specs
@@ -28,7 +29,7 @@ from .driven import Drives, at_time, check_signals, driven_path, refuse_switched
 from .event import expressions_of, specs_of
 from .initial import asks_for_many, initial_state, number
 from .kernels import Kernels, kernels_of
-from .methods import check_method, check_method_of_contacts, run
+from .methods import check_method, check_method_of_contacts, first_method, run
 from .path import Path, Rates, Watch, observe
 from .phases import PhasedTrajectory
 from .progress import Progress
@@ -261,6 +262,8 @@ def simulate(
         )
     absolute = tolerances
     if kernels.works:
+        # the loop of the run observes too: no other has to be compiled
+        loop.use(first_method(kernels, method, tolerances), bool(specs or impulses or model.switched))
         energies = kernels.motion().address("energy")
         first = observe(energies, 2, np.array([begin]), state[None], rates.constants)[0]
         energy = float(np.max(np.abs(first)))
