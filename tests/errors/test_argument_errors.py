@@ -13,16 +13,6 @@ STEPPED = {"method": "timestepping", "step": 0.01}
 
 
 @pytest.fixture(scope="module")
-def pendulum():
-    s = fb.System("pendulum")
-    s.parameters(m=1, L=1)
-    s.gravity = (0, -G, 0)
-    bar = s.body("bar", fb.slender_bar("m", "L", axis="y"))
-    s.hinge("pin", s.ground, bar, to=(0, "L/2", 0), axis="z", coordinate="a")
-    return s
-
-
-@pytest.fixture(scope="module")
 def disk():
     s = fb.System("disk")
     s.parameters(m=1)

@@ -10,16 +10,6 @@ G = 9.81
 
 
 @pytest.fixture(scope="module")
-def pendulum():
-    s = fb.System("pendulum")
-    s.parameters(m=1, L=1)
-    s.gravity = (0, -G, 0)
-    bar = s.body("bar", fb.slender_bar("m", "L", axis="y"))
-    s.hinge("pin", s.ground, bar, to=(0, "L/2", 0), axis="z", coordinate="a")
-    return s
-
-
-@pytest.fixture(scope="module")
 def motion(pendulum):
     return fb.simulate(pendulum, 0.5, initial={"a": 0.5})
 

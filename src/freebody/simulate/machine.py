@@ -346,37 +346,32 @@ def root(typing: Any, a: Any) -> Any:
     return types.float64(types.float64), write
 
 
+def _converted(into: Callable[[Any, Any], Any]) -> Callable[..., Any]:
+    """What writes one instruction on one number."""
+
+    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        del context, signature
+        return into(builder, arguments[0])
+
+    return write
+
+
 @intrinsic
 def whole(typing: Any, a: Any) -> Any:
     """A real number without its fraction, as an integer."""
     del typing, a
-
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        del context, signature
-        return builder.fptosi(arguments[0], _integer)
-
-    return types.int64(types.float64), write
+    return types.int64(types.float64), _converted(lambda builder, x: builder.fptosi(x, _integer))
 
 
 @intrinsic
 def bits(typing: Any, a: Any) -> Any:
     """The bits of a real number as an integer."""
     del typing, a
-
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        del context, signature
-        return builder.bitcast(arguments[0], _integer)
-
-    return types.int64(types.float64), write
+    return types.int64(types.float64), _converted(lambda builder, x: builder.bitcast(x, _integer))
 
 
 @intrinsic
 def with_bits(typing: Any, a: Any) -> Any:
     """The real number that has the bits of an integer."""
     del typing, a
-
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        del context, signature
-        return builder.bitcast(arguments[0], _double)
-
-    return types.float64(types.int64), write
+    return types.float64(types.int64), _converted(lambda builder, x: builder.bitcast(x, _double))
