@@ -84,6 +84,7 @@ from .machine import (
     Reals,
     call,
     compiled,
+    copied,
     greater,
     integers_at,
     lesser,
@@ -369,8 +370,7 @@ def find_events(
     points, row = PARTS + 2, n + 1
     for k in range(1, points + 1):
         if k == points:
-            for i in range(w):
-                work[POINT * w + i] = work[END * w + i]
+            copied(work, w, END, POINT)
             x = 1.0
         else:
             x = MARGIN if k == 1 else (1.0 - MARGIN if k == points - 1 else (k - 1.0) / PARTS)
@@ -430,8 +430,7 @@ def _part(
         for i in range(n):
             work[RAW * w + i] = math.nan
     integers[EVALUATED] += COST
-    for i in range(w):
-        work[POINT * w + i] = work[RAW * w + i]
+    copied(work, w, RAW, POINT)
     normalise(work, POINT * w, quaternions, nq)
     project(t + x * h, work, POINT * w, w, quaternions, nq, c)
 
@@ -519,8 +518,7 @@ def _log_events(
             latest = x + 1e-12 * greater(1.0, abs(t / h))
     if 0.0 <= stop < 1.0:
         _part(rates, stop, t, h, work, w, n, c, quaternions, nq, relative, absolute, integers)
-        for i in range(w):
-            work[END * w + i] = work[POINT * w + i]
+        copied(work, w, POINT, END)
     found[3] = kept
     return stop
 
@@ -702,8 +700,7 @@ def advance(
         error = 1e3
         if failed == 0:
             error = judge(n, work, w, h, relative, absolute, integers)
-            for i in range(w):
-                work[END * w + i] = work[RAW * w + i]
+            copied(work, w, RAW, END)
             normalise(work, END * w, quaternions, nq)
         if integers[FIXED] != 0 and error > 1.0 and failed == 0:
             error = 1.0
@@ -764,9 +761,9 @@ def advance(
                 status = TERMINAL
                 after = after if stop == 1.0 else t + stop * h
         t = after
-        for i in range(w):
-            work[STATE * w + i] = work[END * w + i]
-            work[i] = work[12 * w + i]
+        copied(work, w, END, STATE)
+        if GIVEN == 0:
+            copied(work, w, 12, 0)
         accept(work, w, n)
         if status == TERMINAL or (status == STIFF and not ends):
             break

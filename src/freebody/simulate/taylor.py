@@ -23,15 +23,16 @@ Source: A. Jorba, M. Zou, A software package for the numerical integration of OD
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from . import stepping
 from .layout import BLAME, CONSTANTS, EVALUATED, KERNELS, ORDERS, POINT, RAW, ROWS, STATE
-from .machine import Integers, Reals, bits, call, compiled, greater, horner, shifted, whole, with_bits
+from .machine import Integers, Reals, call, compiled, copied, greater, horner, rowwise, shifted, whole, with_bits
 
 P = ORDERS["taylor"]
 # After KERNELS stands the address of the kernel. Rows of the method: what the sum lost before this step, in it, and
-# in it while parts of it are tried; then the length of the step; then the coefficients.
-LOST, LOSES, HELD, LENGTH, SERIES = ROWS, ROWS + 1, ROWS + 2, ROWS + 3, ROWS + 4
+# in it while parts of it are tried; then the length of the step; log₂ r^(1/p); then the coefficients.
+LOST, LOSES, HELD, LENGTH, RATE, SERIES = ROWS, ROWS + 1, ROWS + 2, ROWS + 3, ROWS + 4, ROWS + 5
 TERMS = 6
 """Terms of the series that the length of a step is taken from."""
 TINY = 1e-300
@@ -49,14 +50,6 @@ def expand(t: float, work: Reals, w: int, c: Reals, quaternions: Integers, nq: i
 
 
 @compiled
-def logarithm2(x: float) -> float:
-    """log₂ x of a normal number x > 0, within 0.01: its exponent, and a parabola of what is left, 1 <= m < 2."""
-    exponent = (bits(x) >> 52) - 1023
-    m = with_bits(bits(x) - (exponent << 52))
-    return exponent + ((2.0 - m / 3.0) * m - 5.0 / 3.0)
-
-
-@compiled
 def power2(x: float) -> float:
     """2ˣ for |x| < 1000, within 0.2 %."""
     exponent = whole(x + 1023.0)
@@ -71,7 +64,58 @@ def prepare(
     """The series of the first step."""
     for i in range(w):
         work[LOST * w + i] = 0.0
+    work[RATE * w] = 0.0
     expand(t, work, w, c, quaternions, nq)
+
+
+@compiled
+def blamed(work: Reals, w: int, n: int) -> int:
+    """The first component of which one of the last terms is not finite."""
+    for i in range(n):
+        for j in range(TERMS):
+            if not math.isfinite(work[(SERIES + P - j) * w + i]):
+                return i
+    return 0
+
+
+@rowwise
+def slowest(row: Any, relative: Any, absolute: Any, rate: Any) -> Any:
+    """The greatest of what the terms allow, log₂ (1 / h); nan if one of them is not finite."""
+    scale = 1.0 / (absolute + relative * abs(row[STATE]))
+    found, total = None, None
+    for j in range(TERMS):
+        size = abs(row[SERIES + P - j]) * scale
+        total = size if total is None else total + size
+        allowed = size.logarithm2()
+        if j > 1:
+            allowed = allowed + (j - 1.0) * rate
+        allowed = allowed * (1.0 / (P - j))
+        found = allowed if found is None else found.greater(allowed)
+    return found + total * 0.0
+
+
+@rowwise
+def added(row: Any, h: Any) -> None:
+    """Row RAW becomes STATE + (h RAW + LOST), and what that loses is row LOSES."""
+    start = row[STATE]
+    change = h * row[RAW] + row[LOST]
+    end = start + change
+    part = end - start
+    row[LOSES] = (start - (end - part)) + (change - part)
+    row[RAW] = end
+
+
+@rowwise
+def unusable(row: Any) -> Any:
+    """0, nan if a number of row RAW is not finite."""
+    return row[RAW] * 0.0
+
+
+@rowwise
+def beyond(row: Any, h: Any) -> Any:
+    """Where a term P y_P h is more than BOUND times the one before it."""
+    above, below = h * (P * 1.0) * row[SERIES + P], BOUND * row[SERIES + P - 1]
+    return above * above - below * below
 
 
 @compiled
@@ -79,35 +123,20 @@ def given(
     t: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int, relative: Reals, absolute: Reals,
     integers: Integers,
 ) -> float:  # fmt: skip
-    """Length of the step that comes next, infinite for a polynomial, nan if the coefficients are not finite."""
+    """Length of the step that comes next, beyond all measure for a polynomial; nan if the coefficients are not
+    finite."""
     expand(t, work, w, c, quaternions, nq)
     integers[EVALUATED] += 1
-    maxima, coarsest, total = LENGTH * w + 1, 1e-16, 0.0
-    for j in range(TERMS):
-        work[maxima + j] = TINY
-    for i in range(n):
-        scale = 1.0 / (absolute[i] + relative[i] * abs(work[STATE * w + i]))
-        coarsest = greater(coarsest, relative[i])
-        for j in range(TERMS):
-            size = abs(work[(SERIES + P - j) * w + i]) * scale
-            work[maxima + j] = greater(work[maxima + j], size)
-            total += size
-    if not math.isfinite(total):
+    if work[RATE * w] == 0.0:
+        coarsest = 1e-16
         for i in range(n):
-            for j in range(TERMS):
-                if not math.isfinite(work[(SERIES + P - j) * w + i]):
-                    integers[BLAME] = i
-                    return math.nan
-    slowest, some, rate = 0.0, False, logarithm2(coarsest) / P
-    for j in range(TERMS):
-        if work[maxima + j] > TINY:
-            size = logarithm2(work[maxima + j])
-            if j > 1:
-                size += (j - 1) * rate
-            size /= P - j
-            slowest = greater(slowest, size) if some else size
-            some = True
-    return power2(-slowest) if some else math.inf
+            coarsest = greater(coarsest, relative[i])
+        work[RATE * w] = math.log2(coarsest) / P
+    found = slowest(work, w, n, relative, absolute, work[RATE * w])
+    if not math.isfinite(found):
+        integers[BLAME] = blamed(work, w, n)
+        return math.nan
+    return power2(-found)
 
 
 @compiled
@@ -117,13 +146,7 @@ def attempt(
 ) -> int:  # fmt: skip
     """The state at the time ``h`` of the step."""
     horner(work, w, SERIES + 1, P - 1, h, RAW)
-    for i in range(n):
-        start = work[STATE * w + i]
-        change = h * work[RAW * w + i] + work[LOST * w + i]
-        end = start + change
-        part = end - start
-        work[LOSES * w + i] = (start - (end - part)) + (change - part)
-        work[RAW * w + i] = end
+    added(work, w, n, h)
     return 0
 
 
@@ -132,15 +155,13 @@ def judge(
     n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
 ) -> float:
     """0, nan if the state is not finite: the length of the step has been chosen before."""
-    total = 0.0
-    for i in range(n):
-        total += abs(work[RAW * w + i])
-    if not math.isfinite(total):
+    found = unusable(work, w, n)
+    if not math.isfinite(found):
         for i in range(n):
             if not math.isfinite(work[RAW * w + i]):
                 integers[BLAME] = i
-                return math.nan
-    return 0.0
+                break
+    return found
 
 
 @compiled
@@ -160,20 +181,20 @@ def interpolate(x: float, work: Reals, w: int) -> None:
 @compiled
 def hold(work: Reals, w: int, n: int) -> None:
     """Keep what the sum lost while parts of the step are tried."""
-    for i in range(n):
-        work[HELD * w + i] = work[LOSES * w + i]
+    copied(work, w, LOSES, HELD)
 
 
 @compiled
 def accept(work: Reals, w: int, n: int) -> None:
     """What the sum of this step lost is added to the next."""
-    for i in range(n):
-        work[LOST * w + i] = work[HELD * w + i]
+    copied(work, w, HELD, LOST)
 
 
 @compiled
 def limited(work: Reals, w: int, n: int, h: float) -> int:
     """Whether the step is as long as the region of stability allows, with λ of a decay."""
+    if not beyond(work, w, n, h) > 0.0:  # or their sums are neither
+        return 0
     above, below, across = 0.0, 0.0, 0.0
     for i in range(n):
         a, b = P * work[(SERIES + P) * w + i], work[(SERIES + P - 1) * w + i]
@@ -197,7 +218,7 @@ FUNCTIONS = stepping.functions(
         "accept": accept,
         "limited": limited,
         "expand": expand,
-        "logarithm2": logarithm2,
+        "blamed": blamed,
         "power2": power2,
     }
 )
