@@ -33,6 +33,9 @@ ORDER = 2 * LANES
 PIECE = 400
 """Nodes of one piece of a long recurrence."""
 
+STRETCHES = (1, LANES, True), (LANES, ORDER, False)
+"""Orders from and to, and whether their coefficients go into the vectors."""
+
 _V, _B = f"<{LANES} x double>", f"<{LANES} x i1>"
 _SHIFT = "<" + ", ".join(f"i32 {k + 1}" for k in range(LANES)) + ">"
 _PLACES = "<" + ", ".join(f"i64 {k}" for k in range(LANES)) + ">"
@@ -40,8 +43,9 @@ _LANE = (
     f"  %k0 = insertelement <{LANES} x i64> poison, i64 %k, i32 0",
     f"  %kk = shufflevector <{LANES} x i64> %k0, <{LANES} x i64> poison, <{LANES} x i32> zeroinitializer",
     f"  %lane = icmp eq <{LANES} x i64> %kk, {_PLACES}",
+    f"  %below = icmp ugt <{LANES} x i64> %kk, {_PLACES}",
 )
-"""Which lane is the k-th."""
+"""Which lane is the k-th, and which come before."""
 _INVERSES = (
     f"@jet.inverse = private constant [{ORDER + 1} x double] "
     f"[{', '.join(f'double {literal(1 / max(k, 1))}' for k in range(ORDER + 1))}]"
@@ -93,15 +97,15 @@ class _Writer:
         }
         self.sums = {i: j for j, i in enumerate(i for i in order if self.pairs[i])}
         self.direct = {i: x for i in order if (x := self._directly(i)) >= 0}
+        self.given = {self.nodes[i].operand for i in self.direct}
         self.after = self._after(order)
-        self.ready = self._ready(order, 0)
-        self.critical = self._critical(order) | {self.nodes[i].operand for i in self.direct}
+        self.ready = self._ready(order)
         self.divisors = {
             i: j for j, i in enumerate(i for i in order if self.nodes[i].rule in ("quotient", "root"))
         }
         self.slots = self._crossing()
-        self.phis: list[str] = []
         self.count = 0
+        self.tag, self.grows = "", True
         self._start()
 
     # -- what needs what ----------------------------------------------------------------------
@@ -162,41 +166,23 @@ class _Writer:
         node = self.nodes[x]
         return (node.operand, node.number) if node.rule == "scaled" else (x, ONE)
 
-    def _ready(self, order: list[int], spreading: int) -> dict[int, int]:
-        """When the value of each node is there, in cycles from the beginning of an order.
-
-        An operation takes 4, and to spread a number over a vector ``spreading``.
-        """
+    def _ready(self, order: list[int]) -> dict[int, int]:
+        """When the value of each node is there, in cycles from the beginning of an order, 4 for an operation."""
         ready: dict[int, int] = {}
         for i in order:
             node, now = self.nodes[i], 0
             if node.rule == "sum":
                 waits = [ready[self._unscaled(x)[0]] for _, x in node.terms if isinstance(x, int)]
-                waits += [ready[self._unscaled(x)[0]] + spreading for _, x, _ in self._halves(i)]
+                waits += [ready[self._unscaled(x)[0]] for _, x, _ in self._halves(i)]
                 now = min(_end(sorted(waits), chains) for chains in (1, 2))
             elif i in self.direct:
                 now = ready[self.direct[i]] + 4
             elif node.rule not in ("state", "time"):
                 now = 4 + max(ready[x] for x in self._operands(i))
                 if node.rule == "quotient":
-                    now = max(now, ready[node.operand] + spreading + 8)
+                    now = max(now, ready[node.operand] + 8)
             ready[i] = now
         return ready
-
-    def _critical(self, order: list[int]) -> set[int]:
-        """Nodes with products on the longest path, where an order waits for that and not for the arithmetic.
-
-        There the products with a_0 and b_0 are made twice: by scalars, which need not be spread over a vector first,
-        and with all the others afterwards.
-        """
-        left = dict.fromkeys(order, 0)
-        for i in reversed(order):
-            for x in [self.direct[i]] if i in self.direct else self._operands(i):
-                left[x] = max(left[x], left[i] + 4)
-        longest = max(self.ready.values(), default=0)
-        found = {i for i in order if self.pairs[i] and self.ready[i] + left[i] > longest - 8}
-        saved = max(self._ready(order, 3).values(), default=0) - longest
-        return found if saved > sum(len(self.pairs[i]) for i in found) else set()
 
     def _crossing(self) -> dict[int, int]:
         """Places of the values that are read in other pieces than their own."""
@@ -252,12 +238,18 @@ class _Writer:
             f"  %frame = alloca {_V}, i64 {max(1, len(self.vectors) + len(self.sums))}, align 64",
             f"  %slots = alloca double, i64 {max(1, len(self.divisors) + len(self.slots))}, align 64",
         ]
+        self.module.helpers["@jet.inverse"] = _INVERSES
         if self.single:
             self._zero(0)
             main += self.lines
-            self._carry_on()
-            self._order(0)
-            loop = [*_LANE, *self.lines]
+            last = (
+                [self._value(x) for x in self.outputs],
+                self.held,
+                dict.fromkeys(self.sums, "zeroinitializer"),
+            )
+            for stretch in STRETCHES:
+                lines, last = self._stretch(*stretch, *last)
+                main += lines
         else:
             loop = []
             for j in range(len(self.pieces)):
@@ -271,32 +263,58 @@ class _Writer:
                 head = f"define internal void @{self.name}.k{j}({orders}) nounwind noinline {{"
                 result.append("\n".join([head, *_LANE, *self.lines, "  ret void", "}", ""]))
                 loop.append(f"  call void @{self.name}.k{j}({_names(orders)})")
-        self.module.helpers["@jet.inverse"] = _INVERSES
-        main += [
-            "  br label %enter",
-            "enter:",
-            "  br label %loop",
-            "loop:",
-            "  %k = phi i64 [ 1, %enter ], [ %k1, %loop ]",
-            *self.phis,
-            "  %k1 = add i64 %k, 1",
-            "  %x = sitofp i64 %k to double",
-            "  %here = getelementptr double, ptr @jet.inverse, i64 %k",
-            "  %by = load double, ptr %here, align 8",
-            "  %there = getelementptr double, ptr %here, i64 1",
-            "  %next = load double, ptr %there, align 8",
-            f"  %row = mul i64 %k, {self.stride}",
-            "  %from = getelementptr double, ptr %out, i64 %row",
-            f"  %to = getelementptr double, ptr %from, i64 {self.stride}",
+            main += self._around(1, ORDER, [], loop)
+        return "\n".join([*result, *main, "  ret void", "}", ""])
+
+    def _around(self, first: int, end: int, phis: list[str], loop: list[str]) -> list[str]:
+        """A loop over orders."""
+        t = self.tag
+        return [
+            f"  br label %enter{t}",
+            f"enter{t}:",
+            f"  br label %loop{t}",
+            f"loop{t}:",
+            f"  %k{t} = phi i64 [ {first}, %enter{t} ], [ %k1{t}, %loop{t} ]",
+            *phis,
+            f"  %k1{t} = add i64 %k{t}, 1",
+            f"  %x{t} = sitofp i64 %k{t} to double",
+            f"  %here{t} = getelementptr double, ptr @jet.inverse, i64 %k{t}",
+            f"  %by{t} = load double, ptr %here{t}, align 8",
+            f"  %there{t} = getelementptr double, ptr %here{t}, i64 1",
+            f"  %next{t} = load double, ptr %there{t}, align 8",
+            f"  %row{t} = mul i64 %k{t}, {self.stride}",
+            f"  %from{t} = getelementptr double, ptr %out, i64 %row{t}",
+            f"  %to{t} = getelementptr double, ptr %from{t}, i64 {self.stride}",
             *loop,
-            f"  %more = icmp slt i64 %k1, {ORDER}",
-            "  br i1 %more, label %loop, label %done",
-            "done:",
-            "  ret void",
-            "}",
-            "",
+            f"  %more{t} = icmp slt i64 %k1{t}, {end}",
+            f"  br i1 %more{t}, label %loop{t}, label %done{t}",
+            f"done{t}:",
         ]
-        return "\n".join([*result, *main])
+
+    def _stretch(
+        self, first: int, end: int, grows: bool, states: list[str], held: dict[int, str], rows: dict[int, str]
+    ) -> tuple[list[str], tuple[list[str], dict[int, str], dict[int, str]]]:
+        """The loop over a stretch of orders, in registers, from what goes into it: states, vectors and sums; and what
+        comes out."""
+        self._start()
+        self.grows, self.tag = grows, "" if grows else ".late"
+        t = self.tag
+        self.states = [f"%y{place}{t}" for place in range(len(states))]
+        sums = self.rows = {i: f"%s{i}{t}" for i in rows}
+        self.rows = dict(sums)
+        self.held = {i: f"%h{i}" for i in held} if grows else held
+        renewed = {i: f"%h{i}.new" for i in held}
+        self._order(0)
+
+        def phi(name: str, T: str, first: str, later: str) -> str:
+            return f"  {name} = phi {T} [ {first}, %enter{t} ], [ {later}, %loop{t} ]"
+
+        moved = {i: f"%s{i}.new{t}" for i in rows}
+        phis = [phi(f"%y{k}{t}", "double", x, self.following[k]) for k, x in enumerate(states)]
+        phis += [phi(f"%h{i}", _V, x, renewed[i]) for i, x in held.items() if grows]
+        phis += [phi(sums[i], _V, x, moved[i]) for i, x in rows.items()]
+        loop = [*(_LANE if grows else ()), *self.lines]
+        return self._around(first, end, phis, loop), (self.following, renewed, moved)
 
     def _start(self) -> None:
         self.lines: list[str] = []
@@ -305,6 +323,9 @@ class _Writer:
         self.rows: dict[int, str] = {}
         self.numbers: dict[Number, str] = {}
         self.sines: dict[int | Number, tuple[str, str]] = {}
+        self.spreads: dict[str, str] = {}
+        self.full: set[int] = set()
+        self.following: list[str] = []
 
     def _new(self, operation: str) -> str:
         self.count += 1
@@ -424,27 +445,13 @@ class _Writer:
 
     # -- order k ------------------------------------------------------------------------------
 
-    def _carry_on(self) -> None:
-        """From order to order: what the only piece keeps in registers."""
-        started = [self._value(x) for x in self.outputs]
-        held = self.held
-        self._start()
-        for place, first in enumerate(started):
-            self.phis.append(f"  %y{place} = phi double [ {first}, %enter ], [ NEXT, %loop ]")
-        for i in self.vectors:
-            self.held[i] = f"%h{i}"
-            self.phis.append(f"  %h{i} = phi {_V} [ {held[i]}, %enter ], [ %h{i}.new, %loop ]")
-        for i in self.sums:
-            self.rows[i] = f"%s{i}"
-            self.phis.append(f"  %s{i} = phi {_V} [ zeroinitializer, %enter ], [ %s{i}.new, %loop ]")
-
     def _order(self, j: int) -> None:
         """Coefficients of a piece at order k, and what follows from them for later orders."""
         for i in self.pieces[j]:
             if i in self.sums:
                 if not self.single:
                     self.rows[i] = self._load("%frame", len(self.vectors) + self.sums[i], _V)
-                if i not in self.critical:
+                if i not in self.given:
                     self.rows[i] = self._added(self.rows[i], self._early(i))
                     if not self.single:
                         place = len(self.vectors) + self.sums[i]
@@ -452,18 +459,23 @@ class _Writer:
             value = self.values[i] = self._later(i)
             if i in self.vectors:
                 old = self.held[i] if self.single else self._load("%frame", self.vectors[i], _V)
-                self.lines.append(f"  %h{i}.new = select {_B} %lane, {_V} {self._spread(value)}, {_V} {old}")
-                if not self.single:
-                    self._store(f"%h{i}.new", "%frame", self.vectors[i], _V)
+                if self.grows:
+                    new = f"%h{i}.new"
+                    spread = self._spread(value)
+                    self.lines.append(f"  {new} = select {_B} %lane, {_V} {spread}, {_V} {old}")
+                    if not self.single:
+                        self._store(new, "%frame", self.vectors[i], _V)
+                    else:
+                        self.held[i] = new
+                        self.full.add(i)
             if i in self.slots:
                 self._store(value, "%slots", self.slots[i])
             for other in self.after.get(i, ()):
                 self._add_products(other)
         for place, x in self._mine(j):
             value = self._integrated(x)
-            self._store(value, "%to", place)
-            if self.single:
-                self.phis[place] = self.phis[place].replace("NEXT", value)
+            self._store(value, f"%to{self.tag}", place)
+            self.following.append(value)
 
     def _integrated(self, x: int | Number) -> str:
         """Of a rate, the next coefficient of what changes at it."""
@@ -471,39 +483,42 @@ class _Writer:
             return literal(0.0)
         node = self.nodes[x]
         if node.rule != "scaled" or node.operand not in self.values:
-            return self._arithmetic("fmul", self._value(x), "%next")
-        factor = self._arithmetic("fmul", self._number(node.number), "%next")  # can be made in advance
+            return self._arithmetic("fmul", self._value(x), f"%next{self.tag}")
+        factor = self._arithmetic(
+            "fmul", self._number(node.number), f"%next{self.tag}"
+        )  # can be made in advance
         return self._arithmetic("fmul", self._value(node.operand), factor)
 
     def _spread(self, value: str) -> str:
         """A number in every lane."""
-        one = self._new(f"insertelement {_V} poison, double {value}, i32 0")
-        return self._new(f"shufflevector {_V} {one}, {_V} poison, <{LANES} x i32> zeroinitializer")
+        if value not in self.spreads:
+            one = self._new(f"insertelement {_V} poison, double {value}, i32 0")
+            spread = f"shufflevector {_V} {one}, {_V} poison, <{LANES} x i32> zeroinitializer"
+            self.spreads[value] = self._new(spread)
+        return self.spreads[value]
 
     def _added(self, total: str, products: list[tuple[int, int, int, bool]]) -> str:
         """A vector of sums with products added."""
         fma = self.module.need_intrinsic("fmuladd", LANES, 3)
         for sign, a, b, newest in products:
             x = self._spread(self._value(a))
-            if not self.single:
-                y = self._load("%frame", self.vectors[b], _V)
-                if not newest:  # it may be there already
-                    x = self._new(f"select {_B} %lane, {_V} zeroinitializer, {_V} {x}")
-            else:
-                y = f"%h{b}.new" if newest else self.held[b]
+            y = self.held[b] if self.single else self._load("%frame", self.vectors[b], _V)
             if sign < 0:
                 x = self._new(f"fneg {_V} {x}")
-            total = self._new(f"call {_V} {fma}({_V} {x}, {_V} {y}, {_V} {total})")
+            added = self._new(f"call {_V} {fma}({_V} {x}, {_V} {y}, {_V} {total})")
+            if not newest and (b in self.full or not self.single):  # b_k is there, or may be
+                added = self._new(f"select {_B} %below, {_V} {added}, {_V} {total}")
+            total = added
         return total
 
     def _add_products(self, i: int) -> None:
         """Products that are known now to the sums of node ``i``, which then move on by an order."""
         place = len(self.vectors) + self.sums[i]
         total = self.rows[i] if i in self.rows else self._load("%frame", place, _V)
-        total = self._added(total, [*(self._early(i) if i in self.critical else ()), *self._late(i)])
+        total = self._added(total, [*(self._early(i) if i in self.given else ()), *self._late(i)])
         moved = f"shufflevector {_V} {total}, {_V} zeroinitializer, <{LANES} x i32> {_SHIFT}"
         if self.single:
-            self.lines.append(f"  %s{i}.new = {moved}")
+            self.lines.append(f"  %s{i}.new{self.tag} = {moved}")
         else:
             self._store(self._new(moved), "%frame", place, _V)
 
@@ -519,9 +534,9 @@ class _Writer:
         known = self._new(f"extractelement {_V} {self.rows[i]}, i32 0") if i in self.sums else None
         match node.rule:
             case "state":
-                return f"%y{node.place}" if self.single else self._load("%from", node.place)
+                return self.states[node.place] if self.single else self._load("%from", node.place)
             case "time":
-                first = self._new("icmp eq i64 %k, 1")
+                first = self._new(f"icmp eq i64 %k{self.tag}, 1")
                 return self._new(f"select i1 {first}, double {literal(1.0)}, double {literal(0.0)}")
             case "sum":
                 return self._sum(i, known)
@@ -529,9 +544,6 @@ class _Writer:
                 return self._arithmetic("fmul", self._value(node.operand), self._number(node.number))
             case "quotient":
                 assert known is not None
-                if i in self.critical and i not in self.zero:
-                    product = self._arithmetic("fmul", self._value(node.operand), self._at_start(i))
-                    known = self._arithmetic("fadd", product, known)
                 return self._divided(i, node.arguments[0], known)
             case "root":
                 assert known is not None
@@ -540,31 +552,27 @@ class _Writer:
                 sign, _, other = self.nodes[node.operand].products[0]
                 place = len(self.vectors) + self.sums[node.operand]
                 row = self.rows.get(node.operand) or self._load("%frame", place, _V)
-                known = self._arithmetic("fmul", self._new(f"extractelement {_V} {row}, i32 0"), "%by")
+                known = self._arithmetic(
+                    "fmul", self._new(f"extractelement {_V} {row}, i32 0"), f"%by{self.tag}"
+                )
                 part = self._arithmetic("fmul", self._value(self.direct[i]), self._at_start(other))
                 return self._signed(known, sign, part)
             case "moment":
-                return self._arithmetic("fmul", self._value(node.operand), "%x")
-        return self._arithmetic("fmul", self._value(node.operand), "%by")
+                return self._arithmetic("fmul", self._value(node.operand), f"%x{self.tag}")
+        return self._arithmetic("fmul", self._value(node.operand), f"%by{self.tag}")
 
     def _sum(self, i: int, known: str | None) -> str:
         """The coefficient of a sum, of whose products ``known`` is known; in two parts where one takes longer."""
-        parts = [(*self._unscaled(x), sign, -1) for sign, x in self.nodes[i].terms if isinstance(x, int)]
-        if i in self.critical:
-            parts += [(*self._unscaled(x), sign, y) for sign, x, y in self._halves(i)]
+        parts = [(*self._unscaled(x), sign) for sign, x in self.nodes[i].terms if isinstance(x, int)]
         parts.sort(key=lambda part: self.ready[part[0]])
         waits = [self.ready[part[0]] for part in parts]
         totals = [known, *[None] * (min((1, 2), key=lambda chains: _end(waits, chains)) - 1)]
         times = [0] * len(totals)
-        for x, number, sign, y in parts:
+        for x, number, sign in parts:
             j = times.index(min(times))
             times[j] = max(times[j], self.ready[x]) + 4
             part = self._value(x)
-            if y >= 0:
-                factor = self._at_start(y)
-                factor = factor if number == ONE else self._arithmetic("fmul", factor, self._number(number))
-                part = self._arithmetic("fmul", part, factor)
-            elif number != ONE:
+            if number != ONE:
                 part = self._arithmetic("fmul", part, self._number(number))
             totals[j] = self._signed(totals[j], sign, part)
         found = [total for total in totals if total is not None]

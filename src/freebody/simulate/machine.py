@@ -226,7 +226,9 @@ class Eight:
         """What ``of`` two at a time leaves of the eight."""
         b, left = self.builder, self
         for k in (4, 2, 1):
-            places = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [(i + k) % WIDTH for i in range(WIDTH)])
+            places = ir.Constant(
+                ir.VectorType(ir.IntType(32), WIDTH), [(i + k) % WIDTH for i in range(WIDTH)]
+            )
             left = of(left, Eight(b, b.shuffle_vector(left.value, left.value, places)))
         return b.extract_element(left.value, ir.IntType(32)(0))
 
@@ -292,13 +294,21 @@ def rowwise(formula: Callable[..., Eight | None]) -> Any:
                     load = cgutils.get_or_insert_function(
                         builder.module,
                         ir.FunctionType(
-                            vector, [vector.as_pointer(), ir.IntType(32), ir.VectorType(ir.IntType(1), WIDTH), vector]
+                            vector,
+                            [
+                                vector.as_pointer(),
+                                ir.IntType(32),
+                                ir.VectorType(ir.IntType(1), WIDTH),
+                                vector,
+                            ],
                         ),
                         f"llvm.masked.load.v{WIDTH}f64.p0",
                     )
                     pointer = builder.bitcast(builder.gep(value, [offset]), vector.as_pointer())
                     there = builder.icmp_signed("<", places, left)
-                    return Eight(builder, builder.call(load, [pointer, ir.IntType(32)(8), there, _all_of(1.0)]))
+                    return Eight(
+                        builder, builder.call(load, [pointer, ir.IntType(32)(8), there, _all_of(1.0)])
+                    )
 
                 rows = _Rows(builder, work_, w_, offset)
                 result = formula(rows, *(given(kind, value) for kind, value in zip(more, more_, strict=True)))

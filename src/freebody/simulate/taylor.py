@@ -27,7 +27,19 @@ from typing import Any
 
 from . import stepping
 from .layout import BLAME, CONSTANTS, EVALUATED, KERNELS, ORDERS, POINT, RAW, ROWS, STATE
-from .machine import Integers, Reals, call, compiled, copied, greater, horner, rowwise, shifted, whole, with_bits
+from .machine import (
+    Integers,
+    Reals,
+    call,
+    compiled,
+    copied,
+    greater,
+    horner,
+    rowwise,
+    shifted,
+    whole,
+    with_bits,
+)
 
 P = ORDERS["taylor"]
 # After KERNELS stands the address of the kernel. Rows of the method: what the sum lost before this step, in it, and
