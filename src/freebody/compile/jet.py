@@ -368,8 +368,8 @@ class _Writer:
         """The coefficient at this order; of a number, that at order 0."""
         if isinstance(x, Number):
             return self._number(x)
-        if x not in self.values:
-            self.values[x] = self._load("%slots", self.slots[x])
+        if x not in self.values:  # of another piece, or needed for values at the start only
+            self.values[x] = self._load("%slots", self.slots[x]) if x in self.slots else self._first(x)
         return self.values[x]
 
     def _mine(self, j: int) -> list[tuple[int, int | Number]]:
@@ -429,6 +429,8 @@ class _Writer:
                 return value
             case "moment":
                 return literal(0.0)
+        if node.rule == "integral" and node.place >= 0:
+            return self._value(node.place)
         if node.function in ("sin", "cos"):
             return self._load(self._sine_and_cosine(node.arguments[0])[node.function == "cos"], 0)
         arguments = ", ".join(f"double {self._value(x)}" for x in node.arguments)

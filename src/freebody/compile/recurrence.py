@@ -44,7 +44,7 @@ class Node(NamedTuple):
     quotient  node or number, node
     root      node
     moment    node: ϑ of it
-    integral  node w with ϑx = w; function and arguments that give x_0
+    integral  node w with ϑx = w; function and arguments that give x_0, or the place of a node that does
     """
 
     rule: str
@@ -184,6 +184,8 @@ class Recurrence:
             terms: list[tuple[int, int | Number]] = []
             products: list[tuple[int, int, int]] = []
             self._collect(i, 1, terms, products, True)
+            if not terms and len(products) == 2 and (turned := self._turned(*products)) is not None:
+                return turned
             return self._once(Node("sum", terms=tuple(terms), products=tuple(products)))
         if code == MUL:
             return self.product(self._value(a), self._value(b))
@@ -224,6 +226,34 @@ class Recurrence:
             return
         self._collect(program.a[i], sign, terms, products)
         self._collect(program.b[i], -sign if code == SUB else sign, terms, products)
+
+    def _turned(self, one: tuple[int, int, int], two: tuple[int, int, int]) -> int | None:
+        """sin x cos y ± cos x sin y and cos x cos y ± sin x sin y as functions of x ± y, if these products are that.
+
+        They take two products each, and those of an angle one; those of x and y go where nothing else needs them. Only
+        their values at the start are made of the products.
+        """
+        parts: list[list[tuple[int, str]]] = []
+        for _, *ab in (one, two):
+            nodes = [self.nodes[i] for i in ab]
+            if any(node.function not in ("sin", "cos") or not isinstance(node.arguments[0], int) for node in nodes):
+                return None
+            parts.append(sorted((node.arguments[0], node.function) for node in nodes))  # type: ignore[misc]
+        ((x, f), (y, g)), ((u, h), (v, k)) = parts
+        if x == y or (x, y) != (u, v) or f == h or g == k:
+            return None
+        sign, other = one[0], two[0]
+        if f == "sin" if f == g else f == "cos":  # begin with cos cos or sin cos
+            sign, other = other, sign
+        relative = sign * other if f != g else -sign * other
+        sx, cx = (_sine_and_cosine(self, x, j) for j in (0, 1))
+        sy, cy = (_sine_and_cosine(self, y, j) for j in (0, 1))
+        starts = (
+            self._once(Node("sum", products=((1, sx, cy), (relative, cx, sy)))),
+            self._once(Node("sum", products=((1, cx, cy), (-relative, sx, sy)))),
+        )
+        found = _sine_and_cosine(self, self.sum((1, x), (relative, y)), f == g, starts)
+        return found if sign > 0 else self.sum((-1, found))
 
     def product(self, a: int | Number, b: int | Number) -> int:
         if isinstance(a, Number):
@@ -266,13 +296,16 @@ class Recurrence:
         key: object,
         starts: list[tuple[str, tuple[int | Number, ...]]],
         rates: Callable[[list[int]], list[int]],
+        places: tuple[int, ...] = (),
     ) -> list[int]:
-        """Series x with ϑx = w, where w may depend on them; made once for each key."""
+        """Series x with ϑx = w, where w may depend on them; made once for each key. Their values at the start are those
+        of the nodes ``places``, if there are any."""
         known = self._known.get((key, 0))
         if known is None:
             new = []
             for j, (function, arguments) in enumerate(starts):
-                new.append(self._add(Node("integral", function=function, arguments=arguments)))
+                place = places[j] if places else -1
+                new.append(self._add(Node("integral", place, function=function, arguments=arguments)))
                 self._known[(key, j)] = new[-1]
             for x, w in zip(new, rates(new), strict=True):
                 self.nodes[x] = self.nodes[x]._replace(operand=w)
@@ -283,12 +316,13 @@ class Recurrence:
 _LINEAR = frozenset((ADD, SUB, NEG))
 
 
-def _sine_and_cosine(r: Recurrence, x: int, which: int) -> int:
+def _sine_and_cosine(r: Recurrence, x: int, which: int, starts: tuple[int, ...] = ()) -> int:
     z = r.moment(x)
     return r.integrals(
         ("sin", x),
         [("sin", (x,)), ("cos", (x,))],
         lambda f: [r.sum(products=((1, z, f[1]),)), r.sum(products=((-1, z, f[0]),))],
+        starts,
     )[which]
 
 
