@@ -236,7 +236,10 @@ class Recurrence:
         parts: list[list[tuple[int, str]]] = []
         for _, *ab in (one, two):
             nodes = [self.nodes[i] for i in ab]
-            if any(node.function not in ("sin", "cos") or not isinstance(node.arguments[0], int) for node in nodes):
+            if any(
+                node.function not in ("sin", "cos") or not isinstance(node.arguments[0], int)
+                for node in nodes
+            ):
                 return None
             parts.append(sorted((node.arguments[0], node.function) for node in nodes))  # type: ignore[misc]
         ((x, f), (y, g)), ((u, h), (v, k)) = parts

@@ -3,7 +3,6 @@
     @compiled                              the function as numba compiles it, alone and once
     call(address, t, y, i, c, out, j)      f(t, &y[i], &c[0], &out[j])
     linear(row)(work, n, target, base, h)  work[target] = work[base] + h Σ_j row[j] work[j]
-    horner(work, n, first, degree, x, target)   work[target] = Σ_k x^k work[first + k]
     rowwise(formula)(work, w, n, ...)      a formula of rows, eight numbers at a time, and the largest of its results
     greater(a, b), lesser(a, b)            a if a > b else b, a if a < b else b
     root(a), whole(a)                      sqrt(a), int(a)
@@ -210,6 +209,14 @@ class Eight:
         result = of(b, b.bitcast(self.value, ir.VectorType(_integer, WIDTH)))
         return Eight(b, b.bitcast(result, ir.VectorType(_double, WIDTH)))
 
+    def times_plus(self, factor: Eight, more: Eight) -> Eight:
+        """The product with more added, with one rounding where the machine can."""
+        vector = self.value.type
+        fma = cgutils.get_or_insert_function(
+            self.builder.module, ir.FunctionType(vector, [vector] * 3), f"llvm.fmuladd.v{WIDTH}f64"
+        )
+        return Eight(self.builder, self.builder.call(fma, [self.value, factor.value, more.value]))
+
     def greater(self, other: Eight) -> Eight:
         """Of each pair."""
         b = self.builder
@@ -342,52 +349,6 @@ def copied(typing: Any, work: Any, w: Any, source: Any, target: Any) -> Any:
         return context.get_dummy_value()
 
     return types.void(work, types.int64, types.int64, types.int64), write
-
-
-@intrinsic
-def horner(typing: Any, work: Any, n: Any, first: Any, degree: Any, x: Any, target: Any) -> Any:
-    """Row ``target`` of ``work``, of rows of length n, becomes Σ_k x^k (row ``first`` + k), k = 0 ... ``degree``.
-
-    Even and odd powers are added up side by side, since one addition waits for the other.
-    """
-    del typing, n, first, degree, target
-
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        del signature
-        work_, n_, first_, degree_, x_, target_ = arguments
-        vector = ir.VectorType(_double, WIDTH)
-        fma = cgutils.get_or_insert_function(
-            builder.module, ir.FunctionType(vector, [vector] * 3), f"llvm.fmuladd.v{WIDTH}f64"
-        )
-
-        def place(number: Any, offset: Any) -> Any:
-            index = builder.add(builder.mul(number, n_), offset)
-            return builder.bitcast(builder.gep(work_, [index]), vector.as_pointer())
-
-        one = builder.insert_element(ir.Constant(vector, ir.Undefined), x_, ir.IntType(32)(0))
-        zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
-        step = builder.shuffle_vector(one, ir.Constant(vector, ir.Undefined), zeros)
-        twice = builder.fmul(step, step)
-        odd = builder.and_(degree_, _integer(1))
-        pairs = builder.lshr(degree_, _integer(1))
-        with cgutils.for_range_slice(builder, _integer(0), n_, _integer(WIDTH)) as (offset, _):
-
-            def row(k: Any) -> Any:
-                return builder.load(place(builder.add(first_, k), offset), align=8)
-
-            nothing = ir.Constant(vector, [_double(0.0)] * WIDTH)
-            top = builder.select(builder.trunc(odd, ir.IntType(1)), row(degree_), nothing)
-            odds = cgutils.alloca_once_value(builder, top)
-            evens = cgutils.alloca_once_value(builder, row(builder.sub(degree_, odd)))
-            with cgutils.for_range(builder, pairs) as loop:
-                k = builder.shl(builder.sub(builder.sub(pairs, loop.index), _integer(1)), _integer(1))
-                for total, term in ((evens, row(k)), (odds, row(builder.add(k, _integer(1))))):
-                    builder.store(builder.call(fma, [builder.load(total), twice, term]), total)
-            total = builder.call(fma, [builder.load(odds), step, builder.load(evens)])
-            builder.store(total, place(target_, offset), align=8)
-        return context.get_dummy_value()
-
-    return types.void(work, types.int64, types.int64, types.int64, types.float64, types.int64), write
 
 
 def linear(row: Mapping[int, float], chained: bool = False, lanes: bool = False) -> Any:

@@ -23,18 +23,19 @@ Source: A. Jorba, M. Zou, A software package for the numerical integration of OD
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 from . import stepping
 from .layout import BLAME, CONSTANTS, EVALUATED, KERNELS, ORDERS, POINT, RAW, ROWS, STATE
 from .machine import (
+    Eight,
     Integers,
     Reals,
     call,
     compiled,
     copied,
     greater,
-    horner,
     rowwise,
     shifted,
     whole,
@@ -80,6 +81,14 @@ def prepare(
     expand(t, work, w, c, quaternions, nq)
 
 
+def in_pairs(numbers: list[Any], of: Callable[[Any, Any], Any]) -> Any:
+    """What ``of`` two at a time leaves, with few that wait for each other."""
+    while len(numbers) > 1:
+        pairs = [of(a, b) for a, b in zip(numbers[::2], numbers[1::2], strict=False)]
+        numbers = [*pairs, *numbers[len(numbers) - len(numbers) % 2 :]]
+    return numbers[0]
+
+
 @compiled
 def blamed(work: Reals, w: int, n: int) -> int:
     """The first component of which one of the last terms is not finite."""
@@ -94,27 +103,40 @@ def blamed(work: Reals, w: int, n: int) -> int:
 def slowest(row: Any, relative: Any, absolute: Any, rate: Any) -> Any:
     """The greatest of what the terms allow, log₂ (1 / h); nan if one of them is not finite."""
     scale = 1.0 / (absolute + relative * abs(row[STATE]))
-    found, total = None, None
-    for j in range(TERMS):
-        size = abs(row[SERIES + P - j]) * scale
-        total = size if total is None else total + size
-        allowed = size.logarithm2()
-        if j > 1:
-            allowed = allowed + (j - 1.0) * rate
-        allowed = allowed * (1.0 / (P - j))
-        found = allowed if found is None else found.greater(allowed)
-    return found + total * 0.0
+    sizes = [abs(row[SERIES + P - j]) * scale for j in range(TERMS)]
+    allowed = [(size.logarithm2() + max(0, j - 1) * rate) * (1.0 / (P - j)) for j, size in enumerate(sizes)]
+    return in_pairs(allowed, Eight.greater) + in_pairs(sizes, Eight.__add__) * 0.0
+
+
+def polynomial(row: Any, first: int, degree: int, x: Any) -> Any:
+    """Σ_k x^k (row ``first`` + k) in four parts, since one addition waits for the other."""
+    double = x * x
+    fourth = double * double
+    parts = []
+    for k in range(4):
+        *rest, part = [row[j] for j in range(first + k, first + degree + 1, 4)]
+        for term in reversed(rest):
+            part = part.times_plus(fourth, term)
+        parts.append(part)
+    low, high = (parts[k + 1].times_plus(x, parts[k]) for k in (0, 2))
+    return high.times_plus(double, low)
 
 
 @rowwise
 def added(row: Any, h: Any) -> None:
-    """Row RAW becomes STATE + (h RAW + LOST), and what that loses is row LOSES."""
+    """Row RAW becomes the sum of the series, STATE + (h (y_1 + ...) + LOST), and what that loses is row LOSES."""
     start = row[STATE]
-    change = h * row[RAW] + row[LOST]
+    change = h * polynomial(row, SERIES + 1, P - 1, h) + row[LOST]
     end = start + change
     part = end - start
     row[LOSES] = (start - (end - part)) + (change - part)
     row[RAW] = end
+
+
+@rowwise
+def summed(row: Any, h: Any) -> None:
+    """Row POINT: the series at the time h."""
+    row[POINT] = polynomial(row, SERIES, P, h)
 
 
 @rowwise
@@ -157,7 +179,6 @@ def attempt(
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> int:  # fmt: skip
     """The state at the time ``h`` of the step."""
-    horner(work, w, SERIES + 1, P - 1, h, RAW)
     added(work, w, n, h)
     return 0
 
@@ -187,7 +208,7 @@ def densify(
 @compiled
 def interpolate(x: float, work: Reals, w: int) -> None:
     """Row POINT: the polynomial at the part ``x`` (0 to 1) of the step."""
-    horner(work, w, SERIES, P, x * work[LENGTH * w], POINT)
+    summed(work, w, w, x * work[LENGTH * w])
 
 
 @compiled
