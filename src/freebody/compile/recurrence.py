@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 from ..errors import ExpressionError
 from ..scalar.trace import ADD, DIV, INPUT, MUL, NAMES, NEG, SUB
+from .factors import factored
 from .lower import FIXED, HOISTED, RECIPROCAL, TIME, VARYING, Program
 
 
@@ -89,6 +90,8 @@ class Recurrence:
                 self._of[i] = self._series(i)
         self.outputs = [self._value(i) for i in body.outputs]
         self._forget()
+        while factored(self):
+            self._forget()
 
     def _wanted(self, outputs: list[int]) -> list[int]:
         """The varying nodes that the outputs need, operands first."""
@@ -124,11 +127,19 @@ class Recurrence:
             if i in needed:
                 continue
             needed.add(i)
-            node = self.nodes[i]
-            used = [node.operand, *node.arguments, *(x for _, x in node.terms)]
-            used += [x for _, *ab in node.products for x in ab]
-            stack += [x for x in used if isinstance(x, int) and x >= 0]
+            stack += self.used(i)
         self.order = [i for i in self.order if i in needed]
+
+    def used(self, i: int) -> list[int]:
+        """The series that node ``i`` names, each as often as it does."""
+        node = self.nodes[i]
+        found = [node.operand, *node.arguments, *(x for _, x in node.terms)]
+        found += [x for _, *ab in node.products for x in ab]
+        return [x for x in found if isinstance(x, int) and x >= 0]
+
+    def number(self, value: float) -> Number:
+        """A number that does not depend on anything."""
+        return Number(value)
 
     def _is_product(self, i: int) -> bool:
         program = self.program

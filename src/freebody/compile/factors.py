@@ -1,0 +1,138 @@
+"""Common factors in the sums of a recurrence: f x + f y becomes f (x + y), one product of series in place of two.
+
+A product of two series takes as many multiplications as they have coefficients, one by a number a single one. So
+numbers are looked through, and moved to where no series is multiplied by another. Equal products of opposite sign,
+which a rotation there and back leaves, cancel.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from .recurrence import Number, Recurrence
+
+
+class _Product(NamedTuple):
+    """value · numbers · a · b, with the pair of nodes in their order; ``was`` is how the sum had it."""
+
+    value: float
+    numbers: tuple[Number, ...]
+    pair: tuple[int, int]
+    was: tuple[int, ...]
+
+
+def factored(recurrence: Recurrence) -> bool:
+    """Draw common factors out of the sums of products; whether there were any."""
+    return _Factoring(recurrence).done()
+
+
+class _Factoring:
+    def __init__(self, recurrence: Recurrence) -> None:
+        self.recurrence, self.nodes = recurrence, recurrence.nodes
+        self.former = recurrence.order
+        self.placed: dict[int, None] = {}
+        self.uses = Counter(x for i in self.former for x in recurrence.used(i))
+        self.uses.update(x for x in recurrence.outputs if isinstance(x, int))
+
+    def done(self) -> bool:
+        changed = False
+        for i in self.former:
+            before = self.recurrence.used(i)
+            if self.nodes[i].rule == "sum" and i not in self.placed and self._draw(i):
+                changed = True
+                for x in self.recurrence.used(i):
+                    if x not in before:
+                        self._place(x)
+            self.placed[i] = None
+        self.recurrence.order = list(self.placed)
+        return changed
+
+    def _place(self, i: int) -> None:
+        """A new sum after what it is the sum of."""
+        if i not in self.placed:
+            for x in self.recurrence.used(i):
+                self._place(x)
+            self.placed[i] = None
+
+    def _unscaled(self, x: int, alone: bool = True) -> tuple[float, tuple[Number, ...], int, bool]:
+        """A number, more of them, and a series whose product node ``x`` is; whether only this sum needs those between."""
+        value, numbers = 1.0, ()
+        while True:
+            node = self.nodes[x]
+            if node.rule == "scaled":
+                if node.number.value is None:
+                    numbers = (*numbers, node.number)
+                else:
+                    value *= node.number.value
+                below = node.operand
+            elif node.rule == "sum" and len(node.terms) == 1 and not node.products and isinstance(node.terms[0][1], int):
+                value *= node.terms[0][0]
+                below = node.terms[0][1]
+            else:
+                return value, numbers, x, alone
+            alone = alone and self.uses[x] == 1
+            x = below
+
+    def _multiplied(self, sign: float, numbers: tuple[Number, ...], a: int, b: int, was: tuple[int, ...]) -> _Product:
+        one, more, x, _ = self._unscaled(a)
+        two, others, y, _ = self._unscaled(b)
+        return _Product(
+            sign * one * two, tuple(sorted((*numbers, *more, *others), key=repr)), (min(x, y), max(x, y)), was
+        )
+
+    def _draw(self, i: int) -> bool:
+        """Draw common factors out of node ``i``."""
+        terms, found = [], []
+        for term in self.nodes[i].terms:
+            sign, x = term
+            if isinstance(x, int):
+                value, numbers, base, alone = self._unscaled(x)
+                below = self.nodes[base]
+                if alone and self.uses[base] == 1 and below.rule == "sum" and not below.terms and len(below.products) == 1:
+                    other, a, b = below.products[0]
+                    found.append(self._multiplied(sign * value * other, numbers, a, b, term))
+                    continue
+            terms.append(term)
+        found += [self._multiplied(sign, (), a, b, (sign, a, b)) for sign, a, b in self.nodes[i].products]
+        left = self._collected(found)
+        products: list[tuple[int, int, int]] = []
+        while left:
+            (f, times), *_ = sorted(Counter(x for p in left for x in set(p.pair)).items(), key=lambda one: (-one[1], one[0]))
+            group = [p for p in left if f in p.pair] if times > 1 else left
+            left = [p for p in left if p not in group]
+            if times > 1:
+                parts = [self._times(p.pair[p.pair[0] == f], p.value, p.numbers) for p in group]
+                products.append((1, f, self.recurrence.sum(*parts)))
+                continue
+            for p in group:
+                if len(p.was) == 2:
+                    terms.append(p.was)
+                elif p.was:
+                    products.append(p.was)  # type: ignore[arg-type]
+                else:
+                    sign, x = self._times(p.pair[1], p.value, p.numbers)
+                    products.append((sign, p.pair[0], x))
+        if len(products) == len(self.nodes[i].products) and len(terms) == len(self.nodes[i].terms):
+            return False
+        self.nodes[i] = self.nodes[i]._replace(terms=tuple(terms), products=tuple(products))
+        return True
+
+    def _collected(self, found: list[_Product]) -> list[_Product]:
+        """Equal products together, without those that cancel."""
+        result: dict[object, _Product] = {}
+        for p in found:
+            key = p.numbers, p.pair
+            if key in result:
+                p = _Product(result[key].value + p.value, p.numbers, p.pair, ())
+            result[key] = p
+        return [p for p in result.values() if p.value != 0]
+
+    def _times(self, x: int, value: float, numbers: tuple[Number, ...]) -> tuple[int, int]:
+        """A sign and a series: a series times numbers."""
+        for number in numbers:
+            x = self.recurrence.product(x, number)
+        if abs(value) != 1:
+            x = self.recurrence.product(x, self.recurrence.number(abs(value)))
+        return (1 if value > 0 else -1), x
