@@ -12,6 +12,7 @@ import mpmath
 import numpy as np
 import pytest
 
+import freebody as fb
 from freebody.compile import jet
 from freebody.compile.kernels import compile_tape
 from freebody.compile.lower import lower
@@ -20,7 +21,7 @@ from freebody.dynamics import coordinate_rates, traced_state
 from freebody.dynamics.motion import motion
 from freebody.errors import ExpressionError
 from freebody.model import assemble
-from freebody.scalar.trace import ADD, CONST, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape
+from freebody.scalar.trace import ADD, CONST, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
 from freebody.simulate.layout import ORDERS, padded
 from freebody.testing import JOINTS, random_state, random_system
 
@@ -167,6 +168,12 @@ def compare(found, expected, units=200):
 
 # --- every recurrence --------------------------------------------------------------------------------
 
+
+def turned_by(f, angle, vector):
+    s, c = f.sin(angle), f.cos(angle)
+    return c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]
+
+
 CASES = {
     "sum": lambda f, x, y, p: (x + y, -x - 2 * y + 3),
     "product": lambda f, x, y, p: (x * y, x * x - y * x + p * y),
@@ -177,6 +184,27 @@ CASES = {
     ),
     "sqrt": lambda f, x, y, p: (f.sqrt(x * x + y + 4), y),
     "sin, cos": lambda f, x, y, p: (f.sin(x * y), f.cos(x) - f.sin(y)),
+    "sines of sums": lambda f, x, y, p: (
+        f.sin(x) * f.cos(y) + f.cos(x) * f.sin(y) - p * (f.cos(y) * f.sin(x) - f.sin(y) * f.cos(x)),
+        f.sin(y) * f.cos(x) - f.cos(y) * f.sin(x) + 2 * (-f.sin(x) * f.cos(y) - f.cos(x) * f.sin(y)),
+    ),
+    "cosines of sums": lambda f, x, y, p: (
+        f.cos(x) * f.cos(y) - f.sin(x) * f.sin(y) + p * (f.cos(y) * f.cos(x) + f.sin(y) * f.sin(x)),
+        -f.cos(x) * f.cos(y) + f.sin(x) * f.sin(y) - 2 * (-f.sin(x) * f.sin(y) - f.cos(x) * f.cos(y)),
+    ),
+    "neither": lambda f, x, y, p: (
+        f.sin(x) * f.cos(y) + f.sin(x) * f.sin(y),
+        f.cos(x) * f.cos(x) - f.sin(x) * f.sin(x) + f.sin(x) * f.cos(2 * x) - f.cos(x) * f.sin(y),
+    ),
+    "a sum of three angles": lambda f, x, y, p: turned_by(f, y, turned_by(f, x + y, turned_by(f, x, (1, 0)))),
+    "factors in common": lambda f, x, y, p: (
+        x * f.sin(y) - p * (x * f.cos(y)) + 3 * x * y,
+        (p * x) * f.sin(y)
+        - x * (p * f.sin(y))
+        + 2 * (x * f.apply("exp", y))
+        - y * x * 0.5
+        + f.apply("exp", y) * y,
+    ),
     "tan": lambda f, x, y, p: (f.apply("tan", x / 2), y),
     "exp, log": lambda f, x, y, p: (f.apply("exp", -x), f.apply("log", y + 3)),
     "asin, acos": lambda f, x, y, p: (f.apply("asin", x / 3), f.apply("acos", y / 3)),
@@ -233,6 +261,47 @@ def test_a_factor_in_common_is_left_out_of_a_quotient():
     recurrence = Recurrence(lower(tape, {"series": rates}, None, [x, y], []), "series")
     kept = [recurrence.nodes[i] for i in recurrence.order]
     assert [node.rule for node in kept if node.products or node.rule == "quotient"] == ["quotient"]
+
+
+def products_of(rates, state, parameters=()):
+    """How many products of series their recurrence takes."""
+    tape = next(x.tape for x in rates if isinstance(x, Traced))
+    recurrence = Recurrence(lower(tape, {"series": rates}, None, state, list(parameters)), "series")
+    nodes = [recurrence.nodes[i] for i in recurrence.order]
+    return sum(len(node.products) + (node.rule in ("quotient", "root")) for node in nodes)
+
+
+def test_the_sine_of_a_sum_takes_one_product():
+    """(cos (x + y + z), sin (x + y + z)) by three rotations: as many products as by the sum."""
+    tape = Tape()
+    x, y, z = state = [tape.input(name) for name in "xyz"]
+    tip = turned_by(tape, x, turned_by(tape, y, turned_by(tape, z, (1, 0))))
+    assert (
+        products_of([*tip, x], state)
+        == products_of([tape.cos(x + y + z), tape.sin(x + y + z), x], state)
+        == 2
+    )
+
+
+def test_a_factor_in_common_is_drawn_out_of_a_sum():
+    """p x y + 2 x z - x² = x (p y + 2 z - x), and what cancels is gone."""
+    tape = Tape()
+    x, y, z, p = (tape.input(name) for name in "xyzp")
+    assert products_of([p * (x * y) + 2 * x * z - x * x, y, z], [x, y, z], [p]) == 1
+    assert products_of([(p * x) * y - x * (p * y) + z, y, z], [x, y, z], [p]) == 0
+    shared = x * y
+    assert products_of([shared + x * z, shared, z], [x, y, z]) == 2  # x y is needed anyway
+
+
+def test_products_of_a_heavy_top():
+    """Of Euler's angles, no more than by hand."""
+    s = fb.System("top")
+    s.parameters(m=1, R=0.1, L=0.2)
+    s.gravity = (0, 0, -9.81)
+    rotor = s.body("rotor", fb.disk("m", "R", axis="z"))
+    s.gimbal("pivot", s.ground, rotor, to=(0, 0, "-L"), axis="ZXZ", coordinate=["psi", "theta", "phi"])
+    _, rates, _, state, parameters = rates_of(assemble(s))
+    assert products_of(rates, state, parameters) == 9
 
 
 @pytest.mark.parametrize("function", ["abs", "sign", "min", "max"])

@@ -8,7 +8,7 @@ which a rotation there and back leaves, cancel.
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from .recurrence import Number, Recurrence
@@ -20,7 +20,7 @@ class _Product(NamedTuple):
     value: float
     numbers: tuple[Number, ...]
     pair: tuple[int, int]
-    was: tuple[int, ...]
+    was: tuple[Any, ...]
 
 
 def factored(recurrence: Recurrence) -> bool:
@@ -57,17 +57,23 @@ class _Factoring:
             self.placed[i] = None
 
     def _unscaled(self, x: int, alone: bool = True) -> tuple[float, tuple[Number, ...], int, bool]:
-        """A number, more of them, and a series whose product node ``x`` is; whether only this sum needs those between."""
-        value, numbers = 1.0, ()
+        """Numbers and a series whose product node ``x`` is, and whether nothing else needs what lies between."""
+        value = 1.0
+        numbers: tuple[Number, ...] = ()
         while True:
             node = self.nodes[x]
             if node.rule == "scaled":
-                if node.number.value is None:
+                if node.number.value is None or node.number.function:
                     numbers = (*numbers, node.number)
                 else:
                     value *= node.number.value
                 below = node.operand
-            elif node.rule == "sum" and len(node.terms) == 1 and not node.products and isinstance(node.terms[0][1], int):
+            elif (
+                node.rule == "sum"
+                and len(node.terms) == 1
+                and not node.products
+                and isinstance(node.terms[0][1], int)
+            ):
                 value *= node.terms[0][0]
                 below = node.terms[0][1]
             else:
@@ -75,7 +81,9 @@ class _Factoring:
             alone = alone and self.uses[x] == 1
             x = below
 
-    def _multiplied(self, sign: float, numbers: tuple[Number, ...], a: int, b: int, was: tuple[int, ...]) -> _Product:
+    def _multiplied(
+        self, sign: float, numbers: tuple[Number, ...], a: int, b: int, was: tuple[Any, ...]
+    ) -> _Product:
         one, more, x, _ = self._unscaled(a)
         two, others, y, _ = self._unscaled(b)
         return _Product(
@@ -90,7 +98,13 @@ class _Factoring:
             if isinstance(x, int):
                 value, numbers, base, alone = self._unscaled(x)
                 below = self.nodes[base]
-                if alone and self.uses[base] == 1 and below.rule == "sum" and not below.terms and len(below.products) == 1:
+                if (
+                    alone
+                    and self.uses[base] == 1
+                    and below.rule == "sum"
+                    and not below.terms
+                    and len(below.products) == 1
+                ):
                     other, a, b = below.products[0]
                     found.append(self._multiplied(sign * value * other, numbers, a, b, term))
                     continue
@@ -99,7 +113,9 @@ class _Factoring:
         left = self._collected(found)
         products: list[tuple[int, int, int]] = []
         while left:
-            (f, times), *_ = sorted(Counter(x for p in left for x in set(p.pair)).items(), key=lambda one: (-one[1], one[0]))
+            (f, times), *_ = sorted(
+                Counter(x for p in left for x in set(p.pair)).items(), key=lambda one: (-one[1], one[0])
+            )
             group = [p for p in left if f in p.pair] if times > 1 else left
             left = [p for p in left if p not in group]
             if times > 1:
@@ -110,7 +126,7 @@ class _Factoring:
                 if len(p.was) == 2:
                     terms.append(p.was)
                 elif p.was:
-                    products.append(p.was)  # type: ignore[arg-type]
+                    products.append(p.was)
                 else:
                     sign, x = self._times(p.pair[1], p.value, p.numbers)
                     products.append((sign, p.pair[0], x))

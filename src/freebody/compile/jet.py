@@ -11,9 +11,9 @@ whose first entry then is complete and is shifted out. So nothing is summed acro
 are the two products with a_0 and b_0 only. Of p coefficients half stand in the vectors: a_i b_j with i + j < p has
 the smaller index below p/2.
 
-A short recurrence is one block, whose vectors stay in registers from order to order; a long one is cut into pieces,
-and keeps them in memory. On the longest path through an order, where it waits for one operation after the other, the
-products with a_0 and b_0 are made by scalars besides, since it takes time to spread a number over a vector.
+A short recurrence is a loop whose vectors stay in registers, or where these do not suffice on the stack; it is written
+twice, since the vectors are complete at order p/2 and only read from there on. A long one is cut into pieces, and keeps
+them in memory.
 
 The file is longer than others: what is known when, and so the order of the text, is one matter.
 
@@ -291,6 +291,17 @@ class _Writer:
             f"done{t}:",
         ]
 
+    def _start(self) -> None:
+        self.lines: list[str] = []
+        self.values: dict[int, str] = {}
+        self.held: dict[int, str] = {}
+        self.rows: dict[int, str] = {}
+        self.numbers: dict[Number, str] = {}
+        self.sines: dict[int | Number, tuple[str, str]] = {}
+        self.spreads: dict[str, str] = {}
+        self.full: set[int] = set()
+        self.following: list[str] = []
+
     def _stretch(
         self, first: int, end: int, grows: bool, states: list[str], held: dict[int, str], rows: dict[int, str]
     ) -> tuple[list[str], tuple[list[str], dict[int, str], dict[int, str]]]:
@@ -315,17 +326,6 @@ class _Writer:
         phis += [phi(sums[i], _V, x, moved[i]) for i, x in rows.items()]
         loop = [*(_LANE if grows else ()), *self.lines]
         return self._around(first, end, phis, loop), (self.following, renewed, moved)
-
-    def _start(self) -> None:
-        self.lines: list[str] = []
-        self.values: dict[int, str] = {}
-        self.held: dict[int, str] = {}
-        self.rows: dict[int, str] = {}
-        self.numbers: dict[Number, str] = {}
-        self.sines: dict[int | Number, tuple[str, str]] = {}
-        self.spreads: dict[str, str] = {}
-        self.full: set[int] = set()
-        self.following: list[str] = []
 
     def _new(self, operation: str) -> str:
         self.count += 1

@@ -3,10 +3,9 @@
     @compiled                              the function as numba compiles it, alone and once
     call(address, t, y, i, c, out, j)      f(t, &y[i], &c[0], &out[j])
     linear(row)(work, n, target, base, h)  work[target] = work[base] + h Σ_j row[j] work[j]
-    rowwise(formula)(work, w, n, ...)      a formula of rows, eight numbers at a time, and the largest of its results
     greater(a, b), lesser(a, b)            a if a > b else b, a if a < b else b
     root(a), whole(a)                      sqrt(a), int(a)
-    bits(a), with_bits(i)                  the 64 bits of a real number as an integer, and back
+    with_bits(i)                           the real number of 64 bits
 
 The scalar ones are instructions; what numba makes of max, min, sqrt and int tests for exceptions or calls a library.
 
@@ -18,8 +17,6 @@ whole vector registers, with nothing left over and no test for overlap.
 
 from __future__ import annotations
 
-import inspect
-import math
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any
@@ -32,6 +29,7 @@ from numba.core.compiler_machinery import PassManager
 from numba.extending import intrinsic, typeof_impl
 
 from .layout import WIDTH
+from .rows import all_of, splat
 
 _double = ir.DoubleType()
 _integer = ir.IntType(64)
@@ -171,186 +169,6 @@ def shifted(typing: Any, p: Any, k: Any) -> Any:
     return p(p, types.int64), write
 
 
-class Eight:
-    """Eight numbers, of a row or all the same, in a formula."""
-
-    def __init__(self, builder: Any, value: Any) -> None:
-        self.builder, self.value = builder, value
-
-    def _of(self, other: Any) -> Any:
-        return other.value if isinstance(other, Eight) else _all_of(float(other))
-
-    def _with(self, operation: str, a: Any, b: Any) -> Eight:
-        return Eight(self.builder, getattr(self.builder, operation)(self._of(a), self._of(b)))
-
-    def __add__(self, other: Any) -> Eight:
-        return self._with("fadd", self, other)
-
-    def __sub__(self, other: Any) -> Eight:
-        return self._with("fsub", self, other)
-
-    def __mul__(self, other: Any) -> Eight:
-        return self._with("fmul", self, other)
-
-    __radd__, __rmul__ = __add__, __mul__
-
-    def __rsub__(self, other: Any) -> Eight:
-        return self._with("fsub", other, self)
-
-    def __rtruediv__(self, other: Any) -> Eight:
-        return self._with("fdiv", other, self)
-
-    def __abs__(self) -> Eight:
-        return self._bitwise(lambda b, x: b.and_(x, _bits_of((1 << 63) - 1)))
-
-    def _bitwise(self, of: Callable[[Any, Any], Any]) -> Eight:
-        """What a function of their bits makes."""
-        b = self.builder
-        result = of(b, b.bitcast(self.value, ir.VectorType(_integer, WIDTH)))
-        return Eight(b, b.bitcast(result, ir.VectorType(_double, WIDTH)))
-
-    def times_plus(self, factor: Eight, more: Eight) -> Eight:
-        """The product with more added, with one rounding where the machine can."""
-        vector = self.value.type
-        fma = cgutils.get_or_insert_function(
-            self.builder.module, ir.FunctionType(vector, [vector] * 3), f"llvm.fmuladd.v{WIDTH}f64"
-        )
-        return Eight(self.builder, self.builder.call(fma, [self.value, factor.value, more.value]))
-
-    def greater(self, other: Eight) -> Eight:
-        """Of each pair."""
-        b = self.builder
-        return Eight(b, b.select(b.fcmp_ordered(">", self.value, other.value), self.value, other.value))
-
-    def logarithm2(self) -> Eight:
-        """log₂ of numbers >= 0 within 0.01, -1023 of 0: their exponents, and a parabola of what is left, 1 <= m < 2."""
-        one, shifted = 0x3FF << 52, 0x433 << 52  # of the second number the last bits are an integer
-        exponent = self._bitwise(lambda b, x: b.or_(b.lshr(x, _bits_of(52)), _bits_of(shifted)))
-        m = self._bitwise(lambda b, x: b.or_(b.and_(x, _bits_of((1 << 52) - 1)), _bits_of(one)))
-        return exponent - (2.0**52 + 1023.0) + ((2.0 - m * (1.0 / 3.0)) * m - 5.0 / 3.0)
-
-    def total(self, of: Callable[[Eight, Eight], Eight]) -> Any:
-        """What ``of`` two at a time leaves of the eight."""
-        b, left = self.builder, self
-        for k in (4, 2, 1):
-            places = ir.Constant(
-                ir.VectorType(ir.IntType(32), WIDTH), [(i + k) % WIDTH for i in range(WIDTH)]
-            )
-            left = of(left, Eight(b, b.shuffle_vector(left.value, left.value, places)))
-        return b.extract_element(left.value, ir.IntType(32)(0))
-
-
-def _all_of(number: float) -> Any:
-    return ir.Constant(ir.VectorType(_double, WIDTH), [_double(number)] * WIDTH)
-
-
-def _bits_of(number: int) -> Any:
-    return ir.Constant(ir.VectorType(_integer, WIDTH), [_integer(number)] * WIDTH)
-
-
-def _splat(builder: Any, scalar: Any) -> Any:
-    """A number eight times."""
-    nothing = ir.Constant(ir.VectorType(_double, WIDTH), ir.Undefined)
-    one = builder.insert_element(nothing, scalar, ir.IntType(32)(0))
-    zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
-    return builder.shuffle_vector(one, nothing, zeros)
-
-
-class _Rows:
-    """The rows of ``work``, eight numbers of each, as a formula reads and writes them."""
-
-    def __init__(self, builder: Any, work: Any, w: Any, offset: Any) -> None:
-        self.builder, self.work, self.w, self.offset = builder, work, w, offset
-
-    def _place(self, row: Any) -> Any:
-        b = self.builder
-        index = b.add(b.mul(self.w, _integer(row) if isinstance(row, int) else row), self.offset)
-        return b.bitcast(b.gep(self.work, [index]), ir.VectorType(_double, WIDTH).as_pointer())
-
-    def __getitem__(self, row: Any) -> Eight:
-        return Eight(self.builder, self.builder.load(self._place(row), align=8))
-
-    def __setitem__(self, row: Any, value: Eight) -> None:
-        self.builder.store(value.value, self._place(row), align=8)
-
-
-def rowwise(formula: Callable[..., Eight | None]) -> Any:
-    """Compiled ``(work, w, n, *more)``: a formula of the rows of ``work``, of which it reads and writes eight numbers at
-    a time, of numbers, and of arrays of length n, after which stands 1.
-
-    The largest of its results is that of the whole, nan if one of them is.
-    """
-
-    def over_rows(typing: Any, work: Any, w: Any, n: Any, *more: Any) -> Any:
-        del typing, w, n
-
-        def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            del context, signature
-            work_, w_, n_, *more_ = arguments
-            vector = ir.VectorType(_double, WIDTH)
-            largest = cgutils.alloca_once_value(builder, _all_of(-math.inf))
-            doubt = cgutils.alloca_once_value(builder, _all_of(0.0))
-            places = ir.Constant(ir.VectorType(_integer, WIDTH), [_integer(k) for k in range(WIDTH)])
-            with cgutils.for_range_slice(builder, _integer(0), w_, _integer(WIDTH)) as (offset, _):
-
-                def given(kind: Any, value: Any) -> Eight:
-                    if kind is types.float64:
-                        return Eight(builder, _splat(builder, value))
-                    left = builder.bitcast(builder.sub(n_, offset), _double)  # only its bits
-                    left = builder.bitcast(_splat(builder, left), places.type)
-                    load = cgutils.get_or_insert_function(
-                        builder.module,
-                        ir.FunctionType(
-                            vector,
-                            [
-                                vector.as_pointer(),
-                                ir.IntType(32),
-                                ir.VectorType(ir.IntType(1), WIDTH),
-                                vector,
-                            ],
-                        ),
-                        f"llvm.masked.load.v{WIDTH}f64.p0",
-                    )
-                    pointer = builder.bitcast(builder.gep(value, [offset]), vector.as_pointer())
-                    there = builder.icmp_signed("<", places, left)
-                    return Eight(
-                        builder, builder.call(load, [pointer, ir.IntType(32)(8), there, _all_of(1.0)])
-                    )
-
-                rows = _Rows(builder, work_, w_, offset)
-                result = formula(rows, *(given(kind, value) for kind, value in zip(more, more_, strict=True)))
-                if result is not None:
-                    builder.store(result.greater(Eight(builder, builder.load(largest))).value, largest)
-                    builder.store((result * 0.0 + Eight(builder, builder.load(doubt))).value, doubt)
-            if result is None:
-                return _double(0.0)
-            most = Eight(builder, builder.load(largest)).total(Eight.greater)
-            return builder.fadd(most, Eight(builder, builder.load(doubt)).total(Eight.__add__))
-
-        return types.float64(work, types.int64, types.int64, *more), write
-
-    names = ("typing", "work", "w", "n", *list(inspect.signature(formula).parameters)[1:])
-    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
-    over_rows.__signature__ = inspect.Signature([inspect.Parameter(name, kind) for name in names])  # type: ignore[attr-defined]
-    return intrinsic(over_rows)
-
-
-@intrinsic
-def copied(typing: Any, work: Any, w: Any, source: Any, target: Any) -> Any:
-    """Row ``target`` of ``work`` becomes row ``source``."""
-    del typing, source, target
-
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        del signature
-        work_, w_, source_, target_ = arguments
-        with cgutils.for_range_slice(builder, _integer(0), w_, _integer(WIDTH)) as (offset, _):
-            rows = _Rows(builder, work_, w_, offset)
-            rows[target_] = rows[source_]
-        return context.get_dummy_value()
-
-    return types.void(work, types.int64, types.int64, types.int64), write
-
-
 def linear(row: Mapping[int, float], chained: bool = False, lanes: bool = False) -> Any:
     """Compiled ``(work, n, target, base, h)``: row ``target`` of ``work`` becomes base + h Σ_j row[j] work[j].
 
@@ -380,14 +198,6 @@ def linear(row: Mapping[int, float], chained: bool = False, lanes: bool = False)
                 builder.module, ir.FunctionType(vector, [vector] * 3), f"llvm.fmuladd.v{WIDTH}f64"
             )
 
-            def splat(scalar: Any) -> Any:
-                one = builder.insert_element(ir.Constant(vector, ir.Undefined), scalar, ir.IntType(32)(0))
-                zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
-                return builder.shuffle_vector(one, ir.Constant(vector, ir.Undefined), zeros)
-
-            def all_of(number: float) -> Any:
-                return ir.Constant(vector, [_double(number)] * WIDTH)
-
             def at(index: Any) -> Any:
                 return builder.bitcast(builder.gep(work_, [index]), vector.as_pointer())
 
@@ -397,7 +207,7 @@ def linear(row: Mapping[int, float], chained: bool = False, lanes: bool = False)
             def load(number: int, offset: Any) -> Any:
                 return builder.load(place(_integer(number), offset), align=8)
 
-            step = builder.load(at(h_), align=8) if lanes else splat(h_)
+            step = builder.load(at(h_), align=8) if lanes else splat(builder, h_)
             based = builder.icmp_signed(">=", base_, _integer(0))
             safe_base = builder.select(based, base_, _integer(0))
             entry = builder.block
@@ -497,13 +307,6 @@ def whole(typing: Any, a: Any) -> Any:
     """A real number without its fraction, as an integer."""
     del typing, a
     return types.int64(types.float64), _converted(lambda builder, x: builder.fptosi(x, _integer))
-
-
-@intrinsic
-def bits(typing: Any, a: Any) -> Any:
-    """The bits of a real number as an integer."""
-    del typing, a
-    return types.int64(types.float64), _converted(lambda builder, x: builder.bitcast(x, _integer))
 
 
 @intrinsic

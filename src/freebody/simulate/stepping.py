@@ -84,7 +84,6 @@ from .machine import (
     Reals,
     call,
     compiled,
-    copied,
     greater,
     integers_at,
     lesser,
@@ -92,6 +91,7 @@ from .machine import (
     root,
     whole,
 )
+from .rows import copied
 
 _EPS, _TINY = float(np.finfo(float).eps), 1e-300
 

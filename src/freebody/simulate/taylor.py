@@ -29,18 +29,16 @@ from typing import Any
 from . import stepping
 from .layout import BLAME, CONSTANTS, EVALUATED, KERNELS, ORDERS, POINT, RAW, ROWS, STATE
 from .machine import (
-    Eight,
     Integers,
     Reals,
     call,
     compiled,
-    copied,
     greater,
-    rowwise,
     shifted,
     whole,
     with_bits,
 )
+from .rows import Eight, copied, rowwise
 
 P = ORDERS["taylor"]
 # After KERNELS stands the address of the kernel. Rows of the method: what the sum lost before this step, in it, and
