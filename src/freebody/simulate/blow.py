@@ -91,6 +91,8 @@ def blow(
 
 def blows_of(given: Any) -> tuple[Blow, ...]:
     """The blows asked for."""
+    if isinstance(given, (tuple, list)) and not given:
+        return ()
     if isinstance(given, Blow):
         given = [given]
     if isinstance(given, str) or not isinstance(given, Iterable):

@@ -58,11 +58,12 @@ def closed_start(
         for i in named:
             if i >= n_q:
                 fixed[i - n_q] = 1
-    largest = max(map(abs, state[:n_q].tolist()), default=0.0)
+    start = state.tolist()
+    largest = max(map(abs, start[:n_q]), default=0.0)
     asked = (layout.MET, 0, 0, STEPS, *kernels.on_speeds, *[0] * m, *held, *fixed, *model.quaternions)
     integers, numbers = (
         np.array(asked, dtype=np.int64),
-        np.array([DEPENDENT * (1 + largest), DEPENDENT, POOR, light(n), 0.0, 0.0, t, *state.tolist()]),
+        np.array([DEPENDENT * (1 + largest), DEPENDENT, POOR, light(n), 0.0, 0.0, t, *start]),
     )
     program = kernels.closing()
     loop.code("gauss_newton", "close", SOURCES)(
@@ -125,7 +126,7 @@ def check_redundant(kernels: Kernels, program: Program, path: Path) -> None:
         return
     count = 2 * len(names)
     missed = np.abs(observe(program.address("dropped"), count, path.times, path.states, path.rates.constants))
-    if not (missed > DRIFTED).any():
+    if missed.max() <= DRIFTED:
         return
     missed /= 1 + np.abs(path.states).max(axis=1, keepdims=True)
     late = np.flatnonzero((missed > DRIFTED).any(axis=1))

@@ -20,7 +20,7 @@ from ..space.rotation import Rotation
 
 def number(model: Model, values: Mapping[str, float], given: Any, what: str) -> float:
     """A finite number from a number, or an expression or text of the parameters."""
-    if type(given) in (int, float) and math.isfinite(given):
+    if type(given) in _NUMBERS and math.isfinite(given):
         return float(given)
     expression = model.names.expression(given, what)
     if isinstance(expression, sympy.Basic):
@@ -69,14 +69,17 @@ def named_state(
     SimulationError
         An unknown name (with the nearest known one), a value given twice, a quaternion of length zero.
     """
-    if not isinstance(initial, Mapping):
+    if not isinstance(initial, (dict, Mapping)):  # the first is the quicker to be told
         raise SimulationError(f"Expected {where} values by name, such as {{'theta': 0.1}}, got {initial!r}.")
     places = model.places
-    y: list[float] = [*rest_coordinates(model), *([0.0] * model.n_u)]
+    y: list[float] = [*rest_coordinates(model), *[0.0] * model.n_u]
     given: dict[int, Any] = {}
     for key, value in initial.items():
         name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
         i = places.get(name)
+        if i is not None and i not in given and type(value) in _NUMBERS and math.isfinite(value):
+            given[i], y[i] = key, float(value)
+            continue
         if i is not None:
             parts = [number(model, values, value, f"the initial value of '{name}'")]
         else:
@@ -110,9 +113,8 @@ def named_state(
 
 def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
     """Whether a value of a parameter, or of the start, has an axis of lanes (the components of a quaternion do not)."""
-
-    given = values if isinstance(values, Mapping) else {}
-    start = initial if isinstance(initial, Mapping) else {}
+    given = values if isinstance(values, (dict, Mapping)) else {}
+    start = initial if isinstance(initial, (dict, Mapping)) else {}
     if _SINGLE.issuperset(map(type, given.values())) and _SINGLE.issuperset(map(type, start.values())):
         return False
 
@@ -132,7 +134,8 @@ def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
     )
 
 
-_SINGLE = frozenset((float, int, str))
+_NUMBERS = frozenset((float, int, np.float64))
+_SINGLE = _NUMBERS | {str}
 """Types of a value that has no axis."""
 
 

@@ -309,7 +309,7 @@ _recent: OrderedDict[int, tuple[Any, tuple[Any, ...], Kernels]] = OrderedDict()
 
 def kernels_of(machine: System | Model) -> Kernels:
     """The programs of a system as it is described now, or of a model; those used last are kept."""
-    if not isinstance(machine, System | Model):
+    if not isinstance(machine, (System, Model)):
         raise ModelError(
             f"Expected a System or a Model to simulate, got {machine!r}. "
             "A machine is described first: s = fb.System('name')."

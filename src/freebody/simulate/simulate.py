@@ -332,10 +332,10 @@ def _times(times: ArrayLike | None, begin: float, end: float) -> Any:
 
 
 def _tolerances(kernels: Kernels, tolerance: Any, method: str) -> Any:
-    names = kernels.names
     finest = FINEST_OF_SERIES if method == "taylor" else FINEST
-    if not isinstance(tolerance, Mapping):
-        return np.array([_tolerance(tolerance, finest)] * len(names))
+    if isinstance(tolerance, float) or not isinstance(tolerance, Mapping):
+        return np.array([_tolerance(tolerance, finest)] * kernels.size)
+    names = kernels.names
     texts = kernels.model.names.texts
     by_name = {key if isinstance(key, str) else texts.get(key, str(key)): v for key, v in tolerance.items()}
     for name in by_name:
