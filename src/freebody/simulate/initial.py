@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -47,7 +48,7 @@ def initial_state(
     model: Model, values: Mapping[str, float], initial: Mapping[Any, Any]
 ) -> NDArray[np.float64]:
     """The state (q, u), shape (n_q + n_u,), in which what is not named is zero and unturned."""
-    return named_state(model, values, initial)[0]
+    return np.array(_named(model, values, initial, "initial")[0])
 
 
 def named_state(
@@ -69,10 +70,17 @@ def named_state(
     SimulationError
         An unknown name (with the nearest known one), a value given twice, a quaternion of length zero.
     """
+    y, given = _named(model, values, initial, where)
+    return np.array(y), set(given)
+
+
+def _named(
+    model: Model, values: Mapping[str, float], initial: Mapping[Any, Any], where: str
+) -> tuple[list[float], dict[int, Any]]:
     if not isinstance(initial, (dict, Mapping)):  # the first is the quicker to be told
         raise SimulationError(f"Expected {where} values by name, such as {{'theta': 0.1}}, got {initial!r}.")
     places = model.places
-    y: list[float] = [*rest_coordinates(model), *[0.0] * model.n_u]
+    y = [*map(float, rest_coordinates(model)), *[0.0] * model.n_u]
     given: dict[int, Any] = {}
     for key, value in initial.items():
         name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
@@ -108,14 +116,14 @@ def named_state(
                 "zeros. Leave it out for no rotation, or give (1, 0, 0, 0)."
             )
         y[start : start + 4] = (four / length).tolist()
-    return np.array(y, dtype=float), set(given)
+    return y, given
 
 
 def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
     """Whether a value of a parameter, or of the start, has an axis of lanes (the components of a quaternion do not)."""
     given = values if isinstance(values, (dict, Mapping)) else {}
     start = initial if isinstance(initial, (dict, Mapping)) else {}
-    if _SINGLE.issuperset(map(type, given.values())) and _SINGLE.issuperset(map(type, start.values())):
+    if _SINGLE.issuperset(map(type, chain(given.values(), start.values()))):
         return False
 
     def many(value: Any, own: int) -> bool:

@@ -15,6 +15,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 from operator import is_
 from typing import Any
 
@@ -328,15 +329,8 @@ def kernels_of(machine: System | Model) -> Kernels:
 
 def _parts(system: System) -> tuple[Any, ...]:
     """Everything a description consists of; the parts themselves never change."""
-    return (
-        *system.parameter_list,
-        *system.declared.values(),
-        *system.bodies.values(),
-        *system.joints.values(),
-        *system.loads.values(),
-        *system.constraints.values(),
-        *system.contacts.values(),
-        *system.controllers.values(),
-        *system.about.values(),
-        system.gravity,
-    )
+    tables = (
+        system.declared, system.bodies, system.joints, system.loads, system.constraints, system.contacts,
+        system.controllers, system.about,
+    )  # fmt: skip
+    return (*system.parameter_list, *chain.from_iterable(map(dict.values, tables)), system.gravity)

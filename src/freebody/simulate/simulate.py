@@ -275,11 +275,14 @@ def simulate(
     with Progress(begin, end, progress) as between:
         left, longest = max_steps, math.inf if max_step is None else float(max_step)
 
-        def leg(*arguments: Any, **more: Any) -> Path:
+        def leg(
+            p: Any, here: Rates, *span: Any, watch: Watch | None, first_step: float | None = None,
+            method: str | None = None,
+        ) -> Path:  # fmt: skip
             nonlocal left
             part = run(
-                kernels, *arguments, relative=tolerances, absolute=absolute, max_step=longest, max_steps=left,
-                between=between, **more,
+                kernels, p, method or given, step, here, *span, watch=watch, first_step=first_step,
+                relative=tolerances, absolute=absolute, max_step=longest, max_steps=left, between=between,
             )  # fmt: skip
             left = None if left is None else left - part.steps
             return part
@@ -291,13 +294,9 @@ def simulate(
 
         def advance(y: Any, t0: float, t1: float, work: float = 0.0) -> Any:
             if drives is None:
-                return leg(parameters, method, step, rates, y, t0, t1, watch=watch)
-
-            def interval(p: Any, here: Rates, *span: Any, method: str | None = None, **more: Any) -> Path:
-                return leg(p, method or given, step, here, *span, **more)
-
+                return leg(parameters, rates, y, t0, t1, watch=watch)
             every = watching_specs(kernels, specs, blows)
-            return driven_path(drives, interval, rates, watch, every, y, t0, t1, work)
+            return driven_path(drives, leg, rates, watch, every, y, t0, t1, work)
 
         if blows:
             path, happenings = struck_path(kernels, numbers, advance, state, begin, end, specs, blows)
