@@ -100,6 +100,11 @@ class Kernels:
         return self._work
 
     @cached_property
+    def operations(self) -> Mapping[str, int] | None:
+        """Counts of operations of the rates; None of a large tree, which is looped over."""
+        return getattr(self.motion().compiled["rates"], "operations", None)
+
+    @cached_property
     def size(self) -> int:
         """Number of components of y."""
         return self.model.n_q + self.model.n_u + self.works
