@@ -14,7 +14,6 @@ import sympy
 
 from ..errors import ModelError, SimulationError
 from .event import EventSpec, event, expressions_of
-from .impulse import impulse as struck
 from .initial import number
 from .kernels import Kernels
 from .path import FINISHED, TERMINAL, Array, Path, Watch
@@ -241,6 +240,8 @@ def strike(
     kernels: Kernels, numbers: Mapping[str, float], t: float, y: Any, one: Blow
 ) -> tuple[Any, float, Happening]:
     """State after a blow, the work it does, and what is told of it."""
+    from .impulse import impulse as struck  # and with it all of the equations
+
     model = kernels.model
     names = [*model.coordinate_names, *model.speed_names]
     before = dict(zip(names, y.tolist(), strict=False))

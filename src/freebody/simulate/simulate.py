@@ -24,7 +24,6 @@ from . import path as runs
 from .arguments import check_heeded, check_numbers, is_number
 from .blow import blows_of, struck_path, watching_blows, watching_specs
 from .closing import check_redundant, closed_start, nearly_dependent
-from .contact_motion import touching_motion
 from .driven import Drives, at_time, check_signals, driven_path, refuse_switched
 from .event import expressions_of, specs_of
 from .initial import asks_for_many, initial_state, number
@@ -33,8 +32,6 @@ from .methods import check_method, check_method_of_contacts, first_method, run
 from .path import Path, Rates, Watch, observe
 from .phases import PhasedTrajectory
 from .progress import Progress
-from .sensitivity import sensitive_motion
-from .timestepping import stepped_motion
 from .trajectory import Trajectory
 
 FINEST = 1e-15
@@ -220,6 +217,8 @@ def simulate(
     tolerances = _tolerances(kernels, tolerance, method)
 
     if sensitivities is not None:
+        from .sensitivity import sensitive_motion
+
         refuse_switched(model, "sensitivities=")
         if tuple(impulses if isinstance(impulses, list | tuple) else [impulses]):
             raise SimulationError("Expected a motion without impulses= for sensitivities=. Leave one out.")
@@ -233,6 +232,8 @@ def simulate(
             raise _failure(sensitive, sensitive.path, kernels, end)
         return sensitive
     if method == "timestepping":
+        from .timestepping import stepped_motion
+
         refuse_switched(model, 'method="timestepping"')
         with Progress(begin, end, progress) as between:
             return stepped_motion(
@@ -240,6 +241,8 @@ def simulate(
                 step=step, impulses=impulses, between=between,
             )  # fmt: skip
     if model.contacts:
+        from .contact_motion import touching_motion
+
         refuse_switched(model, "a machine with contacts")
         with Progress(begin, end, progress) as between:
             return touching_motion(
