@@ -48,7 +48,7 @@ def initial_state(
     model: Model, values: Mapping[str, float], initial: Mapping[Any, Any]
 ) -> NDArray[np.float64]:
     """The state (q, u), shape (n_q + n_u,), in which what is not named is zero and unturned."""
-    return np.array(_named(model, values, initial, "initial")[0])
+    return np.array(named_numbers(model, values, initial)[0])
 
 
 def named_state(
@@ -70,13 +70,14 @@ def named_state(
     SimulationError
         An unknown name (with the nearest known one), a value given twice, a quaternion of length zero.
     """
-    y, given = _named(model, values, initial, where)
+    y, given = named_numbers(model, values, initial, where)
     return np.array(y), set(given)
 
 
-def _named(
-    model: Model, values: Mapping[str, float], initial: Mapping[Any, Any], where: str
+def named_numbers(
+    model: Model, values: Mapping[str, float], initial: Mapping[Any, Any], where: str = "initial"
 ) -> tuple[list[float], dict[int, Any]]:
+    """`named_state` as a list, and the names by their places."""
     if not isinstance(initial, (dict, Mapping)):  # the first is the quicker to be told
         raise SimulationError(f"Expected {where} values by name, such as {{'theta': 0.1}}, got {initial!r}.")
     places = model.places
