@@ -81,7 +81,7 @@ def check_assumption(model: Model, expression: Any, numbers: Mapping[str, float]
 
 def _number(value: Any, name: str, model: Model) -> float:
     if type(value) in _NUMBERS and abs(value) <= sys.float_info.max:
-        return float(value) + 0.0  # an expression of -0 is 0
+        return float(value) + 0  # an expression of -0 is 0
     if isinstance(value, str):
         value = quantity(value, model.about.get(name, ("", ""))[0], f"parameter '{name}'")
     expression = model.names.expression(value, f"the value of parameter '{name}'")

@@ -356,9 +356,10 @@ def _tolerance(value: Any, finest: float) -> float:
 
 
 def _culprit(path: Path, kernels: Kernels) -> int:
-    """The component to blame; for the work, which has no motion of its own, the speed that changes fastest."""
+    """The component to blame; for the work, which has no motion of its own, and of a series, in whose coefficients all
+    meet, the speed that changes fastest."""
     n_q, n_u = kernels.model.n_q, kernels.model.n_u
-    if path.blame < n_q + n_u:
+    if path.blame < n_q + n_u and (path.method != "taylor" or not n_u):
         return path.blame
     rates = observe(
         path.rates.address, path.rates.size, path.times[-1:], path.states[-1:], path.rates.constants
