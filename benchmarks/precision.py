@@ -274,9 +274,10 @@ def steps_alone(case: Case, tolerance: float) -> Run:
             return function(address)
 
         run.function = noted
-        kept.append(piece(run, room))  # and with it the buffers that the loop writes to
+        found = piece(run, room)
+        kept.append((run, run.buffer, found))  # with the buffers that the loop writes to
         run.function = function
-        return kept[-1]
+        return found
 
     with patch.object(integrate._Run, "piece", watched):
         motion = fb.simulate(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import freebody as fb
 from freebody import dynamics
 from freebody.compile.products import products_of
 from freebody.compile.program import Program
-from freebody.errors import ExpressionError, ModelError
+from freebody.errors import ExpressionError, FreebodyError, ModelError
 
 
 def cart():
@@ -333,6 +334,36 @@ def bar_pendulum():
     bar = s.body("bar", fb.slender_bar(m, L, axis="y"))
     s.hinge("pin", s.ground, bar, to=(0, L / 2, 0), axis="z", coordinate="theta")
     return s, L
+
+
+def test_numbers_for_parameters_are_read_and_checked_in_each_call():
+    """Also where the shorter way is taken, by arrays of doubles and numbers after a first call."""
+    s, L = bar_pendulum()
+    program, q, u = fb.compile(s), np.array([0.1]), np.array([0.0])
+    for given in (
+        {"L": 1.0},
+        {"values": {L: 1}},
+        {"L": np.float64(1)},
+        {"L": "1"},
+        {"L": "100 cm"},
+        {"m": 2, "L": 1},
+    ):
+        assert program.forward_dynamics(q, u, **given) == pytest.approx(
+            [-1.5 * 9.81 * math.sin(0.1)], rel=1e-15
+        )
+    s.describe(L, unit="m")
+    for given, message in (
+        ({"L": True}, "Expected a number or an expression, got True"),
+        ({"L": -1.0}, "Expected L > 0 in 'pendulum'"),
+        ({"L": math.nan}, "Expected a finite number, got nan"),
+        ({"L": math.inf}, "Expected a finite number, got inf"),
+        ({"l": 1.0}, "Unknown parameter 'l'; known names: L, g, m."),
+        ({"values": {"L": 1.0}, "L": 1.0}, "Parameter 'L' is given twice"),
+    ):
+        for _ in range(2):
+            with pytest.raises(FreebodyError, match=re.escape(message)):
+                program.forward_dynamics(q, u, **given)
+    assert program.forward_dynamics(q, u) == pytest.approx([-0.75 * 9.81 * math.sin(0.1)], rel=1e-15)
 
 
 @pytest.mark.parametrize(

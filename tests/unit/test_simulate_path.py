@@ -6,6 +6,7 @@ import _thread
 import math
 import signal
 import threading
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -534,3 +535,66 @@ def test_pieces_do_not_change_the_result():
     assert (long.states == again.states).all()
     assert (np.diff(long.times) > 0).all()
     assert long.times[:-1] + long.lengths == pytest.approx(long.times[1:], rel=1e-15)
+
+
+# --- memory that runs share ------------------------------------------------------------------------
+
+
+def same(a, b):
+    return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in ("times", "lengths", "states"))
+
+
+def test_a_run_leaves_nothing_to_the_next():
+    """Of the same shape, after one that ended with numbers that are not finite."""
+    rates = Rates(oscillator.address, 2, np.array([1.0]))
+    first = integrate(rates, [1, 0], 0, 20, relative=1e-10)
+    kept = first.states.copy()
+    assert integrate(Rates(blow_up.address, 2, np.zeros(1)), [0, 1], 0, 2).status != runs.FINISHED
+    again = integrate(rates, [1, 0], 0, 20, relative=1e-10)
+    assert same(first, again)
+    assert np.array_equal(first.states, kept)
+    watched = integrate(rates, [1, 0], 0, 20, relative=1e-10, watch=watch(shifted_zero))
+    integrate(rates, [2, 0], 0, 20, relative=1e-10, watch=watch(shifted_zero, directions=(1,)))
+    after = integrate(rates, [1, 0], 0, 20, relative=1e-10, watch=watch(shifted_zero))
+    assert [(c.time, c.sign) for c in after.crossings] == [(c.time, c.sign) for c in watched.crossings]
+
+
+def test_a_run_between_two_pieces_of_another():
+    rates = Rates(oscillator.address, 2, np.array([1e4]))
+    alone, inner = integrate(rates, [1, 0], 0, 30), []
+    nested = integrate(
+        rates, [1, 0], 0, 30, between=lambda t: inner.append(integrate(rates, [0, 1], 0, 1).states[-1])
+    )
+    assert alone.steps > 1000 and len(inner) >= 1
+    assert same(alone, nested)
+    assert np.array_equal(inner[-1], integrate(rates, [0, 1], 0, 1).states[-1])
+
+
+def test_runs_of_several_threads():
+    rates = [Rates(oscillator.address, 2, np.array([float(k)])) for k in range(1, 5)]
+    alone = [integrate(one, [1, 0], 0, 50, relative=1e-11) for one in rates]
+    wrong = []
+
+    def work(k):
+        for _ in range(200):
+            if not same(integrate(rates[k], [1, 0], 0, 50, relative=1e-11), alone[k]):
+                wrong.append(k)
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert wrong == []
+
+
+def test_paths_hold_their_steps_and_no_more():
+    """A path of m steps of n numbers is m (n + 2) of them, and less than 6 kB besides."""
+    integrate(OSCILLATOR, [1, 0], 0, 20)
+    tracemalloc.start()
+    try:
+        paths = [integrate(OSCILLATOR, [1, 0], 0, 20) for _ in range(50)]
+        held, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert held < sum(8 * 4 * (path.steps + 1) + 6000 for path in paths)

@@ -12,9 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError, nearest
 from ..model import Model
-from ..model.values import assumed, check_assumption
+from ..model.values import check_assumption
 
 Array = NDArray[np.float64]
+NUMBERS = frozenset((float, int, np.float64))
+"""Types of a parameter's value that is a number and nothing to be read."""
 
 
 def checked(
@@ -60,12 +62,12 @@ def parameters_given(
         return {}
     if not isinstance(values or {}, Mapping):
         raise ModelError(f"Expected values of parameters by name, such as {{'m': 2}}, got {values!r}.")
-    names = {p.symbol: p.name for p in model.parameters}
+    known = model.defaults
     result: dict[str, Any] = {}
     for key, value in (*(values or {}).items(), *named.items()):
-        name = key if isinstance(key, str) else names.get(key, key)
-        if name not in names.values():
-            raise ModelError(f"Unknown parameter '{key}'; {nearest(str(key), names.values())}")
+        name = key if isinstance(key, str) else model.parameter_names.get(key, key)
+        if name not in known:
+            raise ModelError(f"Unknown parameter '{key}'; {nearest(str(key), known)}")
         if name in result:
             raise ModelError(f"Parameter '{name}' is given twice. Leave one out.")
         if isinstance(value, (np.ndarray, list, tuple)) and np.ndim(value) > 0:
@@ -90,9 +92,7 @@ class Assumption:
 def assumptions(model: Model) -> tuple[Assumption, ...]:
     """What was assumed of the parameters; of positive multiples of one expression it stands for all."""
     bases = dict.fromkeys(
-        e.as_coeff_Mul()[1] if e.as_coeff_Mul()[0].is_positive else e
-        for e in assumed(model)
-        if e.free_symbols
+        e.as_coeff_Mul()[1] if e.as_coeff_Mul()[0].is_positive else e for e in model.assumed if e.free_symbols
     )
     result = []
     for base in bases:
@@ -114,17 +114,25 @@ def check_parameters(
     ModelError
         What is not positive, with the values in it and the first state.
     """
-    for one in given:
+    with np.errstate(all="ignore"):
+        wrong = [one for one in given if not _holds(one, columns, numbers)]
+    for one in wrong:
         varied = [name for name in one.names if name in columns]
-        with np.errstate(all="ignore"):
-            value = np.asarray(
-                one.value(*(columns.get(name, np.float64(numbers[name])) for name in one.names))
-            )
-        wrong = value <= 0 if varied else ~(value > 0)
-        if wrong.any():
-            k = int(np.argmax(wrong))
-            row = {**numbers, **{name: float(columns[name][k]) for name in varied}}
-            check_assumption(model, one.expression, row, f"State {k}: " if varied else "")
+        k = 0
+        if varied:
+            with np.errstate(all="ignore"):
+                k = int(np.argmax(_value(one, columns, numbers) <= 0))
+        row = {**numbers, **{name: float(columns[name][k]) for name in varied}}
+        check_assumption(model, one.expression, row, f"State {k}: " if varied else "")
+
+
+def _holds(one: Assumption, columns: Mapping[str, Array], numbers: Mapping[str, float]) -> bool:
+    value = _value(one, columns, numbers)
+    return not (value <= 0).any() if isinstance(value, np.ndarray) else bool(value > 0)
+
+
+def _value(one: Assumption, columns: Mapping[str, Array], numbers: Mapping[str, float]) -> Any:
+    return one.value(*[columns[name] if name in columns else np.float64(numbers[name]) for name in one.names])
 
 
 def signals_at(model: Model, t: ArrayLike) -> dict[str, Any]:

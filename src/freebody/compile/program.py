@@ -21,6 +21,7 @@ from ..dynamics.constrained import closed_coordinates, independent_rows
 from ..errors import ModelError
 from ..model import Model, assemble
 from .arguments import (
+    NUMBERS,
     Assumption,
     array,
     assumptions,
@@ -177,7 +178,7 @@ class Program:
         self._large: dict[str, LoopedSet] = {}
         self._sets: dict[Any, tuple[KernelSet | LoopedKernel, bool]] = {}
         self._constants: dict[Any, OrderedDict[Any, Array]] = {}
-        self._plain: dict[Any, tuple[Kernel, Array, tuple[int, ...], tuple[int, ...]]] = {}
+        self._plain: dict[Any, tuple[Kernel, Array | None, tuple[int, ...], tuple[int, ...]]] = {}
 
     def __repr__(self) -> str:
         return (
@@ -713,13 +714,16 @@ class Program:
         product: Product | None = None,
     ) -> Any:
         """Result of a product, in its shape."""
-        if values is None and not named and key in self._plain and type(t) is float:
+        parameters = parameters_given(self.model, values, named)
+        if key in self._plain and type(t) is float:
             kernel, c, expected, shape = self._plain[key]
             state = tuple(given.values())
-            if all(map(is_plain, state, expected)):  # the most common call in a third of the time
+            if all(map(is_plain, state, expected)) and NUMBERS.issuperset(map(type, parameters.values())):
+                # the most common calls in a third of the time
+                if c is None or parameters:
+                    c = self._hoisted(key, self._sets[key][0], parameters)
                 out = kernel.unchecked(t, state[0] if len(state) == 1 else np.concatenate(state), c)
                 return out if len(shape) == 1 else out.reshape(shape) if shape else float(out[0])
-        parameters = parameters_given(self.model, values, named)
         if self.model.signals:
             parameters = {**signals_at(self.model, t), **parameters}
         arrays, time, count = checked(self.model, given, t, parameters)
@@ -730,8 +734,9 @@ class Program:
         c = self._hoisted(key, program, parameters)
         kernel = program["f"]
         if count is None:
-            if not parameters:
-                self._plain[key] = (kernel, c, tuple(len(x) for x in arrays.values()), shape)
+            if not self.model.signals:
+                sizes = tuple(len(x) for x in arrays.values())
+                self._plain[key] = (kernel, None if parameters else c, sizes, shape)
             out = kernel(float(time), np.concatenate(list(arrays.values())), c)
             return out.reshape(shape) if shape else float(out[0])
         rows = [np.broadcast_to(x, (count, x.shape[-1])) for x in arrays.values()]
@@ -744,25 +749,29 @@ class Program:
         columns = {name: value for name, value in parameters.items() if isinstance(value, np.ndarray)}
         label: Any = None
         if not columns:
-            label = tuple(sorted((name, str(value)) for name, value in parameters.items()))
+            label = tuple(
+                sorted(
+                    (name, value if type(value) in NUMBERS else str(value))
+                    for name, value in parameters.items()
+                )
+            )
             if label in known:
                 known.move_to_end(label)
                 return known[label]
         single = {name: value for name, value in parameters.items() if name not in columns}
         one = self.model.values({**single, **{name: 0 for name in columns}})
-        order = [p.name for p in self.model.parameters]
         if self._assumptions is None:
             self._assumptions = assumptions(self.model)
         check_parameters(self.model, self._assumptions, columns, one)
         if not columns:
-            c = known[label] = program.constants([one[name] for name in order])
+            c = known[label] = program.constants([*one.values()])
             while len(known) > _KEPT:
                 known.popitem(last=False)
             return c
         count = len(next(iter(columns.values())))
-        P = np.empty((count, len(order)))
-        for k, name in enumerate(order):
-            P[:, k] = columns.get(name, one[name])
+        P = np.empty((count, len(one)))
+        for k, (name, number) in enumerate(one.items()):
+            P[:, k] = columns.get(name, number)
         return program.constants(P)
 
 

@@ -311,6 +311,8 @@ class System:
     @property
     def parameter_list(self) -> Sequence[Parameter]:
         """The parameters, in order of declaration; then the constants of the signals in use."""
+        if not self.names.signals:
+            return tuple(self._parameters.values())
         for signal, placed in self.names.signals.items():
             if signal not in self._of_signals:
                 first = placed.settings(float(signal.times[0]))

@@ -6,6 +6,7 @@ coordinates that together move nothing.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from typing import Any
 
@@ -22,7 +23,7 @@ EPSILONS = 1 << 10
 
 def light(n: int) -> float:
     """The eigenvalue of a scaled mass matrix (n, n) up to which nothing moves."""
-    return EPSILONS * float(np.finfo(float).eps) * n
+    return EPSILONS * sys.float_info.epsilon * n
 
 
 def massless_motion(model: Model, state: State) -> tuple[str, ...]:

@@ -155,6 +155,23 @@ class Model:
         """Where each coordinate and speed stands in (q, u), by name."""
         return {name: i for i, name in enumerate((*self.coordinate_names, *self.speed_names))}
 
+    @cached_property
+    def parameter_names(self) -> Mapping[Any, str]:
+        """Names of the parameters by their symbols."""
+        return {parameter.symbol: parameter.name for parameter in self.parameters}
+
+    @cached_property
+    def defaults(self) -> Mapping[str, float | None]:
+        """Default values of the parameters by name, None where there is none."""
+        return {parameter.name: parameter.default for parameter in self.parameters}
+
+    @cached_property
+    def assumed(self) -> tuple[Any, ...]:
+        """What was assumed positive of the parameters alone, in a fixed order."""
+        from .values import assumed
+
+        return assumed(self)
+
     @property
     def signals(self) -> tuple[Any, ...]:
         """Signals in the machine's expressions, with their symbols."""

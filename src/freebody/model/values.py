@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import sympy
 
 from ..describe.names import finite
@@ -16,15 +18,16 @@ from ..scalar.units import quantity
 if TYPE_CHECKING:
     from .model import Model
 
+_NUMBERS = frozenset((float, int, np.float64))
+
 
 def parameter_values(model: Model, given: Mapping[Any, Any]) -> dict[str, float]:
     """See :meth:`Model.values`."""
     if not isinstance(given, Mapping):
         raise ModelError(f"Expected values of parameters by name, such as {{'m': 2}}, got {given!r}.")
-    by_name = {parameter.name: parameter.default for parameter in model.parameters}
-    names = {parameter.symbol: parameter.name for parameter in model.parameters}
+    by_name = dict(model.defaults)
     for key, value in given.items():
-        name = names.get(key, key) if not isinstance(key, str) else key
+        name = key if isinstance(key, str) else model.parameter_names.get(key, key)
         if name not in by_name:
             raise ModelError(f"Unknown parameter '{key}'; {nearest(str(key), by_name)}")
         by_name[name] = _number(value, name, model)
@@ -37,30 +40,30 @@ def parameter_values(model: Model, given: Mapping[Any, Any]) -> dict[str, float]
     return {name: float(value) for name, value in by_name.items() if value is not None}
 
 
-def assumed(model: Model) -> list[Any]:
-    """What was assumed positive of the parameters alone, in a fixed order.
+def assumed(model: Model) -> tuple[Any, ...]:
+    """What was assumed positive of the parameters alone, in a fixed order (`Model.assumed`).
 
     Assumptions on coordinates, such as ``cos(theta) > 0``, are of the motion and can not be asked of values.
     """
     known = {parameter.symbol for parameter in model.parameters}
-    return [
+    return tuple(
         expression
         for expression in sorted(model.positive, key=str)
         if isinstance(expression, sympy.Basic)
         and expression.free_symbols <= known
         and not expression.has(sympy.core.function.AppliedUndef)
-    ]
+    )
 
 
 def check_assumptions(model: Model, numbers: Mapping[str, float]) -> None:
-    """Refuse values that contradict what was assumed of the parameters (`assumed`).
+    """Refuse values that contradict what was assumed of the parameters (`Model.assumed`).
 
     Raises
     ------
     ModelError
         The expression that is not positive, with the values in it.
     """
-    for expression in assumed(model):
+    for expression in model.assumed:
         check_assumption(model, expression, numbers)
 
 
@@ -77,6 +80,8 @@ def check_assumption(model: Model, expression: Any, numbers: Mapping[str, float]
 
 
 def _number(value: Any, name: str, model: Model) -> float:
+    if type(value) in _NUMBERS and abs(value) <= sys.float_info.max:
+        return float(value) + 0  # an expression of -0 is 0
     if isinstance(value, str):
         value = quantity(value, model.about.get(name, ("", ""))[0], f"parameter '{name}'")
     expression = model.names.expression(value, f"the value of parameter '{name}'")

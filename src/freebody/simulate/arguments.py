@@ -10,6 +10,8 @@ import numpy as np
 from ..errors import SimulationError
 from ..model import Model
 
+_REAL = (int, float, np.integer, np.floating)
+
 
 def check_numbers(samples: Any, max_step: Any, max_steps: Any) -> None:
     """Whether a number of samples, a longest step and a number of steps are such."""
@@ -34,6 +36,9 @@ def check_heeded(
     indeterminate: str,
 ) -> None:
     """Refuse what says nothing about the motion of this machine by this method."""
+    usual = impacts == "simultaneous" and indeterminate == "refuse" and method != "timestepping"
+    if usual and not near and not project:
+        return
     of_constraints: dict[str, Any] = {"near": near, "project": project}
     of_contacts: dict[str, Any] = {
         "impacts": (impacts, "simultaneous"),
@@ -70,8 +75,8 @@ def check_heeded(
 
 def is_number(value: Any) -> bool:
     """Whether a value is a real number, and no truth value."""
-    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    return isinstance(value, _REAL) and not isinstance(value, bool)
 
 
 def _is_whole(value: Any) -> bool:
-    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)

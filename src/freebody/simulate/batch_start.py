@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from ..errors import SimulationError
 from ..model import Model
-from ..model.values import assumed
 from ..scalar.arrays import arrays, column
 from ..scalar.expression import evaluate
 from ..space.rotation import Rotation
@@ -94,7 +93,7 @@ class Lanes:
                 finite = np.isfinite(matrices).all(axis=(1, 2))
                 moments = np.linalg.eigvalsh(np.where(finite[:, None, None], matrices, 0.0))
                 bad |= (moments[:, 0] < 0) | (moments[:, 0] + moments[:, 1] < moments[:, 2]) | ~finite
-            for expression in assumed(self.model):
+            for expression in self.model.assumed:
                 bad |= ~(np.asarray(state(expression), dtype=float) > 0)
         yield from np.flatnonzero(bad).tolist()
 

@@ -14,7 +14,6 @@ import sympy
 
 from ..errors import ModelError, SimulationError
 from .event import EventSpec, event, expressions_of
-from .impulse import impulse as struck
 from .initial import number
 from .kernels import Kernels
 from .path import FINISHED, TERMINAL, Array, Path, Watch
@@ -91,6 +90,8 @@ def blow(
 
 def blows_of(given: Any) -> tuple[Blow, ...]:
     """The blows asked for."""
+    if isinstance(given, (tuple, list)) and not given:
+        return ()
     if isinstance(given, Blow):
         given = [given]
     if isinstance(given, str) or not isinstance(given, Iterable):
@@ -239,6 +240,8 @@ def strike(
     kernels: Kernels, numbers: Mapping[str, float], t: float, y: Any, one: Blow
 ) -> tuple[Any, float, Happening]:
     """State after a blow, the work it does, and what is told of it."""
+    from .impulse import impulse as struck  # and with it all of the equations
+
     model = kernels.model
     names = [*model.coordinate_names, *model.speed_names]
     before = dict(zip(names, y.tolist(), strict=False))

@@ -5,7 +5,7 @@ What the user names is held; what follows from the constraints is solved for.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from ..dynamics.state import float_state
 from ..errors import SimulationError
 from ..model import Model
 from . import layout, loop
-from .initial import named_state
+from .initial import named_numbers
 from .kernels import Kernels, Program
 from .path import Path, observe
 
@@ -45,11 +45,11 @@ def closed_start(
         Named values that contradict the constraints: which condition is missed, and by how much.
     """
     model = kernels.model
-    state, named = named_state(model, values, initial)
+    start, named = named_numbers(model, values, initial)
     if near:
-        guess, guessed = named_state(model, values, near, "near")
-        for i in guessed - named:
-            state[i] = guess[i]
+        guess, guessed = named_numbers(model, values, near, "near")
+        for i in guessed.keys() - named:
+            start[i] = guess[i]
     n_q, n, m = model.n_q, model.n_u, len(kernels.on_speeds)
     held, fixed = [0] * n, [0] * n
     if not project:
@@ -58,11 +58,11 @@ def closed_start(
         for i in named:
             if i >= n_q:
                 fixed[i - n_q] = 1
-    largest = max(map(abs, state[:n_q].tolist()), default=0.0)
+    largest = max(map(abs, start[:n_q]), default=0.0)
     asked = (layout.MET, 0, 0, STEPS, *kernels.on_speeds, *[0] * m, *held, *fixed, *model.quaternions)
     integers, numbers = (
         np.array(asked, dtype=np.int64),
-        np.array([DEPENDENT * (1 + largest), DEPENDENT, POOR, light(n), 0.0, 0.0, t, *state.tolist()]),
+        np.array([DEPENDENT * (1 + largest), DEPENDENT, POOR, light(n), 0.0, 0.0, t, *start]),
     )
     program = kernels.closing()
     loop.code("gauss_newton", "close", SOURCES)(
@@ -125,7 +125,7 @@ def check_redundant(kernels: Kernels, program: Program, path: Path) -> None:
         return
     count = 2 * len(names)
     missed = np.abs(observe(program.address("dropped"), count, path.times, path.states, path.rates.constants))
-    if not (missed > DRIFTED).any():
+    if missed.max() <= DRIFTED:
         return
     missed /= 1 + np.abs(path.states).max(axis=1, keepdims=True)
     late = np.flatnonzero((missed > DRIFTED).any(axis=1))
@@ -139,7 +139,7 @@ def check_redundant(kernels: Kernels, program: Program, path: Path) -> None:
         )
 
 
-def _held(model: Model, named: set[int]) -> tuple[int, ...]:
+def _held(model: Model, named: Iterable[int]) -> tuple[int, ...]:
     """Speeds along which nothing may move, since their coordinates are named."""
     held: set[int] = set()
     for i in named:

@@ -22,7 +22,7 @@ LONGEST = 1e-6
 """Length of a straight step at most: a slip that would take longer to get under way is nudged [s]."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Leap(Path):
     """One straight step, so short that its curvature is beyond double precision."""
 

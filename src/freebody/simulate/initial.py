@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from ..space.rotation import Rotation
 
 def number(model: Model, values: Mapping[str, float], given: Any, what: str) -> float:
     """A finite number from a number, or an expression or text of the parameters."""
-    if type(given) in (int, float) and math.isfinite(given):
+    if type(given) in _NUMBERS and math.isfinite(given):
         return float(given)
     expression = model.names.expression(given, what)
     if isinstance(expression, sympy.Basic):
@@ -47,7 +48,7 @@ def initial_state(
     model: Model, values: Mapping[str, float], initial: Mapping[Any, Any]
 ) -> NDArray[np.float64]:
     """The state (q, u), shape (n_q + n_u,), in which what is not named is zero and unturned."""
-    return named_state(model, values, initial)[0]
+    return np.array(named_numbers(model, values, initial)[0])
 
 
 def named_state(
@@ -69,14 +70,25 @@ def named_state(
     SimulationError
         An unknown name (with the nearest known one), a value given twice, a quaternion of length zero.
     """
-    if not isinstance(initial, Mapping):
+    y, given = named_numbers(model, values, initial, where)
+    return np.array(y), set(given)
+
+
+def named_numbers(
+    model: Model, values: Mapping[str, float], initial: Mapping[Any, Any], where: str = "initial"
+) -> tuple[list[float], dict[int, Any]]:
+    """`named_state` as a list, and the names by their places."""
+    if not isinstance(initial, (dict, Mapping)):  # the first is the quicker to be told
         raise SimulationError(f"Expected {where} values by name, such as {{'theta': 0.1}}, got {initial!r}.")
     places = model.places
-    y: list[float] = [*rest_coordinates(model), *([0.0] * model.n_u)]
+    y = [*map(float, rest_coordinates(model)), *[0.0] * model.n_u]
     given: dict[int, Any] = {}
     for key, value in initial.items():
         name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
         i = places.get(name)
+        if i is not None and i not in given and type(value) in _NUMBERS and math.isfinite(value):
+            given[i], y[i] = key, float(value)
+            continue
         if i is not None:
             parts = [number(model, values, value, f"the initial value of '{name}'")]
         else:
@@ -105,15 +117,14 @@ def named_state(
                 "zeros. Leave it out for no rotation, or give (1, 0, 0, 0)."
             )
         y[start : start + 4] = (four / length).tolist()
-    return np.array(y, dtype=float), set(given)
+    return y, given
 
 
 def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
     """Whether a value of a parameter, or of the start, has an axis of lanes (the components of a quaternion do not)."""
-
-    given = values if isinstance(values, Mapping) else {}
-    start = initial if isinstance(initial, Mapping) else {}
-    if _SINGLE.issuperset(map(type, given.values())) and _SINGLE.issuperset(map(type, start.values())):
+    given = values if isinstance(values, (dict, Mapping)) else {}
+    start = initial if isinstance(initial, (dict, Mapping)) else {}
+    if _SINGLE.issuperset(map(type, chain(given.values(), start.values()))):
         return False
 
     def many(value: Any, own: int) -> bool:
@@ -132,7 +143,8 @@ def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
     )
 
 
-_SINGLE = frozenset((float, int, str))
+_NUMBERS = frozenset((float, int, np.float64))
+_SINGLE = _NUMBERS | {str}
 """Types of a value that has no axis."""
 
 

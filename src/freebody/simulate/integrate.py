@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,6 +43,8 @@ FINEST_OF_SUMS = 1e-14
 """Relative tolerance below which explicit sums of many steps lose more to round-off than the steps err."""
 _PIECE = 0.1  # seconds between two looks at the keyboard
 _MEMORY = 1 << 25  # bytes of one buffer at most
+_FIRST = 1024  # steps of the first piece
+_SMALL, _SHAPES = 1 << 20, 16  # bytes of a buffer that is kept for the next run, and how many are
 
 
 class _Piece(NamedTuple):
@@ -94,15 +96,16 @@ def integrate(
                          still to come together stay within the errors of as many steps again
     until_stiff          stop, with the status STIFF, where an explicit method is limited by stability and far from done
     """
-    run = _Run(rates, watch, method, state, relative, absolute)
+    run = _run_of(rates, watch, method, state, relative, absolute)
     span = abs(until - start)
     if step is not None:
         longest = min(step, max_step, span)
         first_step = span / math.ceil(span / longest * (1 - 1e-12)) if span else step
-    run.integers[layout.ASKED], run.integers[layout.FIXED] = until_stiff, step is not None
+        run.integers[layout.FIXED] = 1
+    if until_stiff:
+        run.integers[layout.ASKED] = 1
     run.reals[:] = (start, first_step or 0.0, 0.0, until, max_step, start, layout.ORDERS[method])
-    largest = max(16, _MEMORY // (8 * (rates.size + 2)))
-    room = min(1024, largest)
+    room = run.room
     left = math.inf if max_steps is None else max_steps
     steps = 0
     pieces: list[_Piece] = []
@@ -126,6 +129,7 @@ def integrate(
                 status = TOO_MANY_STEPS
             else:
                 pace = max(done, 1) / max(clock, 1e-6)
+                largest = max(16, _MEMORY // (8 * (rates.size + 2)))
                 room = int(min(largest, max(16, min(4 * room, _PIECE * pace))))
                 if between is not None:
                     between(float(pieces[-1].times[-1]))
@@ -133,14 +137,10 @@ def integrate(
         status = INTERRUPTED
     if not pieces:
         pieces.append(_Piece(np.array([start]), np.empty(0), np.array(state, dtype=float)[None], [], 0))
-    *before, last = pieces
     counts = run.integers.tolist()
-    return Path(
+    path = Path(
         rates,
-        np.concatenate([*(piece.times[:-1] for piece in before), last.times]),
-        np.concatenate([piece.lengths for piece in pieces]),
-        np.concatenate([*(piece.states[:-1] for piece in before), last.states]),
-        tuple(crossing for piece in pieces for crossing in piece.crossings),
+        *_joined(pieces),
         status,
         counts[layout.BLAME],
         counts[layout.REJECTED],
@@ -149,6 +149,21 @@ def integrate(
         run.relative.copy(),
         run.absolute.copy(),
         counts[layout.STIFFNESS],
+    )
+    run.give_back()
+    return path
+
+
+def _joined(pieces: list[_Piece]) -> tuple[Array, Array, Array, tuple[Crossing, ...]]:
+    """Times, lengths, states and events of all."""
+    *before, last = pieces
+    if not before:
+        return last.times, last.lengths, last.states, tuple(last.crossings)
+    return (
+        np.concatenate([*(piece.times[:-1] for piece in before), last.times]),
+        np.concatenate([piece.lengths for piece in pieces]),
+        np.concatenate([*(piece.states[:-1] for piece in before), last.states]),
+        tuple(crossing for piece in pieces for crossing in piece.crossings),
     )
 
 
@@ -164,24 +179,13 @@ def _tighten(run: _Run, steps: int, start: float, until: float, order: int) -> N
 
 
 class _Run:
-    """What the compiled loop works on, from one piece to the next: arrays in one block of memory."""
+    """What the compiled loop works on, from one piece to the next: arrays in one block of memory, and buffers for the
+    steps of a piece in another. Both serve the next run of the same shape (`layout.block`)."""
 
-    def __init__(
-        self,
-        rates: Rates,
-        watch: Watch | None,
-        method: str,
-        state: ArrayLike,
-        relative: ArrayLike,
-        absolute: ArrayLike,
-    ) -> None:
-        n, c, told = rates.size, rates.constants, rates.corrections
-        watched, m, ce = 0, 0, c[:0]
-        if watch is not None and watch.directions:
-            watched, m = watch.address, len(watch.directions)
-            ce = c if watch.constants is None else watch.constants
-        self.function = loop.use(method, m > 0)
-        place, starts, size = layout.block(method, n, c.size, told.size, m, ce.size)
+    def __init__(self, *shape: Any) -> None:
+        self.shape = shape
+        method, n, _, _, m, _ = shape
+        place, starts, size = layout.block(*shape)
         # from the start of a line of the cache: rows that lie across two are read and written in two parts
         memory = np.zeros(size + 8)
         base = loop.address(memory)
@@ -196,43 +200,85 @@ class _Run:
             real[place["reals"]],
         )
         self.relative, self.absolute = real[place["relative"]], real[place["absolute"]]
-        real[place["state"]] = state
-        self.relative[:], self.absolute[:] = relative, absolute
-        real[place["constants"]], whole[place["quaternions"]] = c, told
-        if m:
-            assert watch is not None
-            real[place["watch_constants"]] = ce
-            whole[place["directions"]], whole[place["terminal"]] = watch.directions, watch.terminal
-        self.told[: layout.NUMBERS] = (
-            rates.address,
-            n,
-            layout.padded(n),
-            len(rates.quaternions),
-            0,
-            watched,
-            m,
-        )
-        np.add(starts, base, out=self.told[layout.NUMBERS : layout.NUMBERS + len(starts)])
+        self.state, self.constants = real[place["state"]], real[place["constants"]]
+        self.corrections = whole[place["quaternions"]]
+        self.watch_constants = real[place["watch_constants"]]
+        self.directions, self.terminal = whole[place["directions"]], whole[place["terminal"]]
+        self.all = real[: place["told"].start]
+        self.told[: layout.NUMBERS] = 0, n, layout.padded(n), 0, 0, 0, m
+        self.told[layout.NUMBERS : layout.NUMBERS + len(starts)] = starts + base
+        self.room = min(_FIRST, max(16, _MEMORY // (8 * (n + 2))))
+        self._buffers(self.room)
 
-    def piece(self, room: int) -> _Piece:
-        """Up to ``room`` steps."""
+    def begin(
+        self, rates: Rates, watch: Watch | None, state: ArrayLike, relative: ArrayLike, absolute: ArrayLike
+    ) -> None:
+        """The start of a run in place of the end of another."""
+        self.all.fill(0.0)
+        self.state[:], self.relative[:], self.absolute[:] = state, relative, absolute
+        self.constants[:], self.corrections[:] = rates.constants, rates.corrections
+        self.told[layout.RATES], self.told[layout.QUATERNIONS] = rates.address, len(rates.quaternions)
+        if self.m:
+            assert watch is not None
+            self.told[layout.WATCHED] = watch.address
+            self.watch_constants[:] = rates.constants if watch.constants is None else watch.constants
+            self.directions[:], self.terminal[:] = watch.directions, watch.terminal
+        self.function = loop.use(self.shape[0], self.m > 0)
+
+    def give_back(self) -> None:
+        """The next run of this shape works here."""
+        if self.room and self.buffer.nbytes <= _SMALL:
+            if len(_SPARE) >= _SHAPES:
+                _SPARE.clear()
+            _SPARE[self.shape] = self
+
+    def _buffers(self, room: int) -> None:
+        """New ones, for ``room`` steps."""
         n, rows = self.n, room + 1
         logged = room + layout.most_events(self.m) if self.m else 0
-        memory = np.empty(rows * (2 + n) + logged * (layout.LOGGED + n))
+        self.buffer = memory = np.empty(rows * (2 + n) + logged * (layout.LOGGED + n))
         of_events = rows * (2 + n)
         starts = (0, rows, 2 * rows, of_events, of_events + layout.LOGGED * logged)
         base = loop.address(memory)
-        self.told[layout.ROOM] = room
         self.told[-len(starts) :] = [base + 8 * start for start in starts]
+        self.times, self.lengths = memory[:rows], memory[rows : 2 * rows]
+        self.states = memory[2 * rows : of_events].reshape(rows, n)
+        self.log = memory[of_events : starts[4]].reshape(logged, layout.LOGGED)
+        self.where = memory[starts[4] :].reshape(logged, n)
+
+    def piece(self, room: int) -> _Piece:
+        """Up to ``room`` steps."""
+        if room > self.room:  # a long run: its pieces stay where they were made
+            self._buffers(room)
+            self.room = 0
+        self.told[layout.ROOM] = room
         code = self.function(self.address)
         done, found = int(self.integers[layout.ACCEPTED]), int(self.integers[layout.EVENTS])
         crossings = []
         if found:
-            log = memory[starts[3] :][: layout.LOGGED * found].reshape(found, layout.LOGGED)
-            where = memory[starts[4] :][: n * found].reshape(found, n)
             crossings = [
                 Crossing(moment, int(number), int(sign), state.copy())
-                for (moment, number, sign), state in zip(log.tolist(), where, strict=True)
+                for (moment, number, sign), state in zip(
+                    self.log[:found].tolist(), self.where[:found], strict=True
+                )
             ]
-        states = memory[2 * rows :][: n * (done + 1)].reshape(done + 1, n)
-        return _Piece(memory[: done + 1], memory[rows : rows + done], states, crossings, code)
+        times, lengths, states = self.times[: done + 1], self.lengths[:done], self.states[: done + 1]
+        if self.room:
+            times, lengths, states = times.copy(), lengths.copy(), states.copy()
+        return _Piece(times, lengths, states, crossings, code)
+
+
+_SPARE: dict[tuple[Any, ...], _Run] = {}
+"""Of runs that are over, by shape. A run that begins takes one out, so that no two ever share it."""
+
+
+def _run_of(
+    rates: Rates, watch: Watch | None, method: str, state: ArrayLike, relative: ArrayLike, absolute: ArrayLike
+) -> _Run:
+    c, m, watched = rates.constants.size, 0, 0
+    if watch is not None and watch.directions:
+        m, watched = len(watch.directions), c if watch.constants is None else watch.constants.size
+    shape = method, rates.size, c, rates.corrections.size, m, watched
+    run = _SPARE.pop(shape, None) or _Run(*shape)
+    run.begin(rates, watch, state, relative, absolute)
+    return run

@@ -12,9 +12,10 @@ The state of a run is y = (q, u) or (q, u, W).
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 from operator import is_
 from typing import Any
 
@@ -97,6 +98,11 @@ class Kernels:
         self.motion()
         assert self._work is not None
         return self._work
+
+    @cached_property
+    def operations(self) -> Mapping[str, int] | None:
+        """Counts of operations of the rates; None of a large tree, which is looped over."""
+        return getattr(self.motion().compiled["rates"], "operations", None)
 
     @cached_property
     def size(self) -> int:
@@ -303,40 +309,36 @@ def _is_zero(value: Any) -> bool:
     return isinstance(value, int) and value == 0
 
 
-_KEPT = 16
+_KEPT, _END = 16, object()
 _recent: OrderedDict[int, tuple[Any, tuple[Any, ...], Kernels]] = OrderedDict()
 
 
 def kernels_of(machine: System | Model) -> Kernels:
     """The programs of a system as it is described now, or of a model; those used last are kept."""
-    if not isinstance(machine, System | Model):
+    if not isinstance(machine, (System, Model)):
         raise ModelError(
             f"Expected a System or a Model to simulate, got {machine!r}. "
             "A machine is described first: s = fb.System('name')."
         )
-    parts = _parts(machine) if isinstance(machine, System) else ()
     known = _recent.get(id(machine))
-    if known is not None and len(known[1]) == len(parts) and all(map(is_, known[1], parts)):
+    if known is not None and all(map(is_, known[1], _parts(machine))):
         _recent.move_to_end(id(machine))
         return known[2]
     kernels = Kernels(assemble(machine) if isinstance(machine, System) else machine)
-    _recent[id(machine)] = (machine, parts, kernels)
+    _recent[id(machine)] = (machine, tuple(_parts(machine)), kernels)
     while len(_recent) > _KEPT:
         _recent.popitem(last=False)
     return kernels
 
 
-def _parts(system: System) -> tuple[Any, ...]:
-    """Everything a description consists of; the parts themselves never change."""
-    return (
-        *system.parameter_list,
-        *system.declared.values(),
-        *system.bodies.values(),
-        *system.joints.values(),
-        *system.loads.values(),
-        *system.constraints.values(),
-        *system.contacts.values(),
-        *system.controllers.values(),
-        *system.about.values(),
-        system.gravity,
-    )
+def _parts(machine: System | Model) -> Iterator[Any]:
+    """Everything a description consists of, and what stands at no other place than the end; the parts themselves never
+    change."""
+    if isinstance(machine, Model):
+        return iter((_END,))
+    tables = (
+        machine.declared, machine.bodies, machine.joints, machine.loads, machine.constraints, machine.contacts,
+        machine.controllers, machine.about,
+    )  # fmt: skip
+    parts = chain.from_iterable(map(dict.values, tables))
+    return chain(machine.parameter_list, parts, (machine.gravity, _END))

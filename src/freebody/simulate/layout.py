@@ -44,7 +44,8 @@ PROJECTION, PROJECTED, CONSTANTS, KERNELS = 0, 1, 2, 3
 # What `run` is told, a number or the address of an array each: rates, number of components, length of a row of the work
 # array, number of quaternions, steps that the buffers hold, event functions, their number; then arrays that last a run
 # (`IN_BLOCK`), and the buffers of a piece of it
-NUMBERS, ROOM = 7, 4
+NUMBERS = 7
+RATES, QUATERNIONS, ROOM, WATCHED = 0, 3, 4, 5  # those among them that differ from run to run
 IN_BLOCK = (
     "work", "constants", "quaternions", "relative", "absolute", "reals", "integers", "watch_constants", "directions",
     "terminal", "last", "table", "values", "found",

@@ -92,10 +92,12 @@ def _passed(value: Any, kind: str) -> int | None:
 
 
 def address(array: Any) -> int:
-    """Of the first number of an array."""
+    """Of the first number of an array, 0 if there is none."""
+    if not array.size:
+        return 0
     try:  # several times as fast as .ctypes.data
         return ctypes.addressof(ctypes.c_char.from_buffer(array))
-    except (ValueError, TypeError):  # nothing in it, or not to be written
+    except (ValueError, TypeError):  # not to be written
         return int(array.ctypes.data)
 
 
@@ -239,8 +241,8 @@ def _hash(what: str, sources: Sequence[str]) -> str:
     return digest.hexdigest()
 
 
-_used: list[str] = []
-"""Methods whose code is in this process."""
+_used: dict[str, Callable[[int], int]] = {}
+"""`stepping.run` of the methods whose code is in this process."""
 
 
 def use(method: str, watched: bool) -> Callable[[int], int]:
@@ -249,9 +251,8 @@ def use(method: str, watched: bool) -> Callable[[int], int]:
     Where nothing is ``watched``, the code of the search for events is not needed."""
     name = method if watched else method + UNWATCHED
     if name not in _used:
-        loop(name)
-        _used.append(name)
-    return loop(name).functions["run"].code
+        _used[name] = loop(name).functions["run"].code
+    return _used[name]
 
 
 def sample(method: str, *arguments: Any) -> None:
@@ -261,4 +262,4 @@ def sample(method: str, *arguments: Any) -> None:
 
 def observe(*arguments: Any) -> None:
     """`stepping.observe`: outputs of a kernel at given states; all methods have it."""
-    loop(_used[0] if _used else "dop853" + UNWATCHED).functions["observe"](*arguments)
+    loop(next(iter(_used), "dop853" + UNWATCHED)).functions["observe"](*arguments)

@@ -83,7 +83,7 @@ class Crossing:
     state: Array
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)  # not frozen: that takes the time of five steps of a small machine
 class Path:
     """States of a run, one per accepted step, and the dense output between them.
 
@@ -168,6 +168,6 @@ def observe(address: int, outputs: int, times: Array, states: Array, constants: 
     """Outputs, shape (k, outputs), of the kernel at ``address`` at each of the k times and states."""
     result = np.zeros((times.size, outputs))
     if outputs:
-        moments, flat = (np.ascontiguousarray(array, dtype=float) for array in (times, states))
+        moments, flat = np.ascontiguousarray(times, dtype=float), np.ascontiguousarray(states, dtype=float)
         loop.observe(address, moments.size, moments, flat, flat.shape[1], constants, result, outputs)
     return result

@@ -24,7 +24,6 @@ from . import path as runs
 from .arguments import check_heeded, check_numbers, is_number
 from .blow import blows_of, struck_path, watching_blows, watching_specs
 from .closing import check_redundant, closed_start, nearly_dependent
-from .contact_motion import touching_motion
 from .driven import Drives, at_time, check_signals, driven_path, refuse_switched
 from .event import expressions_of, specs_of
 from .initial import asks_for_many, initial_state, number
@@ -33,8 +32,6 @@ from .methods import check_method, check_method_of_contacts, first_method, run
 from .path import Path, Rates, Watch, observe
 from .phases import PhasedTrajectory
 from .progress import Progress
-from .sensitivity import sensitive_motion
-from .timestepping import stepped_motion
 from .trajectory import Trajectory
 
 FINEST = 1e-15
@@ -99,7 +96,7 @@ def simulate(
     method : {"auto", "dop853", "dop54", "radau", "gauss", "taylor", "structure", "timestepping"}
         How steps are made: explicit of order 8 or 5, implicit of order 5 for stiff machines, order 16 for tolerances
         down to round-off, Taylor series of order 16 for small smooth machines, symplectic in steps of one length.
-        "auto" is "dop853"; for tolerances of 1e-10 and below "taylor" where the machine is small, "gauss" below 1e-14
+        "auto" is "dop853"; for tolerances of 1e-7 and below "taylor" where the machine is small, "gauss" below 1e-14
         where it is not; and "radau" where the machine turns out to be stiff.
         "timestepping" is for many contacts: equal steps of Moreau and Jean, of first order. The page on integrators
         tells them apart.
@@ -220,6 +217,8 @@ def simulate(
     tolerances = _tolerances(kernels, tolerance, method)
 
     if sensitivities is not None:
+        from .sensitivity import sensitive_motion
+
         refuse_switched(model, "sensitivities=")
         if tuple(impulses if isinstance(impulses, list | tuple) else [impulses]):
             raise SimulationError("Expected a motion without impulses= for sensitivities=. Leave one out.")
@@ -233,6 +232,8 @@ def simulate(
             raise _failure(sensitive, sensitive.path, kernels, end)
         return sensitive
     if method == "timestepping":
+        from .timestepping import stepped_motion
+
         refuse_switched(model, 'method="timestepping"')
         with Progress(begin, end, progress) as between:
             return stepped_motion(
@@ -240,6 +241,8 @@ def simulate(
                 step=step, impulses=impulses, between=between,
             )  # fmt: skip
     if model.contacts:
+        from .contact_motion import touching_motion
+
         refuse_switched(model, "a machine with contacts")
         with Progress(begin, end, progress) as between:
             return touching_motion(
@@ -275,11 +278,14 @@ def simulate(
     with Progress(begin, end, progress) as between:
         left, longest = max_steps, math.inf if max_step is None else float(max_step)
 
-        def leg(*arguments: Any, **more: Any) -> Path:
+        def leg(
+            p: Any, here: Rates, *span: Any, watch: Watch | None, first_step: float | None = None,
+            method: str | None = None,
+        ) -> Path:  # fmt: skip
             nonlocal left
             part = run(
-                kernels, *arguments, relative=tolerances, absolute=absolute, max_step=longest, max_steps=left,
-                between=between, **more,
+                kernels, p, method or given, step, here, *span, watch=watch, first_step=first_step,
+                relative=tolerances, absolute=absolute, max_step=longest, max_steps=left, between=between,
             )  # fmt: skip
             left = None if left is None else left - part.steps
             return part
@@ -291,13 +297,9 @@ def simulate(
 
         def advance(y: Any, t0: float, t1: float, work: float = 0.0) -> Any:
             if drives is None:
-                return leg(parameters, method, step, rates, y, t0, t1, watch=watch)
-
-            def interval(p: Any, here: Rates, *span: Any, method: str | None = None, **more: Any) -> Path:
-                return leg(p, method or given, step, here, *span, **more)
-
+                return leg(parameters, rates, y, t0, t1, watch=watch)
             every = watching_specs(kernels, specs, blows)
-            return driven_path(drives, interval, rates, watch, every, y, t0, t1, work)
+            return driven_path(drives, leg, rates, watch, every, y, t0, t1, work)
 
         if blows:
             path, happenings = struck_path(kernels, numbers, advance, state, begin, end, specs, blows)
@@ -332,10 +334,10 @@ def _times(times: ArrayLike | None, begin: float, end: float) -> Any:
 
 
 def _tolerances(kernels: Kernels, tolerance: Any, method: str) -> Any:
-    names = kernels.names
     finest = FINEST_OF_SERIES if method == "taylor" else FINEST
-    if not isinstance(tolerance, Mapping):
-        return np.array([_tolerance(tolerance, finest)] * len(names))
+    if isinstance(tolerance, float) or not isinstance(tolerance, Mapping):
+        return np.array([_tolerance(tolerance, finest)] * kernels.size)
+    names = kernels.names
     texts = kernels.model.names.texts
     by_name = {key if isinstance(key, str) else texts.get(key, str(key)): v for key, v in tolerance.items()}
     for name in by_name:
@@ -354,9 +356,10 @@ def _tolerance(value: Any, finest: float) -> float:
 
 
 def _culprit(path: Path, kernels: Kernels) -> int:
-    """The component to blame; for the work, which has no motion of its own, the speed that changes fastest."""
+    """The component to blame; for the work, which has no motion of its own, and of a series, in whose coefficients all
+    meet, the speed that changes fastest."""
     n_q, n_u = kernels.model.n_q, kernels.model.n_u
-    if path.blame < n_q + n_u:
+    if path.blame < n_q + n_u and (path.method != "taylor" or not n_u):
         return path.blame
     rates = observe(
         path.rates.address, path.rates.size, path.times[-1:], path.states[-1:], path.rates.constants

@@ -31,7 +31,7 @@ MODES = ("open", "stick", "slip", "slip+", "slip-")
 """Names of the modes that the loop counts (`moreau.march`)."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Steps(Path):
     """States at the ends of steps, straight between them."""
 
