@@ -3,24 +3,26 @@
 The algorithm is that of :mod:`freebody.dynamics`, recorded for one link whose parent, constants and joint variables
 are inputs. Links of one kind share the code.
 
-A link owns a record of :data:`WIDTH` doubles:
+A link owns a record of :data:`WIDTH` numbers:
 
-    from the parent    V (6), A (6), R_N (9), p_N (3)
+    outward            V (6); what R and r depend on besides the parameters (12); q' of a ball or free joint (7)
+    final              A (6); y'' (k), force along a driven displacement (1)
     joint variables    y, y', then τ or the part of y'' free of accelerations; of a ball or free joint q, u, τ
-    outward            R (9), r (3), V (6), c (6), I^A (21), p^A (6), q' of a ball or free joint (7)
-    inward             I^a (21) and p^a (6) in the parent, U (6 k), m (k), D (k k)
-    final              A (6), y'' (k), force along a driven displacement (1)
+    inward             rows of D⁻¹ Uᵀ (6 k), D⁻¹ m (k); of a driven displacement I^A S and S·p^A
     place              R_N (9), p_N (3), kinetic energy (1), first moment m p_N + R_N h (3), origin of the body (3)
     moved              angular velocity and velocity of the body's origin (6), momentum and its moment about the
                        ground's origin (6), in ground axes
     pressed            wrench F = I^A A + p^A that the joint transmits (6); what it carries across its free motion,
                        force and moment in ground axes (6)
 
+``inward`` reads the sum of what the tips beyond pass on, p^a (6) and I^a (21), and passes on its own: where these stand
+is up to the loop, since no other step needs them but ``pressed``.
+
 From accelerations to forces, where those of the joint stand in place of τ, only these differ:
 
     carried            A (6), where ``final`` writes it
     started            the same at rest, with the joint's acceleration from its variables
-    transmitted        wrench on the link in the parent (6), force along the joint (1, 3 or 6), where ``inward`` writes
+    transmitted        wrench on the link in the parent (6), passed on; force along the joint (1, 3 or 6)
 """
 
 from __future__ import annotations
@@ -29,19 +31,20 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from ..dynamics.articulated import accelerated, free_motions, passed_on, pivot
+from ..dynamics.articulated import columns_solved, free_motions, passed_on, pivot
 from ..dynamics.joint_freedom import Axis
 from ..dynamics.joint_freedom import carried as carried_by
 from ..dynamics.linear import Factorization
 from ..dynamics.state import displaced, flown, turned
 from ..model.model import GROUND, Link, Model
 from ..scalar.algebra import HALF, IDENTITY, ZERO, add, apply, apply_transpose, cross, multiply, scale
-from ..scalar.trace import Tape
+from ..scalar.trace import Tape, Traced
 from ..space.quaternion import quaternion_rate
 from ..space.spatial import (
     Blocks,
     Spatial,
     blocks,
+    blocks_sum,
     blocks_times,
     blocks_to_parent,
     force_cross,
@@ -54,23 +57,25 @@ from ..space.spatial import (
     rigid_inertia,
     times,
 )
+from .emit import Form
 from .kernels import KernelSet, compile_tape
 
-PARENT_V, PARENT_A, PARENT_PLACE = 0, 6, 12
-JOINT = 24
-OUTWARD = 44
-V, INERTIA, COORDINATE_RATES = OUTWARD + 12, OUTWARD + 24, OUTWARD + 51
-INWARD = OUTWARD + 58
-ALONG = INWARD + 6
-FINAL = INWARD + 27 + 36 + 6 + 36
-A, RATES = FINAL, FINAL + 6
-PLACE = FINAL + 13
+V, A = 0, 6
+TURN = A + 6
+RATES = TURN + 12
+JOINT = RATES + 7
+KEPT = JOINT + 20
+COORDINATE_RATES = KEPT + 42
+PLACE = COORDINATE_RATES + 7
 KINETIC, MOMENT, ORIGIN = PLACE + 12, PLACE + 13, PLACE + 16
 MOVED = ORIGIN + 3
 MOMENTUM = MOVED + 6
 PRESSED = MOVED + 12
 REACTION = PRESSED + 6
-WIDTH = 264
+ALONG = REACTION + 6
+WIDTH = ALONG + 7
+SUM = 27
+"""Of what tips pass on: p^a (6), I^a (21)."""
 
 CONSTANTS = 32
 """Of a link: rotation (9), position (3), axis (3), pitch, mass, centre (3), inertia (9), origin of the body (3)."""
@@ -123,39 +128,50 @@ def constants_of(model: Model, i: int) -> list[Any]:
 
 
 @lru_cache(maxsize=64)
-def compiled_step(kind: Kind) -> KernelSet:
-    """Kernels of a kind: the steps that the head of this file names.
+def compiled_step(kind: Kind, lanes: int = 1, shared: bool = True) -> KernelSet:
+    """Kernels of a kind: the steps that the head of this file names, of one state or of several side by side.
 
-    They read the record and write the part of it that their name says.
+    They read the record, that of the parent, and the sum of what tips pass on, and write the part of the record that
+    their name says, and what is passed on. ``shared``: the constants are the same in all lanes.
     """
     tape = Tape()
-    record = [tape.input(f"r{k}") for k in range(WIDTH)]
     given = [tape.input(f"c{k}") for k in range(CONSTANTS)]
-    functions = _recorded(tape, record, given, kind)
-    time = tape.input("t")
-    return compile_tape(tape, functions, time, record, given)
+    read = [tape.input(f"{letter}{k}") for letter, n in zip("rps", READ, strict=True) for k in range(n)]
+    written = _recorded(tape, read[:WIDTH], read[WIDTH : 2 * WIDTH], read[2 * WIDTH :], given, kind)
+    functions = {name: [x for part in parts for x in part[2]] for name, parts in written.items()}
+    places = tuple(
+        tuple((array, start + k) for array, start, values in parts for k in range(len(values)))
+        for parts in written.values()
+    )
+    return compile_tape(tape, functions, None, read, given, form=Form(lanes, shared, READ, places))
 
 
-def _recorded(tape: Tape, record: list[Any], given: list[Any], kind: Kind) -> dict[str, list[Any]]:
+READ = (WIDTH, WIDTH, SUM)
+"""Numbers that a step reads: of its record, of the parent's, of the sum of what tips pass on."""
+
+Written = list[tuple[int, int, list[Any]]]
+"""What a step writes: array (0 is the record, 1 what is passed on), first place, values."""
+
+
+def _recorded(
+    tape: Tape, record: list[Any], parent: list[Any], tips: list[Any], given: list[Any], kind: Kind
+) -> dict[str, Written]:
     E = IDENTITY if kind.straight else _matrix(given[0:9])
     n = IDENTITY[kind.axis] if kind.axis >= 0 else _vector(given[12:15])
     inertia: Any = (0, ZERO, (ZERO, ZERO, ZERO))
     if not kind.massless:
         inertia = rigid_inertia(given[16], _vector(given[17:20]), _matrix(given[20:29]))
-    joint = record[JOINT:OUTWARD]
+    joint = record[JOINT : JOINT + 20]
     S: Spatial | None = None
-    coordinate_rates: list[Any] = []
+    tau: list[Any] = []
     count = kind.freedom
     if kind.kind == "weld":
         R, r, vJ = E, _vector(given[9:12]), (ZERO, ZERO)
     elif kind.kind == "ball":
         R, r, vJ = turned(E, _vector(given[9:12]), joint[0:4], joint[4:7])
-        coordinate_rates = [*quaternion_rate(tuple(joint[0:4]), vJ[0])]
         tau = joint[7:10]
     elif kind.kind == "free":
         R, r, vJ = flown(E, _vector(given[9:12]), joint[0:7], joint[7:13])
-        position = apply_transpose(E, apply(R, vJ[1]))
-        coordinate_rates = [*position, *quaternion_rate(tuple(joint[3:7]), vJ[0])]
         tau = joint[13:19]
     else:
         pitch = given[15]
@@ -163,84 +179,104 @@ def _recorded(tape: Tape, record: list[Any], given: list[Any], kind: Kind) -> di
         S = {"slider": (ZERO, n), "hinge": (n, ZERO)}.get(kind.kind, (n, scale(pitch, n)))
         tau = joint[2:3]
     # outward
-    V_i = plus(motion_to_child(R, r, _spatial(record[PARENT_V:])), vJ)
-    c = motion_cross(V_i, vJ)
+    V_i = plus(motion_to_child(R, r, _spatial(parent[V:])), vJ)
+    coordinate_rates: list[Any] = []
+    if kind.kind == "free":
+        coordinate_rates = [*apply_transpose(E, apply(R, vJ[1])), *quaternion_rate(tuple(joint[3:7]), vJ[0])]
+    elif kind.kind == "ball":
+        coordinate_rates = [*quaternion_rate(tuple(joint[0:4]), vJ[0])]
+    turn, placed = _kept(tape, [*_flat(R), *r], joint, record[TURN : TURN + 12])
+    outward: Written = [(0, V, [*_six(V_i)]), (0, TURN, turn), (0, COORDINATE_RATES, coordinate_rates)]
+    # inward: what stands in the record by then
+    R_, r_ = _matrix(placed), _vector(placed[9:])
+    V_ = _spatial(record[V:])
+    c = motion_cross(V_, vJ)
     if kind.driven and S is not None:
         c = plus(c, times(joint[2], S))
-    p = force_cross(V_i, momentum_of(inertia, V_i))
-    outward = [
-        *_flat(R), *r, *_six(V_i), *_six(c), *_blocks_list(blocks(inertia)), *_six(p), *coordinate_rates
-    ]  # fmt: skip
-    # inward: what stands in the record by then
-    R_, r_ = _matrix(record[OUTWARD:]), _vector(record[OUTWARD + 9 :])
-    if kind.kind == "slider":
-        R_ = E
-    elif kind.kind != "free" and kind.kind != "screw":
-        r_ = _vector(given[9:12])
-    V_, c_ = _spatial(record[V:]), _spatial(record[V + 6 :])
-    I_A, p_A = _blocks(record[INERTIA:]), _spatial(record[INERTIA + 21 :])
+    p = force_cross(V_, momentum_of(inertia, V_))
+    I_A, p_A = blocks_sum(_blocks(tips[6:]), blocks(inertia)), plus(_spatial(tips), p)
     motion = [] if kind.driven or kind.kind == "weld" else free_motions(_any_link(kind), S)
     kept: Any = None
     stored: list[Any] = []
     if motion:
         U, m = pivot(motion, tau, I_A, p_A)
-        D = [[power(S_k, W) for W in U] for S_k in motion]
-        kept = (motion, U, m, Factorization(D))
-        stored = [*(x for W in U for x in _six(W)), *m, *(x for row in D for x in row)]
-    I_a, p_a = passed_on(I_A, p_A, c_, tau if motion else [], kept)
-    inward = [*_blocks_list(blocks_to_parent(R_, r_, I_a)), *_six(force_to_parent(R_, r_, p_a)), *stored]
-    # final
-    a = plus(motion_to_child(R_, r_, _spatial(record[PARENT_A:])), c_)
+        D = Factorization([[power(S_k, W) for W in U] for S_k in motion])
+        kept = (motion, U, m, D)
+        stored = [*(x for W in columns_solved(D, U) for x in _six(W)), *D.solve(m)]
+    elif kind.driven and S is not None:
+        stored = [*_six(blocks_times(I_A, S)), power(S, p_A)]
+    I_a, p_a = passed_on(I_A, p_A, c, tau if motion else [], kept)
+    inward: Written = [
+        (1, 0, [*_six(force_to_parent(R_, r_, p_a)), *_blocks_list(blocks_to_parent(R_, r_, I_a))]),
+        (0, KEPT, stored),
+    ]
+    # final:  y'' = D⁻¹ m - D⁻¹ Uᵀ A'
+    moved_on = motion_to_child(R_, r_, _spatial(parent[A:]))
+    a = plus(moved_on, c)
     rates: list[Any] = []
-    if motion:
-        start = INWARD + 27
-        U = [_spatial(record[start + 6 * k :]) for k in range(count)]
-        m = record[start + 6 * count : start + 7 * count]
-        rest = record[start + 7 * count :]
-        D = [[rest[count * j + k] for k in range(count)] for j in range(count)]
-        rates, a = accelerated(a, (motion, U, m, Factorization(D)))
+    for k, S_k in enumerate(motion):
+        rates.append(record[KEPT + 6 * count + k] - power(a, _spatial(record[KEPT + 6 * k :])))
     force = []
     if kind.driven and S is not None:
-        force = [power(S, plus(blocks_times(I_A, a), p_A))]
+        force = [power(a, _spatial(record[KEPT:])) + record[KEPT + 6]]
+    for S_k, rate in zip(motion, rates, strict=True):
+        a = plus(a, times(rate, S_k))
     # carried, transmitted: c holds the acceleration along a displacement that is driven
-    started = motion_to_child(R_, r_, _spatial(record[PARENT_A:]))
-    carried = plus(started, c_)
+    started, carried = moved_on, plus(moved_on, c)
     if kind.kind in ("ball", "free"):
         own = (_vector(tau), _vector(tau[3:6]) if kind.kind == "free" else ZERO)
         started, carried = plus(started, own), plus(carried, own)
     elif S is not None:
         started = plus(started, times(joint[2], S))
-    F = plus(momentum_of(inertia, _spatial(record[A:])), p_A)
+    A_ = _spatial(record[A:])
+    F = plus(momentum_of(inertia, A_), p_A)
     along = [] if S is None else [power(S, F)]
     if kind.kind in ("ball", "free"):
         along = [*F[0], *(F[1] if kind.kind == "free" else ())]
     # place
-    P = PARENT_PLACE
-    R_P, p_P = _matrix(record[P:]), _vector(record[P + 9 :])
+    R_P, p_P = _matrix(parent[PLACE:]), _vector(parent[PLACE + 9 :])
     R_N, p_N = multiply(R_P, R_), add(p_P, apply(R_P, r_))
-    placed = [*_flat(R_N), *p_N]
     kinetic = HALF * power(V_, momentum_of(inertia, V_))
     first = add(scale(inertia[0], p_N), apply(R_N, inertia[1]))
     shift = _vector(given[29:32])
     origin = add(p_N, apply(R_N, shift))
+    place = [*_flat(R_N), *p_N, kinetic, *first, *origin]
     # moved, pressed
     R_N, p_N = _matrix(record[PLACE:]), _vector(record[PLACE + 9 :])
     w, v = apply(R_N, V_[0]), apply(R_N, add(V_[1], cross(V_[0], shift)))
     about, linear = (apply(R_N, x) for x in momentum_of(inertia, V_))
-    F_A = plus(blocks_times(I_A, _spatial(record[A:])), p_A)
+    F_A = plus(blocks_times(I_A, A_), p_A)
     axes = [Axis(0, kind.kind, n, given[15], True)] if kind.joint_of_one and kind.free else []
     moment, force_across = carried_by({kind.kind}, axes, F_A)
     return {
         "outward": outward,
         "inward": inward,
-        "final": [*_six(a), *rates, *force],
-        "carried": [*_six(carried)],
-        "started": [*_six(started)],
-        "transmitted": [*_six(force_to_parent(R_, r_, F)), *along],
-        "place": [*placed, kinetic, *first, *origin],
-        "moved": [*w, *v, *linear, *add(about, cross(p_N, linear))],
-        "pressed": [*_six(F_A), *apply(R_N, force_across), *apply(R_N, moment)],
+        "final": [(0, A, [*_six(a)]), (0, RATES, [*rates, *force])],
+        "carried": [(0, A, [*_six(carried)])],
+        "started": [(0, A, [*_six(started)])],
+        "transmitted": [(1, 0, [*_six(force_to_parent(R_, r_, F))]), (0, ALONG, along)],
+        "place": [(0, PLACE, place)],
+        "moved": [(0, MOVED, [*w, *v, *linear, *add(about, cross(p_N, linear))])],
+        "pressed": [(0, PRESSED, [*_six(F_A), *apply(R_N, force_across), *apply(R_N, moment)])],
     }
+
+
+def _kept(tape: Tape, values: list[Any], joint: list[Any], places: list[Any]) -> tuple[list[Any], list[Any]]:
+    """What is to be kept of values, each number once and none that depends on parameters alone; and the values, read
+    from these places."""
+    moving = {x.index for x in joint}
+    stored: dict[int, tuple[Any, Any]] = {}  # node -> itself, where it is read again
+    read = []
+    for x in values:
+        if type(x) is not Traced or moving.isdisjoint(tape.used([x])):
+            read.append(x)
+            continue
+        bare = x if x.minus is None else x.minus
+        if bare.index not in stored:
+            stored[bare.index] = (bare, places[len(stored)])
+        found = stored[bare.index][1]
+        read.append(found if x.minus is None else -found)
+    return [x for x, _ in stored.values()], read
 
 
 def _any_link(kind: Kind) -> Link:

@@ -22,7 +22,7 @@ The file is longer than others: it is the one place that knows where everything 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from time import perf_counter
 from typing import Any
@@ -40,11 +40,12 @@ from ..dynamics.joint_freedom import free_displacements, loads_on_child, transmi
 from ..dynamics.kinematics import Posture, jacobian, rotation
 from ..dynamics.loading import Loading, load_power, loading, spring_energy
 from ..dynamics.state import float_state
-from ..model.model import Model
+from ..model.model import GROUND, Model
 from ..scalar.algebra import ZERO, apply, dot, negate
 from ..scalar.trace import INPUT, Tape, Traced
 from ..space.spatial import minus
 from . import link_step, native
+from .emit import Form
 from .kernels import Kernel, KernelSet, compile_tape
 from .link_loop import Driver
 from .link_step import WIDTH, compiled_step, constants_of, kind_of
@@ -54,6 +55,9 @@ BODIES = 200
 
 OF_Q = ("potential_energy", "postures", "jacobian")
 """Kernels that are given q only."""
+
+COLUMNS = 8
+"""Columns of a mass matrix that are found side by side."""
 
 GIVEN = ("inverse", "mass", "reactions_at")
 """Modes in which accelerations are given."""
@@ -94,8 +98,14 @@ class LoopedSet:
     that of ``point``.
     """
 
-    def __init__(self, model: Model, mode: str = "motion", point: Any = None) -> None:
+    def __init__(
+        self, model: Model, mode: str = "motion", point: Any = None, lanes: int = 1, shared: bool = True
+    ) -> None:
         self.model = model
+        if mode == "mass":
+            lanes = COLUMNS
+        self.lanes = lanes
+        self.shared = shared
         self.back = mode in GIVEN  # from accelerations to forces
         self.loops = (
             ("outward", "transmitted", "started" if mode == "mass" else "carried")
@@ -106,8 +116,8 @@ class LoopedSet:
         self._kinds = [kind_of(link, i in alone) for i, link in enumerate(model.links)]
         if self.back:  # accelerations along displacements are given
             self._kinds = [replace(kind, driven=True) if kind.joint_of_one else kind for kind in self._kinds]
-        self._steps = {kind: compiled_step(kind) for kind in dict.fromkeys(self._kinds)}
-        parts = Parts(model, self._kinds, mode, point)
+        self._steps = {kind: compiled_step(kind, lanes, shared) for kind in dict.fromkeys(self._kinds)}
+        parts = Parts(model, self._kinds, mode, point, Form(lanes, shared))
         self.works = parts.works
         self.straight: KernelSet = parts.compiled
         self._offsets: list[int] = []
@@ -129,11 +139,12 @@ class LoopedSet:
         states = {**parts.states, "mass_matrix": model.n_q}
         widths = {**{name: len(x) for name, x in parts.outputs.items()}, "mass_matrix": model.n_u**2}
         library.needs = (self._tables, self._steps, self.straight)
-        found = library.addresses([*names, *(f"{name}.batch" for name in names)])
+        wide = "" if lanes == 1 or mode == "mass" else ".lanes"
+        found = library.addresses([*(f"{name}{wide}" for name in names), *(f"{name}.batch" for name in names)])
         self.kernels = {
             name: Kernel(
-                name, library, found[name], found[f"{name}.batch"], states[name], self.hoisted, widths[name],
-                self._operations(),
+                name, library, found[f"{name}{wide}"], found[f"{name}.batch"], states[name], self.hoisted,
+                widths[name], self._operations(), found[f"{name}.lanes"] if wide else None,
             )
             for name in names
         }  # fmt: skip
@@ -200,10 +211,12 @@ class _Inputs(list[Any]):
 class Parts:
     """The straight parts of a model, and where everything stands in S.
 
-    S = 0, t, y | fetched from the records | front | loads | finish | energy | records (the ground's first)
+    S = 0, t, y | fetched from the records | front | loads | finish | energy | sums of tips | records (the ground's first)
     """
 
-    def __init__(self, model: Model, kinds: Sequence[link_step.Kind], mode: str, point: Any) -> None:
+    def __init__(
+        self, model: Model, kinds: Sequence[link_step.Kind], mode: str, point: Any, form: Form
+    ) -> None:
         self.model = model
         self.mode = mode
         tape = Tape()
@@ -306,10 +319,12 @@ class Parts:
             placed[name] = [self._place(x, start, own_list) for x in outputs]
             computed[name] = own_list
             start += len(own_list)
-        self.base = start
+        self._place_sums(start, range(len(model.links)) if mode.startswith("reactions") else loads.wrenches)
         self.empty = {name for name, outputs in computed.items() if not outputs}
         parameters = [state.values[parameter.symbol] for parameter in model.parameters]
-        self.compiled = compile_tape(tape, computed, state.t, self._inputs, parameters)
+        self.compiled = compile_tape(
+            tape, computed, state.t, self._inputs, parameters, form=form if form.lanes > 1 else None
+        )
         # tables
         self.joints: list[list[int]] = []
         k = 0
@@ -318,13 +333,44 @@ class Parts:
             k += len(one)
         self.ground = placed["front"][k:]
         self.pressed = [
-            (self.record(i) + link_step.INERTIA + 21 + j, placed["loads"][6 * n + j])
+            (self.sum_of[i] + j, placed["loads"][6 * n + j])
             for n, i in enumerate(loads.wrenches)
             for j in range(6)
         ]
         self._place_outputs(state, placed)
         self.states = {name: model.n_q if name in OF_Q else self.given for name in self.outputs}
         self.states.update({"bias": model.n_q + model.n_u})
+
+    def _place_sums(self, start: int, kept: Collection[int]) -> None:
+        """Of each link, where the sum of what its tips pass on stands, where it leaves its own, and where that is added
+        (-1: nowhere, since it is the first).
+
+        A sum is needed from the first of the tips to the link itself, and its place is used again; those of the
+        links ``kept`` begin with the loads and stay.
+        """
+        links, size = self.model.links, link_step.SUM
+        nothing, own = start, {i: start + size * (k + 1) for k, i in enumerate(kept)}
+        self.cleared, self.cleared_end = start, start + size * (1 + len(own))
+        aside = self.cleared_end
+        end = aside + size
+        free: list[int] = []
+        waiting = dict(own)
+        self.sum_of, self.passed_to, self.added_to = ([-1] * len(links) for _ in range(3))
+        for i in range(len(links) - 1, -1, -1):
+            parent = links[i].parent
+            self.passed_to[i] = aside
+            if parent in waiting:
+                self.added_to[i] = waiting[parent]
+            elif parent != GROUND:
+                if not free:
+                    free.append(end)
+                    end += size
+                self.passed_to[i] = waiting[parent] = free.pop()
+            self.sum_of[i] = waiting.pop(i, nothing)
+            if self.sum_of[i] != nothing and i not in own:
+                free.append(self.sum_of[i])
+        self.base = end
+        self.size = self.record(len(links))
 
     def _place_outputs(self, state: Any, placed: Any) -> None:
         """Of each kernel: where its outputs stand in S."""
