@@ -43,17 +43,21 @@ _SIGN = CODES["sign"]
 class Form:
     """How functions that a loop calls get what they read, and where they leave what they write.
 
-    Theirs is the signature of a kernel, of one lane or of several, with more pointers behind it: to the arrays of
-    ``inputs`` but the first, then to those written but the first.
+    Theirs is the signature of a kernel, of one lane or of several, with more pointers behind it: to the arrays they
+    read but the first, then to those they write but the first.
     """
 
     lanes: int = 1
     shared: bool = True
     """Whether the constants are the same in all lanes: one double each, read into every lane."""
-    inputs: tuple[int, ...] = ()
+    arrays: tuple[int, ...] = ()
     """Lengths of the arrays of which the state is made; one if empty."""
-    outputs: tuple[tuple[tuple[int, int], ...], ...] = ()
-    """Of each function, where its outputs go: array, place; one array in their order if empty."""
+    reads: tuple[tuple[int, ...], ...] = ()
+    """Of each function, which of them it is given."""
+    writes: tuple[tuple[tuple[int, int], ...], ...] = ()
+    """Of each function, where its outputs go: number of the array written, place; one array in their order if empty."""
+    written: tuple[int, ...] = ()
+    """How many arrays each writes."""
 
 
 class Module:
@@ -132,14 +136,12 @@ class Module:
     def add(self, program: Program, body: Body, name: str, lanes: int = 1, piece: int | None = None) -> None:
         """The function ``name``: of the kernel's signature for one lane, of pointers to vectors for 8."""
         self.functions.append(
-            _Writer(self, program, body, name, Form(lanes, shared=False), (), piece or PIECE).text()
+            _Writer(self, program, body, name, Form(lanes, shared=False), 0, piece or PIECE).text()
         )
 
-    def add_formed(
-        self, program: Program, body: Body, name: str, form: Form, places: Sequence[tuple[int, int]]
-    ) -> None:
-        """A function that a loop calls, with its outputs in these places (:attr:`Form.outputs`)."""
-        self.functions.append(_Writer(self, program, body, name, form, places, PIECE).text())
+    def add_formed(self, program: Program, body: Body, name: str, form: Form, k: int) -> None:
+        """A function that a loop calls, number ``k`` of the form's."""
+        self.functions.append(_Writer(self, program, body, name, form, k, PIECE).text())
 
     def add_batch(self, name: str, state: int, hoisted: int, outputs: int, lanes: int = WIDTH) -> None:
         """The loop over a batch: rows in, 8 lanes at a time through ``name.lanes``, rows out."""
@@ -152,9 +154,8 @@ class _Writer:
     """One function."""
 
     def __init__(
-        self, module: Module, program: Program, body: Body, name: str, form: Form,
-        places: Sequence[tuple[int, int]], piece: int,
-    ) -> None:  # fmt: skip
+        self, module: Module, program: Program, body: Body, name: str, form: Form, k: int, piece: int
+    ) -> None:
         lanes = form.lanes
         self.module = module
         self.program = program
@@ -162,10 +163,11 @@ class _Writer:
         self.name = name if lanes == 1 else f"{name}.lanes"
         self.lanes = lanes
         self.broadcast = form.shared and lanes > 1
-        self.arrays = list(accumulate(form.inputs[:-1], initial=0))  # first place of each
-        self.places = places or [(0, k) for k in range(len(body.outputs))]
-        self.more = [f"%y{k}" for k in range(1, len(self.arrays))]
-        self.targets = [f"%out{k}" for k in range(1, 1 + max((k for one in form.outputs for k, _ in one), default=0))]
+        self.starts = list(accumulate(form.arrays[:-1], initial=0))  # first number of each array
+        reads = form.reads[k] if form.reads else (0,)
+        self.read = dict(zip(reads, ["%y", *(f"%y{n}" for n in range(1, len(reads)))], strict=True))
+        self.places = form.writes[k] if form.writes else [(0, n) for n in range(len(body.outputs))]
+        self.written = ["%out", *(f"%out{n}" for n in range(1, form.written[k] if form.written else 1))]
         self.T = "double" if lanes == 1 else f"<{lanes} x double>"
         self.align = 8 if lanes == 1 else 64
         self.pieces = _cut(body.order, piece)
@@ -230,8 +232,8 @@ class _Writer:
         arguments = ", ".join(
             [
                 f"{time}, ptr noalias readonly %y, ptr noalias readonly %c, ptr noalias %out",
-                *(f"ptr noalias readonly {x}" for x in self.more),
-                *(f"ptr noalias {x}" for x in self.targets),
+                *(f"ptr noalias readonly {x}" for x in [*self.read.values()][1:]),
+                *(f"ptr noalias {x}" for x in self.written[1:]),
             ]
         )
         frame = f"  %frame = alloca {T}, i64 {self.frame_size}, align 64" if self.frame_size else ""
@@ -258,7 +260,9 @@ class _Writer:
             frames = "ptr noalias readonly %frame, ptr noalias %left"
             head = f"define internal void @{self.name}.{k}({arguments}, {frames}) nounwind noinline {{"
             result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
-            passed = ", ".join(f"ptr {x}" for x in ("%y", "%c", "%out", *self.more, *self.targets))
+            passed = ", ".join(
+                f"ptr {x}" for x in ("%y", "%c", "%out", *[*self.read.values()][1:], *self.written[1:])
+            )
             main.append(f"  call void @{self.name}.{k}({call}, {passed}, ptr %frame, ptr %frame)")
         result.append("\n".join([*main, "  ret void", "}", ""]))
         return "\n".join(result)
@@ -270,7 +274,7 @@ class _Writer:
             program.kind[i] == FIXED and program.constants[program.a[i]] == 0 for i in self.body.outputs
         ):
             length = len(list(run))
-            if nothing and length >= RUN and not self.targets:
+            if nothing and length >= RUN and len(self.starts) == 1:
                 result.append((start, length))
             start += length
         return result
@@ -311,7 +315,7 @@ class _Writer:
         for place in outputs:
             value = self._ref(self.body.outputs[place])
             array, place = self.places[place]
-            target = self._pointer(["%out", *self.targets][array], place)
+            target = self._pointer(self.written[array], place)
             self.lines.append(f"  store {self.T} {value}, ptr {target}, align {self.align}")
 
     def _pointer(self, base: str, place: int) -> str:
@@ -355,8 +359,8 @@ class _Writer:
             if program.a[i] == TIME:
                 value = "%t" if self.lanes == 1 else self._load("%t", 0)
             else:
-                k = bisect_right(self.arrays, program.a[i]) - 1
-                value = self._load(["%y", *self.more][k], program.a[i] - self.arrays[k])
+                k = bisect_right(self.starts, program.a[i]) - 1
+                value = self._load(self.read[k], program.a[i] - self.starts[k])
         elif code in (SIN, COS):
             frame = self.left if program.a[i] in self.turned else "%frame"
             value = self._load(frame, self.trig[program.a[i]][code == COS])

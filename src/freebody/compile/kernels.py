@@ -204,7 +204,7 @@ class Kernel:
     def __init__(
         self,
         name: str,
-        library: native.Library,
+        library: Any,
         address: int,
         batch_address: int | None,
         state: int,
@@ -353,7 +353,7 @@ def _compile(
         module.add_batch("prologue", len(parameters), 0, hoisted)
     for k, (name, outputs) in enumerate(functions.items()):
         if form is not None:
-            module.add_formed(program, program.bodies[name], f"f{k}", form, form.outputs[k] if form.outputs else ())
+            module.add_formed(program, program.bodies[name], f"f{k}", form, k)
             continue
         if name in series:
             jet(module, program, name, f"f{k}", series[name])

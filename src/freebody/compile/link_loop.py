@@ -1,5 +1,6 @@
-"""The loops over the links of a large tree as LLVM IR, of one state or of several side by side: see
-:mod:`freebody.compile.looped`.
+"""The loops over the links of a large tree as LLVM IR, of one state or of several side by side.
+
+Where everything stands is decided in :mod:`freebody.compile.looped`.
 
 Every call has a workspace of its own, so that any number of threads may call it. Places in it, and addresses of the
 steps and of the straight parts, are constants of the code or of the tables that it reads. A number is one double, or
@@ -13,13 +14,17 @@ from typing import TYPE_CHECKING
 
 from ..model.model import GROUND
 from . import batch, link_step, native
-from .link_step import SUM, WIDTH
+from .link_step import SECOND, STEPS, SUM, WIDTH
 from .text import literal, splat
 
 if TYPE_CHECKING:
     from .looped import LoopedSet, Parts
 
-_ROW = 13  # numbers per link in the table of links
+_STARTS = (
+    "constants", "places", "many", "tips", "passed", "added", "record", "parent", "own", "above", "parents_second",
+)  # fmt: skip
+"""Of a link: where its constants and the places of its joint variables begin, how many those are, and places in S."""
+_ROW = len(_STARTS) + 6  # and addresses of steps
 
 
 class Driver:
@@ -36,14 +41,20 @@ class Driver:
             "T": self.T, "align": 8 * self.lanes, "C": self.T if self.own_constants else "double",
             "time": "double 0.0" if self.lanes == 1 else "ptr %S",
         }  # fmt: skip
+        self.steps = (*owner.loops, "place", "moved", "pressed")
         rows: list[int] = []
         joints: list[int] = []
         for i, link in enumerate(parts.model.links):
             step = owner.step(i)
-            parent = parts.base if link.parent == GROUND else parts.record(link.parent)
-            addresses = [step[name].address for name in (*owner.loops, "place", "moved", "pressed")]
-            sums = parts.sum_of[i], parts.passed_to[i], parts.added_to[i]
-            rows += [parent, owner.offset(i), len(joints), len(parts.joints[i]), *addresses, *sums]
+            above = -1 if link.parent == GROUND else link.parent
+            rows += [owner.offset(i), len(joints), len(parts.joints[i])]
+            rows += [parts.sums.of[i], parts.sums.passed[i], parts.sums.added[i]]
+            rows += [
+                parts.at(i, link_step.V),
+                parts.sums.cleared if above < 0 else parts.at(above, link_step.V),
+            ]
+            rows += [parts.accelerations[i], parts.accelerations[above], parts.at(above, SECOND)]
+            rows += [step[name].address for name in self.steps]
             joints += parts.joints[i]
         self.links, self.joints = owner.table(rows), owner.table(joints)
 
@@ -87,7 +98,7 @@ class Driver:
         placed = not moving or reactions or parts.placed
         lines = self._begun(f"{name}.core", parts.states[name])
         lines.append(f"  call void @outward.{'placed' if placed else 'plain'}(ptr %S, ptr %c)")
-        fetched = [parts.record(i) + k for i, k in parts.fetched]
+        fetched = [parts.at(i, k) for i, k in parts.fetched]
         first = 2 + parts.given
         early = parts.loads_end - first
         late = fetched[early:]
@@ -112,11 +123,11 @@ class Driver:
             lines += self._finish(late)
         elif name in ("velocities", "momentum"):
             if name == "momentum":
-                lines.append(self._zeros("sums", parts.sums, 6))
+                lines.append(self._zeros("sums", parts.totals, 6))
             loop = "momenta" if name == "momentum" else "moved"
             lines.append(f"  call void @{loop}(ptr %S, ptr %c)")
         elif name.endswith("energy"):
-            lines.append(self._zeros("sums", parts.sums, 4))
+            lines.append(self._zeros("sums", parts.totals, 4))
             lines.append("  call void @sums(ptr %S, ptr %c)")
             lines += self._straight("energy")
         return "\n".join([*lines, "  ret void", "}", ""])
@@ -135,16 +146,17 @@ class Driver:
             "entry:",
             self._zeros("zero", 0, 1),
             self._zeros("rest", 2 + state, parts.given - state),
-            self._zeros("begun", parts.cleared, parts.cleared_end - parts.cleared),
+            self._zeros("begun", parts.sums.cleared, parts.sums.aside - parts.sums.cleared),
             self._zeros("ground", parts.base, WIDTH),
+            self._zeros("rest_of_ground", parts.accelerations[-1], 3),
         ]
         for k in (0, 4, 8):
             lines += [
-                f"  %one{k} = getelementptr {T}, ptr %ground, i64 {link_step.PLACE + k}",
+                f"  %one{k} = getelementptr {T}, ptr %ground, i64 {link_step.PLACE - SECOND + k}",
                 f"  store {T} {one}, ptr %one{k}, align {8 * self.lanes}",
             ]
         lines += self._straight("front")
-        lines.append(self._fetched("g", parts.base + link_step.A + 3, parts.ground))
+        lines.append(self._fetched("g", parts.accelerations[-1] + 3, parts.ground))
         return lines
 
     def _straight(self, name: str) -> list[str]:
@@ -175,19 +187,13 @@ class Driver:
 
     def _loops(self) -> list[str]:
         s, T = link_step, self.T
-        joints = f"ptr inttoptr (i64 {self.joints} to ptr)"
         gather = f"""
-  %start = load i64, ptr %row2, align 8
-  %many = load i64, ptr %row3, align 8
-  %places = getelementptr i64, {joints}, i64 %start
-  %joint = getelementptr {T}, ptr %record, i64 {s.JOINT}
-  call void @fetch(ptr %joint, ptr %S, ptr %places, i64 %many)"""
-        outward = f"{gather}\n{self._step(4)}"
-        placed = f"{outward}\n{self._step(7)}"
+  %table = getelementptr i64, ptr inttoptr (i64 {self.joints} to ptr), i64 %places
+  call void @fetch(ptr %joint, ptr %S, ptr %table, i64 %many)"""
+        outward = f"{gather}\n{self._step(0)}"
         # inertias and wrenches of the tips add up, or wrenches alone
-        inward = f"""
-{self._step(5)}
-  %added = load i64, ptr %row12, align 8
+        inward = f"""{gather}
+{self._step(1)}
   %several = icmp sge i64 %added, 0
   br i1 %several, label %add, label %on
 add:
@@ -195,36 +201,37 @@ add:
   call void @add(ptr %sum, ptr %passed, i64 {6 if self.owner.back else SUM})
   br label %on
 on:"""
-        final = self._step(6)
-        if "column" in self.parts.outputs:  # other accelerations
-            final = f"{gather}\n{final}"
         total = f"""
-  %kinetic = getelementptr {T}, ptr %record, i64 {s.KINETIC}
-  %total = getelementptr {T}, ptr %S, i64 {self.parts.sums}
+  %kinetic = getelementptr {T}, ptr %second, i64 {s.KINETIC - SECOND}
+  %total = getelementptr {T}, ptr %S, i64 {self.parts.totals}
   call void @add(ptr %total, ptr %kinetic, i64 4)"""
-        momentum = f"""{self._step(8)}
-  %momentum = getelementptr {T}, ptr %record, i64 {s.MOMENTUM}
-  %total = getelementptr {T}, ptr %S, i64 {self.parts.sums}
+        momentum = f"""{self._step(4)}
+  %momentum = getelementptr {T}, ptr %second, i64 {s.MOMENTUM - SECOND}
+  %total = getelementptr {T}, ptr %S, i64 {self.parts.totals}
   call void @add(ptr %total, ptr %momentum, i64 6)"""
-        fill = {**self.fill, "links": self.links, "row": _ROW, "base": self.parts.base, "width": WIDTH}
+        fill = {**self.fill, "links": self.links, "row": _ROW, "base": self.parts.base, "width": WIDTH,
+            "joint": self.parts.joint}  # fmt: skip
         up = {"first": 0, "stop": self.count, "by": 1}
         down = {"first": self.count - 1, "stop": -1, "by": -1}
         return [
             _LOOP.format(name="outward.plain", body=outward, **fill, **up),
-            _LOOP.format(name="outward.placed", body=placed, **fill, **up),
+            _LOOP.format(name="outward.placed", body=f"{outward}\n{self._step(3)}", **fill, **up),
             _LOOP.format(name="inward", body=inward, **fill, **down),
-            _LOOP.format(name="final", body=final, **fill, **up),
+            _LOOP.format(name="final", body=f"{gather}\n{self._step(2)}", **fill, **up),
             _LOOP.format(name="sums", body=total, **fill, **up),
-            _LOOP.format(name="moved", body=self._step(8), **fill, **up),
+            _LOOP.format(name="moved", body=self._step(4), **fill, **up),
             _LOOP.format(name="momenta", body=momentum, **fill, **up),
-            _LOOP.format(name="pressed", body=self._step(9), **fill, **up),
+            _LOOP.format(name="pressed", body=self._step(5), **fill, **up),
         ]
 
-    def _step(self, column: int) -> str:
-        """The step of a column of the table: see :func:`freebody.compile.link_step.compiled_step`."""
-        return f"""  %address{column} = load i64, ptr %row{column}, align 8
-  %f{column} = inttoptr i64 %address{column} to ptr
-  call void %f{column}({self.fill["time"]}, ptr %record, ptr %own, ptr %record, ptr %parent, ptr %tips, ptr %passed)"""
+    def _step(self, k: int) -> str:
+        """One of the steps: see :func:`freebody.compile.link_step.compiled_step`."""
+        (first, *reads), (target, *writes) = STEPS[self.steps[k]]
+        arrays = ", ".join(f"ptr %{x}" for x in (first, "constants", target, *reads, *writes))
+        return f"""  %row{k} = getelementptr i64, ptr %row, i64 {len(_STARTS) + k}
+  %address{k} = load i64, ptr %row{k}, align 8
+  %f{k} = inttoptr i64 %address{k} to ptr
+  call void %f{k}({self.fill["time"]}, {arrays})"""
 
     def _mass_matrix(self) -> str:
         """Postures once, then forces at rest for unit accelerations, as many columns at a time as there are lanes."""
@@ -232,7 +239,7 @@ on:"""
         outputs = parts.outputs["column"]
         n_u = len(outputs)
         n_q = parts.given - 2 * n_u
-        late = [parts.record(i) + k for i, k in parts.fetched]
+        late = [parts.at(i, k) for i, k in parts.fetched]
         column = [
             *self._straight("front"),
             "  call void @final(ptr %S, ptr %c)",
@@ -250,26 +257,29 @@ _LOOP = (
     """
 define internal void @{name}(ptr %S, ptr %c) nounwind noinline {{
 entry:
+  %joint = getelementptr {T}, ptr %S, i64 {joint}
   br label %loop
 loop:
   %i = phi i64 [{first}, %entry], [%next, %end]
   %r = mul i64 %i, {row}
-  %row0 = getelementptr i64, ptr inttoptr (i64 {links} to ptr), i64 %r
+  %row = getelementptr i64, ptr inttoptr (i64 {links} to ptr), i64 %r
 """
-    + "\n".join(f"  %row{k} = getelementptr i64, ptr %row0, i64 {k}" for k in range(1, _ROW))
+    + "\n".join(
+        f"""  %at.{name} = getelementptr i64, ptr %row, i64 {k}
+  %{name if name in ("places", "many", "added") else name + ".place"} = load i64, ptr %at.{name}, align 8"""
+        for k, name in enumerate(_STARTS)
+    )
+    + "\n  %constants = getelementptr {C}, ptr %c, i64 %constants.place\n"
+    + "\n".join(
+        f"  %{name} = getelementptr {{T}}, ptr %S, i64 %{name}.place"
+        for name in _STARTS
+        if name not in ("constants", "places", "many", "added")
+    )
     + """
-  %place = load i64, ptr %row0, align 8
-  %offset = load i64, ptr %row1, align 8
-  %from = load i64, ptr %row10, align 8
-  %to = load i64, ptr %row11, align 8
-  %parent = getelementptr {T}, ptr %S, i64 %place
-  %own = getelementptr {C}, ptr %c, i64 %offset
-  %tips = getelementptr {T}, ptr %S, i64 %from
-  %passed = getelementptr {T}, ptr %S, i64 %to
   %i1 = add i64 %i, 1
   %w = mul i64 %i1, {width}
   %b = add i64 %w, {base}
-  %record = getelementptr {T}, ptr %S, i64 %b
+  %second = getelementptr {T}, ptr %S, i64 %b
 {body}
   br label %end
 end:

@@ -3,26 +3,31 @@
 The algorithm is that of :mod:`freebody.dynamics`, recorded for one link whose parent, constants and joint variables
 are inputs. Links of one kind share the code.
 
-A link owns a record of :data:`WIDTH` numbers:
+What a link owns stands in two records, so that those of the motion are short and fit into a cache. The first:
 
-    outward            V (6); what R and r depend on besides the parameters (12); q' of a ball or free joint (7)
-    final              A (6); y'' (k), force along a driven displacement (1)
-    joint variables    y, y', then τ or the part of y'' free of accelerations; of a ball or free joint q, u, τ
+    outward            V (6), and what R and r depend on besides the parameters (up to 12, behind the rest)
+    final              y'' (k), force along a driven displacement (1)
     inward             rows of D⁻¹ Uᵀ (6 k), D⁻¹ m (k); of a driven displacement I^A S and S·p^A
+
+The second:
+
+    outward            q' of a ball or free joint (7)
     place              R_N (9), p_N (3), kinetic energy (1), first moment m p_N + R_N h (3), origin of the body (3)
     moved              angular velocity and velocity of the body's origin (6), momentum and its moment about the
                        ground's origin (6), in ground axes
     pressed            wrench F = I^A A + p^A that the joint transmits (6); what it carries across its free motion,
                        force and moment in ground axes (6)
 
-``inward`` reads the sum of what the tips beyond pass on, p^a (6) and I^a (21), and passes on its own: where these stand
-is up to the loop, since no other step needs them but ``pressed``.
+``inward`` reads the sum of what the tips beyond pass on, p^a (6) and I^a (21), and passes on its own; ``final`` reads
+the parent's acceleration and leaves A (6). Where these stand is up to the loop, since few others need them. So are the
+joint variables: y, y', then τ or the part of y'' free of accelerations; of a ball or free joint q, u, τ.
 
 From accelerations to forces, where those of the joint stand in place of τ, only these differ:
 
     carried            A (6), where ``final`` writes it
     started            the same at rest, with the joint's acceleration from its variables
-    transmitted        wrench on the link in the parent (6), passed on; force along the joint (1, 3 or 6)
+    transmitted        wrench on the link in the parent (6), passed on; force along the joint (1, 3 or 6), in the
+                       second record
 """
 
 from __future__ import annotations
@@ -60,12 +65,10 @@ from ..space.spatial import (
 from .emit import Form
 from .kernels import KernelSet, compile_tape
 
-V, A = 0, 6
-TURN = A + 6
-RATES = TURN + 12
-JOINT = RATES + 7
-KEPT = JOINT + 20
-COORDINATE_RATES = KEPT + 42
+V, RATES = 0, 6
+SECOND = 100
+"""From this place on, a number is of the second record."""
+COORDINATE_RATES = SECOND
 PLACE = COORDINATE_RATES + 7
 KINETIC, MOMENT, ORIGIN = PLACE + 12, PLACE + 13, PLACE + 16
 MOVED = ORIGIN + 3
@@ -73,7 +76,8 @@ MOMENTUM = MOVED + 6
 PRESSED = MOVED + 12
 REACTION = PRESSED + 6
 ALONG = REACTION + 6
-WIDTH = ALONG + 7
+WIDTH = ALONG + 6 - SECOND
+"""Of the second record."""
 SUM = 27
 """Of what tips pass on: p^a (6), I^a (21)."""
 
@@ -109,6 +113,16 @@ class Kind:
         """Where the force along a driven displacement is."""
         return RATES + self.freedom
 
+    @property
+    def kept(self) -> int:
+        """Where the rows of D⁻¹ Uᵀ begin."""
+        return RATES + (self.freedom or int(self.driven))
+
+    @property
+    def turn(self) -> int:
+        """Where what R and r depend on begins."""
+        return self.kept + 7 * (self.freedom or int(self.driven))
+
 
 def kind_of(link: Link, free: bool) -> Kind:
     """The kind of a link; ``free`` tells whether its displacement can change alone."""
@@ -127,41 +141,74 @@ def constants_of(model: Model, i: int) -> list[Any]:
     ]  # fmt: skip
 
 
-@lru_cache(maxsize=64)
-def compiled_step(kind: Kind, lanes: int = 1, shared: bool = True) -> KernelSet:
-    """Kernels of a kind: the steps that the head of this file names, of one state or of several side by side.
+ARRAYS = {
+    "record": 80, "joint": 20, "parent": 6, "tips": SUM, "above": 6, "own": 6, "second": WIDTH, "parents_second": WIDTH,
+}  # fmt: skip
+"""What steps read: the link's record, joint variables, the parent's record, what the tips pass on, the parent's and the
+link's own acceleration, the second records; and how many numbers."""
 
-    They read the record, that of the parent, and the sum of what tips pass on, and write the part of the record that
-    their name says, and what is passed on. ``shared``: the constants are the same in all lanes.
+STEPS = {
+    "outward": (("joint", "parent"), ("record", "second")),
+    "inward": (("record", "joint", "tips"), ("passed", "record")),
+    "final": (("record", "joint", "above"), ("own", "record")),
+    "carried": (("record", "joint", "above"), ("own",)),
+    "started": (("record", "joint", "above"), ("own",)),
+    "transmitted": (("record", "own", "tips"), ("passed", "second")),
+    "place": (("record", "parents_second"), ("second",)),
+    "moved": (("record", "second"), ("second",)),
+    "pressed": (("record", "own", "tips", "second"), ("second",)),
+}
+"""Of each step, what it reads and what it writes; ``passed`` is for the parent's sum."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """The compiled steps of a kind, and the length of its record."""
+
+    compiled: KernelSet
+    width: int
+
+
+@lru_cache(maxsize=64)
+def compiled_step(kind: Kind, lanes: int = 1, shared: bool = True) -> Step:
+    """The steps that the head of this file names, of one state or of several side by side.
+
+    ``shared``: the constants are the same in all lanes.
     """
     tape = Tape()
     given = [tape.input(f"c{k}") for k in range(CONSTANTS)]
-    read = [tape.input(f"{letter}{k}") for letter, n in zip("rps", READ, strict=True) for k in range(n)]
-    written = _recorded(tape, read[:WIDTH], read[WIDTH : 2 * WIDTH], read[2 * WIDTH :], given, kind)
+    read = {name: [tape.input(f"{name} {k}") for k in range(n)] for name, n in ARRAYS.items()}
+    written = _recorded(tape, read, given, kind)
     functions = {name: [x for part in parts for x in part[2]] for name, parts in written.items()}
     places = tuple(
-        tuple((array, start + k) for array, start, values in parts for k in range(len(values)))
-        for parts in written.values()
+        tuple(
+            (STEPS[name][1].index(array), first + k)
+            for array, first, values in parts
+            for k in range(len(values))
+        )
+        for name, parts in written.items()
     )
-    return compile_tape(tape, functions, None, read, given, form=Form(lanes, shared, READ, places))
+    names = list(ARRAYS)
+    reads = tuple(tuple(names.index(x) for x in STEPS[name][0]) for name in written)
+    form = Form(
+        lanes, shared, tuple(ARRAYS.values()), reads, places, tuple(len(STEPS[name][1]) for name in written)
+    )
+    made = compile_tape(tape, functions, None, [x for one in read.values() for x in one], given, form=form)
+    turn = next(len(values) for _, start, values in written["outward"] if start == kind.turn)
+    return Step(made, kind.turn + turn)
 
 
-READ = (WIDTH, WIDTH, SUM)
-"""Numbers that a step reads: of its record, of the parent's, of the sum of what tips pass on."""
-
-Written = list[tuple[int, int, list[Any]]]
-"""What a step writes: array (0 is the record, 1 what is passed on), first place, values."""
+Written = list[tuple[str, int, list[Any]]]
+"""What a step writes: array, first place, values."""
 
 
-def _recorded(
-    tape: Tape, record: list[Any], parent: list[Any], tips: list[Any], given: list[Any], kind: Kind
-) -> dict[str, Written]:
+def _recorded(tape: Tape, read: dict[str, list[Any]], given: list[Any], kind: Kind) -> dict[str, Written]:
+    record, joint, tips = read["record"], read["joint"], read["tips"]
     E = IDENTITY if kind.straight else _matrix(given[0:9])
     n = IDENTITY[kind.axis] if kind.axis >= 0 else _vector(given[12:15])
     inertia: Any = (0, ZERO, (ZERO, ZERO, ZERO))
     if not kind.massless:
         inertia = rigid_inertia(given[16], _vector(given[17:20]), _matrix(given[20:29]))
-    joint = record[JOINT : JOINT + 20]
     S: Spatial | None = None
     tau: list[Any] = []
     count = kind.freedom
@@ -179,14 +226,18 @@ def _recorded(
         S = {"slider": (ZERO, n), "hinge": (n, ZERO)}.get(kind.kind, (n, scale(pitch, n)))
         tau = joint[2:3]
     # outward
-    V_i = plus(motion_to_child(R, r, _spatial(parent[V:])), vJ)
+    V_i = plus(motion_to_child(R, r, _spatial(read["parent"][V:])), vJ)
     coordinate_rates: list[Any] = []
     if kind.kind == "free":
         coordinate_rates = [*apply_transpose(E, apply(R, vJ[1])), *quaternion_rate(tuple(joint[3:7]), vJ[0])]
     elif kind.kind == "ball":
         coordinate_rates = [*quaternion_rate(tuple(joint[0:4]), vJ[0])]
-    turn, placed = _kept(tape, [*_flat(R), *r], joint, record[TURN : TURN + 12])
-    outward: Written = [(0, V, [*_six(V_i)]), (0, TURN, turn), (0, COORDINATE_RATES, coordinate_rates)]
+    turn, placed = _kept(tape, [*_flat(R), *r], joint, record[kind.turn :])
+    outward: Written = [
+        ("record", V, [*_six(V_i)]),
+        ("record", kind.turn, turn),
+        ("second", COORDINATE_RATES - SECOND, coordinate_rates),
+    ]
     # inward: what stands in the record by then
     R_, r_ = _matrix(placed), _vector(placed[9:])
     V_ = _spatial(record[V:])
@@ -207,18 +258,19 @@ def _recorded(
         stored = [*_six(blocks_times(I_A, S)), power(S, p_A)]
     I_a, p_a = passed_on(I_A, p_A, c, tau if motion else [], kept)
     inward: Written = [
-        (1, 0, [*_six(force_to_parent(R_, r_, p_a)), *_blocks_list(blocks_to_parent(R_, r_, I_a))]),
-        (0, KEPT, stored),
+        ("passed", 0, [*_six(force_to_parent(R_, r_, p_a)), *_blocks_list(blocks_to_parent(R_, r_, I_a))]),
+        ("record", kind.kept, stored),
     ]
     # final:  y'' = D⁻¹ m - D⁻¹ Uᵀ A'
-    moved_on = motion_to_child(R_, r_, _spatial(parent[A:]))
+    moved_on = motion_to_child(R_, r_, _spatial(read["above"]))
     a = plus(moved_on, c)
     rates: list[Any] = []
-    for k, S_k in enumerate(motion):
-        rates.append(record[KEPT + 6 * count + k] - power(a, _spatial(record[KEPT + 6 * k :])))
+    for k in range(len(motion)):
+        row = _spatial(record[kind.kept + 6 * k :])
+        rates.append(record[kind.kept + 6 * count + k] - power(a, row))
     force = []
     if kind.driven and S is not None:
-        force = [power(a, _spatial(record[KEPT:])) + record[KEPT + 6]]
+        force = [power(a, _spatial(record[kind.kept :])) + record[kind.kept + 6]]
     for S_k, rate in zip(motion, rates, strict=True):
         a = plus(a, times(rate, S_k))
     # carried, transmitted: c holds the acceleration along a displacement that is driven
@@ -228,13 +280,14 @@ def _recorded(
         started, carried = plus(started, own), plus(carried, own)
     elif S is not None:
         started = plus(started, times(joint[2], S))
-    A_ = _spatial(record[A:])
+    A_ = _spatial(read["own"])
     F = plus(momentum_of(inertia, A_), p_A)
     along = [] if S is None else [power(S, F)]
     if kind.kind in ("ball", "free"):
         along = [*F[0], *(F[1] if kind.kind == "free" else ())]
     # place
-    R_P, p_P = _matrix(parent[PLACE:]), _vector(parent[PLACE + 9 :])
+    above = read["parents_second"][PLACE - SECOND :]
+    R_P, p_P = _matrix(above), _vector(above[9:])
     R_N, p_N = multiply(R_P, R_), add(p_P, apply(R_P, r_))
     kinetic = HALF * power(V_, momentum_of(inertia, V_))
     first = add(scale(inertia[0], p_N), apply(R_N, inertia[1]))
@@ -242,7 +295,8 @@ def _recorded(
     origin = add(p_N, apply(R_N, shift))
     place = [*_flat(R_N), *p_N, kinetic, *first, *origin]
     # moved, pressed
-    R_N, p_N = _matrix(record[PLACE:]), _vector(record[PLACE + 9 :])
+    here = read["second"][PLACE - SECOND :]
+    R_N, p_N = _matrix(here), _vector(here[9:])
     w, v = apply(R_N, V_[0]), apply(R_N, add(V_[1], cross(V_[0], shift)))
     about, linear = (apply(R_N, x) for x in momentum_of(inertia, V_))
     F_A = plus(blocks_times(I_A, A_), p_A)
@@ -251,13 +305,18 @@ def _recorded(
     return {
         "outward": outward,
         "inward": inward,
-        "final": [(0, A, [*_six(a)]), (0, RATES, [*rates, *force])],
-        "carried": [(0, A, [*_six(carried)])],
-        "started": [(0, A, [*_six(started)])],
-        "transmitted": [(1, 0, [*_six(force_to_parent(R_, r_, F))]), (0, ALONG, along)],
-        "place": [(0, PLACE, place)],
-        "moved": [(0, MOVED, [*w, *v, *linear, *add(about, cross(p_N, linear))])],
-        "pressed": [(0, PRESSED, [*_six(F_A), *apply(R_N, force_across), *apply(R_N, moment)])],
+        "final": [("own", 0, [*_six(a)]), ("record", RATES, [*rates, *force])],
+        "carried": [("own", 0, [*_six(carried)])],
+        "started": [("own", 0, [*_six(started)])],
+        "transmitted": [
+            ("passed", 0, [*_six(force_to_parent(R_, r_, F))]),
+            ("second", ALONG - SECOND, along),
+        ],
+        "place": [("second", PLACE - SECOND, place)],
+        "moved": [("second", MOVED - SECOND, [*w, *v, *linear, *add(about, cross(p_N, linear))])],
+        "pressed": [
+            ("second", PRESSED - SECOND, [*_six(F_A), *apply(R_N, force_across), *apply(R_N, moment)])
+        ],
     }
 
 

@@ -22,7 +22,7 @@ The file is longer than others: it is the one place that knows where everything 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
 from typing import Any
@@ -40,7 +40,7 @@ from ..dynamics.joint_freedom import free_displacements, loads_on_child, transmi
 from ..dynamics.kinematics import Posture, jacobian, rotation
 from ..dynamics.loading import Loading, load_power, loading, spring_energy
 from ..dynamics.state import float_state
-from ..model.model import GROUND, Model
+from ..model.model import Model
 from ..scalar.algebra import ZERO, apply, dot, negate
 from ..scalar.trace import INPUT, Tape, Traced
 from ..space.spatial import minus
@@ -48,16 +48,15 @@ from . import link_step, native
 from .emit import Form
 from .kernels import Kernel, KernelSet, compile_tape
 from .link_loop import Driver
-from .link_step import WIDTH, compiled_step, constants_of, kind_of
+from .link_places import accelerations, sums
+from .link_step import compiled_step, constants_of, kind_of
+from .lower import WIDTH
 
 BODIES = 200
 """From this number of bodies on, a tree is looped over."""
 
 OF_Q = ("potential_energy", "postures", "jacobian")
 """Kernels that are given q only."""
-
-COLUMNS = 8
-"""Columns of a mass matrix that are found side by side."""
 
 GIVEN = ("inverse", "mass", "reactions_at")
 """Modes in which accelerations are given."""
@@ -102,8 +101,10 @@ class LoopedSet:
         self, model: Model, mode: str = "motion", point: Any = None, lanes: int = 1, shared: bool = True
     ) -> None:
         self.model = model
+        self.mode, self.point = mode, point
+        self._wide: dict[bool, dict[str, Kernel]] = {}
         if mode == "mass":
-            lanes = COLUMNS
+            lanes = WIDTH
         self.lanes = lanes
         self.shared = shared
         self.back = mode in GIVEN  # from accelerations to forces
@@ -117,34 +118,39 @@ class LoopedSet:
         if self.back:  # accelerations along displacements are given
             self._kinds = [replace(kind, driven=True) if kind.joint_of_one else kind for kind in self._kinds]
         self._steps = {kind: compiled_step(kind, lanes, shared) for kind in dict.fromkeys(self._kinds)}
-        parts = Parts(model, self._kinds, mode, point, Form(lanes, shared))
+        widths = [self._steps[kind].width for kind in self._kinds]
+        parts = Parts(model, self._kinds, widths, mode, point, Form(lanes, shared))
         self.works = parts.works
         self.straight: KernelSet = parts.compiled
         self._offsets: list[int] = []
         offset = 0
         for kind in self._kinds:
             self._offsets.append(offset)
-            offset += self._steps[kind].hoisted
+            offset += self._steps[kind].compiled.hoisted
         self.straight_offset = offset
         self.hoisted = offset + self.straight.hoisted
-        self.from_disk = self.straight.from_disk and all(step.from_disk for step in self._steps.values())
+        self.from_disk = self.straight.from_disk and all(
+            step.compiled.from_disk for step in self._steps.values()
+        )
         self._tables: list[np.ndarray] = []
         start = perf_counter()
         code = native.object_code(Driver(self, parts).text())
         library = native.Library(code)
-        used = [self.straight, *self._steps.values()]
+        used = [self.straight, *(step.compiled for step in self._steps.values())]
         self.size = len(code) + sum(one.size for one in used)
         self.seconds = perf_counter() - start + sum(one.seconds for one in used)
         names = ["mass_matrix"] if mode == "mass" else list(parts.outputs)
         states = {**parts.states, "mass_matrix": model.n_q}
-        widths = {**{name: len(x) for name, x in parts.outputs.items()}, "mass_matrix": model.n_u**2}
+        outputs = {**{name: len(x) for name, x in parts.outputs.items()}, "mass_matrix": model.n_u**2}
         library.needs = (self._tables, self._steps, self.straight)
         wide = "" if lanes == 1 or mode == "mass" else ".lanes"
-        found = library.addresses([*(f"{name}{wide}" for name in names), *(f"{name}.batch" for name in names)])
+        found = library.addresses(
+            [*(f"{name}{wide}" for name in names), *(f"{name}.batch" for name in names)]
+        )
         self.kernels = {
             name: Kernel(
                 name, library, found[f"{name}{wide}"], found[f"{name}.batch"], states[name], self.hoisted,
-                widths[name], self._operations(), found[f"{name}.lanes"] if wide else None,
+                outputs[name], self._operations(), found[f"{name}.lanes"] if wide else None,
             )
             for name in names
         }  # fmt: skip
@@ -161,13 +167,31 @@ class LoopedSet:
         total: dict[str, int] = {}
         for kind in self._kinds:
             for name in self.loops:
-                for code, count in self._steps[kind][name].operations.items():
+                for code, count in self._steps[kind].compiled[name].operations.items():
                     total[code] = total.get(code, 0) + count
         return dict(sorted(total.items()))
 
+    def of_rows(self, name: str, shared: bool) -> Kernel:
+        """A kernel with its form for batches: eight states at a time, of the same parameters or each of its own.
+
+        The columns of a mass matrix stand side by side already.
+        """
+        if self.lanes > 1:
+            return self.kernels[name]
+        if shared not in self._wide:
+            wide = LoopedSet(self.model, self.mode, self.point, WIDTH, shared)
+            self._wide[shared] = {
+                name: Kernel(
+                    name, (one, eight), one.address, eight.batch_address, one.state, one.hoisted, one.outputs,
+                    one.operations, eight.lanes_address,
+                )
+                for (name, one), eight in zip(self.kernels.items(), wide.kernels.values(), strict=True)
+            }  # fmt: skip
+        return self._wide[shared][name]
+
     def step(self, i: int) -> KernelSet:
         """The code of link i."""
-        return self._steps[self._kinds[i]]
+        return self._steps[self._kinds[i]].compiled
 
     def offset(self, i: int) -> int:
         """Where the constants of link i stand in c."""
@@ -187,7 +211,7 @@ class LoopedSet:
         state = float_state(self.model, values=values)
         c = np.empty(self.hoisted)
         for i, kind in enumerate(self._kinds):
-            step, start = self._steps[kind], self._offsets[i]
+            step, start = self._steps[kind].compiled, self._offsets[i]
             numbers = [float(state(x)) for x in constants_of(self.model, i)]
             c[start : start + step.hoisted] = step.constants(numbers)
         c[self.straight_offset :] = self.straight.constants(p)
@@ -211,12 +235,14 @@ class _Inputs(list[Any]):
 class Parts:
     """The straight parts of a model, and where everything stands in S.
 
-    S = 0, t, y | fetched from the records | front | loads | finish | energy | sums of tips | records (the ground's first)
+    S = 0, t, y | fetched from the records | front | loads | finish | energy | of the loops | records | second records
+
+    (the ground's first).
     """
 
     def __init__(
-        self, model: Model, kinds: Sequence[link_step.Kind], mode: str, point: Any, form: Form
-    ) -> None:
+        self, model: Model, kinds: Sequence[link_step.Kind], widths: Sequence[int], mode: str, point: Any, form: Form
+    ) -> None:  # fmt: skip
         self.model = model
         self.mode = mode
         tape = Tape()
@@ -295,19 +321,19 @@ class Parts:
         else:
             finish = self._forces(state, loads, fetch)
         # energy
-        sums = [tape.input(f"sum {k}") for k in range(6)]  # of which momenta are six
-        self.sums = len(self._inputs)
-        for x in sums:
+        totals = [tape.input(f"sum {k}") for k in range(6)]  # of which momenta are six
+        self.totals = len(self._inputs)
+        for x in totals:
             self._places[x.index] = len(self._inputs)
             self._inputs.append(x)
-        potential = spring - dot(gravity, (sums[1], sums[2], sums[3]))
+        potential = spring - dot(gravity, (totals[1], totals[2], totals[3]))
         self.fetched = fetched
 
         functions: dict[str, list[Any]] = {
             "front": [x for one in joints for x in one] + list(negate(gravity)),
             "loads": [x for wrench in loads.wrenches.values() for vector in wrench for x in vector],
             "finish": finish,
-            "energy": [sums[0], potential] if energetic else [],
+            "energy": [totals[0], potential] if energetic else [],
         }
         computed: dict[str, list[Any]] = {}
         start = len(self._inputs)
@@ -319,7 +345,18 @@ class Parts:
             placed[name] = [self._place(x, start, own_list) for x in outputs]
             computed[name] = own_list
             start += len(own_list)
-        self._place_sums(start, range(len(model.links)) if mode.startswith("reactions") else loads.wrenches)
+        parents = [link.parent for link in model.links]
+        everywhere = mode.startswith("reactions")
+        self.sums = sums(parents, range(len(parents)) if everywhere else loads.wrenches, start, link_step.SUM)
+        self.accelerations, start = accelerations(parents, everywhere or mode in GIVEN, self.sums.end)
+        self.joint = start
+        self.records = []
+        start += link_step.ARRAYS["joint"]
+        for width in widths:
+            self.records.append(start)
+            start += width
+        self.base = start
+        self.size = start + (len(model.links) + 1) * link_step.WIDTH
         self.empty = {name for name, outputs in computed.items() if not outputs}
         parameters = [state.values[parameter.symbol] for parameter in model.parameters]
         self.compiled = compile_tape(
@@ -333,44 +370,13 @@ class Parts:
             k += len(one)
         self.ground = placed["front"][k:]
         self.pressed = [
-            (self.sum_of[i] + j, placed["loads"][6 * n + j])
+            (self.sums.of[i] + j, placed["loads"][6 * n + j])
             for n, i in enumerate(loads.wrenches)
             for j in range(6)
         ]
         self._place_outputs(state, placed)
         self.states = {name: model.n_q if name in OF_Q else self.given for name in self.outputs}
         self.states.update({"bias": model.n_q + model.n_u})
-
-    def _place_sums(self, start: int, kept: Collection[int]) -> None:
-        """Of each link, where the sum of what its tips pass on stands, where it leaves its own, and where that is added
-        (-1: nowhere, since it is the first).
-
-        A sum is needed from the first of the tips to the link itself, and its place is used again; those of the
-        links ``kept`` begin with the loads and stay.
-        """
-        links, size = self.model.links, link_step.SUM
-        nothing, own = start, {i: start + size * (k + 1) for k, i in enumerate(kept)}
-        self.cleared, self.cleared_end = start, start + size * (1 + len(own))
-        aside = self.cleared_end
-        end = aside + size
-        free: list[int] = []
-        waiting = dict(own)
-        self.sum_of, self.passed_to, self.added_to = ([-1] * len(links) for _ in range(3))
-        for i in range(len(links) - 1, -1, -1):
-            parent = links[i].parent
-            self.passed_to[i] = aside
-            if parent in waiting:
-                self.added_to[i] = waiting[parent]
-            elif parent != GROUND:
-                if not free:
-                    free.append(end)
-                    end += size
-                self.passed_to[i] = waiting[parent] = free.pop()
-            self.sum_of[i] = waiting.pop(i, nothing)
-            if self.sum_of[i] != nothing and i not in own:
-                free.append(self.sum_of[i])
-        self.base = end
-        self.size = self.record(len(links))
 
     def _place_outputs(self, state: Any, placed: Any) -> None:
         """Of each kernel: where its outputs stand in S."""
@@ -391,14 +397,14 @@ class Parts:
             "kinetic_energy": placed["energy"][:1],
             "potential_energy": placed["energy"][1:],
             "poses": [
-                self.record(model.bodies[name].link) + k
+                self.at(model.bodies[name].link, k)
                 for name in model.bodies
                 for k in (
                     *range(link_step.ORIGIN, link_step.ORIGIN + 3), *range(link_step.PLACE, link_step.PLACE + 9)
                 )
             ],
             "postures": [
-                self.record(model.bodies[name].link) + k
+                self.at(model.bodies[name].link, k)
                 for name in model.bodies
                 for k in (
                     *range(link_step.PLACE, link_step.PLACE + 9), *range(link_step.ORIGIN, link_step.ORIGIN + 3)
@@ -406,11 +412,11 @@ class Parts:
             ],
         }  # fmt: skip
         moved = [
-            self.record(model.bodies[name].link) + k
+            self.at(model.bodies[name].link, k)
             for name in model.bodies
             for k in range(link_step.MOVED, link_step.MOVED + 6)
         ]
-        self.outputs |= {"velocities": moved, "momentum": list(range(self.sums, self.sums + 6))}
+        self.outputs |= {"velocities": moved, "momentum": list(range(self.totals, self.totals + 6))}
         if self.mode == "forced":
             self.outputs = {"accelerations": accelerations}
 
@@ -471,9 +477,11 @@ class Parts:
             result += [*apply(R, force), *apply(R, moment)]
         return result
 
-    def record(self, i: int) -> int:
-        """Where the record of link i begins; the ground's is the first."""
-        return self.base + (i + 1) * WIDTH
+    def at(self, i: int, place: int) -> int:
+        """Where a number of the records of link i stands; i = -1 is the ground, which has a second one only."""
+        if place < link_step.SECOND:
+            return self.records[i] + place
+        return self.base + (i + 1) * link_step.WIDTH + place - link_step.SECOND
 
     def _place(self, x: Any, start: int, computed: list[Any]) -> int:
         """Where x is found in S; it is computed unless it stands there."""
@@ -495,7 +503,7 @@ class Parts:
         for i, link in enumerate(model.links):
             if link.kind in ("ball", "free"):
                 for k in range(7 if link.kind == "free" else 4):
-                    result[link.q + k] = self.record(i) + link_step.COORDINATE_RATES + k
+                    result[link.q + k] = self.at(i, link_step.COORDINATE_RATES + k)
         return result
 
 
@@ -527,6 +535,10 @@ class LoopedKernel:
     def __getitem__(self, name: str) -> Kernel:
         assert name == "f"
         return self.kernel
+
+    def of_rows(self, shared: bool) -> Kernel:
+        """The kernel with its form for batches: eight states at a time, of the same parameters or each of its own."""
+        return self.owner.of_rows(self.kernel.name, shared)
 
     def constants(self, parameters: Any) -> np.ndarray:
         """See :meth:`LoopedSet.constants`."""

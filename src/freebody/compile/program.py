@@ -628,7 +628,8 @@ class Program:
 
         The state y of the kernel is what the product depends on, one after the other: q, u, u' or forces.
         """
-        return self._compiled(name, self._product(name), batch)["f"]
+        made = self._compiled(name, self._product(name), batch)
+        return made.of_rows(shared=False) if batch and isinstance(made, LoopedKernel) else made["f"]
 
     def constants(
         self, name: str = "forward_dynamics", values: Mapping[Any, Any] | None = None, **named: Any
@@ -735,6 +736,8 @@ class Program:
             out = kernel(float(time), np.concatenate(list(arrays.values())), c)
             return out.reshape(shape) if shape else float(out[0])
         rows = [np.broadcast_to(x, (count, x.shape[-1])) for x in arrays.values()]
+        if isinstance(program, LoopedKernel):
+            kernel = program.of_rows(shared=c.ndim == 1)
         out = kernel.batch(time, np.concatenate(rows, axis=1), c, threads=self.threads)
         return out.reshape(count, *shape)
 
