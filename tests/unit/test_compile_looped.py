@@ -303,6 +303,73 @@ def test_eight_states_at_a_time_are_the_same_bits(mode, seed):
             assert np.array_equal(own[k], kernel(t[k], rows[k], one.constants(P[k]))), name
 
 
+BY = {
+    "forward_dynamics": "q u", "forced_dynamics": "q u forces", "inverse_dynamics": "q u udot", "bias": "q u",
+    "kinetic_energy": "q u", "potential_energy": "q", "momentum": "q u", "velocities": "q u", "poses": "q",
+    "reactions": "q u", "reactions_at": "q u udot",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("product", BY)
+@pytest.mark.parametrize("seed", range(3))
+def test_derivatives_loop_over_links(monkeypatch, product, seed):
+    """Eight directions at a time through the same loops, against the derivatives of the straight code's trace.
+
+    Along a quaternion, where its length changes, a rotation has no derivative but that of a formula: the columns by q
+    are compared along q' = B u.
+    """
+    model = fb.assemble(described() if seed == 2 else random_system(seed, bodies=5, driven=seed % 2 == 0))
+    random = np.random.default_rng(seed)
+    q, u = random_state(model, seed)
+    given = {"q": q, "u": u, "udot": random.normal(size=model.n_u), "forces": random.normal(size=model.n_u)}
+    names = fb.compile(model)._product(product).inputs
+    arguments = [given[name] for name in names]
+    M = fb.compile(model).mass_matrix(q)
+    B = fb.compile(model).derivative("coordinate_rates", "u")(q, u, 0.4)
+    expected = {by: fb.compile(model).derivative(product, by)(*arguments, 0.4) for by in BY[product].split()}
+    monkeypatch.setattr(looped, "BODIES", 1)
+    program = fb.compile(model)
+    for by, E in expected.items():
+        found = program.derivative(product, by)(*arguments, 0.4)
+        assert isinstance(program._sets[f"{product}_by_{by}"][0], looped.LoopedKernel)
+        bound = 1e-14 * len(model.links) * np.linalg.cond(M) ** 2 * max(1, np.abs(E).max(initial=0))
+        assert found.shape == E.shape
+        difference = (found - E) @ B if by == "q" else found - E
+        assert np.abs(difference).max(initial=0) <= bound
+        rows = [np.array([x, x]) for x in arguments]
+        assert np.array_equal(program.derivative(product, by)(*rows, 0.4), np.array([found, found]))
+
+
+def test_what_of_derivatives_is_straight_and_what_is_not(small):
+    s = described()
+    program = fb.compile(s)
+    q, u = [0.3, -0.4, 0.2], [1.0, 0.5, -0.7]
+    both = program.derivatives(q, u, 0.8)
+    assert np.array_equal(both.by_q, program.derivative("forward_dynamics", "q")(q, u, 0.8))
+    assert np.array_equal(both.by_u, program.derivative("forward_dynamics", "u")(q, u, 0.8))
+    turned = program.derivative("forward_dynamics", "displacement")(q, u, 0.8)
+    assert np.array_equal(turned, both.by_q)
+    program.derivative("forward_dynamics", "m")(q, u, 0.8)
+    program.derivative("mass_matrix", "q")(q, 0.8)
+    kinds = {key: isinstance(made, looped.LoopedKernel) for key, (made, _) in program._sets.items()}
+    straight = {"forward_dynamics_by_m", "mass_matrix_by_q"}
+    assert kinds == {key: key not in straight for key in kinds}
+
+
+def test_stiff_trees_loop_over_links_for_their_matrices(monkeypatch):
+    """Radau with the tangent of the loops, and with that of straight code."""
+
+    def run():
+        return fb.simulate(described(), until=0.2, initial={"a": 0.3}, method="radau", tolerance=1e-8)
+
+    straight = run()
+    monkeypatch.setattr(looped, "BODIES", 1)
+    loops = run()
+    assert isinstance(loops.kernels._programs["tangent"].compiled, LoopedSet)
+    assert loops.kernels.works
+    assert loops.states[-1] == pytest.approx(straight.states[-1], rel=1e-6, abs=1e-6)
+
+
 def test_a_lane_does_not_touch_its_neighbours():
     """NaN, infinite and huge states beside others, and the eight lanes by their address."""
     model = fb.assemble(random_system(4, bodies=9))

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from ..model.model import GROUND
 from . import batch, link_step, native
 from .link_step import SECOND, STEPS, SUM, WIDTH
-from .text import literal, splat
+from .text import literal
 
 if TYPE_CHECKING:
     from .looped import LoopedSet, Parts
@@ -35,10 +35,12 @@ class Driver:
         self.parts = parts
         self.lanes = owner.lanes
         self.count = len(parts.model.links)
-        self.T = "double" if self.lanes == 1 else f"<{self.lanes} x double>"
+        self.moved = owner.directions is not None
+        self.width = self.lanes * (1 + self.moved)  # of a number, with its derivative
+        self.T = "double" if self.width == 1 else f"<{self.width} x double>"
         self.own_constants = self.lanes > 1 and not owner.shared  # a vector for each
         self.fill = {
-            "T": self.T, "align": 8 * self.lanes, "C": self.T if self.own_constants else "double",
+            "T": self.T, "align": 8 * self.width, "C": self.T if self.own_constants else "double",
             "time": "double 0.0" if self.lanes == 1 else "ptr %S",
         }  # fmt: skip
         self.steps = (*owner.loops, "place", "moved", "pressed")
@@ -64,6 +66,8 @@ class Driver:
         head = f'target triple = "{triple}"\ntarget datalayout = "{native.layout()}"\n'
         if "column" in self.parts.outputs:
             functions = [self._mass_matrix()]
+        elif self.moved:
+            functions = [self._derivative()]
         else:
             functions = [self._function(name) for name in self.parts.outputs]
         helpers = _HELPERS.format(**self.fill)
@@ -140,7 +144,9 @@ class Driver:
     def _begun(self, name: str, state: int) -> list[str]:
         """The head of a function of ``state`` numbers, which stand in S: the front, the sums, and the ground."""
         parts, T = self.parts, self.T
-        one = splat(literal(1.0), self.lanes)
+        each = [*[1.0] * self.lanes, *[0.0] * (self.width - self.lanes)]
+        one = ", ".join(f"double {literal(x)}" for x in each)
+        one = f"<{one}>" if self.width > 1 else literal(1.0)
         lines = [
             f"define internal void @{name}(ptr %S, ptr %c) nounwind noinline {{",
             "entry:",
@@ -153,7 +159,7 @@ class Driver:
         for k in (0, 4, 8):
             lines += [
                 f"  %one{k} = getelementptr {T}, ptr %ground, i64 {link_step.PLACE - SECOND + k}",
-                f"  store {T} {one}, ptr %one{k}, align {8 * self.lanes}",
+                f"  store {T} {one}, ptr %one{k}, align {8 * self.width}",
             ]
         lines += self._straight("front")
         lines.append(self._fetched("g", parts.accelerations[-1] + 3, parts.ground))
@@ -183,7 +189,7 @@ class Driver:
 
     def _zeros(self, name: str, start: int, count: int) -> str:
         return f"""  %{name} = getelementptr {self.T}, ptr %S, i64 {start}
-  call void @llvm.memset.p0.i64(ptr %{name}, i8 0, i64 {8 * self.lanes * count}, i1 false)"""
+  call void @llvm.memset.p0.i64(ptr %{name}, i8 0, i64 {8 * self.width * count}, i1 false)"""
 
     def _loops(self) -> list[str]:
         s, T = link_step, self.T
@@ -233,6 +239,21 @@ on:"""
   %f{k} = inttoptr i64 %address{k} to ptr
   call void %f{k}({self.fill["time"]}, {arrays})"""
 
+    def _derivative(self) -> str:
+        """Of one kernel along one direction, or by some numbers of its state, eight columns at a time."""
+        base, first, count = self.owner.directions or ("", 0, 0)
+        outputs = self.parts.outputs[base]
+        fill = {
+            **self.fill, "name": base, "state": self.parts.states[base], "outputs": len(outputs), "width": self.width,
+            "bytes": 8 * self.width * self.parts.size + 64, "table": self.owner.table(outputs), "lanes": self.lanes,
+            "first": first, "count": count, "columns": count or 1,
+            "begin": _BY.format(first=first, count=count) if count else _ALONG.format(first=first),
+        }  # fmt: skip
+        of = 2 * first if count == 0 else self.parts.states[base]
+        fill["kernel"] = "f" if count else "tangent"
+        rows = _ROWS.format(name=fill["kernel"], state=of, outputs=len(outputs) * (count or 1))
+        return f"{self._core(base)}\n{_DERIVATIVE.format(**fill)}\n{rows}"
+
     def _mass_matrix(self) -> str:
         """Postures once, then forces at rest for unit accelerations, as many columns at a time as there are lanes."""
         parts = self.parts
@@ -247,10 +268,12 @@ on:"""
             *self._finish(late),
         ]
         core = self._begun("mass_matrix.begun", n_q)
-        return "\n".join([*core, "  call void @outward.plain(ptr %S, ptr %c)", "  ret void", "}"]) + _COLUMNS.format(
+        begun = "\n".join([*core, "  call void @outward.plain(ptr %S, ptr %c)", "  ret void", "}"])
+        columns = _COLUMNS.format(
             **self.fill, n_u=n_u, first=2 + n_q + n_u, bytes=8 * self.lanes * parts.size + 64, state=n_q,
             column="\n".join(column), lanes=self.lanes, table=self.owner.table(outputs),
         )  # fmt: skip
+        return begun + columns + _ROWS.format(name="mass_matrix", state=n_q, outputs=n_u * n_u)
 
 
 _LOOP = (
@@ -417,7 +440,11 @@ done:
   call void @free(ptr %room)
   ret void
 }}
-define void @mass_matrix.batch(i64 %n, ptr %t, i64 %ts, ptr %y, ptr %c, i64 %cs, ptr %out) nounwind {{
+"""
+
+# one row after another
+_ROWS = """
+define void @{name}.batch(i64 %n, ptr %t, i64 %ts, ptr %y, ptr %c, i64 %cs, ptr %out) nounwind {{
 entry:
   %some = icmp sgt i64 %n, 0
   br i1 %some, label %loop, label %done
@@ -426,18 +453,116 @@ loop:
   %it = mul i64 %i, %ts
   %iy = mul i64 %i, {state}
   %ic = mul i64 %i, %cs
-  %size = mul i64 {n_u}, {n_u}
-  %io = mul i64 %i, %size
+  %io = mul i64 %i, {outputs}
   %pt = getelementptr double, ptr %t, i64 %it
   %py = getelementptr double, ptr %y, i64 %iy
   %pc = getelementptr double, ptr %c, i64 %ic
   %po = getelementptr double, ptr %out, i64 %io
   %time = load double, ptr %pt, align 8
-  call void @mass_matrix(double %time, ptr %py, ptr %pc, ptr %po)
+  call void @{name}(double %time, ptr %py, ptr %pc, ptr %po)
   %next = add i64 %i, 1
   %more = icmp slt i64 %next, %n
   br i1 %more, label %loop, label %done
 done:
+  ret void
+}}
+"""
+
+# the rate of number %k in lane %l of the columns from %j on
+_BY = """  %column = add i64 %j, %l
+  %number = add i64 %column, {first}
+  %own = icmp eq i64 %number, %k
+  %in = icmp slt i64 %column, {count}
+  %both = and i1 %own, %in
+  %rate = select i1 %both, double 1.0, double 0.0"""
+_ALONG = """  %behind = add i64 %k, {first}
+  %pv = getelementptr double, ptr %y, i64 %behind
+  %rate = load double, ptr %pv, align 8"""
+
+_DERIVATIVE = """
+define internal void @set(ptr %S, i64 %place, i64 %l, double %value, double %rate) nounwind {{
+  %start = mul i64 %place, {width}
+  %i = add i64 %start, %l
+  %j = add i64 %i, {lanes}
+  %a = getelementptr double, ptr %S, i64 %i
+  %b = getelementptr double, ptr %S, i64 %j
+  store double %value, ptr %a, align 8
+  store double %rate, ptr %b, align 8
+  ret void
+}}
+define internal void @lane(double %t, ptr %y, i64 %j, i64 %l, ptr %S) nounwind {{
+entry:
+  call void @set(ptr %S, i64 1, i64 %l, double %t, double 0.0)
+  %some = icmp sgt i64 {state}, 0
+  br i1 %some, label %loop, label %done
+loop:
+  %k = phi i64 [0, %entry], [%next, %loop]
+  %p = getelementptr double, ptr %y, i64 %k
+  %x = load double, ptr %p, align 8
+{begin}
+  %place = add i64 %k, 2
+  call void @set(ptr %S, i64 %place, i64 %l, double %x, double %rate)
+  %next = add i64 %k, 1
+  %more = icmp slt i64 %next, {state}
+  br i1 %more, label %loop, label %done
+done:
+  ret void
+}}
+define internal void @rates.of(ptr %S, i64 %j, i64 %l, ptr %out) nounwind {{
+entry:
+  %column = add i64 %j, %l
+  %in = icmp slt i64 %column, {columns}
+  %some = icmp sgt i64 {outputs}, 0
+  %any = and i1 %in, %some
+  br i1 %any, label %loop, label %done
+loop:
+  %k = phi i64 [0, %entry], [%next, %loop]
+  %pp = getelementptr i64, ptr inttoptr (i64 {table} to ptr), i64 %k
+  %place = load i64, ptr %pp, align 8
+  %start = mul i64 %place, {width}
+  %behind = add i64 %start, {lanes}
+  %i = add i64 %behind, %l
+  %s = getelementptr double, ptr %S, i64 %i
+  %x = load double, ptr %s, align 8
+  %row = mul i64 %k, {columns}
+  %to = add i64 %row, %column
+  %d = getelementptr double, ptr %out, i64 %to
+  store double %x, ptr %d, align 8
+  %next = add i64 %k, 1
+  %more = icmp slt i64 %next, {outputs}
+  br i1 %more, label %loop, label %done
+done:
+  ret void
+}}
+define void @{kernel}(double %t, ptr %y, ptr %c, ptr %out) nounwind {{
+entry:
+  %room = call ptr @malloc(i64 {bytes})
+  %S = call ptr @aligned(ptr %room)
+  br label %block
+block:
+  %j = phi i64 [0, %entry], [%next, %after]
+  br label %given
+given:
+  %l = phi i64 [0, %block], [%l1, %given]
+  call void @lane(double %t, ptr %y, i64 %j, i64 %l, ptr %S)
+  %l1 = add i64 %l, 1
+  %lanes = icmp slt i64 %l1, {lanes}
+  br i1 %lanes, label %given, label %run
+run:
+  call void @{name}.core(ptr %S, ptr %c)
+  br label %taken
+taken:
+  %m = phi i64 [0, %run], [%m1, %taken]
+  call void @rates.of(ptr %S, i64 %j, i64 %m, ptr %out)
+  %m1 = add i64 %m, 1
+  %others = icmp slt i64 %m1, {lanes}
+  br i1 %others, label %taken, label %after
+after:
+  %next = add i64 %j, {lanes}
+  %more = icmp slt i64 %next, {columns}
+  br i1 %more, label %block, label %done
+done:
+  call void @free(ptr %room)
   ret void
 }}
 """

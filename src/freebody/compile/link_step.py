@@ -43,6 +43,7 @@ from ..dynamics.linear import Factorization
 from ..dynamics.state import displaced, flown, turned
 from ..model.model import GROUND, Link, Model
 from ..scalar.algebra import HALF, IDENTITY, ZERO, add, apply, apply_transpose, cross, multiply, scale
+from ..scalar.derivative import beside
 from ..scalar.trace import Tape, Traced
 from ..space.quaternion import quaternion_rate
 from ..space.spatial import (
@@ -170,30 +171,36 @@ class Step:
 
 
 @lru_cache(maxsize=64)
-def compiled_step(kind: Kind, lanes: int = 1, shared: bool = True) -> Step:
+def compiled_step(kind: Kind, lanes: int = 1, shared: bool = True, moved: bool = False) -> Step:
     """The steps that the head of this file names, of one state or of several side by side.
 
-    ``shared``: the constants are the same in all lanes.
+    ``shared``: the constants are the same in all lanes. ``moved``: every number has its derivative along a direction
+    behind it.
     """
     tape = Tape()
     given = [tape.input(f"c{k}") for k in range(CONSTANTS)]
     read = {name: [tape.input(f"{name} {k}") for k in range(n)] for name, n in ARRAYS.items()}
     written = _recorded(tape, read, given, kind)
     functions = {name: [x for part in parts for x in part[2]] for name, parts in written.items()}
-    places = tuple(
-        tuple(
+    places = [
+        [
             (STEPS[name][1].index(array), first + k)
             for array, first, values in parts
             for k in range(len(values))
-        )
+        ]
         for name, parts in written.items()
-    )
+    ]
+    state = [x for one in read.values() for x in one]
+    sizes = tuple(ARRAYS.values())
+    if moved:
+        functions, state = beside(tape, functions, state)
+        places = [[(array, 2 * place + k) for array, place in one for k in (0, 1)] for one in places]
+        sizes = tuple(2 * n for n in sizes)
     names = list(ARRAYS)
     reads = tuple(tuple(names.index(x) for x in STEPS[name][0]) for name in written)
-    form = Form(
-        lanes, shared, tuple(ARRAYS.values()), reads, places, tuple(len(STEPS[name][1]) for name in written)
-    )
-    made = compile_tape(tape, functions, None, [x for one in read.values() for x in one], given, form=form)
+    writes = tuple(len(STEPS[name][1]) for name in written)
+    form = Form(lanes, shared, sizes, reads, tuple(map(tuple, places)), writes)
+    made = compile_tape(tape, functions, None, state, given, form=form)
     turn = next(len(values) for _, start, values in written["outward"] if start == kind.turn)
     return Step(made, kind.turn + turn)
 

@@ -25,7 +25,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy
@@ -42,6 +42,7 @@ from ..dynamics.loading import Loading, load_power, loading, spring_energy
 from ..dynamics.state import float_state
 from ..model.model import Model
 from ..scalar.algebra import ZERO, apply, dot, negate
+from ..scalar.derivative import beside
 from ..scalar.trace import INPUT, Tape, Traced
 from ..space.spatial import minus
 from . import link_step, native
@@ -57,6 +58,16 @@ BODIES = 200
 
 OF_Q = ("potential_energy", "postures", "jacobian")
 """Kernels that are given q only."""
+
+
+class Directions(NamedTuple):
+    """Of which kernel derivatives are wanted, and by what: ``count`` numbers of its state from ``first`` on; or, with
+    ``count`` 0, along the one direction that stands behind the state, from ``first`` on."""
+
+    kernel: str
+    first: int
+    count: int = 0
+
 
 GIVEN = ("inverse", "mass", "reactions_at")
 """Modes in which accelerations are given."""
@@ -95,13 +106,19 @@ class LoopedSet:
     "inverse", where u' stand there, has ``inverse_dynamics``, and ``bias`` of (q, u); "mass" has ``mass_matrix`` of q;
     "reactions" and "reactions_at", with u' after u, have ``reactions`` (force, moment of each joint); "jacobian" has
     that of ``point``.
+
+    With ``directions`` there is one kernel: ``f``, the derivative of another by numbers of its state, or ``tangent``.
     """
 
     def __init__(
-        self, model: Model, mode: str = "motion", point: Any = None, lanes: int = 1, shared: bool = True
-    ) -> None:
+        self, model: Model, mode: str = "motion", point: Any = None, lanes: int = 1, shared: bool = True,
+        directions: Directions | None = None,
+    ) -> None:  # fmt: skip
         self.model = model
         self.mode, self.point = mode, point
+        self.directions = directions
+        if directions:
+            lanes = WIDTH if directions.count else 1
         self._wide: dict[bool, dict[str, Kernel]] = {}
         if mode == "mass":
             lanes = WIDTH
@@ -117,9 +134,12 @@ class LoopedSet:
         self._kinds = [kind_of(link, i in alone) for i, link in enumerate(model.links)]
         if self.back:  # accelerations along displacements are given
             self._kinds = [replace(kind, driven=True) if kind.joint_of_one else kind for kind in self._kinds]
-        self._steps = {kind: compiled_step(kind, lanes, shared) for kind in dict.fromkeys(self._kinds)}
+        self._steps = {
+            kind: compiled_step(kind, lanes, shared, directions is not None)
+            for kind in dict.fromkeys(self._kinds)
+        }
         widths = [self._steps[kind].width for kind in self._kinds]
-        parts = Parts(model, self._kinds, widths, mode, point, Form(lanes, shared))
+        parts = Parts(model, self._kinds, widths, mode, point, Form(lanes, shared), directions is not None)
         self.works = parts.works
         self.straight: KernelSet = parts.compiled
         self._offsets: list[int] = []
@@ -139,20 +159,22 @@ class LoopedSet:
         used = [self.straight, *(step.compiled for step in self._steps.values())]
         self.size = len(code) + sum(one.size for one in used)
         self.seconds = perf_counter() - start + sum(one.seconds for one in used)
-        names = ["mass_matrix"] if mode == "mass" else list(parts.outputs)
-        states = {**parts.states, "mass_matrix": model.n_q}
-        outputs = {**{name: len(x) for name, x in parts.outputs.items()}, "mass_matrix": model.n_u**2}
+        wide, of = "" if lanes == 1 else ".lanes", {name: len(x) for name, x in parts.outputs.items()}
+        states = dict(parts.states)
+        if mode == "mass":
+            wide, of, states = "", {"mass_matrix": model.n_u**2}, {"mass_matrix": model.n_q}
+        if directions:
+            base, first, count = directions
+            wide, of = "", {"f": of[base] * count} if count else {"tangent": of[base]}
+            states = {"f": states[base], "tangent": 2 * first}
         library.needs = (self._tables, self._steps, self.straight)
-        wide = "" if lanes == 1 or mode == "mass" else ".lanes"
-        found = library.addresses(
-            [*(f"{name}{wide}" for name in names), *(f"{name}.batch" for name in names)]
-        )
+        found = library.addresses([*(f"{name}{wide}" for name in of), *(f"{name}.batch" for name in of)])
         self.kernels = {
             name: Kernel(
                 name, library, found[f"{name}{wide}"], found[f"{name}.batch"], states[name], self.hoisted,
-                outputs[name], self._operations(), found[f"{name}.lanes"] if wide else None,
+                size, self._operations(), found[f"{name}.lanes"] if wide else None,
             )
-            for name in names
+            for name, size in of.items()
         }  # fmt: skip
 
     def __getitem__(self, name: str) -> Kernel:
@@ -169,14 +191,15 @@ class LoopedSet:
             for name in self.loops:
                 for code, count in self._steps[kind].compiled[name].operations.items():
                     total[code] = total.get(code, 0) + count
-        return dict(sorted(total.items()))
+        columns = self.directions.count or 1 if self.directions else 1
+        return {code: columns * count for code, count in sorted(total.items())}
 
     def of_rows(self, name: str, shared: bool) -> Kernel:
         """A kernel with its form for batches: eight states at a time, of the same parameters or each of its own.
 
-        The columns of a mass matrix stand side by side already.
+        Columns of a matrix stand side by side already.
         """
-        if self.lanes > 1:
+        if self.lanes > 1 or self.directions:
             return self.kernels[name]
         if shared not in self._wide:
             wide = LoopedSet(self.model, self.mode, self.point, WIDTH, shared)
@@ -241,7 +264,8 @@ class Parts:
     """
 
     def __init__(
-        self, model: Model, kinds: Sequence[link_step.Kind], widths: Sequence[int], mode: str, point: Any, form: Form
+        self, model: Model, kinds: Sequence[link_step.Kind], widths: Sequence[int], mode: str, point: Any, form: Form,
+        moved: bool,
     ) -> None:  # fmt: skip
         self.model = model
         self.mode = mode
@@ -359,8 +383,11 @@ class Parts:
         self.size = start + (len(model.links) + 1) * link_step.WIDTH
         self.empty = {name for name, outputs in computed.items() if not outputs}
         parameters = [state.values[parameter.symbol] for parameter in model.parameters]
+        inputs = self._inputs
+        if moved:
+            computed, inputs = beside(tape, computed, inputs)
         self.compiled = compile_tape(
-            tape, computed, state.t, self._inputs, parameters, form=form if form.lanes > 1 else None
+            tape, computed, state.t, inputs, parameters, form=form if form.lanes > 1 else None
         )
         # tables
         self.joints: list[list[int]] = []
@@ -520,6 +547,34 @@ MODES = {
     "reactions": "reactions", "reactions_at": "reactions_at",
 }  # fmt: skip
 """Mode of the set that has them; the others are of "motion"."""
+
+
+def looped_kernel(model: Model, key: Any, product: Any, kept: dict[Any, LoopedSet]) -> LoopedKernel | None:
+    """The kernel of a product of a large model in looped form, if it has one; sets are ``kept`` for other products."""
+    if not is_large(model):
+        return None
+    if product.point is not None:
+        return LoopedKernel(LoopedSet(model, "jacobian", product.point), "jacobian")
+    name, _, by = key.partition("_by_") if isinstance(key, str) else ("", "", "")
+    if key == "derivatives":
+        name, by = "forward_dynamics", "q u"
+    if name not in LOOPED:
+        return None
+    mode, kernel = MODES.get(name, "motion"), LOOPED[name]
+    if by == "":
+        if mode not in kept:
+            kept[mode] = LoopedSet(model, mode)
+        return LoopedKernel(kept[mode], kernel)
+    if by == "displacement" and not model.quaternions:
+        by = "q"
+    sizes = {x: model.n_q if x == "q" else model.n_u for x in product.inputs}
+    if mode == "mass" or by not in (*sizes, "q u"):
+        return None
+    first = 0 if by == "q u" else sum([*sizes.values()][: [*sizes].index(by)])
+    count = sum(sizes.values()) if by == "q u" else sizes[by]
+    if count == 0:
+        return None
+    return LoopedKernel(LoopedSet(model, mode, directions=Directions(kernel, first, count)), "f")
 
 
 class LoopedKernel:

@@ -33,7 +33,7 @@ from .arguments import (
 )
 from .closed import Singularity, actuator_forces, chosen, completed, singularity
 from .kernels import Kernel, KernelSet
-from .looped import LOOPED, MODES, LoopedKernel, LoopedSet, is_large
+from .looped import LoopedKernel, LoopedSet, looped_kernel
 from .products import (
     Product,
     check_conditions,
@@ -695,14 +695,8 @@ class Program:
 
     def _looped(self, key: Any, product: Product) -> tuple[Any, bool] | None:
         """The kernel of a large tree, of one state and of batches."""
-        if (key not in LOOPED and product.point is None) or not is_large(self.model):
-            return None
-        if product.point is not None:
-            return LoopedKernel(LoopedSet(self.model, "jacobian", product.point), "jacobian"), True
-        mode = MODES.get(key, "motion")
-        if mode not in self._large:
-            self._large[mode] = LoopedSet(self.model, mode)
-        return LoopedKernel(self._large[mode], LOOPED[key]), True
+        found = looped_kernel(self.model, key, product, self._large)
+        return None if found is None else (found, True)
 
     def _run(
         self,
