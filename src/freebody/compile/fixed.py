@@ -8,8 +8,6 @@ For callers that take one vector c for all kernels: theirs has length 0.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from . import native
@@ -48,8 +46,13 @@ class Fixed:
             for k, (name, (kernel, _)) in enumerate(given.items())
         }  # fmt: skip
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> Kernel:
         return self.kernels[name]
+
+    @property
+    def operations(self) -> dict[str, dict[str, int]]:
+        """Counts of operations by kernel."""
+        return {name: dict(kernel.operations) for name, kernel in self.kernels.items()}
 
 
 _NOTHING = """define void @nothing(double %t, ptr %y, ptr %c, ptr %out) nounwind {

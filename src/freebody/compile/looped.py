@@ -61,12 +61,12 @@ OF_Q = ("potential_energy", "postures", "jacobian")
 
 
 class Directions(NamedTuple):
-    """Of which kernel derivatives are wanted, and by what: ``count`` numbers of its state from ``first`` on; or, with
-    ``count`` 0, along the one direction that stands behind the state, from ``first`` on."""
+    """Of which kernel derivatives are wanted, and by what: ``columns`` numbers of its state from ``first`` on; or, with
+    ``columns`` 0, along the one direction that stands behind the state, from ``first`` on."""
 
     kernel: str
     first: int
-    count: int = 0
+    columns: int = 0
 
 
 GIVEN = ("inverse", "mass", "reactions_at")
@@ -118,7 +118,7 @@ class LoopedSet:
         self.mode, self.point = mode, point
         self.directions = directions
         if directions:
-            lanes = WIDTH if directions.count else 1
+            lanes = WIDTH if directions.columns else 1
         self._wide: dict[bool, dict[str, Kernel]] = {}
         if mode == "mass":
             lanes = WIDTH
@@ -191,7 +191,7 @@ class LoopedSet:
             for name in self.loops:
                 for code, count in self._steps[kind].compiled[name].operations.items():
                     total[code] = total.get(code, 0) + count
-        columns = self.directions.count or 1 if self.directions else 1
+        columns = self.directions.columns or 1 if self.directions else 1
         return {code: columns * count for code, count in sorted(total.items())}
 
     def of_rows(self, name: str, shared: bool) -> Kernel:
