@@ -8,6 +8,7 @@ For callers that take one vector c for all kernels: theirs has length 0.
 from __future__ import annotations
 
 from collections.abc import Mapping
+
 import numpy as np
 
 from . import native
