@@ -14,8 +14,9 @@ The wrench of a joint follows from what either way leaves in the record of its l
 2008, eq. 7.21). Straight code projects it where several links make a joint, or loads act along what is not free.
 
 The straight parts hold what the user wrote, and are empty where a displacement is a coordinate. The loop steps are
-:mod:`freebody.compile.link_step`. All numbers of one call live in one array S of doubles: inputs of the straight
-parts, their outputs, and one record per link; tables of places in S say what goes where.
+:mod:`freebody.compile.link_step`. All numbers of one call live in one array S: inputs of the straight parts, their
+outputs, and the records of the links; tables of places in S say what goes where. A number is a double, or eight of
+states side by side, or of these with its derivative along a direction: the loops are the same.
 
 The file is longer than others: it is the one place that knows where everything stands in S.
 """
