@@ -257,8 +257,8 @@ on:"""
         fill = {
             **self.fill, "name": base, "state": self.parts.states[base], "outputs": len(outputs), "width": self.width,
             "bytes": 8 * self.width * self.parts.size + 64, "table": self.owner.table(outputs), "lanes": self.lanes,
-            "first": first, "count": count, "columns": count or 1,
-            "begin": BY.format(first=first, count=count) if count else ALONG.format(first=first),
+            "first": first, "count": count, "columns": count or 1, "V": f"<{self.lanes} x double>",
+            "begin": BY.format(first=first, count=count, lanes=self.lanes) if count else ALONG.format(first=first),
         }  # fmt: skip
         of = 2 * first if count == 0 else self.parts.states[base]
         fill["kernel"] = "f" if count else "tangent"

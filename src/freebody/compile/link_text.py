@@ -213,40 +213,46 @@ done:
 }}
 """
 
-# the rate of number %k in lane %l of the columns from %j on
-BY = """  %column = add i64 %j, %l
-  %number = add i64 %column, {first}
-  %own = icmp eq i64 %number, %k
-  %in = icmp slt i64 %column, {count}
-  %both = and i1 %own, %in
-  %rate = select i1 %both, double 1.0, double 0.0"""
+# the rates of number %k, at %b, in the columns from %j on
+BY = """  %ahead = sub i64 %k, {first}
+  %l = sub i64 %ahead, %j
+  %near = icmp ult i64 %l, {lanes}
+  %wanted = icmp ult i64 %ahead, {count}
+  %own = and i1 %near, %wanted
+  br i1 %own, label %one, label %on
+one:
+  %d = getelementptr double, ptr %b, i64 %l
+  store double 1.0, ptr %d, align 8
+  br label %on"""
 ALONG = """  %behind = add i64 %k, {first}
   %pv = getelementptr double, ptr %y, i64 %behind
-  %rate = load double, ptr %pv, align 8"""
+  %rate = load double, ptr %pv, align 8
+  store double %rate, ptr %b, align 8
+  br label %on"""
 
 DERIVATIVE = """
-define internal void @set(ptr %S, i64 %place, i64 %l, double %value, double %rate) nounwind {{
-  %start = mul i64 %place, {width}
-  %i = add i64 %start, %l
-  %j = add i64 %i, {lanes}
-  %a = getelementptr double, ptr %S, i64 %i
-  %b = getelementptr double, ptr %S, i64 %j
-  store double %value, ptr %a, align 8
-  store double %rate, ptr %b, align 8
-  ret void
+define internal ptr @set(ptr %S, i64 %place, double %x) nounwind {{
+  %a = getelementptr {T}, ptr %S, i64 %place
+  %b = getelementptr double, ptr %a, i64 {lanes}
+  %e = insertelement {V} poison, double %x, i64 0
+  %each = shufflevector {V} %e, {V} poison, <{lanes} x i32> zeroinitializer
+  store {V} %each, ptr %a, align 8
+  store {V} zeroinitializer, ptr %b, align 8
+  ret ptr %b
 }}
-define internal void @lane(double %t, ptr %y, i64 %j, i64 %l, ptr %S) nounwind {{
+define internal void @given(double %t, ptr %y, i64 %j, ptr %S) nounwind {{
 entry:
-  call void @set(ptr %S, i64 1, i64 %l, double %t, double 0.0)
+  %time = call ptr @set(ptr %S, i64 1, double %t)
   %some = icmp sgt i64 {state}, 0
   br i1 %some, label %loop, label %done
 loop:
-  %k = phi i64 [0, %entry], [%next, %loop]
+  %k = phi i64 [0, %entry], [%next, %on]
   %p = getelementptr double, ptr %y, i64 %k
   %x = load double, ptr %p, align 8
-{begin}
   %place = add i64 %k, 2
-  call void @set(ptr %S, i64 %place, i64 %l, double %x, double %rate)
+  %b = call ptr @set(ptr %S, i64 %place, double %x)
+{begin}
+on:
   %next = add i64 %k, 1
   %more = icmp slt i64 %next, {state}
   br i1 %more, label %loop, label %done
@@ -286,18 +292,11 @@ entry:
   br label %block
 block:
   %j = phi i64 [0, %entry], [%next, %after]
-  br label %given
-given:
-  %l = phi i64 [0, %block], [%l1, %given]
-  call void @lane(double %t, ptr %y, i64 %j, i64 %l, ptr %S)
-  %l1 = add i64 %l, 1
-  %lanes = icmp slt i64 %l1, {lanes}
-  br i1 %lanes, label %given, label %run
-run:
+  call void @given(double %t, ptr %y, i64 %j, ptr %S)
   call void @{name}.core(ptr %S, ptr %c)
   br label %taken
 taken:
-  %m = phi i64 [0, %run], [%m1, %taken]
+  %m = phi i64 [0, %block], [%m1, %taken]
   call void @rates.of(ptr %S, i64 %j, i64 %m, ptr %out)
   %m1 = add i64 %m, 1
   %others = icmp slt i64 %m1, {lanes}

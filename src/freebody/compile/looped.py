@@ -23,6 +23,7 @@ The file is longer than others: it is the one place that knows where everything 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
@@ -170,10 +171,11 @@ class LoopedSet:
             states = {"f": states[base], "tangent": 2 * first}
         library.needs = (self._tables, self._steps, self.straight)
         found = library.addresses([*(f"{name}{wide}" for name in of), *(f"{name}.batch" for name in of)])
+        operations = self._operations()
         self.kernels = {
             name: Kernel(
                 name, library, found[f"{name}{wide}"], found[f"{name}.batch"], states[name], self.hoisted,
-                size, self._operations(), found[f"{name}.lanes"] if wide else None,
+                size, operations, found[f"{name}.lanes"] if wide else None,
             )
             for name, size in of.items()
         }  # fmt: skip
@@ -188,10 +190,10 @@ class LoopedSet:
 
     def _operations(self) -> dict[str, int]:
         total: dict[str, int] = {}
-        for kind in self._kinds:
+        for kind, links in Counter(self._kinds).items():
             for name in self.loops:
                 for code, count in self._steps[kind].compiled[name].operations.items():
-                    total[code] = total.get(code, 0) + count
+                    total[code] = total.get(code, 0) + links * count
         columns = self.directions.columns or 1 if self.directions else 1
         return {code: columns * count for code, count in sorted(total.items())}
 
