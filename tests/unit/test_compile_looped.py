@@ -281,6 +281,10 @@ def test_welded_bodies_have_no_state(small):
     assert program.forward_dynamics([], []).shape == (0,)
     assert program.poses([])["post"].position.tolist() == [1, 2, 3]
     assert program.potential_energy([]) == 60
+    assert program.derivatives([], []).by_q.shape == (0, 0)
+    assert program.mass_matrix([]).shape == (0, 0)
+    assert program.forward_dynamics(np.zeros((9, 0)), np.zeros((9, 0))).shape == (9, 0)
+    assert fb.simulate(s, 1, method="radau").states.shape[1] == 0
 
 
 MODES = {

@@ -259,26 +259,25 @@ on:
 done:
   ret void
 }}
-define internal void @rates.of(ptr %S, i64 %j, i64 %l, ptr %out) nounwind {{
+declare void @llvm.memcpy.p0.p0.i64(ptr, ptr, i64, i1)
+define internal void @taken(ptr %S, i64 %j, ptr %out) nounwind {{
 entry:
-  %column = add i64 %j, %l
-  %in = icmp slt i64 %column, {columns}
+  %left = sub i64 {columns}, %j
+  %few = icmp slt i64 %left, {lanes}
+  %count = select i1 %few, i64 %left, i64 {lanes}
+  %bytes = mul i64 %count, 8
   %some = icmp sgt i64 {outputs}, 0
-  %any = and i1 %in, %some
-  br i1 %any, label %loop, label %done
+  br i1 %some, label %loop, label %done
 loop:
   %k = phi i64 [0, %entry], [%next, %loop]
   %pp = getelementptr i64, ptr inttoptr (i64 {table} to ptr), i64 %k
   %place = load i64, ptr %pp, align 8
-  %start = mul i64 %place, {width}
-  %behind = add i64 %start, {lanes}
-  %i = add i64 %behind, %l
-  %s = getelementptr double, ptr %S, i64 %i
-  %x = load double, ptr %s, align 8
+  %a = getelementptr {T}, ptr %S, i64 %place
+  %b = getelementptr double, ptr %a, i64 {lanes}
   %row = mul i64 %k, {columns}
-  %to = add i64 %row, %column
+  %to = add i64 %row, %j
   %d = getelementptr double, ptr %out, i64 %to
-  store double %x, ptr %d, align 8
+  call void @llvm.memcpy.p0.p0.i64(ptr %d, ptr %b, i64 %bytes, i1 false)
   %next = add i64 %k, 1
   %more = icmp slt i64 %next, {outputs}
   br i1 %more, label %loop, label %done
@@ -291,17 +290,10 @@ entry:
   %S = call ptr @aligned(ptr %room)
   br label %block
 block:
-  %j = phi i64 [0, %entry], [%next, %after]
+  %j = phi i64 [0, %entry], [%next, %block]
   call void @given(double %t, ptr %y, i64 %j, ptr %S)
   call void @{name}.core(ptr %S, ptr %c)
-  br label %taken
-taken:
-  %m = phi i64 [0, %block], [%m1, %taken]
-  call void @rates.of(ptr %S, i64 %j, i64 %m, ptr %out)
-  %m1 = add i64 %m, 1
-  %others = icmp slt i64 %m1, {lanes}
-  br i1 %others, label %taken, label %after
-after:
+  call void @taken(ptr %S, i64 %j, ptr %out)
   %next = add i64 %j, {lanes}
   %more = icmp slt i64 %next, {columns}
   br i1 %more, label %block, label %done
