@@ -23,7 +23,7 @@ from .tables import NOT_INSTALLED, module, per_call, ratio_text, seconds, show, 
 
 TREE = "tree"
 """A flying body with six limbs of five hinges: 36 degrees of freedom."""
-SIZES = (1, 2, 7, 12, 30, TREE, 100, 1000)
+SIZES = (1, 2, 7, 12, 30, TREE, 100, 300, 1000)
 QUICK = (1, 2, 7, 30, TREE)
 PEERS_UP_TO = 100  # bodies; longer chains break the peers' own builders off
 AGREEMENT = 1e-9

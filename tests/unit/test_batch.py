@@ -9,7 +9,9 @@ import pytest
 
 import freebody as fb
 from batch_machines import CLOSED, cart, four_bar
+from freebody.compile import looped
 from freebody.errors import MassError, ModelError, SimulationError
+from freebody.testing import random_system
 
 
 def pendulum() -> fb.System:
@@ -294,6 +296,31 @@ def test_lanes_of_large_trees_are_runs_alone() -> None:
     alone = fb.simulate(s, 0.01, initial={"q0": 0.1}, samples=3)
     for name in ("q0", "q199'"):
         assert np.array_equal(data[name][0], alone[name])
+
+
+def test_large_trees_eight_at_a_time_are_runs_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rates that loop over links in the loop over lanes: every lane is what it would be alone, to the last bit; one
+    that fails tells why."""
+    monkeypatch.setattr(looped, "BODIES", 1)
+    s = random_system(2, bodies=6, joints=("ball", "hinge", "slider"), driven=True)
+    names = fb.assemble(s).speed_names
+    random = np.random.default_rng(3)
+    initial = {names[0]: random.normal(size=11), names[1]: random.normal(size=11)}
+    options = {"samples": 4, "method": "dop853", "outputs": [names[0], f"{names[1]} + 2"]}
+    data = fb.simulate(s, 0.3, initial=initial, **options)
+    assert (data["status"] == "finished").all()
+    for lane in range(11):
+        alone = fb.simulate(
+            s, 0.3, initial={name: x[lane] for name, x in initial.items()}, samples=4, method="dop853"
+        )
+        assert np.array_equal(data[names[0]][lane], alone[names[0]])
+        assert int(data["steps"][lane]) == alone.steps
+    initial[names[0]][4] = 1e200
+    worse = fb.simulate(s, 0.3, initial=initial, **options)
+    assert str(worse["status"][4].values) == "not finite"
+    assert "can not be continued" in str(worse["reason"][4].values)
+    kept = [k for k in range(11) if k != 4]
+    assert np.array_equal(worse[names[0]][kept], data[names[0]][kept])
 
 
 def test_a_lane_that_contradicts_an_assumption_is_refused() -> None:

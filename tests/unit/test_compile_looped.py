@@ -11,6 +11,7 @@ import freebody as fb
 from freebody import dynamics
 from freebody.compile import link_step, looped
 from freebody.compile.arguments import place_of
+from freebody.compile.link_places import accelerations, sums
 from freebody.compile.looped import LoopedSet
 from freebody.dynamics.kinematics import angular_velocity, point_velocity
 from freebody.dynamics.motion import all_reactions, motion, total_power
@@ -223,6 +224,12 @@ def test_program_switches_by_itself(monkeypatch):
         "inverse_dynamics",
     }  # fmt: skip
     assert program.describe("forward_dynamics").startswith("forward_dynamics: ")
+    kernel = program.kernel("forward_dynamics", batch=True)
+    c, Y = program.constants("forward_dynamics", m=m[0]), np.concatenate([Q, U], axis=1)
+    rows = kernel.batch(t, Y, c)
+    assert np.array_equal(rows, kernel.batch(t, Y, np.tile(c, (N, 1))))
+    assert np.array_equal(rows[9], kernel(t[9], Y[9], c))
+    assert kernel.lanes_address
 
 
 def test_simulation_switches_by_itself(monkeypatch):
@@ -274,3 +281,161 @@ def test_welded_bodies_have_no_state(small):
     assert program.forward_dynamics([], []).shape == (0,)
     assert program.poses([])["post"].position.tolist() == [1, 2, 3]
     assert program.potential_energy([]) == 60
+    assert program.derivatives([], []).by_q.shape == (0, 0)
+    assert program.mass_matrix([]).shape == (0, 0)
+    assert program.forward_dynamics(np.zeros((9, 0)), np.zeros((9, 0))).shape == (9, 0)
+    assert fb.simulate(s, 1, method="radau").states.shape[1] == 0
+
+
+MODES = {
+    "motion": 0, "forced": 1, "inverse": 1, "reactions": 0, "reactions_at": 1,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("seed", range(4))
+def test_eight_states_at_a_time_are_the_same_bits(mode, seed):
+    """Rows of every kernel, of which the last eight are not full, with shared and with own parameters."""
+    model = fb.assemble(described() if seed == 3 else random_system(seed, bodies=7, driven=seed % 2 == 0))
+    many = 21
+    random = np.random.default_rng(seed)
+    states = [random_state(model, 100 * seed + k) for k in range(many)]
+    Y = np.array([[*q, *u, *random.normal(size=MODES[mode] * model.n_u)] for q, u in states])
+    t = random.uniform(size=many)
+    P = random.uniform(1, 2, size=(many, len(model.parameters)))
+    one = LoopedSet(model, mode)
+    for name, kernel in one.kernels.items():
+        rows = Y[:, : kernel.state]
+        shared = one.of_rows(name, shared=True).batch(t, rows, one.constants(P[0]))
+        own = one.of_rows(name, shared=False).batch(t, rows, one.constants(P))
+        for k in range(many):
+            assert np.array_equal(shared[k], kernel(t[k], rows[k], one.constants(P[0]))), name
+            assert np.array_equal(own[k], kernel(t[k], rows[k], one.constants(P[k]))), name
+
+
+BY = {
+    "forward_dynamics": "q u", "forced_dynamics": "q u forces", "inverse_dynamics": "q u udot", "bias": "q u",
+    "kinetic_energy": "q u", "potential_energy": "q", "momentum": "q u", "velocities": "q u", "poses": "q",
+    "reactions": "q u", "reactions_at": "q u udot",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("product", BY)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_derivatives_loop_over_links(monkeypatch, product, seed):
+    """Eight directions at a time through the same loops, against the derivatives of the straight code's trace.
+
+    Along a quaternion, where its length changes, a rotation has no derivative but that of a formula: the columns by q
+    are compared along q' = B u.
+    """
+    model = fb.assemble(described() if seed == 2 else random_system(seed, bodies=5, driven=seed % 2 == 0))
+    random = np.random.default_rng(seed)
+    q, u = random_state(model, seed)
+    given = {"q": q, "u": u, "udot": random.normal(size=model.n_u), "forces": random.normal(size=model.n_u)}
+    names = fb.compile(model)._product(product).inputs
+    arguments = [given[name] for name in names]
+    M = fb.compile(model).mass_matrix(q)
+    B = fb.compile(model).derivative("coordinate_rates", "u")(q, u, 0.4)
+    expected = {by: fb.compile(model).derivative(product, by)(*arguments, 0.4) for by in BY[product].split()}
+    monkeypatch.setattr(looped, "BODIES", 1)
+    program = fb.compile(model)
+    for by, E in expected.items():
+        found = program.derivative(product, by)(*arguments, 0.4)
+        assert isinstance(program._sets[f"{product}_by_{by}"][0], looped.LoopedKernel)
+        bound = 1e-14 * len(model.links) * np.linalg.cond(M) ** 2 * max(1, np.abs(E).max(initial=0))
+        assert found.shape == E.shape
+        difference = (found - E) @ B if by == "q" else found - E
+        assert np.abs(difference).max(initial=0) <= bound
+        rows = [np.array([x, x]) for x in arguments]
+        assert np.array_equal(program.derivative(product, by)(*rows, 0.4), np.array([found, found]))
+
+
+def test_what_of_derivatives_is_straight_and_what_is_not(small):
+    s = described()
+    program = fb.compile(s)
+    q, u = [0.3, -0.4, 0.2], [1.0, 0.5, -0.7]
+    both = program.derivatives(q, u, 0.8)
+    assert np.array_equal(both.by_q, program.derivative("forward_dynamics", "q")(q, u, 0.8))
+    assert np.array_equal(both.by_u, program.derivative("forward_dynamics", "u")(q, u, 0.8))
+    turned = program.derivative("forward_dynamics", "displacement")(q, u, 0.8)
+    assert np.array_equal(turned, both.by_q)
+    program.derivative("forward_dynamics", "m")(q, u, 0.8)
+    program.derivative("mass_matrix", "q")(q, 0.8)
+    kinds = {key: isinstance(made, looped.LoopedKernel) for key, (made, _) in program._sets.items()}
+    straight = {"forward_dynamics_by_m", "mass_matrix_by_q"}
+    assert kinds == {key: key not in straight for key in kinds}
+
+
+def test_stiff_trees_loop_over_links_for_their_matrices(monkeypatch):
+    """Radau with the tangent of the loops, and with that of straight code."""
+
+    def run():
+        return fb.simulate(described(), until=0.2, initial={"a": 0.3}, method="radau", tolerance=1e-8)
+
+    straight = run()
+    monkeypatch.setattr(looped, "BODIES", 1)
+    loops = run()
+    assert isinstance(loops.kernels._programs["tangent"].compiled, LoopedSet)
+    assert loops.kernels.works
+    assert loops.states[-1] == pytest.approx(straight.states[-1], rel=1e-6, abs=1e-6)
+
+
+def test_a_lane_does_not_touch_its_neighbours():
+    """NaN, infinite and huge states beside others, and the eight lanes by their address."""
+    model = fb.assemble(random_system(4, bodies=9))
+    one = LoopedSet(model)
+    c = one.constants([])
+    Y = np.array([[x for part in random_state(model, k) for x in part] for k in range(16)])
+    kernel = one.of_rows("rates", shared=True)
+    expected = kernel.batch(0.3, Y, c)
+    Y[5], Y[6, 0], Y[9, -1] = np.nan, 1e300, np.inf
+    found = kernel.batch(0.3, Y, c)
+    kept = [k for k in range(16) if k not in (5, 6, 9)]
+    assert np.array_equal(found[kept], expected[kept])
+    assert np.isnan(found[5]).all()
+    assert np.array_equal(found, one["rates"].batch(0.3, Y, c), equal_nan=True)
+
+
+def test_the_code_does_not_grow_with_the_model():
+    """Compile time as what is compiled: a chain ten times as long has the same code, and longer tables."""
+    sizes = []
+    for n in (30, 300):
+        s = fb.System("chain")
+        s.gravity = (0, 0, -9.81)
+        parent = s.ground
+        for k in range(n):
+            body = s.body(f"b{k}", fb.box(1.0 + k / n, (0.1, 0.2, 1)))
+            s.hinge(f"h{k}", parent, body, at=(0, 0, -k / n), axis="xy"[k % 2])
+            parent = body
+        model = fb.assemble(s)
+        sizes.append([LoopedSet(model, lanes=lanes).size for lanes in (1, 8)])
+    assert sizes[0] == pytest.approx(sizes[1], rel=0.01)
+
+
+def test_places_are_used_again():
+    """What stands where, followed through the loops of random trees: all read what was meant for them."""
+    random = np.random.default_rng(0)
+    chain = [*range(-1, 99)]
+    assert sums(chain, (), 0, 27).end == 27 * 4  # zeros, aside, two of links
+    assert accelerations(chain, False, 0)[1] == 6 * 3
+    for _ in range(20):
+        parents = [int(random.integers(-1, i)) if i else -1 for i in range(40)]
+        tips = [{k for k, parent in enumerate(parents) if parent == i} for i in range(40)]
+        kept = {int(k) for k in random.integers(0, 40, size=3)}
+        found = sums(parents, kept, 5, 27)
+        there = {place: set() for place in range(found.cleared, found.aside, 27)}
+        for i in range(39, -1, -1):
+            assert there[found.of[i]] == tips[i]
+            there[found.passed[i]] = {i}
+            if found.added[i] >= 0:
+                there[found.added[i]] = there[found.added[i]] | {i}
+        assert all(there[found.of[i]] == tips[i] for i in kept)
+        assert max(found.of) + 27 <= found.end
+        places, end = accelerations(parents, False, 5)
+        here = {places[-1]: -1}
+        for i, parent in enumerate(parents):
+            assert here[places[parent]] == parent
+            assert places[i] != places[parent]
+            here[places[i]] = i
+        assert max(places) + 6 == end
+        assert len(set(accelerations(parents, True, 5)[0])) == 41

@@ -52,6 +52,26 @@ def test_independent_rows_are_those_of_numpy(poor, chosen):
         assert set(kept) <= {0, 1}
 
 
+@pytest.mark.parametrize("n", [0, 1, 4, 60])
+def test_the_trace_of_an_inverse_bounds_the_least_eigenvalue(n):
+    """Within a factor n: also of a row of masses, whose determinant is nothing beside it."""
+    rng = np.random.default_rng(n)
+    A = 0.4 * rng.normal(size=(n, n))
+    A = A @ A.T + np.eye(n)
+    factor = loop.code("gauss_newton", "cholesky", SOURCES)
+    trace = loop.code("gauss_newton", "inverse_trace", SOURCES)
+    L = A.ravel().copy()
+    factor(L, n)
+    found = trace(L, n, np.empty(n))
+    assert found == pytest.approx(np.trace(np.linalg.inv(A)), rel=1e-12)
+    if n:
+        least = np.linalg.eigvalsh(A)[0]
+        assert least / n <= 1 / found <= least * (1 + n * EPS)
+        L = -A.ravel()
+        factor(L, n)
+        assert not trace(L, n, np.empty(n)) < np.inf
+
+
 def four_bar(axis="z"):
     """Bars of 0.1, 0.3 and 0.2 m on a base of 0.3 m; of the joints in one plane three conditions are redundant."""
     s = fb.System("four-bar")

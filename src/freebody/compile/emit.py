@@ -12,8 +12,10 @@ infinity keep their meaning, and nothing is reordered.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
-from itertools import groupby
+from dataclasses import dataclass
+from itertools import accumulate, groupby
 
 from ..scalar.trace import ADD, CODES, DIV, INPUT, MUL, NAMES, NEG, SUB
 from . import sincos, vector_math
@@ -35,6 +37,27 @@ _INTRINSICS = {
     CODES["sqrt"]: "sqrt", CODES["abs"]: "fabs", CODES["min"]: "minimum", CODES["max"]: "maximum",
 }  # fmt: skip
 _SIGN = CODES["sign"]
+
+
+@dataclass(frozen=True)
+class Form:
+    """How functions that a loop calls get what they read, and where they leave what they write.
+
+    Theirs is the signature of a kernel, of one lane or of several, with more pointers behind it: to the arrays they
+    read but the first, then to those they write but the first.
+    """
+
+    lanes: int = 1
+    shared: bool = True
+    """Whether the constants are the same in all lanes: one double each, read into every lane."""
+    arrays: tuple[int, ...] = ()
+    """Lengths of the arrays of which the state is made; one if empty."""
+    reads: tuple[tuple[int, ...], ...] = ()
+    """Of each function, which of them it is given."""
+    writes: tuple[tuple[tuple[int, int], ...], ...] = ()
+    """Of each function, where its outputs go: number of the array written, place; one array in their order if empty."""
+    written: tuple[int, ...] = ()
+    """How many arrays each writes."""
 
 
 class Module:
@@ -112,7 +135,13 @@ class Module:
 
     def add(self, program: Program, body: Body, name: str, lanes: int = 1, piece: int | None = None) -> None:
         """The function ``name``: of the kernel's signature for one lane, of pointers to vectors for 8."""
-        self.functions.append(_Writer(self, program, body, name, lanes, piece or PIECE).text())
+        self.functions.append(
+            _Writer(self, program, body, name, Form(lanes, shared=False), 0, piece or PIECE).text()
+        )
+
+    def add_formed(self, program: Program, body: Body, name: str, form: Form, k: int) -> None:
+        """A function that a loop calls, number ``k`` of the form's."""
+        self.functions.append(_Writer(self, program, body, name, form, k, PIECE).text())
 
     def add_batch(self, name: str, state: int, hoisted: int, outputs: int, lanes: int = WIDTH) -> None:
         """The loop over a batch: rows in, 8 lanes at a time through ``name.lanes``, rows out."""
@@ -125,13 +154,20 @@ class _Writer:
     """One function."""
 
     def __init__(
-        self, module: Module, program: Program, body: Body, name: str, lanes: int, piece: int
+        self, module: Module, program: Program, body: Body, name: str, form: Form, k: int, piece: int
     ) -> None:
+        lanes = form.lanes
         self.module = module
         self.program = program
         self.body = body
         self.name = name if lanes == 1 else f"{name}.lanes"
         self.lanes = lanes
+        self.broadcast = form.shared and lanes > 1
+        self.starts = list(accumulate(form.arrays[:-1], initial=0))  # first number of each array
+        reads = form.reads[k] if form.reads else (0,)
+        self.read = dict(zip(reads, ["%y", *(f"%y{n}" for n in range(1, len(reads)))], strict=True))
+        self.places = form.writes[k] if form.writes else [(0, n) for n in range(len(body.outputs))]
+        self.written = ["%out", *(f"%out{n}" for n in range(1, form.written[k] if form.written else 1))]
         self.T = "double" if lanes == 1 else f"<{lanes} x double>"
         self.align = 8 if lanes == 1 else 64
         self.pieces = _cut(body.order, piece)
@@ -193,7 +229,13 @@ class _Writer:
         """The function and its pieces."""
         T, lanes = self.T, self.lanes
         time = "double %t" if lanes == 1 else "ptr noalias readonly %t"
-        arguments = f"{time}, ptr noalias readonly %y, ptr noalias readonly %c, ptr noalias %out"
+        arguments = ", ".join(
+            [
+                f"{time}, ptr noalias readonly %y, ptr noalias readonly %c, ptr noalias %out",
+                *(f"ptr noalias readonly {x}" for x in [*self.read.values()][1:]),
+                *(f"ptr noalias {x}" for x in self.written[1:]),
+            ]
+        )
         frame = f"  %frame = alloca {T}, i64 {self.frame_size}, align 64" if self.frame_size else ""
         stored: dict[int, list[int]] = {}
         runs = self._runs_of_zeros()
@@ -218,9 +260,10 @@ class _Writer:
             frames = "ptr noalias readonly %frame, ptr noalias %left"
             head = f"define internal void @{self.name}.{k}({arguments}, {frames}) nounwind noinline {{"
             result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
-            main.append(
-                f"  call void @{self.name}.{k}({call}, ptr %y, ptr %c, ptr %out, ptr %frame, ptr %frame)"
+            passed = ", ".join(
+                f"ptr {x}" for x in ("%y", "%c", "%out", *[*self.read.values()][1:], *self.written[1:])
             )
+            main.append(f"  call void @{self.name}.{k}({call}, {passed}, ptr %frame, ptr %frame)")
         result.append("\n".join([*main, "  ret void", "}", ""]))
         return "\n".join(result)
 
@@ -231,7 +274,7 @@ class _Writer:
             program.kind[i] == FIXED and program.constants[program.a[i]] == 0 for i in self.body.outputs
         ):
             length = len(list(run))
-            if nothing and length >= RUN:
+            if nothing and length >= RUN and len(self.starts) == 1:
                 result.append((start, length))
             start += length
         return result
@@ -271,7 +314,8 @@ class _Writer:
     def _store(self, outputs: Sequence[int]) -> None:
         for place in outputs:
             value = self._ref(self.body.outputs[place])
-            target = self._pointer("%out", place)
+            array, place = self.places[place]
+            target = self._pointer(self.written[array], place)
             self.lines.append(f"  store {self.T} {value}, ptr {target}, align {self.align}")
 
     def _pointer(self, base: str, place: int) -> str:
@@ -287,6 +331,19 @@ class _Writer:
         self.lines.append(f"  %l{self.count} = load {self.T}, ptr {pointer}, align {self.align}")
         return f"%l{self.count}"
 
+    def _broadcast(self, base: str, place: int) -> str:
+        """One double in every lane."""
+        T, lanes = self.T, self.lanes
+        self.count += 1
+        k = self.count
+        self.lines += [
+            f"  %p{k} = getelementptr double, ptr {base}, i64 {place}",
+            f"  %d{k} = load double, ptr %p{k}, align 8",
+            f"  %e{k} = insertelement {T} poison, double %d{k}, i64 0",
+            f"  %l{k} = shufflevector {T} %e{k}, {T} poison, <{lanes} x i32> zeroinitializer",
+        ]
+        return f"%l{k}"
+
     def _ref(self, i: int) -> str:
         """The operand that stands for node ``i`` here; loads it on first use."""
         value = self.known.get(i)
@@ -297,12 +354,13 @@ class _Writer:
         if program.kind[i] == FIXED:
             value = splat(literal(program.constants[program.a[i]]), self.lanes)
         elif program.kind[i] == HOISTED and self.body.name != PROLOGUE:
-            value = self._load("%c", program.hoisted[i])
+            value = (self._broadcast if self.broadcast else self._load)("%c", program.hoisted[i])
         elif code == INPUT:
             if program.a[i] == TIME:
                 value = "%t" if self.lanes == 1 else self._load("%t", 0)
             else:
-                value = self._load("%y", program.a[i])
+                k = bisect_right(self.starts, program.a[i]) - 1
+                value = self._load(self.read[k], program.a[i] - self.starts[k])
         elif code in (SIN, COS):
             frame = self.left if program.a[i] in self.turned else "%frame"
             value = self._load(frame, self.trig[program.a[i]][code == COS])

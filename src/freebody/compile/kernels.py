@@ -24,7 +24,7 @@ import numpy as np
 from ..errors import ExpressionError
 from ..scalar.trace import NAMES, Tape, Traced
 from . import cache, native
-from .emit import Module
+from .emit import Form, Module
 from .jet import jet
 from .lower import PROLOGUE, RECIPROCAL, WIDTH, Program, lower
 
@@ -56,6 +56,7 @@ def compile_tape(
     parameters: Sequence[Traced],
     batch: Sequence[str] = (),
     series: Mapping[str, int] | None = None,
+    form: Form | None = None,
 ) -> KernelSet:
     """Machine code of functions of time, state and parameters.
 
@@ -71,6 +72,8 @@ def compile_tape(
     series : mapping, optional
         Functions that are rates of the state, of which the Taylor coefficients of the solution are wanted (`jet`): the
         length of a row of them.
+    form : Form, optional
+        Of functions that are not kernels, but called by a loop: their address is all that there is.
 
     Returns
     -------
@@ -84,20 +87,21 @@ def compile_tape(
             f"Expected names of functions in batch, got {unknown}. Known: {', '.join(names)}."
         )
     series = series or {}
-    key = _key(tape, functions, time, state, parameters, batch, series)
+    key = _key(tape, functions, time, state, parameters, batch, series, form)
     found = cache.load(key)
     if found is not None and not (found[0].get("target") == native.version() and key.encode() in found[1]):
         found = None  # code of another program or processor: it must not run
     if found is None:
         start = perf_counter()
-        header, code = _compile(tape, functions, time, state, parameters, batch, series, key)
+        header, code = _compile(tape, functions, time, state, parameters, batch, series, form, key)
         header["seconds"] = perf_counter() - start
         cache.store(key, header, code)
     else:
         header, code = found
     return KernelSet(
-        header, native.Library(code), names, len(state), len(parameters), batch, found is not None, len(code)
-    )
+        header, native.Library(code), names, len(state), len(parameters), batch, found is not None, len(code),
+        form.lanes if form else 1,
+    )  # fmt: skip
 
 
 class KernelSet:
@@ -127,13 +131,14 @@ class KernelSet:
         batch: Sequence[str],
         from_disk: bool,
         size: int,
+        lanes: int = 1,
     ) -> None:
         self.hoisted: int = header["hoisted"]
         self.from_disk = from_disk
         self.size = size
         self.seconds: float = header["seconds"]
         self.remark = ""
-        symbols = [f"f{k}" for k in range(len(names))]
+        symbols = [f"f{k}" if lanes == 1 else f"f{k}.lanes" for k in range(len(names))]
         batches = [f"{s}.batch" for s, name in zip(symbols, names, strict=True) if name in batch]
         if batches:
             batches += [
@@ -199,7 +204,7 @@ class Kernel:
     def __init__(
         self,
         name: str,
-        library: native.Library,
+        library: Any,
         address: int,
         batch_address: int | None,
         state: int,
@@ -334,6 +339,7 @@ def _compile(
     parameters: Sequence[Traced],
     batch: Sequence[str],
     series: Mapping[str, int],
+    form: Form | None,
     key: str,
 ) -> tuple[dict[str, Any], bytes]:
     """What the cache keeps: a description, and the object code."""
@@ -346,6 +352,9 @@ def _compile(
         module.add(program, prologue, "prologue", lanes=8)
         module.add_batch("prologue", len(parameters), 0, hoisted)
     for k, (name, outputs) in enumerate(functions.items()):
+        if form is not None:
+            module.add_formed(program, program.bodies[name], f"f{k}", form, k)
+            continue
         if name in series:
             jet(module, program, name, f"f{k}", series[name])
             continue
@@ -383,9 +392,10 @@ def _key(
     parameters: Sequence[Traced],
     batch: Sequence[str],
     series: Mapping[str, int],
+    form: Form | None,
 ) -> str:
     """Hash of the program and of what compiles it."""
-    digest = hashlib.sha256(f"{cache.VERSION} {native.version()} {NAMES}".encode())
+    digest = hashlib.sha256(f"{cache.VERSION} {native.version()} {NAMES} {form or ''}".encode())
     for values in (tape.op, tape.a, tape.b):
         digest.update(array("i", values).tobytes())
     digest.update(array("d", map(float, tape.constants)).tobytes())

@@ -3,24 +3,31 @@
 The algorithm is that of :mod:`freebody.dynamics`, recorded for one link whose parent, constants and joint variables
 are inputs. Links of one kind share the code.
 
-A link owns a record of :data:`WIDTH` doubles:
+What a link owns stands in two records, so that those of the motion are short and fit into a cache. The first:
 
-    from the parent    V (6), A (6), R_N (9), p_N (3)
-    joint variables    y, y', then τ or the part of y'' free of accelerations; of a ball or free joint q, u, τ
-    outward            R (9), r (3), V (6), c (6), I^A (21), p^A (6), q' of a ball or free joint (7)
-    inward             I^a (21) and p^a (6) in the parent, U (6 k), m (k), D (k k)
-    final              A (6), y'' (k), force along a driven displacement (1)
+    outward            V (6), and what R and r depend on besides the parameters (up to 12, behind the rest)
+    final              y'' (k), force along a driven displacement (1)
+    inward             rows of D⁻¹ Uᵀ (6 k), D⁻¹ m (k); of a driven displacement I^A S and S·p^A
+
+The second:
+
+    outward            q' of a ball or free joint (7)
     place              R_N (9), p_N (3), kinetic energy (1), first moment m p_N + R_N h (3), origin of the body (3)
     moved              angular velocity and velocity of the body's origin (6), momentum and its moment about the
                        ground's origin (6), in ground axes
     pressed            wrench F = I^A A + p^A that the joint transmits (6); what it carries across its free motion,
                        force and moment in ground axes (6)
 
+``inward`` reads the sum of what the tips beyond pass on, p^a (6) and I^a (21), and passes on its own; ``final`` reads
+the parent's acceleration and leaves A (6). Where these stand is up to the loop, since few others need them. So are the
+joint variables: y, y', then τ or the part of y'' free of accelerations; of a ball or free joint q, u, τ.
+
 From accelerations to forces, where those of the joint stand in place of τ, only these differ:
 
     carried            A (6), where ``final`` writes it
     started            the same at rest, with the joint's acceleration from its variables
-    transmitted        wrench on the link in the parent (6), force along the joint (1, 3 or 6), where ``inward`` writes
+    transmitted        wrench on the link in the parent (6), passed on; force along the joint (1, 3 or 6), in the
+                       second record
 """
 
 from __future__ import annotations
@@ -29,19 +36,21 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from ..dynamics.articulated import accelerated, free_motions, passed_on, pivot
+from ..dynamics.articulated import columns_solved, free_motions, passed_on, pivot
 from ..dynamics.joint_freedom import Axis
 from ..dynamics.joint_freedom import carried as carried_by
 from ..dynamics.linear import Factorization
 from ..dynamics.state import displaced, flown, turned
 from ..model.model import GROUND, Link, Model
 from ..scalar.algebra import HALF, IDENTITY, ZERO, add, apply, apply_transpose, cross, multiply, scale
-from ..scalar.trace import Tape
+from ..scalar.derivative import beside
+from ..scalar.trace import Tape, Traced
 from ..space.quaternion import quaternion_rate
 from ..space.spatial import (
     Blocks,
     Spatial,
     blocks,
+    blocks_sum,
     blocks_times,
     blocks_to_parent,
     force_cross,
@@ -54,23 +63,24 @@ from ..space.spatial import (
     rigid_inertia,
     times,
 )
+from .emit import Form
 from .kernels import KernelSet, compile_tape
 
-PARENT_V, PARENT_A, PARENT_PLACE = 0, 6, 12
-JOINT = 24
-OUTWARD = 44
-V, INERTIA, COORDINATE_RATES = OUTWARD + 12, OUTWARD + 24, OUTWARD + 51
-INWARD = OUTWARD + 58
-ALONG = INWARD + 6
-FINAL = INWARD + 27 + 36 + 6 + 36
-A, RATES = FINAL, FINAL + 6
-PLACE = FINAL + 13
+V, RATES = 0, 6
+SECOND = 100
+"""From this place on, a number is of the second record."""
+COORDINATE_RATES = SECOND
+PLACE = COORDINATE_RATES + 7
 KINETIC, MOMENT, ORIGIN = PLACE + 12, PLACE + 13, PLACE + 16
 MOVED = ORIGIN + 3
 MOMENTUM = MOVED + 6
 PRESSED = MOVED + 12
 REACTION = PRESSED + 6
-WIDTH = 264
+ALONG = REACTION + 6
+WIDTH = ALONG + 6 - SECOND
+"""Of the second record."""
+SUM = 27
+"""Of what tips pass on: p^a (6), I^a (21)."""
 
 CONSTANTS = 32
 """Of a link: rotation (9), position (3), axis (3), pitch, mass, centre (3), inertia (9), origin of the body (3)."""
@@ -104,6 +114,16 @@ class Kind:
         """Where the force along a driven displacement is."""
         return RATES + self.freedom
 
+    @property
+    def kept(self) -> int:
+        """Where the rows of D⁻¹ Uᵀ begin."""
+        return RATES + (self.freedom or int(self.driven))
+
+    @property
+    def turn(self) -> int:
+        """Where what R and r depend on begins."""
+        return self.kept + 7 * (self.freedom or int(self.driven))
+
 
 def kind_of(link: Link, free: bool) -> Kind:
     """The kind of a link; ``free`` tells whether its displacement can change alone."""
@@ -122,40 +142,90 @@ def constants_of(model: Model, i: int) -> list[Any]:
     ]  # fmt: skip
 
 
-@lru_cache(maxsize=64)
-def compiled_step(kind: Kind) -> KernelSet:
-    """Kernels of a kind: the steps that the head of this file names.
+ARRAYS = {
+    "record": 80, "joint": 20, "parent": 6, "tips": SUM, "above": 6, "own": 6, "second": WIDTH, "parents_second": WIDTH,
+}  # fmt: skip
+"""What steps read: the link's record, joint variables, the parent's record, what the tips pass on, the parent's and the
+link's own acceleration, the second records; and how many numbers."""
 
-    They read the record and write the part of it that their name says.
+STEPS = {
+    "outward": (("joint", "parent"), ("record", "second")),
+    "inward": (("record", "joint", "tips"), ("passed", "record")),
+    "final": (("record", "joint", "above"), ("own", "record")),
+    "carried": (("record", "joint", "above"), ("own",)),
+    "started": (("record", "joint", "above"), ("own",)),
+    "transmitted": (("record", "own", "tips"), ("passed", "second")),
+    "place": (("record", "parents_second"), ("second",)),
+    "moved": (("record", "second"), ("second",)),
+    "pressed": (("record", "own", "tips", "second"), ("second",)),
+}
+"""Of each step, what it reads and what it writes; ``passed`` is for the parent's sum."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """The compiled steps of a kind, and the length of its record."""
+
+    compiled: KernelSet
+    width: int
+
+
+@lru_cache(maxsize=64)
+def compiled_step(kind: Kind, lanes: int = 1, shared: bool = True, moved: bool = False) -> Step:
+    """The steps that the head of this file names, of one state or of several side by side.
+
+    ``shared``: the constants are the same in all lanes. ``moved``: every number has its derivative along a direction
+    behind it.
     """
     tape = Tape()
-    record = [tape.input(f"r{k}") for k in range(WIDTH)]
     given = [tape.input(f"c{k}") for k in range(CONSTANTS)]
-    functions = _recorded(tape, record, given, kind)
-    time = tape.input("t")
-    return compile_tape(tape, functions, time, record, given)
+    read = {name: [tape.input(f"{name} {k}") for k in range(n)] for name, n in ARRAYS.items()}
+    written = _recorded(tape, read, given, kind)
+    functions = {name: [x for part in parts for x in part[2]] for name, parts in written.items()}
+    places = [
+        [
+            (STEPS[name][1].index(array), first + k)
+            for array, first, values in parts
+            for k in range(len(values))
+        ]
+        for name, parts in written.items()
+    ]
+    state = [x for one in read.values() for x in one]
+    sizes = tuple(ARRAYS.values())
+    if moved:
+        functions, state = beside(tape, functions, state)
+        places = [[(array, 2 * place + k) for array, place in one for k in (0, 1)] for one in places]
+        sizes = tuple(2 * n for n in sizes)
+    names = list(ARRAYS)
+    reads = tuple(tuple(names.index(x) for x in STEPS[name][0]) for name in written)
+    writes = tuple(len(STEPS[name][1]) for name in written)
+    form = Form(lanes, shared, sizes, reads, tuple(map(tuple, places)), writes)
+    made = compile_tape(tape, functions, None, state, given, form=form)
+    turn = next(len(values) for _, start, values in written["outward"] if start == kind.turn)
+    return Step(made, kind.turn + turn)
 
 
-def _recorded(tape: Tape, record: list[Any], given: list[Any], kind: Kind) -> dict[str, list[Any]]:
+Written = list[tuple[str, int, list[Any]]]
+"""What a step writes: array, first place, values."""
+
+
+def _recorded(tape: Tape, read: dict[str, list[Any]], given: list[Any], kind: Kind) -> dict[str, Written]:
+    record, joint, tips = read["record"], read["joint"], read["tips"]
     E = IDENTITY if kind.straight else _matrix(given[0:9])
     n = IDENTITY[kind.axis] if kind.axis >= 0 else _vector(given[12:15])
     inertia: Any = (0, ZERO, (ZERO, ZERO, ZERO))
     if not kind.massless:
         inertia = rigid_inertia(given[16], _vector(given[17:20]), _matrix(given[20:29]))
-    joint = record[JOINT:OUTWARD]
     S: Spatial | None = None
-    coordinate_rates: list[Any] = []
+    tau: list[Any] = []
     count = kind.freedom
     if kind.kind == "weld":
         R, r, vJ = E, _vector(given[9:12]), (ZERO, ZERO)
     elif kind.kind == "ball":
         R, r, vJ = turned(E, _vector(given[9:12]), joint[0:4], joint[4:7])
-        coordinate_rates = [*quaternion_rate(tuple(joint[0:4]), vJ[0])]
         tau = joint[7:10]
     elif kind.kind == "free":
         R, r, vJ = flown(E, _vector(given[9:12]), joint[0:7], joint[7:13])
-        position = apply_transpose(E, apply(R, vJ[1]))
-        coordinate_rates = [*position, *quaternion_rate(tuple(joint[3:7]), vJ[0])]
         tau = joint[13:19]
     else:
         pitch = given[15]
@@ -163,84 +233,116 @@ def _recorded(tape: Tape, record: list[Any], given: list[Any], kind: Kind) -> di
         S = {"slider": (ZERO, n), "hinge": (n, ZERO)}.get(kind.kind, (n, scale(pitch, n)))
         tau = joint[2:3]
     # outward
-    V_i = plus(motion_to_child(R, r, _spatial(record[PARENT_V:])), vJ)
-    c = motion_cross(V_i, vJ)
+    V_i = plus(motion_to_child(R, r, _spatial(read["parent"][V:])), vJ)
+    coordinate_rates: list[Any] = []
+    if kind.kind == "free":
+        coordinate_rates = [*apply_transpose(E, apply(R, vJ[1])), *quaternion_rate(tuple(joint[3:7]), vJ[0])]
+    elif kind.kind == "ball":
+        coordinate_rates = [*quaternion_rate(tuple(joint[0:4]), vJ[0])]
+    turn, placed = _kept(tape, [*_flat(R), *r], joint, record[kind.turn :])
+    outward: Written = [
+        ("record", V, [*_six(V_i)]),
+        ("record", kind.turn, turn),
+        ("second", COORDINATE_RATES - SECOND, coordinate_rates),
+    ]
+    # inward: what stands in the record by then
+    R_, r_ = _matrix(placed), _vector(placed[9:])
+    V_ = _spatial(record[V:])
+    c = motion_cross(V_, vJ)
     if kind.driven and S is not None:
         c = plus(c, times(joint[2], S))
-    p = force_cross(V_i, momentum_of(inertia, V_i))
-    outward = [
-        *_flat(R), *r, *_six(V_i), *_six(c), *_blocks_list(blocks(inertia)), *_six(p), *coordinate_rates
-    ]  # fmt: skip
-    # inward: what stands in the record by then
-    R_, r_ = _matrix(record[OUTWARD:]), _vector(record[OUTWARD + 9 :])
-    if kind.kind == "slider":
-        R_ = E
-    elif kind.kind != "free" and kind.kind != "screw":
-        r_ = _vector(given[9:12])
-    V_, c_ = _spatial(record[V:]), _spatial(record[V + 6 :])
-    I_A, p_A = _blocks(record[INERTIA:]), _spatial(record[INERTIA + 21 :])
+    p = force_cross(V_, momentum_of(inertia, V_))
+    I_A, p_A = blocks_sum(_blocks(tips[6:]), blocks(inertia)), plus(_spatial(tips), p)
     motion = [] if kind.driven or kind.kind == "weld" else free_motions(_any_link(kind), S)
     kept: Any = None
     stored: list[Any] = []
     if motion:
         U, m = pivot(motion, tau, I_A, p_A)
-        D = [[power(S_k, W) for W in U] for S_k in motion]
-        kept = (motion, U, m, Factorization(D))
-        stored = [*(x for W in U for x in _six(W)), *m, *(x for row in D for x in row)]
-    I_a, p_a = passed_on(I_A, p_A, c_, tau if motion else [], kept)
-    inward = [*_blocks_list(blocks_to_parent(R_, r_, I_a)), *_six(force_to_parent(R_, r_, p_a)), *stored]
-    # final
-    a = plus(motion_to_child(R_, r_, _spatial(record[PARENT_A:])), c_)
+        D = Factorization([[power(S_k, W) for W in U] for S_k in motion])
+        kept = (motion, U, m, D)
+        stored = [*(x for W in columns_solved(D, U) for x in _six(W)), *D.solve(m)]
+    elif kind.driven and S is not None:
+        stored = [*_six(blocks_times(I_A, S)), power(S, p_A)]
+    I_a, p_a = passed_on(I_A, p_A, c, tau if motion else [], kept)
+    inward: Written = [
+        ("passed", 0, [*_six(force_to_parent(R_, r_, p_a)), *_blocks_list(blocks_to_parent(R_, r_, I_a))]),
+        ("record", kind.kept, stored),
+    ]
+    # final:  y'' = D⁻¹ m - D⁻¹ Uᵀ A'
+    moved_on = motion_to_child(R_, r_, _spatial(read["above"]))
+    a = plus(moved_on, c)
     rates: list[Any] = []
-    if motion:
-        start = INWARD + 27
-        U = [_spatial(record[start + 6 * k :]) for k in range(count)]
-        m = record[start + 6 * count : start + 7 * count]
-        rest = record[start + 7 * count :]
-        D = [[rest[count * j + k] for k in range(count)] for j in range(count)]
-        rates, a = accelerated(a, (motion, U, m, Factorization(D)))
+    for k in range(len(motion)):
+        row = _spatial(record[kind.kept + 6 * k :])
+        rates.append(record[kind.kept + 6 * count + k] - power(a, row))
     force = []
     if kind.driven and S is not None:
-        force = [power(S, plus(blocks_times(I_A, a), p_A))]
+        force = [power(a, _spatial(record[kind.kept :])) + record[kind.kept + 6]]
+    for S_k, rate in zip(motion, rates, strict=True):
+        a = plus(a, times(rate, S_k))
     # carried, transmitted: c holds the acceleration along a displacement that is driven
-    started = motion_to_child(R_, r_, _spatial(record[PARENT_A:]))
-    carried = plus(started, c_)
+    started, carried = moved_on, plus(moved_on, c)
     if kind.kind in ("ball", "free"):
         own = (_vector(tau), _vector(tau[3:6]) if kind.kind == "free" else ZERO)
         started, carried = plus(started, own), plus(carried, own)
     elif S is not None:
         started = plus(started, times(joint[2], S))
-    F = plus(momentum_of(inertia, _spatial(record[A:])), p_A)
+    A_ = _spatial(read["own"])
+    F = plus(momentum_of(inertia, A_), p_A)
     along = [] if S is None else [power(S, F)]
     if kind.kind in ("ball", "free"):
         along = [*F[0], *(F[1] if kind.kind == "free" else ())]
     # place
-    P = PARENT_PLACE
-    R_P, p_P = _matrix(record[P:]), _vector(record[P + 9 :])
+    above = read["parents_second"][PLACE - SECOND :]
+    R_P, p_P = _matrix(above), _vector(above[9:])
     R_N, p_N = multiply(R_P, R_), add(p_P, apply(R_P, r_))
-    placed = [*_flat(R_N), *p_N]
     kinetic = HALF * power(V_, momentum_of(inertia, V_))
     first = add(scale(inertia[0], p_N), apply(R_N, inertia[1]))
     shift = _vector(given[29:32])
     origin = add(p_N, apply(R_N, shift))
+    place = [*_flat(R_N), *p_N, kinetic, *first, *origin]
     # moved, pressed
-    R_N, p_N = _matrix(record[PLACE:]), _vector(record[PLACE + 9 :])
+    here = read["second"][PLACE - SECOND :]
+    R_N, p_N = _matrix(here), _vector(here[9:])
     w, v = apply(R_N, V_[0]), apply(R_N, add(V_[1], cross(V_[0], shift)))
     about, linear = (apply(R_N, x) for x in momentum_of(inertia, V_))
-    F_A = plus(blocks_times(I_A, _spatial(record[A:])), p_A)
+    F_A = plus(blocks_times(I_A, A_), p_A)
     axes = [Axis(0, kind.kind, n, given[15], True)] if kind.joint_of_one and kind.free else []
     moment, force_across = carried_by({kind.kind}, axes, F_A)
     return {
         "outward": outward,
         "inward": inward,
-        "final": [*_six(a), *rates, *force],
-        "carried": [*_six(carried)],
-        "started": [*_six(started)],
-        "transmitted": [*_six(force_to_parent(R_, r_, F)), *along],
-        "place": [*placed, kinetic, *first, *origin],
-        "moved": [*w, *v, *linear, *add(about, cross(p_N, linear))],
-        "pressed": [*_six(F_A), *apply(R_N, force_across), *apply(R_N, moment)],
+        "final": [("own", 0, [*_six(a)]), ("record", RATES, [*rates, *force])],
+        "carried": [("own", 0, [*_six(carried)])],
+        "started": [("own", 0, [*_six(started)])],
+        "transmitted": [
+            ("passed", 0, [*_six(force_to_parent(R_, r_, F))]),
+            ("second", ALONG - SECOND, along),
+        ],
+        "place": [("second", PLACE - SECOND, place)],
+        "moved": [("second", MOVED - SECOND, [*w, *v, *linear, *add(about, cross(p_N, linear))])],
+        "pressed": [
+            ("second", PRESSED - SECOND, [*_six(F_A), *apply(R_N, force_across), *apply(R_N, moment)])
+        ],
     }
+
+
+def _kept(tape: Tape, values: list[Any], joint: list[Any], places: list[Any]) -> tuple[list[Any], list[Any]]:
+    """What is to be kept of values, each number once and none that depends on parameters alone; and the values, read
+    from these places."""
+    moving = {x.index for x in joint}
+    stored: dict[int, tuple[Any, Any]] = {}  # node -> itself, where it is read again
+    read = []
+    for x in values:
+        if type(x) is not Traced or moving.isdisjoint(tape.used([x])):
+            read.append(x)
+            continue
+        bare = x if x.minus is None else x.minus
+        if bare.index not in stored:
+            stored[bare.index] = (bare, places[len(stored)])
+        found = stored[bare.index][1]
+        read.append(found if x.minus is None else -found)
+    return [x for x, _ in stored.values()], read
 
 
 def _any_link(kind: Kind) -> Link:

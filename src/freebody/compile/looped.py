@@ -14,18 +14,20 @@ The wrench of a joint follows from what either way leaves in the record of its l
 2008, eq. 7.21). Straight code projects it where several links make a joint, or loads act along what is not free.
 
 The straight parts hold what the user wrote, and are empty where a displacement is a coordinate. The loop steps are
-:mod:`freebody.compile.link_step`. All numbers of one call live in one array S of doubles: inputs of the straight
-parts, their outputs, and one record per link; tables of places in S say what goes where.
+:mod:`freebody.compile.link_step`. All numbers of one call live in one array S: inputs of the straight parts, their
+outputs, and the records of the links; tables of places in S say what goes where. A number is a double, or eight of
+states side by side, or of these with its derivative along a direction: the loops are the same.
 
 The file is longer than others: it is the one place that knows where everything stands in S.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy
@@ -42,18 +44,32 @@ from ..dynamics.loading import Loading, load_power, loading, spring_energy
 from ..dynamics.state import float_state
 from ..model.model import Model
 from ..scalar.algebra import ZERO, apply, dot, negate
+from ..scalar.derivative import beside
 from ..scalar.trace import INPUT, Tape, Traced
 from ..space.spatial import minus
 from . import link_step, native
+from .emit import Form
 from .kernels import Kernel, KernelSet, compile_tape
 from .link_loop import Driver
-from .link_step import WIDTH, compiled_step, constants_of, kind_of
+from .link_places import accelerations, sums
+from .link_step import compiled_step, constants_of, kind_of
+from .lower import WIDTH
 
 BODIES = 200
 """From this number of bodies on, a tree is looped over."""
 
 OF_Q = ("potential_energy", "postures", "jacobian")
 """Kernels that are given q only."""
+
+
+class Directions(NamedTuple):
+    """Of which kernel derivatives are wanted, and by what: ``columns`` numbers of its state from ``first`` on; or, with
+    ``columns`` 0, along the one direction that stands behind the state, from ``first`` on."""
+
+    kernel: str
+    first: int
+    columns: int = 0
+
 
 GIVEN = ("inverse", "mass", "reactions_at")
 """Modes in which accelerations are given."""
@@ -92,10 +108,24 @@ class LoopedSet:
     "inverse", where u' stand there, has ``inverse_dynamics``, and ``bias`` of (q, u); "mass" has ``mass_matrix`` of q;
     "reactions" and "reactions_at", with u' after u, have ``reactions`` (force, moment of each joint); "jacobian" has
     that of ``point``.
+
+    With ``directions`` there is one kernel: ``f``, the derivative of another by numbers of its state, or ``tangent``.
     """
 
-    def __init__(self, model: Model, mode: str = "motion", point: Any = None) -> None:
+    def __init__(
+        self, model: Model, mode: str = "motion", point: Any = None, lanes: int = 1, shared: bool = True,
+        directions: Directions | None = None,
+    ) -> None:  # fmt: skip
         self.model = model
+        self.mode, self.point = mode, point
+        self.directions = directions
+        if directions:
+            lanes = WIDTH if directions.columns else 1
+        self._wide: dict[bool, dict[str, Kernel]] = {}
+        if mode == "mass":
+            lanes = WIDTH
+        self.lanes = lanes
+        self.shared = shared
         self.back = mode in GIVEN  # from accelerations to forces
         self.loops = (
             ("outward", "transmitted", "started" if mode == "mass" else "carried")
@@ -106,36 +136,48 @@ class LoopedSet:
         self._kinds = [kind_of(link, i in alone) for i, link in enumerate(model.links)]
         if self.back:  # accelerations along displacements are given
             self._kinds = [replace(kind, driven=True) if kind.joint_of_one else kind for kind in self._kinds]
-        self._steps = {kind: compiled_step(kind) for kind in dict.fromkeys(self._kinds)}
-        parts = Parts(model, self._kinds, mode, point)
+        self._steps = {
+            kind: compiled_step(kind, lanes, shared, directions is not None)
+            for kind in dict.fromkeys(self._kinds)
+        }
+        widths = [self._steps[kind].width for kind in self._kinds]
+        parts = Parts(model, self._kinds, widths, mode, point, Form(lanes, shared), directions is not None)
         self.works = parts.works
         self.straight: KernelSet = parts.compiled
         self._offsets: list[int] = []
         offset = 0
         for kind in self._kinds:
             self._offsets.append(offset)
-            offset += self._steps[kind].hoisted
+            offset += self._steps[kind].compiled.hoisted
         self.straight_offset = offset
         self.hoisted = offset + self.straight.hoisted
-        self.from_disk = self.straight.from_disk and all(step.from_disk for step in self._steps.values())
+        self.from_disk = self.straight.from_disk and all(
+            step.compiled.from_disk for step in self._steps.values()
+        )
         self._tables: list[np.ndarray] = []
         start = perf_counter()
         code = native.object_code(Driver(self, parts).text())
         library = native.Library(code)
-        used = [self.straight, *self._steps.values()]
+        used = [self.straight, *(step.compiled for step in self._steps.values())]
         self.size = len(code) + sum(one.size for one in used)
         self.seconds = perf_counter() - start + sum(one.seconds for one in used)
-        names = ["mass_matrix"] if mode == "mass" else list(parts.outputs)
-        states = {**parts.states, "mass_matrix": model.n_q}
-        widths = {**{name: len(x) for name, x in parts.outputs.items()}, "mass_matrix": model.n_u**2}
+        wide, of = "" if lanes == 1 else ".lanes", {name: len(x) for name, x in parts.outputs.items()}
+        states = dict(parts.states)
+        if mode == "mass":
+            wide, of, states = "", {"mass_matrix": model.n_u**2}, {"mass_matrix": model.n_q}
+        if directions:
+            base, first, count = directions
+            wide, of = "", {"f": of[base] * count} if count else {"tangent": of[base]}
+            states = {"f": states[base], "tangent": 2 * first}
         library.needs = (self._tables, self._steps, self.straight)
-        found = library.addresses([*names, *(f"{name}.batch" for name in names)])
+        found = library.addresses([*(f"{name}{wide}" for name in of), *(f"{name}.batch" for name in of)])
+        operations = self._operations()
         self.kernels = {
             name: Kernel(
-                name, library, found[name], found[f"{name}.batch"], states[name], self.hoisted, widths[name],
-                self._operations(),
+                name, library, found[f"{name}{wide}"], found[f"{name}.batch"], states[name], self.hoisted,
+                size, operations, found[f"{name}.lanes"] if wide else None,
             )
-            for name in names
+            for name, size in of.items()
         }  # fmt: skip
 
     def __getitem__(self, name: str) -> Kernel:
@@ -148,15 +190,34 @@ class LoopedSet:
 
     def _operations(self) -> dict[str, int]:
         total: dict[str, int] = {}
-        for kind in self._kinds:
+        for kind, links in Counter(self._kinds).items():
             for name in self.loops:
-                for code, count in self._steps[kind][name].operations.items():
-                    total[code] = total.get(code, 0) + count
-        return dict(sorted(total.items()))
+                for code, count in self._steps[kind].compiled[name].operations.items():
+                    total[code] = total.get(code, 0) + links * count
+        columns = self.directions.columns or 1 if self.directions else 1
+        return {code: columns * count for code, count in sorted(total.items())}
+
+    def of_rows(self, name: str, shared: bool) -> Kernel:
+        """A kernel with its form for batches: eight states at a time, of the same parameters or each of its own.
+
+        Columns of a matrix stand side by side already.
+        """
+        if self.lanes > 1 or self.directions:
+            return self.kernels[name]
+        if shared not in self._wide:
+            wide = LoopedSet(self.model, self.mode, self.point, WIDTH, shared)
+            self._wide[shared] = {
+                name: Kernel(
+                    name, (one, eight), one.address, eight.batch_address, one.state, one.hoisted, one.outputs,
+                    one.operations, eight.lanes_address,
+                )
+                for (name, one), eight in zip(self.kernels.items(), wide.kernels.values(), strict=True)
+            }  # fmt: skip
+        return self._wide[shared][name]
 
     def step(self, i: int) -> KernelSet:
         """The code of link i."""
-        return self._steps[self._kinds[i]]
+        return self._steps[self._kinds[i]].compiled
 
     def offset(self, i: int) -> int:
         """Where the constants of link i stand in c."""
@@ -176,7 +237,7 @@ class LoopedSet:
         state = float_state(self.model, values=values)
         c = np.empty(self.hoisted)
         for i, kind in enumerate(self._kinds):
-            step, start = self._steps[kind], self._offsets[i]
+            step, start = self._steps[kind].compiled, self._offsets[i]
             numbers = [float(state(x)) for x in constants_of(self.model, i)]
             c[start : start + step.hoisted] = step.constants(numbers)
         c[self.straight_offset :] = self.straight.constants(p)
@@ -200,10 +261,15 @@ class _Inputs(list[Any]):
 class Parts:
     """The straight parts of a model, and where everything stands in S.
 
-    S = 0, t, y | fetched from the records | front | loads | finish | energy | records (the ground's first)
+    S = 0, t, y | fetched from the records | front | loads | finish | energy | of the loops | records | second records
+
+    (the ground's first).
     """
 
-    def __init__(self, model: Model, kinds: Sequence[link_step.Kind], mode: str, point: Any) -> None:
+    def __init__(
+        self, model: Model, kinds: Sequence[link_step.Kind], widths: Sequence[int], mode: str, point: Any, form: Form,
+        moved: bool,
+    ) -> None:  # fmt: skip
         self.model = model
         self.mode = mode
         tape = Tape()
@@ -282,19 +348,19 @@ class Parts:
         else:
             finish = self._forces(state, loads, fetch)
         # energy
-        sums = [tape.input(f"sum {k}") for k in range(6)]  # of which momenta are six
-        self.sums = len(self._inputs)
-        for x in sums:
+        totals = [tape.input(f"sum {k}") for k in range(6)]  # of which momenta are six
+        self.totals = len(self._inputs)
+        for x in totals:
             self._places[x.index] = len(self._inputs)
             self._inputs.append(x)
-        potential = spring - dot(gravity, (sums[1], sums[2], sums[3]))
+        potential = spring - dot(gravity, (totals[1], totals[2], totals[3]))
         self.fetched = fetched
 
         functions: dict[str, list[Any]] = {
             "front": [x for one in joints for x in one] + list(negate(gravity)),
             "loads": [x for wrench in loads.wrenches.values() for vector in wrench for x in vector],
             "finish": finish,
-            "energy": [sums[0], potential] if energetic else [],
+            "energy": [totals[0], potential] if energetic else [],
         }
         computed: dict[str, list[Any]] = {}
         start = len(self._inputs)
@@ -306,10 +372,26 @@ class Parts:
             placed[name] = [self._place(x, start, own_list) for x in outputs]
             computed[name] = own_list
             start += len(own_list)
+        parents = [link.parent for link in model.links]
+        everywhere = mode.startswith("reactions")
+        self.sums = sums(parents, range(len(parents)) if everywhere else loads.wrenches, start, link_step.SUM)
+        self.accelerations, start = accelerations(parents, everywhere or mode in GIVEN, self.sums.end)
+        self.joint = start
+        self.records = []
+        start += link_step.ARRAYS["joint"]
+        for width in widths:
+            self.records.append(start)
+            start += width
         self.base = start
+        self.size = start + (len(model.links) + 1) * link_step.WIDTH
         self.empty = {name for name, outputs in computed.items() if not outputs}
         parameters = [state.values[parameter.symbol] for parameter in model.parameters]
-        self.compiled = compile_tape(tape, computed, state.t, self._inputs, parameters)
+        inputs = self._inputs
+        if moved:
+            computed, inputs = beside(tape, computed, inputs)
+        self.compiled = compile_tape(
+            tape, computed, state.t, inputs, parameters, form=form if form.lanes > 1 else None
+        )
         # tables
         self.joints: list[list[int]] = []
         k = 0
@@ -318,7 +400,7 @@ class Parts:
             k += len(one)
         self.ground = placed["front"][k:]
         self.pressed = [
-            (self.record(i) + link_step.INERTIA + 21 + j, placed["loads"][6 * n + j])
+            (self.sums.of[i] + j, placed["loads"][6 * n + j])
             for n, i in enumerate(loads.wrenches)
             for j in range(6)
         ]
@@ -345,14 +427,14 @@ class Parts:
             "kinetic_energy": placed["energy"][:1],
             "potential_energy": placed["energy"][1:],
             "poses": [
-                self.record(model.bodies[name].link) + k
+                self.at(model.bodies[name].link, k)
                 for name in model.bodies
                 for k in (
                     *range(link_step.ORIGIN, link_step.ORIGIN + 3), *range(link_step.PLACE, link_step.PLACE + 9)
                 )
             ],
             "postures": [
-                self.record(model.bodies[name].link) + k
+                self.at(model.bodies[name].link, k)
                 for name in model.bodies
                 for k in (
                     *range(link_step.PLACE, link_step.PLACE + 9), *range(link_step.ORIGIN, link_step.ORIGIN + 3)
@@ -360,11 +442,11 @@ class Parts:
             ],
         }  # fmt: skip
         moved = [
-            self.record(model.bodies[name].link) + k
+            self.at(model.bodies[name].link, k)
             for name in model.bodies
             for k in range(link_step.MOVED, link_step.MOVED + 6)
         ]
-        self.outputs |= {"velocities": moved, "momentum": list(range(self.sums, self.sums + 6))}
+        self.outputs |= {"velocities": moved, "momentum": list(range(self.totals, self.totals + 6))}
         if self.mode == "forced":
             self.outputs = {"accelerations": accelerations}
 
@@ -425,9 +507,11 @@ class Parts:
             result += [*apply(R, force), *apply(R, moment)]
         return result
 
-    def record(self, i: int) -> int:
-        """Where the record of link i begins; the ground's is the first."""
-        return self.base + (i + 1) * WIDTH
+    def at(self, i: int, place: int) -> int:
+        """Where a number of the records of link i stands; i = -1 is the ground, which has a second one only."""
+        if place < link_step.SECOND:
+            return self.records[i] + place
+        return self.base + (i + 1) * link_step.WIDTH + place - link_step.SECOND
 
     def _place(self, x: Any, start: int, computed: list[Any]) -> int:
         """Where x is found in S; it is computed unless it stands there."""
@@ -449,7 +533,7 @@ class Parts:
         for i, link in enumerate(model.links):
             if link.kind in ("ball", "free"):
                 for k in range(7 if link.kind == "free" else 4):
-                    result[link.q + k] = self.record(i) + link_step.COORDINATE_RATES + k
+                    result[link.q + k] = self.at(i, link_step.COORDINATE_RATES + k)
         return result
 
 
@@ -468,6 +552,34 @@ MODES = {
 """Mode of the set that has them; the others are of "motion"."""
 
 
+def looped_kernel(model: Model, key: Any, product: Any, kept: dict[Any, LoopedSet]) -> LoopedKernel | None:
+    """The kernel of a product of a large model in looped form, if it has one; sets are ``kept`` for other products."""
+    if not is_large(model):
+        return None
+    if product.point is not None:
+        return LoopedKernel(LoopedSet(model, "jacobian", product.point), "jacobian")
+    name, _, by = key.partition("_by_") if isinstance(key, str) else ("", "", "")
+    if key == "derivatives":
+        name, by = "forward_dynamics", "q u"
+    if name not in LOOPED:
+        return None
+    mode, kernel = MODES.get(name, "motion"), LOOPED[name]
+    if by == "":
+        if mode not in kept:
+            kept[mode] = LoopedSet(model, mode)
+        return LoopedKernel(kept[mode], kernel)
+    if by == "displacement" and not model.quaternions:
+        by = "q"
+    sizes = {x: model.n_q if x == "q" else model.n_u for x in product.inputs}
+    if mode == "mass" or by not in (*sizes, "q u"):
+        return None
+    first = 0 if by == "q u" else sum([*sizes.values()][: [*sizes].index(by)])
+    count = sum(sizes.values()) if by == "q u" else sizes[by]
+    if count == 0:
+        return None
+    return LoopedKernel(LoopedSet(model, mode, directions=Directions(kernel, first, count)), "f")
+
+
 class LoopedKernel:
     """One kernel of a looped model in the form of a set with the kernel ``"f"``."""
 
@@ -481,6 +593,10 @@ class LoopedKernel:
     def __getitem__(self, name: str) -> Kernel:
         assert name == "f"
         return self.kernel
+
+    def of_rows(self, shared: bool) -> Kernel:
+        """The kernel with its form for batches: eight states at a time, of the same parameters or each of its own."""
+        return self.owner.of_rows(self.kernel.name, shared)
 
     def constants(self, parameters: Any) -> np.ndarray:
         """See :meth:`LoopedSet.constants`."""

@@ -34,7 +34,7 @@ from .arguments import (
 )
 from .closed import Singularity, actuator_forces, chosen, completed, singularity
 from .kernels import Kernel, KernelSet
-from .looped import LOOPED, MODES, LoopedKernel, LoopedSet, is_large
+from .looped import LoopedKernel, LoopedSet, looped_kernel
 from .products import (
     Product,
     check_conditions,
@@ -629,7 +629,8 @@ class Program:
 
         The state y of the kernel is what the product depends on, one after the other: q, u, u' or forces.
         """
-        return self._compiled(name, self._product(name), batch)["f"]
+        made = self._compiled(name, self._product(name), batch)
+        return made.of_rows(shared=False) if batch and isinstance(made, LoopedKernel) else made["f"]
 
     def constants(
         self, name: str = "forward_dynamics", values: Mapping[Any, Any] | None = None, **named: Any
@@ -695,14 +696,8 @@ class Program:
 
     def _looped(self, key: Any, product: Product) -> tuple[Any, bool] | None:
         """The kernel of a large tree, of one state and of batches."""
-        if (key not in LOOPED and product.point is None) or not is_large(self.model):
-            return None
-        if product.point is not None:
-            return LoopedKernel(LoopedSet(self.model, "jacobian", product.point), "jacobian"), True
-        mode = MODES.get(key, "motion")
-        if mode not in self._large:
-            self._large[mode] = LoopedSet(self.model, mode)
-        return LoopedKernel(self._large[mode], LOOPED[key]), True
+        found = looped_kernel(self.model, key, product, self._large)
+        return None if found is None else (found, True)
 
     def _run(
         self,
@@ -740,6 +735,8 @@ class Program:
             out = kernel(float(time), np.concatenate(list(arrays.values())), c)
             return out.reshape(shape) if shape else float(out[0])
         rows = [np.broadcast_to(x, (count, x.shape[-1])) for x in arrays.values()]
+        if isinstance(program, LoopedKernel):
+            kernel = program.of_rows(shared=c.ndim == 1)
         out = kernel.batch(time, np.concatenate(rows, axis=1), c, threads=self.threads)
         return out.reshape(count, *shape)
 

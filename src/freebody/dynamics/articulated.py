@@ -130,7 +130,7 @@ def passed_on(
         return I_A, plus(p_A, blocks_times(I_A, c))
     motion, U, m, D = kept
     I_a = I_A
-    for W, x in zip(U, _solve_columns(D, U), strict=True):
+    for W, x in zip(U, columns_solved(D, U), strict=True):
         I_a = blocks_less_outer(I_a, W, x)
     for S in motion:
         I_a = _cleared(I_a, S)
@@ -213,7 +213,7 @@ def _replaced(p: Spatial, S: Spatial, force: Any) -> Spatial:
     return (new, p[1]) if part == 0 else (p[0], new)
 
 
-def _solve_columns(D: Factorization, U: list[Spatial]) -> list[Spatial]:
+def columns_solved(D: Factorization, U: list[Spatial]) -> list[Spatial]:
     """Rows x of D⁻¹ Uᵀ, as spatial vectors."""
     if len(U) == 1:
         return [times(divide(1, D.D[0]), U[0])]

@@ -11,7 +11,7 @@ Source: A. Griewank, A. Walther, Evaluating Derivatives (2008), chapters 2 and 3
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -51,6 +51,18 @@ def forward(tape: Tape, outputs: Sequence[Any], wrt: Sequence[Traced], seeds: Se
             (rate * partial for rate, partial in zip((dp, dq), _partials(tape, i, dp, dq), strict=False)), 0
         )
     return [tangent.get(y.index, 0) if type(y) is Traced else 0 for y in outputs]
+
+
+def beside(
+    tape: Tape, functions: Mapping[str, Sequence[Any]], wrt: Sequence[Traced]
+) -> tuple[dict[str, list[Any]], list[Traced]]:
+    """Outputs of functions, each with its derivative behind it, and the variables, each with its rate behind it."""
+    rates = [tape.input(f"rate of {tape.inputs[tape.a[x.index]]}") for x in wrt]
+    results = {
+        name: [x for pair in zip(outputs, forward(tape, outputs, wrt, rates), strict=True) for x in pair]
+        for name, outputs in functions.items()
+    }
+    return results, [x for pair in zip(wrt, rates, strict=True) for x in pair]
 
 
 def reverse(tape: Tape, output: Any, wrt: Sequence[Traced]) -> list[Any]:

@@ -29,6 +29,8 @@ from . import layout, loop
 from .arguments import check_heeded, check_numbers
 from .batch_alone import NO_START, REASON, REFUSED, Alone
 from .batch_kernels import BatchProgram, batch_program
+from .batch_large import Large
+from .batch_large import applies as large
 from .batch_start import Lanes, lanes_of
 from .batch_store import Store, check_names, dataset_of
 from .batch_threads import share
@@ -340,7 +342,8 @@ class Job:
     def run(self, part: Results, between: Callable[[float], None]) -> None:
         """Run lanes, and those that turn out to be stiff once more."""
         if not self.looped:
-            Alone(self, part).run(np.flatnonzero(part.waiting) + part.low, between)
+            alone = Large(self, part, _Loop) if large(self) else Alone(self, part)
+            alone.run(np.flatnonzero(part.waiting) + part.low, between)
             return
         first = "dop853" if self.method == "auto" else self.method
         if self.method == "auto" and self.tolerances.size and self.tolerances.min() < FINE:
@@ -432,7 +435,9 @@ def _blocks(job: Job, kept: Any) -> Iterator[tuple[int, int]]:
 class _Loop:
     """The compiled loop over lanes, ready to run."""
 
-    def __init__(self, job: Job, method: str, part: Results, until_stiff: bool) -> None:
+    def __init__(
+        self, job: Job, method: str, part: Results, until_stiff: bool, program: BatchProgram | None = None
+    ) -> None:
         self.job, self.method, self.part = job, method, part
         kernels, given, model = job.kernels, job.given, job.kernels.model
         # eight at once, where nothing is looked for between the output times
@@ -440,7 +445,7 @@ class _Loop:
             method == "dop853" and not model.constraints and not job.specs and not job.asked.reduced
             and job.step is None and kernels.size > 0 and job.begin != job.end and part.high - part.low >= layout.WIDTH
         )  # fmt: skip
-        program: BatchProgram = batch_program(
+        program = program or batch_program(
             kernels,
             job.asked.timed_values,
             job.asked.reduced_values,

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ..compile.fixed import Fixed
 from ..compile.kernels import KernelSet, compile_tape
 from ..dynamics import State, coordinate_rates, kinetic_energy, potential_energy, traced_state
 from ..dynamics.motion import motion, total_power
@@ -31,7 +32,7 @@ class BatchProgram:
     ``dropped``    number of residuals that must stay zero
     """
 
-    compiled: KernelSet
+    compiled: KernelSet | Fixed
     watched: int
     dropped: int
 

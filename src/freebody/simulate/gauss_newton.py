@@ -119,20 +119,28 @@ def least(a: Reals, m: int, n: int, b: Reals, x: Reals, small: float, room: Real
 
 
 @compiled
-def cholesky(M: Reals, n: int) -> float:
-    """The lower factor in place of ``M``; the product of what is on its diagonal, squared."""
-    product = 1.0
+def cholesky(M: Reals, n: int) -> None:
+    """The lower factor in place of ``M``; not a number where ``M`` is not positive."""
     for j in range(n):
         for i in range(j, n):
             s = M[i * n + j]
             for k in range(j):
                 s -= M[i * n + k] * M[j * n + k]
-            if i == j:
-                product *= s
-                M[j * n + j] = root(s)
-            else:
-                M[i * n + j] = s / M[j * n + j]
-    return product
+            M[i * n + j] = root(s) if i == j else s / M[j * n + j]
+
+
+@compiled
+def inverse_trace(L: Reals, n: int, x: Reals) -> float:
+    """Σ |x|² with L x each unit vector: the trace of (L Lᵀ)⁻¹."""
+    total = 0.0
+    for j in range(n):
+        for i in range(j, n):
+            s = 1.0 if i == j else 0.0
+            for k in range(j, i):
+                s -= L[i * n + k] * x[k]
+            x[i] = s / L[i * n + i]
+            total += x[i] * x[i]
+    return total
 
 
 @compiled
@@ -343,15 +351,12 @@ def close(
     G = shifted(psi, m)
     M = shifted(G, m * n)
     rest = shifted(M, n * n)
-    # of ones on the diagonal, the least eigenvalue is at least det M ((n - 1) / n)^(n - 1): the others' mean is at most
-    # n / (n - 1)
+    # the inverse of the least eigenvalue is the greatest of the inverse, and that is at most the sum of all
     for i in range(n):
         for j in range(n):
             rest[i * n + j] = M[i * n + j] / root(M[i * n + i] * M[j * n + j])
-    bound = cholesky(rest, n)
-    for _ in range(n - 1):
-        bound *= (n - 1.0) / n
-    integers[HEAVY] = 1 if bound > numbers[LIGHT] else 0
+    cholesky(rest, n)
+    integers[HEAVY] = 1 if inverse_trace(rest, n, shifted(rest, n * n)) * numbers[LIGHT] < 1.0 else 0
     independent(G, M, m, n, kept, numbers[POOR], numbers[DEPENDENT], rest)
     integers[STATUS] = speeds(shifted(state, n_q), G, psi, M, m, n, fixed, numbers, integers, rest)
 

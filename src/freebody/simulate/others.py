@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from ..compile.kernels import compile_tape
+from ..compile.looped import Directions, LoopedSet, is_large
 from ..dynamics import State, coordinate_rates, mass_matrix, potential_energy, traced_state
 from ..dynamics.linear import Factorization
 from ..dynamics.motion import motion, total_power
@@ -36,6 +37,9 @@ from .layout import padded
 
 def tangent(kernels: Kernels) -> Program:
     """Function ``tangent`` of (t, (y, v)): (∂f/∂y) v, one sweep along the trace of the rates."""
+    if "tangent" not in kernels._programs and is_large(kernels.model):
+        along = Directions("rates", kernels.size)
+        kernels._programs["tangent"] = Program(LoopedSet(kernels.model, directions=along))
     if "tangent" not in kernels._programs:
         tape = Tape()
         model = kernels.model
