@@ -59,6 +59,7 @@ STATUS = {
     layout.NOT_FINITE: "not finite",
     layout.COLLAPSED: "step collapsed",
     layout.DIVERGED: "iteration diverged",
+    layout.UNDEFINED: "event undefined",
     at.TOO_MANY: "too many steps",
     at.LEFT: "constraints contradicted",
     NO_START: "no start",

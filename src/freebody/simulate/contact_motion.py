@@ -17,7 +17,7 @@ from .event import EventSpec
 from .impacts import ORDERS
 from .initial import number
 from .kernels import Kernels
-from .path import COLLAPSED, NOT_FINITE, TOO_MANY_STEPS, Array, observe
+from .path import FAILED, Array, observe
 
 
 def touching_motion(
@@ -96,10 +96,10 @@ def touching_motion(
             error.trajectory = _trajectory(kernels, values, work, None, specs, tolerances, times, samples)  # type: ignore[attr-defined]
         raise
     trajectory = _trajectory(kernels, values, work, path, specs, tolerances, times, samples)
-    if path.status in (NOT_FINITE, COLLAPSED, TOO_MANY_STEPS):
+    if path.status in FAILED:
         from .simulate import _failure
 
-        raise _failure(trajectory, cast(Any, path), kernels, end)
+        raise _failure(trajectory, cast(Any, path), kernels, end, work.specs)
     return trajectory
 
 

@@ -311,6 +311,7 @@ class ContactRun:
                     terminal,
                     watcher.constants(self.parameters),
                     watcher,
+                    len(self.specs),
                 )
                 if directions
                 else None

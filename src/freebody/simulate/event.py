@@ -49,6 +49,9 @@ class Event:
 def event(expression: Any, name: str | None = None, direction: int = 0, terminal: bool = False) -> EventSpec:
     """An event to watch for in a simulation: ``expression`` passes through zero.
 
+    A jump from one sign to the other passes through zero, a pole such as that of ``1/theta`` does not. A run does not
+    begin, and stops, where the expression has no value.
+
     Parameters
     ----------
     expression : SymPy expression or text

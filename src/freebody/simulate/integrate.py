@@ -24,6 +24,7 @@ from .path import (
     STIFF,
     TERMINAL,
     TOO_MANY_STEPS,
+    UNDEFINED,
     Array,
     Crossing,
     Path,
@@ -38,6 +39,7 @@ _STATUS = {
     layout.COLLAPSED: COLLAPSED,
     layout.DIVERGED: DIVERGED,
     layout.STIFF: STIFF,
+    layout.UNDEFINED: UNDEFINED,
 }
 FINEST_OF_SUMS = 1e-14
 """Relative tolerance below which explicit sums of many steps lose more to round-off than the steps err."""
@@ -203,6 +205,7 @@ class _Run:
             assert watch is not None
             real[place["watch_constants"]] = ce
             whole[place["directions"]], whole[place["terminal"]] = watch.directions, watch.terminal
+            self.integers[layout.NAMED] = m if watch.named is None else watch.named
         self.told[: layout.NUMBERS] = (
             rates.address,
             n,

@@ -21,7 +21,10 @@ COLLAPSED = "step collapsed"
 TOO_MANY_STEPS = "too many steps"
 DIVERGED = "iteration diverged"
 STIFF = "stiff"
+UNDEFINED = "event undefined"
 INTERRUPTED = "interrupted"
+FAILED = (NOT_FINITE, COLLAPSED, DIVERGED, TOO_MANY_STEPS, UNDEFINED)
+"""How a run ends that can not be continued."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,7 @@ class Rates:
 class Watch:
     """Event functions g(t, y, c) as machine code; ``directions`` -1, 0 or +1 and ``terminal`` of each.
 
-    ``constants`` None: those of the rates.
+    ``constants`` None: those of the rates. The run stops where one of the first ``named`` (None: of all) has no value.
     """
 
     address: int
@@ -71,6 +74,7 @@ class Watch:
     terminal: tuple[bool, ...]
     constants: Array | None = None
     keep: Any = None
+    named: int | None = None
 
 
 @dataclass(frozen=True)
@@ -88,8 +92,8 @@ class Path:
     """States of a run, one per accepted step, and the dense output between them.
 
     ``times`` (m + 1) and ``states`` (m + 1, n) hold the starts of the m steps and the end of the run; ``lengths`` (m)
-    are the steps the integrator took (the last may reach beyond a terminal event). ``blame`` is the component that
-    stopped a failed run. ``method``, ``relative`` and ``absolute`` are those the steps were taken with; ``stiff``
+    are the steps the integrator took (the last may reach beyond a terminal event). ``blame`` is the component, of the
+    status UNDEFINED the event function, that stopped a failed run. ``method``, ``relative`` and ``absolute`` are those the steps were taken with; ``stiff``
     counts the steps whose length the stability of an explicit method limited.
     """
 

@@ -8,7 +8,7 @@ The rates are machine code made from the algorithms (`kernels`), the loop around
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,12 +26,12 @@ from .blow import blows_of, struck_path, watching_blows, watching_specs
 from .closing import check_redundant, closed_start, nearly_dependent
 from .contact_motion import touching_motion
 from .driven import Drives, at_time, check_signals, driven_path, refuse_switched
-from .event import expressions_of, specs_of
+from .event import EventSpec, expressions_of, specs_of
 from .initial import asks_for_many, initial_state, number
 from .kernels import Kernels, kernels_of
 from .methods import check_method, check_method_of_contacts, first_method, run
 from .path import Path, Rates, Watch, observe
-from .phases import PhasedTrajectory
+from .phases import PhasedTrajectory, Phases
 from .progress import Progress
 from .sensitivity import sensitive_motion
 from .timestepping import stepped_motion
@@ -229,8 +229,8 @@ def simulate(
                 wanted, samples, method=method, step=step, max_step=max_step, max_steps=max_steps, project=project,
                 between=between,
             )  # fmt: skip
-        if sensitive.path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.DIVERGED, runs.TOO_MANY_STEPS):
-            raise _failure(sensitive, sensitive.path, kernels, end)
+        if sensitive.path.status in runs.FAILED:
+            raise _failure(sensitive, sensitive.path, kernels, end, specs)
         return sensitive
     if method == "timestepping":
         refuse_switched(model, 'method="timestepping"')
@@ -305,8 +305,8 @@ def simulate(
             path = advance(state, begin, end)
     parts = (kernels, numbers, path, specs, tolerances, wanted, samples)
     trajectory = PhasedTrajectory(*parts, happenings=happenings) if blows or drives else Trajectory(*parts)
-    if path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.DIVERGED, runs.TOO_MANY_STEPS):
-        raise _failure(trajectory, path, kernels, end)
+    if path.status in runs.FAILED:
+        raise _failure(trajectory, path, kernels, end, watching_specs(kernels, specs, blows))
     if model.constraints:
         check_redundant(kernels, kernels.motion(), path)
     return trajectory
@@ -354,9 +354,10 @@ def _tolerance(value: Any, finest: float) -> float:
 
 
 def _culprit(path: Path, kernels: Kernels) -> int:
-    """The component to blame; for the work, which has no motion of its own, the speed that changes fastest."""
+    """The component, or event, to blame; for the work, which has no motion of its own, the speed that changes
+    fastest."""
     n_q, n_u = kernels.model.n_q, kernels.model.n_u
-    if path.blame < n_q + n_u:
+    if path.blame < n_q + n_u or path.status == runs.UNDEFINED:
         return path.blame
     rates = observe(
         path.rates.address, path.rates.size, path.times[-1:], path.states[-1:], path.rates.constants
@@ -403,10 +404,34 @@ def _locked(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
     )
 
 
-def _failure(trajectory: Trajectory, path: Path, kernels: Kernels, end: float) -> SimulationError:
-    name = kernels.names[_culprit(path, kernels)]
+def _undefined(trajectory: Trajectory, path: Path | Phases, kernels: Kernels, spec: EventSpec) -> str:
+    (expression,) = expressions_of(kernels.model, (spec,))
+    last = path.segments[-1].path if isinstance(path, Phases) else path
+    if last.steps == 0:
+        program = kernels.expressions((expression,))
+        (value,) = trajectory._observed(program, "values", path.times[-1:], path.states[-1:])[0]
+        return (
+            f"expected a number for event '{spec.name}' at t = {path.end:.9g} s, where it begins, got {value:g} for "
+            f"{expression}. A division by zero, or a root or logarithm of a negative number, does this: watch what "
+            "passes through zero itself, or start elsewhere."
+        )
+    return (
+        f"event '{spec.name}' has no value just after t = {path.end:.9g} s: expected a number for {expression}, got "
+        "nan. A root or logarithm of a negative number, or 0/0, does this: watch what stands under it, or stop before "
+        "with a terminal event."
+    )
+
+
+def _failure(
+    trajectory: Trajectory, path: Path, kernels: Kernels, end: float, watched: Sequence[EventSpec]
+) -> SimulationError:
+    """What is said of a run that could not go on; ``watched``: events, and what calls for blows, by number."""
+    undefined = path.status == runs.UNDEFINED
+    name = "" if undefined else kernels.names[_culprit(path, kernels)]
     idle = _massless(path, kernels, trajectory) if path.status == runs.NOT_FINITE else ()
-    if idle:
+    if undefined:
+        what = _undefined(trajectory, path, kernels, watched[path.blame])
+    elif idle:
         what = (
             f"the mass matrix is singular at t = {path.end:.9g} s: there {' and '.join(map(repr, idle))} together "
             "move no mass. Euler angles whose axes line up do this: start or describe the body in another sequence "

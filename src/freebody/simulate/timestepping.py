@@ -439,19 +439,42 @@ def _memory(
 def _crossings(
     kernels: Kernels, values: Any, specs: Any, expressions: Any, times: Array, states: Array
 ) -> tuple[Crossing, ...]:
-    """Zeros of the user's events between the ends of steps, by the chord."""
+    """Zeros of the user's events between the ends of steps, by the chord.
+
+    Raises
+    ------
+    SimulationError          an event without a value
+    """
     if not specs:
         return ()
     program = kernels.expressions(expressions)
-    g = observe(
-        program.address("values"), len(specs), times, states, program.constants(kernels.parameters(values))
-    )
+    constants = program.constants(kernels.parameters(values))
+
+    def at(moments: Array, there: Array) -> Array:
+        return observe(program.address("values"), len(specs), moments, there, constants)
+
+    g = at(times, states)
+    lost = np.argwhere(~np.isfinite(g))
+    if len(lost):
+        k, i = lost[0]
+        raise SimulationError(
+            f"Expected a number for event '{specs[i].name}' at t = {times[k]:.9g} s, got {g[k, i]:g} for "
+            f"{expressions[i]}. A division by zero, or a root or logarithm of a negative number, does this: watch what "
+            "passes through zero itself, or stop before with a terminal event."
+        )
     result = []
     for i, spec in enumerate(specs):
         for k in np.flatnonzero((g[:-1, i] * g[1:, i] < 0) | ((g[1:, i] == 0) & (g[:-1, i] != 0))):
             sign = 1 if g[k, i] < 0 else -1
             if spec.direction in (0, sign):
                 x = g[k, i] / (g[k, i] - g[k + 1, i])
+                if _through_infinity(
+                    lambda x, k=k, i=i: at(
+                        times[k : k + 1] + x * (times[k + 1] - times[k]),
+                        states[k : k + 1] + x * (states[k + 1] - states[k]),
+                    )[0, i]
+                ):
+                    continue
                 result.append(
                     Crossing(
                         float(times[k] + x * (times[k + 1] - times[k])),
@@ -461,3 +484,17 @@ def _crossings(
                     )
                 )
     return tuple(sorted(result, key=lambda one: one.time))
+
+
+def _through_infinity(value: Callable[[float], float]) -> bool:
+    """Whether a function changes its sign between 0 and 1 at a pole: beside it, it is greater than at either end."""
+    low, high = 0.0, 1.0
+    before, after = value(low), value(high)
+    largest = max(abs(before), abs(after))
+    for _ in range(40):
+        x = (low + high) / 2
+        found = value(x)
+        if found == 0:
+            return False
+        low, high = (x, high) if (found > 0) == (before > 0) else (low, x)
+    return not min(abs(value(low)), abs(value(high))) <= 1e3 * largest
