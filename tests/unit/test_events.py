@@ -65,7 +65,10 @@ def test_backwards():
 
 
 def test_an_event_without_a_value_at_the_start_is_refused():
-    text = r"expected a number for event 'log' at t = 0 s, where it begins, got nan for log\(-x\(t\)\).*watch what passes"
+    text = (
+        r"expected a number for event 'log' at t = 0 s, where it begins, got nan for log\(-x\(t\)\)"
+        r".*watch what passes"
+    )
     with pytest.raises(SimulationError, match=text):
         motion([fb.event("log(-x)", name="log")])
     with pytest.raises(

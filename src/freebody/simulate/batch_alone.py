@@ -45,6 +45,7 @@ CODES = {
     path.DIVERGED: layout.DIVERGED,
     path.UNDEFINED: layout.UNDEFINED,
     path.TOO_MANY_STEPS: at.TOO_MANY,
+    path.CONTRADICTED: at.LEFT,
 }
 NO_START, REFUSED = 9, 10
 REASON = "reason"

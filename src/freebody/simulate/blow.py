@@ -18,7 +18,7 @@ from .impulse import impulse as struck
 from .initial import number
 from .kernels import Kernels
 from .path import FINISHED, TERMINAL, Array, Path, Watch
-from .phases import Happening, Phases, Segment
+from .phases import Happening, Phases, Segment, parts_of
 
 
 @dataclass(frozen=True)
@@ -193,7 +193,7 @@ def struck_path(
         target = timed[0][0] if timed else end
         path = advance(y, t, target, work)
         mine = [c for c in path.crossings if c.number >= asked]
-        legs = path.segments if isinstance(path, Phases) else (Segment(path, kernels, work),)
+        legs = parts_of(path, kernels, work)
         for leg in legs:
             shown = tuple(c for c in leg.path.crossings if c.number < asked)
             segments.append(replace(leg, path=replace(leg.path, crossings=shown)))
@@ -231,7 +231,7 @@ def struck_path(
             status = TERMINAL if user_stop else FINISHED
             tail = Path(path.rates, np.array([t]), np.empty(0), y[None], (), status, 0, 0, 0)
             if now:
-                segments.append(Segment(tail, kernels, work, parameters=segments[-1].parameters))
+                segments.append(replace(segments[-1], path=tail, impulses=work))
             return Phases(tuple(segments), status), tuple(happenings)
 
 

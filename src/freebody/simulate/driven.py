@@ -31,7 +31,7 @@ from .event import EventSpec
 from .initial import number
 from .kernels import Kernels
 from .path import FINISHED, INTERRUPTED, Array, Crossing, Path, Rates, Watch, observe
-from .phases import Phases, Segment
+from .phases import Phases, Segment, parts_of
 
 _TOGETHER = 1e-12
 """Moments that are closer, relative to 1 s or to their time, are one."""
@@ -304,7 +304,7 @@ def _symbols(part: Any) -> set[Any]:
 
 def driven_path(
     drives: Drives,
-    leg: Callable[..., Path],
+    leg: Callable[..., Path | Phases],
     rates: Rates,
     watch: Watch | None,
     specs: Sequence[EventSpec],
@@ -344,18 +344,18 @@ def driven_path(
             if watch is not None:
                 was, watch = watch, replace(watch, constants=watch.keep.constants(parameters))
                 if segments:
-                    path = segments[-1].path
+                    last = segments[-1].path
                     found = _jumped(was, watch, t, y)
                     if found:
-                        path = replace(path, crossings=(*path.crossings, *found))
-                        segments[-1] = replace(segments[-1], path=path)
+                        last = replace(last, crossings=(*last.crossings, *found))
+                        segments[-1] = replace(segments[-1], path=last)
                         if any(specs[one.number].terminal for one in found):
                             return Phases(tuple(segments), "terminal event")
         fresh = False
         path = leg(
             parameters, here, y, t, min(drives.until(), end), watch=watch, first_step=natural, method=method
         )
-        segments.append(Segment(path, kernels, work, parameters=parameters))
+        segments += [replace(one, impulses=work, parameters=parameters) for one in parts_of(path, kernels)]
         if path.method == "radau":
             method = "radau"
         if path.steps > 1:

@@ -21,6 +21,7 @@ from .path import (
     FINISHED,
     INTERRUPTED,
     NOT_FINITE,
+    RELEASED,
     STIFF,
     TERMINAL,
     TOO_MANY_STEPS,
@@ -30,6 +31,7 @@ from .path import (
     Path,
     Rates,
     Watch,
+    cut,
 )
 
 _STATUS = {
@@ -41,6 +43,7 @@ _STATUS = {
     layout.STIFF: STIFF,
     layout.UNDEFINED: UNDEFINED,
 }
+_ENDS = (layout.FINISHED, layout.TERMINAL)
 FINEST_OF_SUMS = 1e-14
 """Relative tolerance below which explicit sums of many steps lose more to round-off than the steps err."""
 _PIECE = 0.1  # seconds between two looks at the keyboard
@@ -75,6 +78,7 @@ def integrate(
     step: float | None = None,
     until_stiff: bool = False,
     budget: int | None = None,
+    halt: Callable[[Array, Array], int | None] | None = None,
 ) -> Path:
     """The path from ``state`` at ``start`` to ``until`` (earlier than ``start``: backwards in time).
 
@@ -95,6 +99,8 @@ def integrate(
     budget               of a long run, tighten the tolerances after so many steps, so that the errors of all that are
                          still to come together stay within the errors of as many steps again
     until_stiff          stop, with the status STIFF, where an explicit method is limited by stability and far from done
+    halt                 (times, states) of some steps -> the first of these states at which the run stops, with the
+                         status RELEASED, if there is one
     """
     run = _Run(rates, watch, method, state, relative, absolute)
     span = abs(until - start)
@@ -104,9 +110,9 @@ def integrate(
     run.integers[layout.ASKED], run.integers[layout.FIXED] = until_stiff, step is not None
     run.reals[:] = (start, first_step or 0.0, 0.0, until, max_step, start, layout.ORDERS[method])
     largest = max(16, _MEMORY // (8 * (rates.size + 2)))
-    room = min(1024, largest)
+    room = min(1024 if halt is None else 64, largest)  # what comes after a halt was for nothing
     left = math.inf if max_steps is None else max_steps
-    steps = 0
+    steps, last = 0, None
     pieces: list[_Piece] = []
     status = ""
     try:
@@ -119,6 +125,11 @@ def integrate(
             done = pieces[-1].lengths.size
             left -= done
             steps += done
+            if halt is not None:
+                found = halt(pieces[-1].times, pieces[-1].states)
+                if found is not None and (found < done or pieces[-1].code not in _ENDS):
+                    status, last = RELEASED, steps - done + found
+                    break
             if steps == budget and done:
                 # the same place whatever the computer's speed: a run can be repeated to the last bit
                 _tighten(run, steps, start, until, layout.ORDERS[method])
@@ -135,13 +146,13 @@ def integrate(
         status = INTERRUPTED
     if not pieces:
         pieces.append(_Piece(np.array([start]), np.empty(0), np.array(state, dtype=float)[None], [], 0))
-    *before, last = pieces
+    *before, end = pieces
     counts = run.integers.tolist()
-    return Path(
+    path = Path(
         rates,
-        np.concatenate([*(piece.times[:-1] for piece in before), last.times]),
+        np.concatenate([*(piece.times[:-1] for piece in before), end.times]),
         np.concatenate([piece.lengths for piece in pieces]),
-        np.concatenate([*(piece.states[:-1] for piece in before), last.states]),
+        np.concatenate([*(piece.states[:-1] for piece in before), end.states]),
         tuple(crossing for piece in pieces for crossing in piece.crossings),
         status,
         counts[layout.BLAME],
@@ -152,6 +163,7 @@ def integrate(
         run.absolute.copy(),
         counts[layout.STIFFNESS],
     )
+    return path if last is None else cut(path, last, status)
 
 
 def _tighten(run: _Run, steps: int, start: float, until: float, order: int) -> None:

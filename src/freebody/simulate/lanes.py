@@ -345,9 +345,11 @@ def lanes(
                         for i in range(n):
                             size = greater(size, abs(states[k * n + i]))
                         call(kernels[DROPPED], times[k], states, k * n, c, spare, 0)
-                        for j in range(sizes[N_DROPPED]):
+                        for j in range(sizes[N_DROPPED] - 1):
                             if abs(spare[j]) > 1e-6 * (1.0 + size):
                                 code = LEFT
+                        if spare[sizes[N_DROPPED] - 1] > 0.0:
+                            code = LEFT
                 if code == RUNNING and left <= 0:
                     code = TOO_MANY
             natural = stride if integers[TAKEN] > 1 else greater(natural, stride)

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..dynamics.constrained import independent_rows
 from ..dynamics.constraints import rows
 from ..dynamics.mobility import massless_motion
 from ..dynamics.state import float_state
@@ -23,17 +22,18 @@ from . import loop
 from . import path as runs
 from .arguments import check_heeded, check_numbers, is_number
 from .blow import blows_of, struck_path, watching_blows, watching_specs
-from .closing import check_redundant, closed_start, nearly_dependent
+from .closing import closed_start, nearly_dependent
 from .contact_motion import touching_motion
 from .driven import Drives, at_time, check_signals, driven_path, refuse_switched
 from .event import EventSpec, expressions_of, specs_of
+from .holding import Holding, check_redundant, taking_over
 from .initial import asks_for_many, initial_state, number
 from .kernels import Kernels, kernels_of
 from .methods import check_method, check_method_of_contacts, first_method, run
 from .path import Path, Rates, Watch, observe
 from .phases import PhasedTrajectory, Phases
 from .progress import Progress
-from .sensitivity import sensitive_motion
+from .sensitivity import SensitiveTrajectory, sensitive_motion
 from .timestepping import stepped_motion
 from .trajectory import Trajectory
 
@@ -274,15 +274,21 @@ def simulate(
         watch = watching_blows(kernels, parameters, specs, blows)
     with Progress(begin, end, progress) as between:
         left, longest = max_steps, math.inf if max_step is None else float(max_step)
+        holding = Holding(kernels)
 
-        def leg(*arguments: Any, **more: Any) -> Path:
-            nonlocal left
-            part = run(
-                kernels, *arguments, relative=tolerances, absolute=absolute, max_step=longest, max_steps=left,
-                between=between, **more,
-            )  # fmt: skip
-            left = None if left is None else left - part.steps
-            return part
+        def leg(
+            p: Any, how: str, here: Rates, y: Any, t0: float, t1: float, work: float = 0.0, **more: Any
+        ) -> Any:
+            def part(held: Kernels, rates: Rates, y: Any, t0: float, t1: float, halt: Any) -> Path:
+                nonlocal left
+                done = run(
+                    held, p, how, step, rates, y, t0, t1, relative=tolerances, absolute=absolute, max_step=longest,
+                    max_steps=left, between=between, halt=halt, **more,
+                )  # fmt: skip
+                left = None if left is None else left - done.steps
+                return done
+
+            return holding.path(part, p, here, y, t0, t1, work)
 
         happenings: tuple[Any, ...] = ()
         path: Any
@@ -291,10 +297,10 @@ def simulate(
 
         def advance(y: Any, t0: float, t1: float, work: float = 0.0) -> Any:
             if drives is None:
-                return leg(parameters, method, step, rates, y, t0, t1, watch=watch)
+                return leg(parameters, method, rates, y, t0, t1, work, watch=watch)
 
-            def interval(p: Any, here: Rates, *span: Any, method: str | None = None, **more: Any) -> Path:
-                return leg(p, method or given, step, here, *span, **more)
+            def interval(p: Any, here: Rates, *span: Any, method: str | None = None, **more: Any) -> Any:
+                return leg(p, method or given, here, *span, **more)
 
             every = watching_specs(kernels, specs, blows)
             return driven_path(drives, interval, rates, watch, every, y, t0, t1, work)
@@ -304,11 +310,13 @@ def simulate(
         else:
             path = advance(state, begin, end)
     parts = (kernels, numbers, path, specs, tolerances, wanted, samples)
-    trajectory = PhasedTrajectory(*parts, happenings=happenings) if blows or drives else Trajectory(*parts)
+    phased = isinstance(path, Phases)
+    happened = sorted((*happenings, *holding.told), key=lambda one: one.time)
+    trajectory = PhasedTrajectory(*parts, happenings=happened) if phased else Trajectory(*parts)
     if path.status in runs.FAILED:
-        raise _failure(trajectory, path, kernels, end, watching_specs(kernels, specs, blows))
+        raise _failure(trajectory, path, holding.now, end, watching_specs(kernels, specs, blows))
     if model.constraints:
-        check_redundant(kernels, kernels.motion(), path)
+        check_redundant(trajectory)
     return trajectory
 
 
@@ -377,14 +385,16 @@ def _massless(path: Path, kernels: Kernels, trajectory: Trajectory) -> tuple[str
 
 
 def _locked(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
-    """What is said of constraints where the step collapsed: which of them depend on each other there, if any do."""
+    """What is said of constraints where the step collapsed: which of them depend on each other there, if any do.
+
+    Others that could take over have done so, but for derivatives."""
     n_q, n_u = kernels.model.n_q, kernels.model.n_u
     y = path.states[-1]
     state = float_state(
         kernels.model, y[:n_q].tolist(), y[n_q : n_q + n_u].tolist(), path.end, trajectory.values
     )
-    others = independent_rows(kernels.model, state)
-    if others != kernels.active and len(others) == len(kernels.active):
+    others = taking_over(kernels, kernels.parameters(trajectory.values), path.end, y)
+    if others != kernels.active and isinstance(trajectory, SensitiveTrajectory):
         names = [row.name for row in rows(kernels.model)]
         lost, gained = (
             " and ".join(repr(names[i]) for i in some if i not in rest)
@@ -392,8 +402,8 @@ def _locked(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
         )
         return (
             f" The machine can move on, but {lost}, by which it was held from the start, depends on other conditions "
-            f"there, and {gained} must take over. Go on from the last good state: end = error.trajectory.at("
-            f"{path.end!r}), then simulate(..., start={path.end!r}, initial=end, project=True)."
+            f"there, and {gained} must take over, which derivatives do not follow. Leave out sensitivities=, or end "
+            "before."
         )
     found = nearly_dependent(kernels.model, state, kernels.active)
     if not found:

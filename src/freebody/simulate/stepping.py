@@ -841,7 +841,7 @@ def advance(
             work[STATE * w + i] = work[END * w + i]
             work[i] = work[12 * w + i]
         accept(work, w, n)
-        if status == TERMINAL or status == UNDEFINED or (status == STIFF and not ends):
+        if status in (TERMINAL, UNDEFINED) or (status == STIFF and not ends):
             break
         if ends:
             status = FINISHED

@@ -468,12 +468,12 @@ def _crossings(
             sign = 1 if g[k, i] < 0 else -1
             if spec.direction in (0, sign):
                 x = g[k, i] / (g[k, i] - g[k + 1, i])
-                if _through_infinity(
-                    lambda x, k=k, i=i: at(
-                        times[k : k + 1] + x * (times[k + 1] - times[k]),
-                        states[k : k + 1] + x * (states[k + 1] - states[k]),
-                    )[0, i]
-                ):
+
+                def value(x: float, k: int = int(k), i: int = i) -> float:
+                    between = states[k : k + 1] + x * (states[k + 1] - states[k])
+                    return float(at(times[k : k + 1] + x * (times[k + 1] - times[k]), between)[0, i])
+
+                if _through_infinity(value):
                     continue
                 result.append(
                     Crossing(
