@@ -225,6 +225,11 @@ class Store:
     def __init__(self, path: Any, job: Any) -> None:
         self.path, self.job = path_of(path, "store=", SimulationError), job
         self.mark = _mark(job)
+        if self.path.is_dir():
+            raise SimulationError(
+                f"Expected the path of a file for store=, got the folder '{self.path}'. Name a file in it, such as "
+                f"'{self.path / 'lanes.nc'}'."
+            )
         if not self.path.parent.is_dir():
             raise SimulationError(
                 f"Can not write '{self.path}': there is no folder '{self.path.parent}'. Make it, or choose another "
@@ -321,7 +326,8 @@ class Store:
             opened = h5py.File(self.path, "r+")
         except OSError as error:
             raise SimulationError(
-                f"Can not write results to '{self.path}': {error}. Close the dataset that was read from it."
+                f"Can not write results to '{self.path}': {error}. Close the dataset that was read from it, or wait "
+                "for the process that writes to it."
             ) from None
         with opened as file:
             for name, array in found.items():

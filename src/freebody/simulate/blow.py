@@ -13,6 +13,7 @@ import numpy as np
 import sympy
 
 from ..errors import ModelError, SimulationError
+from .arguments import check_forwards
 from .event import EventSpec, event, expressions_of
 from .impulse import impulse as struck
 from .initial import number
@@ -180,8 +181,7 @@ def struck_path(
     advance              (state, from, to, work of the blows until then) -> Path, or Phases of a driven machine
     specs                events of the user, which stand before those of the blows
     """
-    if end < begin:
-        raise SimulationError("Blows have no way back: a run with impulses= needs until later than start.")
+    check_forwards(begin, end, "a run with impulses=", "blows")
     asked = len(specs)
     timed, called = scheduled(kernels, numbers, blows, begin, end)
     left = {id(one): np.inf if one.times is None else one.times for one in called}

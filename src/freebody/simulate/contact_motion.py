@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from ..errors import SimulationError, nearest
+from .arguments import check_forwards
 from .blow import blows_of, scheduled
 from .contact_run import run
 from .contact_state import CHOICES, ContactRun
@@ -55,10 +56,7 @@ def touching_motion(
         raise SimulationError(
             f"Expected indeterminate='refuse' or 'least' (normal forces least in norm), got {indeterminate!r}."
         )
-    if end < begin:
-        raise SimulationError(
-            "Friction and impacts have no way back: a run with contacts needs until later than start."
-        )
+    check_forwards(begin, end, "a machine with contacts", "friction and impacts")
     check_coefficients(model, values)
     timed, called = scheduled(kernels, values, blows_of(impulses), begin, end)
     n = model.n_q + model.n_u

@@ -27,6 +27,7 @@ from ..describe.joint import Joint
 from ..describe.load import JointSpring, Spring
 from ..errors import ModelError, SimulationError, nearest
 from ..model import Model
+from .arguments import check_forwards
 from .event import EventSpec
 from .initial import number
 from .kernels import Kernels
@@ -102,10 +103,7 @@ class Drives:
 
     def __init__(self, kernels: Kernels, numbers: Mapping[str, float], begin: float, end: float) -> None:
         model = kernels.model
-        if end < begin:
-            raise SimulationError(
-                f"Signals and controllers have no way back: a run of '{model.name}' needs until later than start."
-            )
+        check_forwards(begin, end, f"a run of '{model.name}'", "signals and controllers")
         self.kernels, self.model, self.begin, self.end = kernels, model, begin, end
         _check_inputs(model)
         self.numbers = at_time(model, numbers, begin)

@@ -21,6 +21,7 @@ from ..dynamics.mobility import massless_motion
 from ..dynamics.state import State, float_state
 from ..errors import ModelError, SimulationError
 from . import loop
+from .arguments import check_forwards
 from .blow import Blow, blows_of, call_of, scheduled
 from .contact_motion import check_coefficients
 from .contact_scene import scene_of_layout
@@ -77,10 +78,7 @@ def stepped_motion(
     h = number(model, values, step, "step")
     if not h > 0:
         raise SimulationError(f"Expected a step greater than 0 s, got step={h:g}.")
-    if end < begin:
-        raise SimulationError(
-            "Friction and impacts have no way back: a run with contacts needs until later than start."
-        )
+    check_forwards(begin, end, "a machine with contacts", "friction and impacts")
     _check_laws(kernels, values)
     blows = blows_of(impulses)
     for one in blows:
