@@ -841,7 +841,8 @@ def advance(
             work[STATE * w + i] = work[END * w + i]
             work[i] = work[12 * w + i]
         accept(work, w, n)
-        if status in (TERMINAL, UNDEFINED) or (status == STIFF and not ends):
+        stopped = status == TERMINAL or status == UNDEFINED  # "in" would call Python
+        if stopped or (status == STIFF and not ends):
             break
         if ends:
             status = FINISHED
