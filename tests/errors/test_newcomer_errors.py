@@ -2,7 +2,6 @@
 
 import math
 import tempfile
-import warnings
 
 import numpy as np
 import pytest
@@ -113,18 +112,3 @@ def test_compiled_dynamics(s):
         program.to_c(["mass_matrix"])
     with pytest.raises(FreebodyError, match="Expected real numbers for q, got array"):
         program.mass_matrix(np.array([1j]))
-
-
-def test_a_cache_that_can_not_be_written_is_told_once(tmp_path, monkeypatch):
-    from freebody.compile import cache
-
-    file = tmp_path / "file"
-    file.write_text("")
-    monkeypatch.setenv("FREEBODY_CACHE", str(file))
-    with pytest.warns(
-        RuntimeWarning, match=r"but '.*kernels' can not be written: .*Set FREEBODY_CACHE to a folder"
-    ):
-        assert not cache.store("key", {}, b"")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert not cache.store("key", {}, b"")
