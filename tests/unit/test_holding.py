@@ -186,3 +186,11 @@ def test_a_flat_parallelogram_is_passed_straight():
     for name in ("f1", "f2"):
         assert motion[name] == pytest.approx(motion["f0"], abs=1e-9)
     assert motion.energy.relative_residual < 1e-8
+
+
+def test_a_start_beside_a_place_where_a_condition_holds_nothing(linkage):
+    """At f = 0.004 D_x is a 250th of D_z: independent, but not to be held by."""
+    motion = turning(linkage, 0.004, until=1)
+    assert motion.happenings[0].time == 0.0
+    assert gaps(linkage, motion) < 1e-8
+    assert motion.energy.relative_residual < 1e-8
