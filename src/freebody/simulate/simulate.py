@@ -33,7 +33,7 @@ from .methods import check_method, check_method_of_contacts, first_method, run
 from .path import Path, Rates, Watch, observe
 from .phases import PhasedTrajectory, Phases
 from .progress import Progress
-from .sensitivity import SensitiveTrajectory, sensitive_motion
+from .sensitivity import sensitive_motion
 from .timestepping import stepped_motion
 from .trajectory import Trajectory
 
@@ -388,6 +388,8 @@ def _locked(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
     """What is said of constraints where the step collapsed: which of them depend on each other there, if any do.
 
     Others that could take over have done so, but for derivatives."""
+    from .sensitivity import SensitiveTrajectory
+
     n_q, n_u = kernels.model.n_q, kernels.model.n_u
     y = path.states[-1]
     state = float_state(
