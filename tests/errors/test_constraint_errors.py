@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import pytest
 
 import freebody as fb
@@ -369,48 +367,3 @@ def test_indeterminate_near_unknown_coordinates():
         lambda: fb.equations(four_bar(9.0)).indeterminate(),
         "The constraints can not be met near the coordinates given",
     )
-
-
-def test_conditions_that_lose_their_hold_on_the_way():
-    """Bennett's linkage always has one degree of freedom, but which of its five conditions hold it changes."""
-    s = fb.System("bennett")
-    s.gravity = (0, 0, -9.81)
-    alpha, beta, a = 0.6, 1.1, 1.0
-    b = a * math.sin(beta) / math.sin(alpha)
-
-    def twisted(angle):
-        c, x = math.cos(angle), math.sin(angle)
-        return ((1, 0, 0), (0, c, -x), (0, x, c))
-
-    first, middle, last = (
-        s.body(name, fb.slender_bar(1, L, axis="x")) for name, L in (("p", a), ("q", b), ("r", a))
-    )
-    s.hinge("A", s.ground, first, to=(-a / 2, 0, 0), coordinate="f")
-    s.hinge(
-        "B", first, middle, at=(a / 2, 0, 0), to=(-b / 2, 0, 0), parent_axes=twisted(alpha), coordinate="g"
-    )
-    s.hinge("C", middle, last, at=(b / 2, 0, 0), to=(-a / 2, 0, 0), parent_axes=twisted(beta), coordinate="h")
-    s.hinge(
-        "D",
-        s.ground,
-        last,
-        at=(-b, 0, 0),
-        to=(a / 2, 0, 0),
-        parent_axes=twisted(-beta),
-        child_axes=twisted(alpha),
-    )
-    for start in (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2):
-        with pytest.raises(SimulationError) as caught:
-            fb.simulate(s, 1, initial={"f": start, "f'": 1}, near={"g": 2, "h": 2}, tolerance=1e-10)
-        error = caught.value
-        assert (
-            "The machine can move on, but 'D_x', by which it was held from the start, depends on other"
-            in str(error)
-        )
-        assert "and 'D_z' must take over. Go on from the last good state" in str(error)
-        stopped = error.trajectory
-        end = stopped.path.end
-        more = fb.simulate(s, 1, start=end, initial=stopped.at(end), project=True)
-        energy = [x.energy.kinetic[0] + x.energy.potential[0] for x in (stopped, more)]
-        assert more.at(1)["f"] < 0  # past the position in which D_x holds nothing
-        assert abs(energy[1] - energy[0]) < 1e-4

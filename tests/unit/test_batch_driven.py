@@ -156,7 +156,7 @@ def test_a_stiff_leg_changes_the_method_there_as_alone() -> None:
 
 def test_refusals() -> None:
     s, start = pendulum(), {"theta": [0.1, 0.2]}
-    with pytest.raises(SimulationError, match="Signals and controllers have no way back"):
+    with pytest.raises(SimulationError, match="signals and controllers have no way back"):
         fb.simulate(s, -1, initial=start)
     with pytest.raises(SimulationError, match="'wind' is given from 0 to 3 s, and was asked for at t = 4 s"):
         fb.simulate(s, 4, initial=start)

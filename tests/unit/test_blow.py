@@ -90,7 +90,8 @@ def test_refusals():
         fb.simulate(s, 1, impulses=[(1, 2, 3)])
     with pytest.raises(SimulationError, match="within the run, 0 to 1 s, got 5 s"):
         fb.simulate(s, 1, impulses=[fb.blow(5, at=body, impulse=(1, 0, 0))])
-    with pytest.raises(SimulationError, match="needs until later than start"):
+    text = "Expected until later than start for a run with impulses=, got until = -1 s and start = 0 s"
+    with pytest.raises(SimulationError, match=text):
         fb.simulate(s, -1, impulses=[fb.blow(0, at=body, impulse=(1, 0, 0))])
     with pytest.raises(SimulationError, match="can not be: No impact"):
         fb.simulate(s, 1, impulses=[fb.blow(0.5, at=body, normal=(1, 0, 0), restitution=0.5)])

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import time
+import warnings
 
 import numpy as np
 import pytest
@@ -65,8 +66,13 @@ def test_folder_that_can_not_be_written(tmp_path, monkeypatch):
     obstacle = tmp_path / "file"
     obstacle.write_text("no folder")
     monkeypatch.setenv("FREEBODY_CACHE", str(obstacle))
-    assert not build().from_disk
-    assert not build().from_disk
+    with pytest.warns(
+        RuntimeWarning, match=r"but '.*kernels' can not be written: .*Set FREEBODY_CACHE to a folder"
+    ):
+        assert not build().from_disk
+    with warnings.catch_warnings():  # once is enough
+        warnings.simplefilter("error")
+        assert not build().from_disk
     assert obstacle.read_text() == "no folder"
 
 

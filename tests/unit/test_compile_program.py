@@ -302,7 +302,7 @@ WRONG = [
     ),
     (lambda p: p.mass_matrix(AT_REST, mass=1), "Unknown parameter 'mass'; known names: M, a, b, g, k, m"),
     (lambda p: p.mass_matrix(AT_REST), "No value for parameter b"),
-    (lambda p: p.mass_matrix(["x", 0, 0]), "Expected numbers for q, got"),
+    (lambda p: p.mass_matrix(["x", 0, 0]), "Expected real numbers for q, got"),
     (lambda p: p.jacobian("bra", AT_REST), "Unknown body 'bra'; did you mean 'bar'?"),
     (lambda p: p.jacobian(3, AT_REST), "body or its name, got 3. Bodies of 'cart': cart, bar, arm"),
     (lambda p: p.kernel("mass_matrx"), "Unknown product 'mass_matrx'; did you mean 'mass_matrix'?"),

@@ -27,7 +27,8 @@ def oscillator() -> fb.System:
     return s
 
 
-def test_damped_oscillator_by_every_parameter_and_start() -> None:
+@pytest.mark.parametrize("method", ["auto", "taylor"])
+def test_damped_oscillator_by_every_parameter_and_start(method: str) -> None:
     """x = e^(-δt) (x₀ cos ωt + (v₀ + δ x₀)/ω sin ωt), differentiated by SymPy."""
     import sympy as sp
 
@@ -38,8 +39,9 @@ def test_damped_oscillator_by_every_parameter_and_start() -> None:
     names = {"m": m, "k": k, "d": d, "x": x0, "x'": v0}
     at = {m: 2.0, k: 8.0, d: 0.4, x0: 0.3, v0: -1.0}
     motion = fb.simulate(
-        oscillator(), 6, initial={"x": 0.3, "x'": -1.0}, tolerance=1e-12, sensitivities=list(names), samples=7
-    )
+        oscillator(), 6, initial={"x": 0.3, "x'": -1.0}, tolerance=1e-12, sensitivities=list(names), samples=7,
+        method=method,
+    )  # fmt: skip
     for name, symbol in names.items():
         exact = sp.lambdify(t, x.diff(symbol).subs(at))(motion.t)
         assert np.allclose(motion.sensitivity["x", name], exact, rtol=0, atol=1e-10), name
@@ -50,12 +52,13 @@ def test_damped_oscillator_by_every_parameter_and_start() -> None:
     assert np.abs(motion.energy.residual).max() < 1e-9 and "x" in motion.data
 
 
-def test_large_pendulum_against_elliptic_functions() -> None:
+@pytest.mark.parametrize("method", ["auto", "taylor"])
+def test_large_pendulum_against_elliptic_functions(method: str) -> None:
     """Central differences of the closed form with two steps, extrapolated: accurate to about 1e-10."""
     s = pendulum()
     motion = fb.simulate(
         s, 5, initial={"theta": "2*a"}, tolerance=1e-12, sensitivities=["L", "m", "a"],
-        samples=6,
+        samples=6, method=method,
     )  # fmt: skip
 
     def theta(length: float, a: float) -> np.ndarray:
@@ -86,7 +89,8 @@ def differences(s, name: str, value: float, h: float, run) -> dict[str, np.ndarr
     return out
 
 
-def test_ball_joint_keeps_quaternions_on_the_sphere() -> None:
+@pytest.mark.parametrize("method", ["auto", "taylor"])
+def test_ball_joint_keeps_quaternions_on_the_sphere(method: str) -> None:
     s = fb.System("top")
     m, d = s.parameters(m=1.0, d=0.3)
     s.gravity = (0, 0, -9.81)
@@ -96,7 +100,7 @@ def test_ball_joint_keeps_quaternions_on_the_sphere() -> None:
     def run(x: float, **more):
         return fb.simulate(s, 1.5, initial={**start, "O_wz": x}, tolerance=1e-13, samples=4, **more)
 
-    motion = run(20.0, sensitivities=["O_wz", "d"])
+    motion = run(20.0, sensitivities=["O_wz", "d"], method=method)
     expected = differences(s, "O_wz", 20.0, 2e-2, run)
     for name, values in expected.items():
         assert np.allclose(motion.sensitivity[name, "O_wz"], values, rtol=0, atol=2e-8), name
@@ -110,7 +114,8 @@ def test_ball_joint_keeps_quaternions_on_the_sphere() -> None:
     assert by_part.sensitivity["O_e1", "O_e1"][0] == pytest.approx(9 / 125, abs=1e-15)
 
 
-def test_four_bar_by_a_length_and_by_its_start() -> None:
+@pytest.mark.parametrize("method", ["auto", "taylor"])
+def test_four_bar_by_a_length_and_by_its_start(method: str) -> None:
     def build() -> fb.System:
         s = fb.System("four-bar")
         b, L = s.parameters(b=3.0, L=1.0)
@@ -140,7 +145,7 @@ def test_four_bar_by_a_length_and_by_its_start() -> None:
             **more,
         )
 
-    motion = run(sensitivities=["b", "q1"])
+    motion = run(sensitivities=["b", "q1"], method=method)
     for name, expected in (
         ("b", differences(s, "b", 3.0, 2e-3, lambda x: run(b=x))),
         ("q1", differences(s, "q1", 1.0, 2e-3, lambda x: run(q1=x))),

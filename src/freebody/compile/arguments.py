@@ -167,9 +167,11 @@ def is_plain(x: Any, size: int) -> bool:
 def array(value: ArrayLike, name: str) -> Array:
     """Doubles of any shape."""
     try:
+        if np.iscomplexobj(value):
+            raise TypeError
         return np.asarray(value, dtype=float)
     except (TypeError, ValueError):
-        raise ModelError(f"Expected numbers for {name}, got {value!r}.") from None
+        raise ModelError(f"Expected real numbers for {name}, got {value!r}.") from None
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 One file per program, named by the hash of everything that shapes it. A file is written aside and renamed, so that a
 reader sees all of it or nothing; it carries a checksum, so that a damaged one counts as absent, and it names in its
 header the program that it was made for, so that a file of another program under its name is not run. A folder that can
-not be written is no error: programs are then compiled each time. The oldest files go when the folder grows beyond
+not be written is told once: programs are then compiled each time. The oldest files go when the folder grows beyond
 :data:`LIMIT`.
 """
 
@@ -16,6 +16,8 @@ import os
 import sys
 import tempfile
 import time
+import warnings
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -89,12 +91,23 @@ def store(key: str, header: dict[str, Any], code: bytes) -> bool:
             file.write(_MAGIC + hashlib.sha256(payload).digest() + payload)
         os.replace(temporary, where / f"{key}.o")
         trim(where)
-    except OSError:
+    except OSError as error:
         if temporary:
             with contextlib.suppress(OSError):
                 os.unlink(temporary)
+        _tell_once(where, error.strerror or str(error))
         return False
     return True
+
+
+@cache
+def _tell_once(where: Path, why: str) -> None:
+    warnings.warn(
+        f"Expected a folder for compiled programs, but '{where}' can not be written: {why}. Every process compiles "
+        "them anew, which takes seconds. Set FREEBODY_CACHE to a folder that can be written, or to off.",
+        RuntimeWarning,
+        stacklevel=2,
+    )
 
 
 def trim(where: Path, limit: int | None = None) -> None:

@@ -56,6 +56,11 @@ def recorded(model: Model, products: Sequence[str], active: tuple[int, ...] | No
             if name != "derivatives" and not (held and PRODUCTS[name].moves)
         ]
     result = []
+    for name in products:
+        if not isinstance(name, str):
+            raise ModelError(
+                f"Expected names of products one after another, such as 'mass_matrix', 'bias', got {name!r}."
+            )
     for name in dict.fromkeys(products):
         product = product_named(model, name)
         if product.moves:

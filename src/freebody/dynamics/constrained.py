@@ -18,6 +18,7 @@ import sympy
 from ..describe.constraint import Condition, Gear, Rope, SpeedCondition
 from ..describe.names import TIME
 from ..errors import ModelError
+from ..model.closure import Closure
 from ..model.contact import Touching
 from ..model.model import GROUND, Model
 from ..scalar.algebra import Vector, apply_transpose, cross, scale, subtract
@@ -212,6 +213,18 @@ def _least(model: Model, state: State, G: list[Any], residual: list[Any]) -> lis
     Y = [M.forward(row) for row in G]
     lam = Factorization(products([M.divided(y) for y in Y], Y)).solve([-r for r in residual])
     return M.back(combined([0] * model.n_u, lam, Y))
+
+
+def alike(model: Model) -> list[list[int]]:
+    """The conditions by the unit of their gaps: of each constraint those along directions, and those of turns."""
+    groups: dict[Any, list[int]] = {}
+    count: dict[str, int] = {}
+    for i, row in enumerate(rows(model)):
+        owner, place = model.constraints[row.owner], count.get(row.owner, 0)
+        count[row.owner] = place + 1
+        turns = isinstance(owner, Closure) and place >= len(owner.along)
+        groups.setdefault((row.owner, row.on_speeds, turns), []).append(i)
+    return list(groups.values())
 
 
 # Rows of G are compared at unit length; what is left of a dependent row after Gram-Schmidt is round-off.

@@ -23,6 +23,15 @@ def check_numbers(samples: Any, max_step: Any, max_steps: Any) -> None:
         raise SimulationError(f"Expected a number of steps of at least 1, got max_steps={max_steps!r}.")
 
 
+def check_forwards(begin: float, end: float, what: str, why: str) -> None:
+    """Whether a run that has no way back goes forwards."""
+    if end < begin:
+        raise SimulationError(
+            f"Expected until later than start for {what}, got until = {end:g} s and start = {begin:g} s: {why} have no "
+            "way back. Begin at the earlier time."
+        )
+
+
 def check_heeded(
     model: Model,
     method: str,
@@ -55,6 +64,10 @@ def check_heeded(
                 f"Expected a machine with constraints for {name}=, but '{model.name}' has none: it starts as initial= "
                 "says. Leave it out."
             )
+    if np.ndim(tolerance):
+        raise SimulationError(
+            f"Expected one number for tolerance=, or numbers by name, such as {{'theta': 1e-9}}, got {tolerance!r}."
+        )
     for name, (given, default) in of_contacts.items():
         if given != default and not model.contacts:
             raise SimulationError(

@@ -61,12 +61,14 @@ STATUS = {
     layout.NOT_FINITE: "not finite",
     layout.COLLAPSED: "step collapsed",
     layout.DIVERGED: "iteration diverged",
+    layout.UNDEFINED: "event undefined",
     at.TOO_MANY: "too many steps",
     at.LEFT: "constraints contradicted",
     NO_START: "no start",
     REFUSED: "refused",
 }
 """How a lane may end."""
+_LOST = (at.LEFT, layout.COLLAPSED, layout.NOT_FINITE)
 _ROOM = 64  # steps between two looks at the output times
 _SECONDS = 3.0  # between two writes to a store
 _BLOCK = 1 << 26  # bytes of results that are held before they go to the store
@@ -241,7 +243,7 @@ def job_of(
     looped = not (
         model.contacts or model.controllers or blows or method not in METHODS or is_large(model)
     )  # fmt: skip
-    states, failed, active = np.empty((1, 0)), dict[int, str](), tuple[int, ...]()
+    states, failed, active, apart = np.empty((1, 0)), dict[int, str](), tuple[int, ...](), tuple[int, ...]()
     if not looped:
         if method == "timestepping" and "work_rate" in asked.values:
             raise SimulationError(
@@ -250,11 +252,11 @@ def job_of(
             )
         named_state(model, given.values_of(0), given.initial_of(0))  # names that no lane knows
     else:
-        states, failed, active = given.states(near or {}, begin, project, kernels)
+        states, failed, active, apart = given.states(near or {}, begin, project, kernels)
         if model.constraints:
             kernels = kernels.holding(active)
     return Job(
-        kernels, given, states, failed, begin, end, wanted, specs, expressions, asked, tolerances, method, step,
+        kernels, given, states, failed, apart, begin, end, wanted, specs, expressions, asked, tolerances, method, step,
         math.inf if max_step is None else float(max_step), max_steps, threads or _processors(), s, alone,
         looped,
     )  # fmt: skip
@@ -309,6 +311,8 @@ class Job:
     given: Lanes
     states: Array
     failed: Mapping[int, str]
+    apart: tuple[int, ...]
+    """Lanes held by other conditions than the rest."""
     begin: float
     end: float
     wanted: Array
@@ -348,19 +352,27 @@ class Job:
         first = "dop853" if self.method == "auto" else self.method
         if self.method == "auto" and self.tolerances.size and self.tolerances.min() < FINE:
             first = "gauss"
+        left_out = {*self.failed, *self.apart}
         todo = np.array(
-            [k for k in range(part.low, part.high) if k not in self.failed], dtype=np.int64
-        ) if self.failed else None  # fmt: skip
+            [k for k in range(part.low, part.high) if k not in left_out], dtype=np.int64
+        ) if left_out else None  # fmt: skip
         for lane in self.failed:
             if part.low <= lane < part.high:
                 part.kept[lane - part.low, 0] = NO_START
-        _Loop(self, first, part, self.method == "auto" and first == "dop853").run(todo, between)
+        loop_of_lanes = _Loop(self, first, part, self.method == "auto" and first == "dop853")
+        loop_of_lanes.run(todo, between)
         stiff = np.flatnonzero(part.kept[:, 0] == layout.STIFF)
         if stiff.size:
             part.clear(stiff)
             # with signals, a run alone changes its method in the leg that is stiff
             again = Alone(self, part) if self.kernels.model.signals else _Loop(self, "radau", part, False)
             again.run(stiff + part.low, between)
+        apart = [k - part.low for k in self.apart if part.low <= k < part.high]
+        if loop_of_lanes.program.dropped:  # where other conditions take over, they do for a run alone
+            apart += np.flatnonzero(np.isin(part.kept[:, 0], _LOST)).tolist()
+        if apart:
+            part.clear(apart)
+            Alone(self, part).run(np.array(apart, dtype=np.int64) + part.low, between)
 
 
 @dataclass(frozen=True, eq=False)

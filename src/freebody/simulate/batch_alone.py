@@ -43,9 +43,10 @@ CODES = {
     path.NOT_FINITE: layout.NOT_FINITE,
     path.COLLAPSED: layout.COLLAPSED,
     path.DIVERGED: layout.DIVERGED,
+    path.UNDEFINED: layout.UNDEFINED,
     path.TOO_MANY_STEPS: at.TOO_MANY,
+    path.CONTRADICTED: at.LEFT,
 }
-_FAILED = (path.NOT_FINITE, path.COLLAPSED, path.DIVERGED, path.TOO_MANY_STEPS)
 NO_START, REFUSED = 9, 10
 REASON = "reason"
 """Variable that tells why a lane failed."""
@@ -112,7 +113,7 @@ class Alone:
             self.part.kept[row] = (NO_START, 0, 0, 0)
             return
         status = motion.path.status
-        blame = _culprit(motion.path, motion.kernels) if status in _FAILED else 0
+        blame = _culprit(motion.path, motion.kernels) if status in path.FAILED else 0
         self.keep(row, motion)
         self.part.ends[row] = motion.path.end
         self.part.kept[row] = (CODES.get(status, REFUSED), motion.steps, motion.path.rejected, blame)

@@ -97,7 +97,7 @@ def _recorded(
         functions["projection"] = kernels._projected(state)
     left = kernels._dropped(state) if model.constraints else {}
     if left:
-        functions["dropped"] = [x for pair in left.values() for x in pair]
+        functions["dropped"] = kernels._checked_conditions(state, left)
     inputs = list(y)
     if tangent:
         along = [tape.input(f"direction {i}") for i in range(len(y))]
@@ -106,7 +106,7 @@ def _recorded(
     parameters = [state.values[parameter.symbol] for parameter in model.parameters]
     batch = ("rates",) if wide else ()
     compiled = compile_tape(tape, functions, state.t, inputs, parameters, batch)
-    return BatchProgram(compiled, len(watched), 2 * len(left))
+    return BatchProgram(compiled, len(watched), len(functions.get("dropped", ())))
 
 
 def state_of(model: Any, field: Any, columns: Mapping[str, Any]) -> State:

@@ -99,13 +99,14 @@ class Lanes:
 
     def states(
         self, near: Mapping[Any, Any], begin: float, project: bool, kernels: Kernels
-    ) -> tuple[Array, dict[int, str], tuple[int, ...]]:
-        """Start (q, u) of all lanes, shape (count, n) or (1, n); why single lanes have none; independent conditions."""
+    ) -> tuple[Array, dict[int, str], tuple[int, ...], tuple[int, ...]]:
+        """Start (q, u) of all lanes, shape (count, n) or (1, n); why single lanes have none; independent conditions;
+        lanes in which others are independent."""
         if self.model.constraints:
             return self._closed(near, begin, project, kernels)
         y, _ = named_state(self.model, self.values_of(0), self.initial_of(0))
         if not self.varied[0] and not self.varied[1]:
-            return y[None], {}, ()
+            return y[None], {}, (), ()
         names = [*self.model.coordinate_names, *self.model.speed_names]
         turned = quaternions_by_joint(self.model)
         result = np.tile(y, (self.count, 1))
@@ -132,7 +133,7 @@ class Lanes:
                 )
             if given & set(range(start, start + 4)) or self.varied[1]:
                 four /= length
-        return result, {}, ()
+        return result, {}, (), ()
 
     def _column(self, value: Any, name: str) -> Any:
         """An initial value in all lanes."""
@@ -154,11 +155,12 @@ class Lanes:
 
     def _closed(
         self, near: Mapping[Any, Any], begin: float, project: bool, kernels: Kernels
-    ) -> tuple[Array, dict[int, str], tuple[int, ...]]:
+    ) -> tuple[Array, dict[int, str], tuple[int, ...], tuple[int, ...]]:
         """The start of a machine with constraints is solved for in each lane."""
         same = not self.varied[0] and not self.varied[1]
         rows: dict[int, Any] = {}
         failed: dict[int, str] = {}
+        apart: list[int] = []
         active: tuple[int, ...] | None = None
         for lane in range(1 if same else self.count):
             try:
@@ -172,17 +174,16 @@ class Lanes:
                 continue
             active = held if active is None else active
             if held != active:
-                failed[lane] = "other conditions are independent there than in the lanes before"
-                continue
+                apart.append(lane)
             rows[lane] = y
         if active is None:
             raise SimulationError(f"No lane has a start. Lane 0: {failed[0]}")
         if same:
-            return rows[0][None], {}, active
+            return rows[0][None], {}, active, ()
         result = np.full((self.count, self.model.n_q + self.model.n_u), np.nan)
         for lane, y in rows.items():
             result[lane] = y
-        return result, failed, active
+        return result, failed, active, tuple(apart)
 
 
 def lanes_of(model: Model, values: Mapping[Any, Any], initial: Mapping[Any, Any]) -> Lanes:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import SimulationError, path_of
+from . import layout
 from .batch_alone import REASON
 from .batch_kernels import batch_program
 from .contact_scene import scene_of
@@ -54,7 +55,7 @@ def _variables(job: Any) -> dict[str, tuple[tuple[str, ...], Any, dict[str, str]
     result["steps"] = (("lane",), "i8", {"long_name": "accepted steps"})
     for name in job.texts:
         result[name] = (("lane",), "text", {"long_name": _TEXTS[name]})
-    result["blame"] = (("lane",), "i8", {"long_name": "component of the state that stopped a failed lane"})
+    result["blame"] = (("lane",), "i8", {"long_name": "component, or event, that stopped a failed lane"})
     result["status"] = (("lane",), "i1", {"long_name": "how the run ended"})
     return result
 
@@ -196,11 +197,13 @@ def _told(data: xarray.Dataset, codes: Any, blame: Any, job: Any) -> xarray.Data
     for name in job.texts:
         data[name] = data[name].astype(object)
     data["status"] = ("lane", words, {"long_name": "how the run ended"})
-    names = np.array([*job.kernels.names, ""], dtype=str)
+    components, events = list(job.kernels.names), [spec.name for spec in job.specs]
+    names = np.array([*components, *events, ""], dtype=str)
+    places = np.where(codes == layout.UNDEFINED, len(components) + blame, blame)
     good = np.isin(codes, (-1, 1, 2, 9, 10))
     data["blame"] = (
-        "lane", names[np.where(good, len(names) - 1, np.minimum(blame, len(names) - 1))],
-        {"long_name": "coordinate or speed that stopped a failed lane"},
+        "lane", names[np.where(good, len(names) - 1, np.minimum(places, len(names) - 1))],
+        {"long_name": "coordinate, speed or event that stopped a failed lane"},
     )  # fmt: skip
     waiting = int((codes == -1).sum())
     if waiting:
@@ -222,6 +225,11 @@ class Store:
     def __init__(self, path: Any, job: Any) -> None:
         self.path, self.job = path_of(path, "store=", SimulationError), job
         self.mark = _mark(job)
+        if self.path.is_dir():
+            raise SimulationError(
+                f"Expected the path of a file for store=, got the folder '{self.path}'. Name a file in it, such as "
+                f"'{self.path / 'lanes.nc'}'."
+            )
         if not self.path.parent.is_dir():
             raise SimulationError(
                 f"Can not write '{self.path}': there is no folder '{self.path.parent}'. Make it, or choose another "
@@ -318,7 +326,8 @@ class Store:
             opened = h5py.File(self.path, "r+")
         except OSError as error:
             raise SimulationError(
-                f"Can not write results to '{self.path}': {error}. Close the dataset that was read from it."
+                f"Can not write results to '{self.path}': {error}. Close the dataset that was read from it, or wait "
+                "for the process that writes to it."
             ) from None
         with opened as file:
             for name, array in found.items():

@@ -13,11 +13,12 @@ import numpy as np
 import sympy
 
 from ..errors import ModelError, SimulationError
+from .arguments import check_forwards
 from .event import EventSpec, event, expressions_of
 from .initial import number
 from .kernels import Kernels
 from .path import FINISHED, TERMINAL, Array, Path, Watch
-from .phases import Happening, Phases, Segment
+from .phases import Happening, Phases, Segment, parts_of
 
 
 @dataclass(frozen=True)
@@ -181,8 +182,7 @@ def struck_path(
     advance              (state, from, to, work of the blows until then) -> Path, or Phases of a driven machine
     specs                events of the user, which stand before those of the blows
     """
-    if end < begin:
-        raise SimulationError("Blows have no way back: a run with impulses= needs until later than start.")
+    check_forwards(begin, end, "a run with impulses=", "blows")
     asked = len(specs)
     timed, called = scheduled(kernels, numbers, blows, begin, end)
     left = {id(one): np.inf if one.times is None else one.times for one in called}
@@ -194,7 +194,7 @@ def struck_path(
         target = timed[0][0] if timed else end
         path = advance(y, t, target, work)
         mine = [c for c in path.crossings if c.number >= asked]
-        legs = path.segments if isinstance(path, Phases) else (Segment(path, kernels, work),)
+        legs = parts_of(path, kernels, work)
         for leg in legs:
             shown = tuple(c for c in leg.path.crossings if c.number < asked)
             segments.append(replace(leg, path=replace(leg.path, crossings=shown)))
@@ -232,7 +232,7 @@ def struck_path(
             status = TERMINAL if user_stop else FINISHED
             tail = Path(path.rates, np.array([t]), np.empty(0), y[None], (), status, 0, 0, 0)
             if now:
-                segments.append(Segment(tail, kernels, work, parameters=segments[-1].parameters))
+                segments.append(replace(segments[-1], path=tail, impulses=work))
             return Phases(tuple(segments), status), tuple(happenings)
 
 

@@ -20,13 +20,10 @@ from ..errors import SimulationError
 from ..model import Model
 from . import layout, loop
 from .initial import named_numbers
-from .kernels import Kernels, Program
-from .path import Path, observe
+from .kernels import Kernels
 
 SOURCES = ("loop.py", "gauss_newton.py", "machine.py", "layout.py")
 """Modules that the search is made of."""
-DRIFTED = 1e-6
-"""Residual beyond which a condition left out as redundant is seen not to follow from the others."""
 
 
 def closed_start(
@@ -110,33 +107,6 @@ def nearly_dependent(model: Model, state: Any, active: tuple[int, ...]) -> tuple
     parts = np.abs(U[:, -1])
     names = [row.name for row in rows(model)]
     return tuple(names[active[k]] for k in np.flatnonzero(parts > 0.1 * parts.max()))
-
-
-def check_redundant(kernels: Kernels, program: Program, path: Path) -> None:
-    """Conditions that were redundant at the start must hold along the whole motion.
-
-    Raises
-    ------
-    SimulationError
-        They do not: the start was a singular position, where the machine could have gone either way.
-    """
-    names = kernels.dropped
-    if not names:
-        return
-    count = 2 * len(names)
-    missed = np.abs(observe(program.address("dropped"), count, path.times, path.states, path.rates.constants))
-    if missed.max() <= DRIFTED:
-        return
-    missed /= 1 + np.abs(path.states).max(axis=1, keepdims=True)
-    late = np.flatnonzero((missed > DRIFTED).any(axis=1))
-    if len(late):
-        k = int(late[0])
-        worst = int(missed[k].argmax())
-        raise SimulationError(
-            f"The constraint '{names[worst // 2]}' of '{kernels.model.name}' followed from the others at the start, "
-            f"but at t = {path.times[k]:.6g} s it does not. The start is a singular position, such as bars in line, "
-            f"from which the machine can move in more ways than elsewhere. Start a little beside it."
-        )
 
 
 def _held(model: Model, named: Iterable[int]) -> tuple[int, ...]:

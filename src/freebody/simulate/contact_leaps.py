@@ -15,7 +15,7 @@ from .complementarity import OPEN, SLIP, SMALL, STICK, Solution
 from .contact_modes import modes_at
 from .contact_scene import STOPPED, Modes, Phase, Snapshot
 from .contact_state import NUDGE, ContactRun
-from .path import FINISHED, Array, Path, Rates, observe
+from .path import FINISHED, Array, Path, Rates, observe, projected
 from .phases import Segment
 
 LONGEST = 1e-6
@@ -118,7 +118,7 @@ def leap(
 ) -> tuple[float, Array]:
     phase, rates, _, _ = work.setup(modes, t_after, y_after, work.look(t_after, y_after))
     if phase.active:
-        y_after = work.projected(t_after, y_after, rates)
+        y_after = projected(rates, t_after, y_after)
     path = Leap(
         rates,
         np.array([t, t_after]),

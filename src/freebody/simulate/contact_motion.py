@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from ..errors import SimulationError, nearest
+from .arguments import check_forwards
 from .blow import blows_of, scheduled
 from .contact_run import run
 from .contact_state import CHOICES, ContactRun
@@ -17,7 +18,7 @@ from .event import EventSpec
 from .impacts import ORDERS
 from .initial import number
 from .kernels import Kernels
-from .path import COLLAPSED, NOT_FINITE, TOO_MANY_STEPS, Array, observe
+from .path import FAILED, Array, observe
 
 
 def touching_motion(
@@ -55,10 +56,7 @@ def touching_motion(
         raise SimulationError(
             f"Expected indeterminate='refuse' or 'least' (normal forces least in norm), got {indeterminate!r}."
         )
-    if end < begin:
-        raise SimulationError(
-            "Friction and impacts have no way back: a run with contacts needs until later than start."
-        )
+    check_forwards(begin, end, "a machine with contacts", "friction and impacts")
     check_coefficients(model, values)
     timed, called = scheduled(kernels, values, blows_of(impulses), begin, end)
     n = model.n_q + model.n_u
@@ -96,10 +94,10 @@ def touching_motion(
             error.trajectory = _trajectory(kernels, values, work, None, specs, tolerances, times, samples)  # type: ignore[attr-defined]
         raise
     trajectory = _trajectory(kernels, values, work, path, specs, tolerances, times, samples)
-    if path.status in (NOT_FINITE, COLLAPSED, TOO_MANY_STEPS):
+    if path.status in FAILED:
         from .simulate import _failure
 
-        raise _failure(trajectory, cast(Any, path), kernels, end)
+        raise _failure(trajectory, cast(Any, path), kernels, end, work.specs)
     return trajectory
 
 

@@ -28,7 +28,7 @@ from .contact_modes import modes_at
 from .contact_scene import Ending, Modes, Phase
 from .contact_state import CROWD, ENDLESS, LOW, PHASES, ContactRun
 from .integrate import integrate
-from .path import FINISHED, TERMINAL, Array, Path, Rates, observe
+from .path import FINISHED, TERMINAL, Array, Path, Rates, observe, projected
 from .phases import Phases, Segment
 
 LOOKS = 32
@@ -124,7 +124,7 @@ def run(
             status = FINISHED
             continue
         phase, rates, watch, endings = work.setup(modes, t, y, seen)
-        y = lifted(work, t, work.projected(t, y, rates))
+        y = lifted(work, t, projected(rates, t, y))
         path, t, y, reasons, status = _phase(work, phase, rates, watch, endings, t, y, target, modes, between)
     for change in work.changes:
         if change[3] is None:
@@ -234,7 +234,7 @@ def _rest(
     _note_modes(
         work, t, y, past, phase.shown, dict.fromkeys(contacts, "bounces below what numbers resolve"), True
     )
-    y = lifted(work, t, work.projected(t, y, rates))
+    y = lifted(work, t, projected(rates, t, y))
     work.bounces.clear()
     reasons: dict[int, str] = {}
     if until > t:

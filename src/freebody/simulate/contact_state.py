@@ -311,6 +311,7 @@ class ContactRun:
                     terminal,
                     watcher.constants(self.parameters),
                     watcher,
+                    len(self.specs),
                 )
                 if directions
                 else None
@@ -413,18 +414,6 @@ class ContactRun:
         loose = right[int((sizes > SMALL * sizes[0]).sum()) :]
         moved = B @ responses
         return float(np.abs(loose @ moved).max(initial=0) / np.abs(moved).max())
-
-    def projected(self, t: float, y: Array, rates: Rates) -> Array:
-        result = y.copy()
-        if rates.projection:
-            for _ in range(3):
-                moved = observe(
-                    rates.projection, rates.projected, np.array([t]), result[None], rates.constants
-                )[0]
-                result[: rates.projected] = moved
-                for i in rates.quaternions:
-                    result[i : i + 4] /= np.linalg.norm(result[i : i + 4])
-        return result
 
     # -- bounces ---------------------------------------------------------------------------------
 

@@ -27,11 +27,12 @@ from ..describe.joint import Joint
 from ..describe.load import JointSpring, Spring
 from ..errors import ModelError, SimulationError, nearest
 from ..model import Model
+from .arguments import check_forwards
 from .event import EventSpec
 from .initial import number
 from .kernels import Kernels
 from .path import FINISHED, INTERRUPTED, Array, Crossing, Path, Rates, Watch, observe
-from .phases import Phases, Segment
+from .phases import Phases, Segment, parts_of
 
 _TOGETHER = 1e-12
 """Moments that are closer, relative to 1 s or to their time, are one."""
@@ -102,10 +103,7 @@ class Drives:
 
     def __init__(self, kernels: Kernels, numbers: Mapping[str, float], begin: float, end: float) -> None:
         model = kernels.model
-        if end < begin:
-            raise SimulationError(
-                f"Signals and controllers have no way back: a run of '{model.name}' needs until later than start."
-            )
+        check_forwards(begin, end, f"a run of '{model.name}'", "signals and controllers")
         self.kernels, self.model, self.begin, self.end = kernels, model, begin, end
         _check_inputs(model)
         self.numbers = at_time(model, numbers, begin)
@@ -304,7 +302,7 @@ def _symbols(part: Any) -> set[Any]:
 
 def driven_path(
     drives: Drives,
-    leg: Callable[..., Path],
+    leg: Callable[..., Path | Phases],
     rates: Rates,
     watch: Watch | None,
     specs: Sequence[EventSpec],
@@ -344,18 +342,18 @@ def driven_path(
             if watch is not None:
                 was, watch = watch, replace(watch, constants=watch.keep.constants(parameters))
                 if segments:
-                    path = segments[-1].path
+                    last = segments[-1].path
                     found = _jumped(was, watch, t, y)
                     if found:
-                        path = replace(path, crossings=(*path.crossings, *found))
-                        segments[-1] = replace(segments[-1], path=path)
+                        last = replace(last, crossings=(*last.crossings, *found))
+                        segments[-1] = replace(segments[-1], path=last)
                         if any(specs[one.number].terminal for one in found):
                             return Phases(tuple(segments), "terminal event")
         fresh = False
         path = leg(
             parameters, here, y, t, min(drives.until(), end), watch=watch, first_step=natural, method=method
         )
-        segments.append(Segment(path, kernels, work, parameters=parameters))
+        segments += [replace(one, impulses=work, parameters=parameters) for one in parts_of(path, kernels)]
         if path.method == "radau":
             method = "radau"
         if path.steps > 1:

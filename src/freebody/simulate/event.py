@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ..errors import SimulationError
 from ..model import Model
 
@@ -49,6 +51,9 @@ class Event:
 def event(expression: Any, name: str | None = None, direction: int = 0, terminal: bool = False) -> EventSpec:
     """An event to watch for in a simulation: ``expression`` passes through zero.
 
+    A jump from one sign to the other passes through zero, a pole such as that of ``1/theta`` does not. A run does not
+    begin, and stops, where the expression has no value.
+
     Parameters
     ----------
     expression : SymPy expression or text
@@ -80,6 +85,10 @@ def event(expression: Any, name: str | None = None, direction: int = 0, terminal
             f"Expected direction -1 (falling), 0 (both) or +1 (rising) for event '{name or expression}', "
             f"got {direction!r}."
         )
+    if not isinstance(terminal, bool | np.bool_):
+        raise SimulationError(
+            f"Expected True or False for terminal= of event '{name or expression}', got {terminal!r}."
+        )
     return EventSpec(
         expression, str(expression) if name is None else str(name), int(direction), bool(terminal)
     )
@@ -87,6 +96,10 @@ def event(expression: Any, name: str | None = None, direction: int = 0, terminal
 
 def specs_of(events: Any) -> tuple[EventSpec, ...]:
     """The events asked for; a bare expression stands for an event of its text."""
+    if events is None or isinstance(events, Mapping):
+        raise SimulationError(
+            f"Expected a list of fb.event(...) or expressions for events=, got {events!r}. For none leave it out."
+        )
     if isinstance(events, (tuple, list)) and not events:
         return ()
     if isinstance(events, EventSpec | str) or not isinstance(events, Iterable):

@@ -12,10 +12,11 @@ import sympy
 from numpy.typing import NDArray
 
 from ..dynamics import rest_coordinates
-from ..errors import SimulationError, nearest
+from ..errors import ExpressionError, SimulationError, nearest
 from ..model import Model
 from ..scalar.algebra import floats
 from ..scalar.expression import evaluate
+from ..scalar.units import quantity
 from ..space.rotation import Rotation
 
 
@@ -23,7 +24,11 @@ def number(model: Model, values: Mapping[str, float], given: Any, what: str) -> 
     """A finite number from a number, or an expression or text of the parameters."""
     if type(given) in _NUMBERS and math.isfinite(given):
         return float(given)
-    expression = model.names.expression(given, what)
+    try:
+        expression = model.names.expression(given, what)
+    except ExpressionError:
+        _refuse_unit(given, what)
+        raise
     if isinstance(expression, sympy.Basic):
         moving = model.names.depends(expression, "coordinate", "speed", "time")
         if moving:
@@ -42,6 +47,19 @@ def number(model: Model, values: Mapping[str, float], given: Any, what: str) -> 
     if not math.isfinite(result):
         raise SimulationError(f"Expected a finite number for {what}, got {given!r}.")
     return result
+
+
+def _refuse_unit(given: Any, what: str) -> None:
+    """Say so where what is no expression is a number with a unit."""
+    try:
+        value = quantity(given, "", what) if isinstance(given, str) else None
+    except ExpressionError:
+        return
+    if isinstance(value, sympy.Basic | int | float):
+        raise SimulationError(
+            f"Expected a number, or an expression of parameters, without a unit for {what}, got '{given}'. Write "
+            f"{value} (in m, kg, s and rad), or make it a parameter: units are read in values=."
+        )
 
 
 def initial_state(

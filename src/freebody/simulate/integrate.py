@@ -21,14 +21,17 @@ from .path import (
     FINISHED,
     INTERRUPTED,
     NOT_FINITE,
+    RELEASED,
     STIFF,
     TERMINAL,
     TOO_MANY_STEPS,
+    UNDEFINED,
     Array,
     Crossing,
     Path,
     Rates,
     Watch,
+    cut,
 )
 
 _STATUS = {
@@ -38,7 +41,9 @@ _STATUS = {
     layout.COLLAPSED: COLLAPSED,
     layout.DIVERGED: DIVERGED,
     layout.STIFF: STIFF,
+    layout.UNDEFINED: UNDEFINED,
 }
+_ENDS = (layout.FINISHED, layout.TERMINAL)
 FINEST_OF_SUMS = 1e-14
 """Relative tolerance below which explicit sums of many steps lose more to round-off than the steps err."""
 _PIECE = 0.1  # seconds between two looks at the keyboard
@@ -75,6 +80,7 @@ def integrate(
     step: float | None = None,
     until_stiff: bool = False,
     budget: int | None = None,
+    halt: Callable[[Array, Array], int | None] | None = None,
 ) -> Path:
     """The path from ``state`` at ``start`` to ``until`` (earlier than ``start``: backwards in time).
 
@@ -95,6 +101,8 @@ def integrate(
     budget               of a long run, tighten the tolerances after so many steps, so that the errors of all that are
                          still to come together stay within the errors of as many steps again
     until_stiff          stop, with the status STIFF, where an explicit method is limited by stability and far from done
+    halt                 (times, states) of some steps -> the first of these states at which the run stops, with the
+                         status RELEASED, if there is one
     """
     run = _run_of(rates, watch, method, state, relative, absolute)
     span = abs(until - start)
@@ -105,9 +113,9 @@ def integrate(
     if until_stiff:
         run.integers[layout.ASKED] = 1
     run.reals[:] = (start, first_step or 0.0, 0.0, until, max_step, start, layout.ORDERS[method])
-    room = run.room
+    room = run.room if halt is None else min(64, run.room)  # what comes after a halt was for nothing
     left = math.inf if max_steps is None else max_steps
-    steps = 0
+    steps, last = 0, None
     pieces: list[_Piece] = []
     status = ""
     try:
@@ -120,6 +128,11 @@ def integrate(
             done = pieces[-1].lengths.size
             left -= done
             steps += done
+            if halt is not None:
+                found = halt(pieces[-1].times, pieces[-1].states)
+                if found is not None and (found < done or pieces[-1].code not in _ENDS):
+                    status, last = RELEASED, steps - done + found
+                    break
             if steps == budget and done:
                 # the same place whatever the computer's speed: a run can be repeated to the last bit
                 _tighten(run, steps, start, until, layout.ORDERS[method])
@@ -151,7 +164,7 @@ def integrate(
         counts[layout.STIFFNESS],
     )
     run.give_back()
-    return path
+    return path if last is None else cut(path, last, status)
 
 
 def _joined(pieces: list[_Piece]) -> tuple[Array, Array, Array, tuple[Crossing, ...]]:
@@ -223,6 +236,7 @@ class _Run:
             self.told[layout.WATCHED] = watch.address
             self.watch_constants[:] = rates.constants if watch.constants is None else watch.constants
             self.directions[:], self.terminal[:] = watch.directions, watch.terminal
+            self.integers[layout.NAMED] = self.m if watch.named is None else watch.named
         self.function = loop.use(self.shape[0], self.m > 0)
 
     def give_back(self) -> None:

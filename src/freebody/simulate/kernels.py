@@ -35,8 +35,9 @@ from ..dynamics import (
     potential_energy,
     traced_state,
 )
-from ..dynamics.constrained import position_correction, speed_correction
+from ..dynamics.constrained import alike, position_correction, speed_correction
 from ..dynamics.constraints import linearized, rows
+from ..dynamics.linear import Factorization, applied, products
 from ..dynamics.mobility import check_bodies
 from ..dynamics.motion import Motion, all_reactions, motion, total_power
 from ..errors import ModelError
@@ -44,10 +45,14 @@ from ..model import Model, assemble
 from ..model.closure import Closure
 from ..model.contact import Touching
 from ..model.values import check_assumptions
+from ..scalar.algebra import divide
 from ..scalar.trace import Tape
 from .path import Rates
 
 Array = NDArray[np.float64]
+
+LOOSE = 100
+"""Multiple of an independent condition in a dependent one beyond which the latter is to take its place."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +94,9 @@ class Kernels:
     def holding(self, active: tuple[int, ...]) -> Kernels:
         """The programs of a constrained model with these independent conditions."""
         if active not in self._others:
-            self._others[active] = Kernels(self.model, active)
+            other = self._others[active] = Kernels(self.model, active)
+            other._others = self._others
+            other._programs |= {key: self._programs[key] for key in ("closing",) if key in self._programs}
         return self._others[active]
 
     @cached_property
@@ -190,7 +197,7 @@ class Kernels:
                 found["projection"] = self._projected(state)
             left = self._dropped(state)
             self._names_dropped = tuple(left)
-            return {**found, "dropped": [x for pair in left.values() for x in pair]} if left else found
+            return {**found, "dropped": self._checked_conditions(state, left)} if left else found
 
         return self._large() or self._program("motion", functions)
 
@@ -198,13 +205,18 @@ class Kernels:
         """Parameters in their order, and the right-hand side with the constants of them; the last ones are kept."""
         if self._at is None or self._at[0] != values:
             parameters = self.parameters(values)
-            program, constants = self.motion(), self.motion().constants(parameters)
-            rates = Rates(program.address("rates"), self.size, constants, self.model.quaternions, program)
-            if self.active:
-                projected = self.model.n_q + self.model.n_u
-                rates = replace(rates, projection=program.address("projection"), projected=projected)
-            self._at = dict(values), parameters, rates
+            self._at = dict(values), parameters, self.rates(parameters)
         return self._at[1:]
+
+    def rates(self, parameters: Array) -> Rates:
+        """The right-hand side with the constants of these parameters."""
+        program = self.motion()
+        constants = program.constants(parameters)
+        rates = Rates(program.address("rates"), self.size, constants, self.model.quaternions, program)
+        if not self.active:
+            return rates
+        projected = self.model.n_q + self.model.n_u
+        return replace(rates, projection=program.address("projection"), projected=projected)
 
     def closing(self) -> Program:
         """Of a constrained model, for `gauss_newton`: ``conditions`` (residuals of all of them, their matrix G),
@@ -240,6 +252,22 @@ class Kernels:
             for i, row in enumerate(rows(self.model))
             if i not in self.active and not (_is_zero(given.residual[i]) and _is_zero(given.rate[i]))
         }
+
+    def _checked_conditions(self, state: State, left: Mapping[str, tuple[Any, Any]]) -> list[Any]:
+        """Residuals of dropped conditions, and 1 where one is a large multiple of others that hold, else 0 or less."""
+        matrix, kinds = linearized(self.model, state).matrix, rows(self.model)
+        unit: dict[int, list[Any]] = {}
+        for group in alike(self.model):
+            square = sum((x * x for i in group for x in matrix[i]), 0)
+            size = 1 if _is_zero(square) else state.field.sqrt(square)
+            unit |= {i: [divide(x, size) for x in matrix[i]] for i in group}
+        held = [unit[i] for i in self.active]
+        gram, most = Factorization(products(held, held)), 0
+        for i, row in enumerate(kinds):
+            if row.name in left:
+                for part in gram.solve(applied(held, unit[i])):
+                    most = state.field.apply("max", most, part * part)
+        return [*(x for pair in left.values() for x in pair), state.field.apply("sign", most - LOOSE * LOOSE)]
 
     def _projected(self, state: State) -> list[Any]:
         """(q, u) moved onto the constraints, by one Newton step for q, then for u.

@@ -67,6 +67,7 @@ from .layout import (
     INTEGERS,
     LOGGED,
     MAX_STEP,
+    NAMED,
     OF_ORDER,
     REALS,
     REJECTED,
@@ -123,14 +124,15 @@ def tightening(steps: int, done: float, left: float, order: float, least: float)
 def widen(
     kernel: int, t: float, states: Reals, place: int, c: Reals, spare: Reals, count: int, reduced: Reals, j: int
 ) -> None:  # fmt: skip
-    """Greatest, smallest and last value of each of ``count`` quantities, with those at one more state."""
+    """Greatest, smallest and last value of each of ``count`` quantities, with those at one more state: nan for good
+    where one has none."""
     call(kernel, t, states, place, c, spare, 0)
     for k in range(count):
         x = spare[k]
         row = j + EXTREMES * k
-        if not reduced[row] >= x:  # nothing yet is nan
+        if x > reduced[row] or x != x:
             reduced[row] = x
-        if not reduced[row + 1] <= x:
+        if x < reduced[row + 1] or x != x:
             reduced[row + 1] = x
         reduced[row + 3] = x
 
@@ -254,7 +256,7 @@ def lanes(
                     energy = greater(abs(spare[0]), abs(spare[1]))
                 if 0.0 < energy < math.inf:
                     absolute[n - 1] *= energy
-            integers[ASKED] = sizes[STIFF_ASKED]
+            integers[ASKED], integers[NAMED] = sizes[STIFF_ASKED], asked
             reals[TIME] = reals[START] = first
             reals[UNTIL], reals[MAX_STEP], reals[OF_ORDER] = until, options[LONGEST], options[ORDER]
             reals[STEP] = legs[row + 2]
@@ -263,13 +265,15 @@ def lanes(
             else:
                 reals[STEP] = natural
             code = launch(rates, work, w, n, c, own, absolute, reals, integers)
-            if m > 0:
-                look(kernels[WATCHED], first, work, w, m, c, table, last)
-            if many > 0:
+            if m > 0 and code == RUNNING:
+                code = look(kernels[WATCHED], first, work, w, m, c, table, last, integers)
+            if many > 0 and leg == 0:
+                call(kernels[REDUCED], first, work, STATE * w, c, spare, 0)
+                for k in range(many):
+                    for i in range(EXTREMES):
+                        reduced[place + EXTREMES * k + i] = spare[k]
+            elif many > 0:
                 widen(kernels[REDUCED], first, work, STATE * w, c, spare, many, reduced, place)
-                if leg == 0:
-                    for k in range(many):
-                        reduced[place + EXTREMES * k + 2] = spare[k]
             done = 0
             now, stride = first, 0.0
             left, budget = sizes[LIMIT] - taken, sizes[BUDGET]
@@ -341,9 +345,11 @@ def lanes(
                         for i in range(n):
                             size = greater(size, abs(states[k * n + i]))
                         call(kernels[DROPPED], times[k], states, k * n, c, spare, 0)
-                        for j in range(sizes[N_DROPPED]):
+                        for j in range(sizes[N_DROPPED] - 1):
                             if abs(spare[j]) > 1e-6 * (1.0 + size):
                                 code = LEFT
+                        if spare[sizes[N_DROPPED] - 1] > 0.0:
+                            code = LEFT
                 if code == RUNNING and left <= 0:
                     code = TOO_MANY
             natural = stride if integers[TAKEN] > 1 else greater(natural, stride)

@@ -19,18 +19,18 @@ WIDTH = 8
 STATE, ARGUMENT, RAW, ERROR5, ERROR3, DENSE, POINT, END, ROWS = 16, 17, 18, 19, 20, 21, 28, 29, 30
 
 # what `advance` reports
-RUNNING, FINISHED, TERMINAL, NOT_FINITE, COLLAPSED, DIVERGED, STIFF = 0, 1, 2, 3, 4, 5, 6
+RUNNING, FINISHED, TERMINAL, NOT_FINITE, COLLAPSED, DIVERGED, STIFF, UNDEFINED = 0, 1, 2, 3, 4, 5, 6, 11
 
 # places in the array of real numbers that `advance` carries from one call to the next; a STEP of 0 is chosen at the
 # start, for a method OF_ORDER
 TIME, STEP, OLD_ERROR, UNTIL, MAX_STEP, START, OF_ORDER = 0, 1, 2, 3, 4, 5, 6
 REALS = 7
-# places in its array of integers: counts, and the component that is to blame for a stop
+# places in its array of integers: counts, and the component, or event function, that is to blame for a stop
 ACCEPTED, REJECTED, EVALUATED, EVENTS, BLAME, AFTER_REJECTION = 0, 1, 2, 3, 4, 5
 # steps of the whole run; steps that the region of stability may have limited, and calm ones in a row; steps found
-# stiff; whether to stop there; whether all steps have one length
-TAKEN, SUSPECT, CALM, STIFFNESS, ASKED, FIXED = 6, 7, 8, 9, 10, 11
-INTEGERS = 12
+# stiff; whether to stop there; whether all steps have one length; how many event functions must have a value everywhere
+TAKEN, SUSPECT, CALM, STIFFNESS, ASKED, FIXED, NAMED = 6, 7, 8, 9, 10, 11, 12
+INTEGERS = 13
 
 ORDERS = {"dop853": 8, "dop54": 5, "radau": 5, "gauss": 16, "structure": 6, "taylor": 16}
 
@@ -54,7 +54,9 @@ BUFFERS = ("times", "lengths", "states", "event_log", "event_states")
 
 PARTS = 8  # of a step at which event functions are looked at, besides one point close to either end
 MARGIN = 0.001  # distance of those two points from the ends, as a part of the step: they show the slope there
-FOUND = 4  # numbers that describe an event of a step: part of the step, number, sign, and one to spare
+FOUND = 4  # numbers that describe an event of a step: part of the step, number, sign, and one for REACH and CULPRIT
+# of all event functions: up to which part of the step they have values (beyond 1: all of it), and which does not
+REACH, CULPRIT = 3, 7
 LOGGED = 3  # numbers that describe an event of the run: time, number, sign
 
 

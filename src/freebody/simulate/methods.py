@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import SimulationError, nearest
 from .integrate import FINEST_OF_SUMS, integrate
-from .kernels import Kernels
+from .kernels import Kernels, Program
 from .path import FINISHED, INTERRUPTED, STIFF, Path, Rates
 
 METHODS = ("auto", "dop853", "dop54", "radau", "gauss", "taylor", "structure", "timestepping")
@@ -99,7 +99,7 @@ def run(
     if _finest(options["relative"]) < FINE:
         return integrate(equipped, *arguments, method=first, **options)
     control = {**options, "until_stiff": True, "budget": BUDGET}
-    if first == "taylor":
+    if first == "taylor" and options.get("halt") is None:
         control["between"] = _compared(rates, *arguments[:2], **options)
     try:
         path = integrate(equipped, *arguments, method=first, **control)
@@ -179,29 +179,30 @@ def _with_others(kernels: Kernels, parameters: NDArray[np.float64], method: str,
     if method == "radau":
         from .others import tangent
 
-        program = tangent(kernels)
-        others: tuple[int, ...] = (program.address("tangent"),)
-    elif method == "taylor":
+        return with_others(rates, tangent(kernels), parameters, ("tangent",))
+    if method == "taylor":
         from .others import series
 
-        program = series(kernels)
-        others = (program.address("series"),)
-    elif method == "structure":
+        return with_others(rates, series(kernels), parameters, ("series",))
+    if method == "structure":
         from .others import hamilton
 
         _check_hamiltonian(kernels)
-        program = hamilton(kernels)
-        others = (
-            program.address("hamilton"), program.address("momenta"), program.address("speeds"), kernels.model.n_q,
-        )  # fmt: skip
-    else:
-        return rates
+        found = with_others(rates, hamilton(kernels), parameters, ("hamilton", "momenta", "speeds"))
+        return replace(found, others=(*found.others, kernels.model.n_q))
+    return rates
+
+
+def with_others(
+    rates: Rates, program: Program, parameters: NDArray[np.float64], names: tuple[str, ...]
+) -> Rates:
+    """The rates with functions of another program beside them."""
     constants = program.constants(parameters)
     return replace(
         rates,
         constants=np.concatenate([rates.constants, constants]),
         keep=(rates.keep, program),
-        others=others,
+        others=tuple(map(program.address, names)),
         others_constants=rates.constants.size,
     )
 

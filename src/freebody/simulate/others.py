@@ -28,6 +28,7 @@ from ..dynamics import State, coordinate_rates, mass_matrix, potential_energy, t
 from ..dynamics.linear import Factorization
 from ..dynamics.motion import motion, total_power
 from ..errors import ExpressionError, SimulationError
+from ..model import Model
 from ..scalar.algebra import HALF, divide
 from ..scalar.derivative import forward, transposed
 from ..scalar.trace import ADD, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
@@ -67,22 +68,23 @@ def series(kernels: Kernels) -> Program:
         if kernels.works:
             outputs.append(total_power(model, state, moving))
         parameters = [state.values[parameter.symbol] for parameter in model.parameters]
-        try:
-            compiled = compile_tape(
-                tape,
-                {"series": outputs},
-                state.t,
-                [*state.q, *state.u],
-                parameters,
-                series={"series": padded(len(outputs))},
-            )
-        except ExpressionError as error:
-            raise SimulationError(
-                f"Expected rates with a Taylor series for method=\"taylor\", but of '{model.name}' "
-                f'{str(error).partition(" Known")[0]} Use method="dop853" or "gauss".'
-            ) from None
-        kernels._programs["series"] = Program(compiled)
+        inputs = [*state.q, *state.u]
+        kernels._programs["series"] = series_of(model, tape, outputs, state.t, inputs, parameters)
     return kernels._programs["series"]
+
+
+def series_of(
+    model: Model, tape: Tape, rates: Sequence[Any], t: Any, y: Sequence[Any], parameters: Sequence[Any]
+) -> Program:
+    """Function ``series`` of (t, y) from the recorded rates."""
+    width = {"series": padded(len(rates))}
+    try:
+        return Program(compile_tape(tape, {"series": rates}, t, y, parameters, series=width))
+    except ExpressionError as error:
+        raise SimulationError(
+            f"Expected rates with a Taylor series for method=\"taylor\", but of '{model.name}' "
+            f'{str(error).partition(" Known")[0]} Use method="dop853" or "gauss".'
+        ) from None
 
 
 def hamilton(kernels: Kernels) -> Program:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -21,7 +21,12 @@ COLLAPSED = "step collapsed"
 TOO_MANY_STEPS = "too many steps"
 DIVERGED = "iteration diverged"
 STIFF = "stiff"
+UNDEFINED = "event undefined"
+RELEASED = "other conditions hold"
+CONTRADICTED = "constraints contradicted"
 INTERRUPTED = "interrupted"
+FAILED = (NOT_FINITE, COLLAPSED, DIVERGED, TOO_MANY_STEPS, UNDEFINED)
+"""How a run ends that can not be continued."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +68,7 @@ class Rates:
 class Watch:
     """Event functions g(t, y, c) as machine code; ``directions`` -1, 0 or +1 and ``terminal`` of each.
 
-    ``constants`` None: those of the rates.
+    ``constants`` None: those of the rates. The run stops where one of the first ``named`` (None: of all) has no value.
     """
 
     address: int
@@ -71,6 +76,7 @@ class Watch:
     terminal: tuple[bool, ...]
     constants: Array | None = None
     keep: Any = None
+    named: int | None = None
 
 
 @dataclass(frozen=True)
@@ -88,9 +94,9 @@ class Path:
     """States of a run, one per accepted step, and the dense output between them.
 
     ``times`` (m + 1) and ``states`` (m + 1, n) hold the starts of the m steps and the end of the run; ``lengths`` (m)
-    are the steps the integrator took (the last may reach beyond a terminal event). ``blame`` is the component that
-    stopped a failed run. ``method``, ``relative`` and ``absolute`` are those the steps were taken with; ``stiff``
-    counts the steps whose length the stability of an explicit method limited.
+    are the steps the integrator took (the last may reach beyond a terminal event). ``blame`` is the component, of the
+    status UNDEFINED the event function, that stopped a failed run. ``method``, ``relative`` and ``absolute`` are those
+    the steps were taken with; ``stiff`` counts the steps whose length the stability of an explicit method limited.
     """
 
     rates: Rates
@@ -153,6 +159,28 @@ class Path:
                 f"{wanted[lost][0]:g}. Shorter steps do: pass a smaller max_step= (or step=), or times= at the steps."
             )
         return result
+
+
+def cut(path: Path, k: int, status: str) -> Path:
+    """The first ``k`` steps of a path."""
+    direction = 1.0 if path.end >= path.start else -1.0
+    before = (one for one in path.crossings if (path.times[k] - one.time) * direction >= 0)
+    times, lengths, states = path.times[: k + 1], path.lengths[:k], path.states[: k + 1]
+    return replace(path, times=times, lengths=lengths, states=states, crossings=tuple(before), status=status)
+
+
+def projected(rates: Rates, t: float, y: Array) -> Array:
+    """A state near the constraints moved onto them."""
+    result = y.copy()
+    if rates.projection:
+        for _ in range(3):
+            moved = observe(rates.projection, rates.projected, np.array([t]), result[None], rates.constants)[
+                0
+            ]
+            result[: rates.projected] = moved
+            for i in rates.quaternions:
+                result[i : i + 4] /= np.linalg.norm(result[i : i + 4])
+    return result
 
 
 def work_room(method: str, n: int) -> Array:

@@ -139,9 +139,15 @@ class Phases:
         return ((int(k), np.flatnonzero(places == k)) for k in np.unique(places))
 
 
+def parts_of(path: Path | Phases, kernels: Any, impulses: float = 0.0) -> tuple[Segment, ...]:
+    """Segments of a path; one if it has none."""
+    return path.segments if isinstance(path, Phases) else (Segment(path, kernels, impulses),)
+
+
 @dataclass(frozen=True)
 class Happening(Event):
-    """An event that the run itself brought: a blow, an impact, a change of a contact's mode.
+    """An event that the run itself brought: a blow, an impact, a change of a contact's mode or of the conditions that
+    hold a linkage.
 
     ``text`` says what happened. The state is that just before.
     """
@@ -184,14 +190,18 @@ class PhasedTrajectory(Trajectory):
         return EventList(event for *_, event in sorted(both, key=lambda entry: entry[:3]))
 
     def _observed(self, program: Any, function: str, times: Array, states: Array) -> Array:
-        """With the constants of each segment."""
-        if all(s.parameters is None for s in self.path.segments):
+        """With the constants, and for forces the conditions, of each segment."""
+        segments = self.path.segments
+        if all(s.parameters is None and s.kernels is self.kernels for s in segments):
             return super()._observed(program, function, times, states)
         result = np.empty((len(times), program.outputs(function)))
         for k, chosen in self.path.split(times):
-            constants = program.constants(self.path.segments[k].parameters)
+            one, here = segments[k], program
+            if function in ("reactions", "multipliers"):  # other conditions hold in each
+                here = one.kernels.reactions()
+            constants = here.constants(self._parameters if one.parameters is None else one.parameters)
             result[chosen] = observe(
-                program.address(function), result.shape[1], times[chosen], states[chosen], constants
+                here.address(function), result.shape[1], times[chosen], states[chosen], constants
             )
         return result
 

@@ -8,6 +8,8 @@ from time import perf_counter
 from types import TracebackType
 from typing import Any
 
+from ..errors import SimulationError
+
 _PATIENCE = 1.0  # seconds before the bar appears
 
 
@@ -18,6 +20,10 @@ class Progress:
     """
 
     def __init__(self, start: float, until: float, wanted: bool | Callable[[float], Any] | None) -> None:
+        if not (wanted is None or isinstance(wanted, bool) or callable(wanted)):
+            raise SimulationError(
+                f"Expected True, False, or a function of the part that is done for progress=, got {wanted!r}."
+            )
         self.start, self.until = start, until
         self.call = wanted if callable(wanted) else None
         self.wanted = wanted

@@ -36,7 +36,8 @@ from ..scalar.trace import Tape
 from .initial import named_state, quaternions_by_joint
 from .integrate import integrate
 from .kernels import Kernels, Program
-from .methods import FINE
+from .methods import FINE, with_others
+from .others import series_of
 from .path import Rates, Watch, observe
 from .trajectory import Trajectory
 
@@ -107,6 +108,15 @@ class Variation:
         """Number of components of the state and of all derivatives."""
         return self.kernels.size * (1 + len(self.unknowns))
 
+    def series(self) -> Program:
+        """Function ``series`` of (y, s_1, s_2, ...): the coefficients of their motion."""
+        key = ("variation series", tuple(one.name for one in self.unknowns))
+        programs = self.kernels._programs
+        if key not in programs:
+            tape, state, inputs, rates, parameters = self._rates()
+            programs[key] = series_of(self.kernels.model, tape, rates, state.t, inputs, parameters)
+        return programs[key]
+
     def _traced(self) -> tuple[Tape, State, list[Any], list[list[Any]], list[Any]]:
         """Tape, state, y, the s_j, parameters."""
         model, tape = self.kernels.model, Tape()
@@ -136,26 +146,34 @@ class Variation:
         key = ("variation", tuple(one.name for one in self.unknowns))
         programs = self.kernels._programs
         if key not in programs:
-            tape, state, y, rows, parameters = self._traced()
-            model, active = self.kernels.model, self.kernels.active
-            moving = motion(model, state, active)
-            rates = [*coordinate_rates(model, state), *moving.udot]
-            if self.kernels.works:
-                rates.append(total_power(model, state, moving))
+            tape, state, inputs, rates, parameters = self._rates()
+            n, model = self.kernels.size, self.kernels.model
+            y, rows = inputs[:n], [inputs[k : k + n] for k in range(n, len(inputs), n)]
             functions: dict[str, Sequence[Any]] = {
-                "rates": [*rates, *(x for row in self._along(tape, state, y, rows, rates) for x in row)],
+                "rates": rates,
                 "energy": [kinetic_energy(model, state), potential_energy(model, state)],
             }
-            if active:
+            if self.kernels.active:
                 moved = self.kernels._projected(state)
                 if self.kernels.works:
                     moved = [*moved, y[-1]]
                 functions["projection"] = [
                     *moved, *(x for row in self._along(tape, state, y, rows, moved) for x in row)
                 ]  # fmt: skip
-            inputs = [*y, *(x for row in rows for x in row)]
             programs[key] = Program(compile_tape(tape, functions, state.t, inputs, parameters))
         return programs[key]
+
+    def _rates(self) -> tuple[Tape, State, list[Any], list[Any], list[Any]]:
+        """Tape, state, (y, s_1, s_2, ...), their rates, parameters."""
+        tape, state, y, rows, parameters = self._traced()
+        model = self.kernels.model
+        moving = motion(model, state, self.kernels.active)
+        rates = [*coordinate_rates(model, state), *moving.udot]
+        if self.kernels.works:
+            rates.append(total_power(model, state, moving))
+        along = self._along(tape, state, y, rows, rates)
+        listed = [*y, *(x for row in rows for x in row)]
+        return tape, state, listed, [*rates, *(x for row in along for x in row)], parameters
 
     def expression(self, expression: Any) -> Program:
         """Function ``values``: derivatives of an expression by every unknown."""
@@ -268,7 +286,7 @@ class Variation:
         return result
 
 
-METHODS = ("auto", "dop853", "dop54", "gauss")
+METHODS = ("auto", "dop853", "dop54", "gauss", "taylor")
 
 
 def sensitive_motion(
@@ -316,6 +334,10 @@ def sensitive_motion(
     )
     if model.constraints and kernels.active:
         rates = replace(rates, projection=program.address("projection"), projected=y.size)
+    if method == "auto":
+        method = "gauss" if np.min(tolerances, initial=1.0) < FINE else "dop853"
+    elif method == "taylor":
+        rates = with_others(rates, variation.series(), parameters, ("series",))
     relative, absolute = np.tile(tolerances, 1 + k), np.tile(tolerances, 1 + k)
     if kernels.works:
         first = observe(program.address("energy"), 2, np.array([begin]), y[None], rates.constants)[0]
@@ -328,8 +350,6 @@ def sensitive_motion(
             observer.address("values"), tuple(spec.direction for spec in specs),
             tuple(spec.terminal for spec in specs), observer.constants(parameters), observer,
         )  # fmt: skip
-    if method == "auto":
-        method = "gauss" if np.min(relative) < FINE else "dop853"
     path = integrate(
         rates, y, begin, end, relative=relative, absolute=absolute, watch=watch, method=method, step=step,
         max_step=math.inf if max_step is None else float(max_step), max_steps=max_steps, between=between,

@@ -8,13 +8,12 @@ The rates are machine code made from the algorithms (`kernels`), the loop around
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..dynamics.constrained import independent_rows
 from ..dynamics.constraints import rows
 from ..dynamics.mobility import massless_motion
 from ..dynamics.state import float_state
@@ -23,14 +22,15 @@ from . import loop
 from . import path as runs
 from .arguments import check_heeded, check_numbers, is_number
 from .blow import blows_of, struck_path, watching_blows, watching_specs
-from .closing import check_redundant, closed_start, nearly_dependent
+from .closing import closed_start, nearly_dependent
 from .driven import Drives, at_time, check_signals, driven_path, refuse_switched
-from .event import expressions_of, specs_of
+from .event import EventSpec, expressions_of, specs_of
+from .holding import Holding, check_redundant, taking_over
 from .initial import asks_for_many, initial_state, number
 from .kernels import Kernels, kernels_of
 from .methods import check_method, check_method_of_contacts, first_method, run
 from .path import Path, Rates, Watch, observe
-from .phases import PhasedTrajectory
+from .phases import PhasedTrajectory, Phases
 from .progress import Progress
 from .trajectory import Trajectory
 
@@ -228,8 +228,8 @@ def simulate(
                 wanted, samples, method=method, step=step, max_step=max_step, max_steps=max_steps, project=project,
                 between=between,
             )  # fmt: skip
-        if sensitive.path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.DIVERGED, runs.TOO_MANY_STEPS):
-            raise _failure(sensitive, sensitive.path, kernels, end)
+        if sensitive.path.status in runs.FAILED:
+            raise _failure(sensitive, sensitive.path, kernels, end, specs)
         return sensitive
     if method == "timestepping":
         from .timestepping import stepped_motion
@@ -277,18 +277,21 @@ def simulate(
         watch = watching_blows(kernels, parameters, specs, blows)
     with Progress(begin, end, progress) as between:
         left, longest = max_steps, math.inf if max_step is None else float(max_step)
+        holding = Holding(kernels)
 
         def leg(
-            p: Any, here: Rates, *span: Any, watch: Watch | None, first_step: float | None = None,
-            method: str | None = None,
-        ) -> Path:  # fmt: skip
-            nonlocal left
-            part = run(
-                kernels, p, method or given, step, here, *span, watch=watch, first_step=first_step,
-                relative=tolerances, absolute=absolute, max_step=longest, max_steps=left, between=between,
-            )  # fmt: skip
-            left = None if left is None else left - part.steps
-            return part
+            p: Any, how: str, here: Rates, y: Any, t0: float, t1: float, work: float = 0.0, **more: Any
+        ) -> Any:
+            def part(held: Kernels, rates: Rates, y: Any, t0: float, t1: float, halt: Any) -> Path:
+                nonlocal left
+                done = run(
+                    held, p, how, step, rates, y, t0, t1, relative=tolerances, absolute=absolute, max_step=longest,
+                    max_steps=left, between=between, halt=halt, **more,
+                )  # fmt: skip
+                left = None if left is None else left - done.steps
+                return done
+
+            return holding.path(part, p, here, y, t0, t1, work)
 
         happenings: tuple[Any, ...] = ()
         path: Any
@@ -297,20 +300,26 @@ def simulate(
 
         def advance(y: Any, t0: float, t1: float, work: float = 0.0) -> Any:
             if drives is None:
-                return leg(parameters, rates, y, t0, t1, watch=watch)
+                return leg(parameters, method, rates, y, t0, t1, work, watch=watch)
+
+            def interval(p: Any, here: Rates, *span: Any, method: str | None = None, **more: Any) -> Any:
+                return leg(p, method or given, here, *span, **more)
+
             every = watching_specs(kernels, specs, blows)
-            return driven_path(drives, leg, rates, watch, every, y, t0, t1, work)
+            return driven_path(drives, interval, rates, watch, every, y, t0, t1, work)
 
         if blows:
             path, happenings = struck_path(kernels, numbers, advance, state, begin, end, specs, blows)
         else:
             path = advance(state, begin, end)
     parts = (kernels, numbers, path, specs, tolerances, wanted, samples)
-    trajectory = PhasedTrajectory(*parts, happenings=happenings) if blows or drives else Trajectory(*parts)
-    if path.status in (runs.NOT_FINITE, runs.COLLAPSED, runs.DIVERGED, runs.TOO_MANY_STEPS):
-        raise _failure(trajectory, path, kernels, end)
+    phased = isinstance(path, Phases)
+    happened = sorted((*happenings, *holding.told), key=lambda one: one.time)
+    trajectory = PhasedTrajectory(*parts, happenings=happened) if phased else Trajectory(*parts)
+    if path.status in runs.FAILED:
+        raise _failure(trajectory, path, holding.now, end, watching_specs(kernels, specs, blows))
     if model.constraints:
-        check_redundant(kernels, kernels.motion(), path)
+        check_redundant(trajectory)
     return trajectory
 
 
@@ -356,10 +365,10 @@ def _tolerance(value: Any, finest: float) -> float:
 
 
 def _culprit(path: Path, kernels: Kernels) -> int:
-    """The component to blame; for the work, which has no motion of its own, and of a series, in whose coefficients all
-    meet, the speed that changes fastest."""
+    """The component, or event, to blame; for the work, which has no motion of its own, and of a series, in whose
+    coefficients all meet, the speed that changes fastest."""
     n_q, n_u = kernels.model.n_q, kernels.model.n_u
-    if path.blame < n_q + n_u and (path.method != "taylor" or not n_u):
+    if path.status == runs.UNDEFINED or (path.blame < n_q + n_u and (path.method != "taylor" or not n_u)):
         return path.blame
     rates = observe(
         path.rates.address, path.rates.size, path.times[-1:], path.states[-1:], path.rates.constants
@@ -379,14 +388,18 @@ def _massless(path: Path, kernels: Kernels, trajectory: Trajectory) -> tuple[str
 
 
 def _locked(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
-    """What is said of constraints where the step collapsed: which of them depend on each other there, if any do."""
+    """What is said of constraints where the step collapsed: which of them depend on each other there, if any do.
+
+    Others that could take over have done so, but for derivatives."""
+    from .sensitivity import SensitiveTrajectory
+
     n_q, n_u = kernels.model.n_q, kernels.model.n_u
     y = path.states[-1]
     state = float_state(
         kernels.model, y[:n_q].tolist(), y[n_q : n_q + n_u].tolist(), path.end, trajectory.values
     )
-    others = independent_rows(kernels.model, state)
-    if others != kernels.active and len(others) == len(kernels.active):
+    others = taking_over(kernels, kernels.parameters(trajectory.values), path.end, y)
+    if others != kernels.active and isinstance(trajectory, SensitiveTrajectory):
         names = [row.name for row in rows(kernels.model)]
         lost, gained = (
             " and ".join(repr(names[i]) for i in some if i not in rest)
@@ -394,8 +407,8 @@ def _locked(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
         )
         return (
             f" The machine can move on, but {lost}, by which it was held from the start, depends on other conditions "
-            f"there, and {gained} must take over. Go on from the last good state: end = error.trajectory.at("
-            f"{path.end!r}), then simulate(..., start={path.end!r}, initial=end, project=True)."
+            f"there, and {gained} must take over, which derivatives do not follow. Leave out sensitivities=, or end "
+            "before."
         )
     found = nearly_dependent(kernels.model, state, kernels.active)
     if not found:
@@ -406,10 +419,34 @@ def _locked(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
     )
 
 
-def _failure(trajectory: Trajectory, path: Path, kernels: Kernels, end: float) -> SimulationError:
-    name = kernels.names[_culprit(path, kernels)]
+def _undefined(trajectory: Trajectory, path: Path | Phases, kernels: Kernels, spec: EventSpec) -> str:
+    (expression,) = expressions_of(kernels.model, (spec,))
+    last = path.segments[-1].path if isinstance(path, Phases) else path
+    if last.steps == 0:
+        program = kernels.expressions((expression,))
+        (value,) = trajectory._observed(program, "values", path.times[-1:], path.states[-1:])[0]
+        return (
+            f"expected a number for event '{spec.name}' at t = {path.end:.9g} s, where it begins, got {value:g} for "
+            f"{expression}. A division by zero, or a root or logarithm of a negative number, does this: watch what "
+            "passes through zero itself, or start elsewhere."
+        )
+    return (
+        f"event '{spec.name}' has no value just after t = {path.end:.9g} s: expected a number for {expression}, got "
+        "nan. A root or logarithm of a negative number, or 0/0, does this: watch what stands under it, or stop before "
+        "with a terminal event."
+    )
+
+
+def _failure(
+    trajectory: Trajectory, path: Path, kernels: Kernels, end: float, watched: Sequence[EventSpec]
+) -> SimulationError:
+    """What is said of a run that could not go on; ``watched``: events, and what calls for blows, by number."""
+    undefined = path.status == runs.UNDEFINED
+    name = "" if undefined else kernels.names[_culprit(path, kernels)]
     idle = _massless(path, kernels, trajectory) if path.status == runs.NOT_FINITE else ()
-    if idle:
+    if undefined:
+        what = _undefined(trajectory, path, kernels, watched[path.blame])
+    elif idle:
         what = (
             f"the mass matrix is singular at t = {path.end:.9g} s: there {' and '.join(map(repr, idle))} together "
             "move no mass. Euler angles whose axes line up do this: start or describe the body in another sequence "

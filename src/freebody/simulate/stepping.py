@@ -44,6 +44,7 @@ from .layout import (
     BLAME,
     CALM,
     COLLAPSED,
+    CULPRIT,
     DENSE,
     DIVERGED,
     END,
@@ -57,6 +58,7 @@ from .layout import (
     MANY,
     MARGIN,
     MAX_STEP,
+    NAMED,
     NOT_FINITE,
     OF_ORDER,
     OLD_ERROR,
@@ -65,6 +67,7 @@ from .layout import (
     PROJECTED,
     PROJECTION,
     RAW,
+    REACH,
     REJECTED,
     RUNNING,
     START,
@@ -76,6 +79,7 @@ from .layout import (
     TAKEN,
     TERMINAL,
     TIME,
+    UNDEFINED,
     UNTIL,
 )
 from .machine import (
@@ -260,12 +264,17 @@ def _root(
     kernel: int, e: int, before: float, after: float, g_before: float, g_after: float, t: float, h: float,
     work: Reals, w: int, c: Reals, quaternions: Integers, nq: int, g: Reals,
 ) -> float:  # fmt: skip
-    """The part of the step where event function ``e`` has just changed its sign (method of Chandrupatla, 1997).
+    """The part of the step where event function ``e`` has just changed its sign (method of Chandrupatla, 1997); -1 if
+    it did so through infinity, -2 if it has no value there.
 
     The bracket is closed to a few units in the last place of the time; its later end is returned, so that a run
     that is started again there does not find the same event once more.
+
+    With the width of the bracket the function falls near a zero, grows near a pole, and stays at a jump: it is a pole
+    if it came out greater than at the ends, and fourfold what it is half way, in powers of ten, from there to them.
     """
     width = 2.0 * _EPS * greater(1.0, abs(t / h))
+    half, size = root(width * (after - before)), greater(abs(g_before), abs(g_after))
     a, b, ga, gb = after, before, g_after, g_before
     other, g_other = a, ga
     part = 0.5
@@ -274,6 +283,8 @@ def _root(
         gx = _value(kernel, e, x, t, h, work, w, c, quaternions, nq, g)
         if gx == 0.0:
             return x
+        if gx != gx:
+            return -2.0
         if (gx > 0.0) == (ga > 0.0):
             other, g_other = a, ga
         else:
@@ -292,7 +303,12 @@ def _root(
         else:
             part = 0.5
         part = lesser(1.0 - least, greater(least, part))
-    return greater(a, b)
+    low, high = lesser(a, b), greater(a, b)
+    under = abs(_value(kernel, e, greater(before, low - half), t, h, work, w, c, quaternions, nq, g))
+    over = abs(_value(kernel, e, lesser(after, high + half), t, h, work, w, c, quaternions, nq, g))
+    at_low, at_high = (abs(ga), abs(gb)) if a < b else (abs(gb), abs(ga))
+    grown, peak = at_low > 4.0 * under or at_high > 4.0 * over, greater(at_low, at_high)
+    return -1.0 if peak == math.inf or (grown and (peak > size or size == math.inf)) else high
 
 
 @part
@@ -300,7 +316,8 @@ def _dip(
     kernel: int, e: int, x0: float, x1: float, x2: float, g0: float, g1: float, g2: float, t: float,
     h: float, work: Reals, w: int, c: Reals, quaternions: Integers, nq: int, g: Reals,
 ) -> float:  # fmt: skip
-    """Where between ``x0`` and ``x2`` an event function that dips towards zero at ``x1`` reaches it, or -1.
+    """Where between ``x0`` and ``x2`` an event function that dips towards zero at ``x1`` reaches it; -1 if it does
+    not, -2 if it has no value there.
 
     Parabolas and golden sections close in on the extremum. The search ends as soon as the sign changes, or when
     the parabola through the three points stays well clear of zero.
@@ -326,6 +343,8 @@ def _dip(
         if not (x0 < x < x2) or abs(x - x1) < 1e-3 * (x2 - x0):
             x = x1 + 0.3 * (x2 - x1) if x2 - x1 > x1 - x0 else x1 - 0.3 * (x1 - x0)
         gx = _value(kernel, e, x, t, h, work, w, c, quaternions, nq, g)
+        if gx != gx:
+            return -2.0
         if sign * gx <= sign * g1:
             if x < x1:
                 x2, g2 = x1, g1
@@ -337,6 +356,22 @@ def _dip(
         else:
             x2, g2 = x, gx
     return -1.0
+
+
+@part
+def _valued(
+    kernel: int, e: int, lower: float, upper: float, t: float, h: float, work: Reals, w: int, c: Reals,
+    quaternions: Integers, nq: int, g: Reals,
+) -> float:  # fmt: skip
+    """The last part of the step at which event function ``e``, a number at ``lower`` and none at ``upper``, is one."""
+    for _ in range(52):
+        x = 0.5 * (lower + upper)
+        gx = _value(kernel, e, x, t, h, work, w, c, quaternions, nq, g)
+        if gx == gx:
+            lower = x
+        else:
+            upper = x
+    return lower
 
 
 @part
@@ -358,17 +393,22 @@ def _note(found: Reals, count: int, x: float, e: int, sign: int, directions: Int
 @part
 def find_events(
     kernel: int, t: float, h: float, work: Reals, w: int, c: Reals, quaternions: Integers, nq: int, n: int,
-    table: Reals, g: Reals, last: Integers, directions: Integers, found: Reals,
+    named: int, table: Reals, g: Reals, last: Integers, directions: Integers, found: Reals,
 ) -> int:  # fmt: skip
     """Zeros of the event functions in the step in ``work``; their number, described in ``found`` in order of time.
+
+    A change of sign through infinity is no zero. Where one of the first ``named`` functions has no value, the search
+    ends: there REACH of ``found`` is the part of the step up to which they have, and CULPRIT the function.
 
     Row k of ``table`` holds all ``n`` functions at the k-th point of the step, and the part of the step that the point
     is at; its first row comes from the step before.
     ``last`` holds the last sign of each that was not zero, 0 until there is one. A function that arrives at zero is
     recorded there and not again when it leaves; one that begins at zero is recorded when it leaves.
     """
-    points, row = PARTS + 2, n + 1
-    for k in range(1, points + 1):
+    points, row, k = PARTS + 2, n + 1, 0
+    reach, culprit = 2.0, 0
+    while k < points:
+        k += 1
         if k == points:
             copied(work, w, END, POINT)
             x = 1.0
@@ -379,6 +419,15 @@ def find_events(
         for e in range(n):
             table[k * row + e] = g[e]
         table[k * row + n] = x
+        for e in range(named):
+            if table[k * row + e] != table[k * row + e]:
+                x = _valued(kernel, e, table[(k - 1) * row + n], x, t, h, work, w, c, quaternions, nq, g)
+                inside(x, work, w, quaternions, nq)
+                call(kernel, t + x * h, work, POINT * w, c, g, 0)
+                for i in range(n):
+                    table[k * row + i] = g[i]
+                table[k * row + n] = reach = x
+                culprit, points = e, k
     count = 0
     for e in range(n):
         for k in range(1, points + 1):
@@ -394,23 +443,31 @@ def find_events(
                     count = _note(found, count, xa, e, sign, directions)
             elif (a > 0.0) != (b > 0.0):
                 x = _root(kernel, e, xa, xb, a, b, t, h, work, w, c, quaternions, nq, g)
-                count = _note(found, count, x, e, sign, directions)
+                if x >= 0.0:
+                    count = _note(found, count, x, e, sign, directions)
+                elif x < -1.0 and e < named:
+                    reach, culprit = lesser(reach, xa), e
             elif k > 1:
                 o, xo = table[(k - 2) * row + e], table[(k - 2) * row + n]
                 if o != 0.0 and (o > 0.0) == (a > 0.0) and abs(a) < abs(o) and abs(a) <= abs(b):
                     x = _dip(kernel, e, xo, xa, xb, o, a, b, t, h, work, w, c, quaternions, nq, g)
+                    if x < -1.0 and e < named:
+                        reach, culprit = lesser(reach, xo), e
                     if x >= 0.0:
                         gx = _value(kernel, e, x, t, h, work, w, c, quaternions, nq, g)
                         if gx == 0.0:
                             count = _note(found, count, x, e, -sign, directions)
                         else:
                             y = _root(kernel, e, xo, x, o, gx, t, h, work, w, c, quaternions, nq, g)
-                            count = _note(found, count, y, e, -sign, directions)
+                            if y >= 0.0:
+                                count = _note(found, count, y, e, -sign, directions)
                             y = _root(kernel, e, x, xb, gx, b, t, h, work, w, c, quaternions, nq, g)
-                            count = _note(found, count, y, e, sign, directions)
+                            if y >= 0.0:
+                                count = _note(found, count, y, e, sign, directions)
             last[e] = sign
     for e in range(n):  # the next step begins where this one ends
         table[e] = table[points * row + e]
+    found[REACH], found[CULPRIT] = reach, culprit
     return count
 
 
@@ -482,8 +539,10 @@ def _log_events(
     """Copy the events of a step to the log, up to the first terminal one, whose part of the step is returned (or -1).
 
     Events within 1e-12 of the terminal one happen together with it and are kept. A terminal event at the very start
-    does not stop: a motion could not be started again from it. ``found[3]`` becomes the number that was kept.
+    does not stop: a motion could not be started again from it. Where a function has no value any more, the step stops
+    as at a terminal event. ``found[3]`` becomes the number of events that was kept.
     """
+    reach = found[REACH]
     for k in range(count):
         x, e, sign = found[FOUND * k], found[FOUND * k + 1], found[FOUND * k + 2]
         x = _refine(
@@ -498,7 +557,7 @@ def _log_events(
         found[FOUND * i] = x
         found[FOUND * i + 1] = e
         found[FOUND * i + 2] = sign
-    stop, latest, kept = -1.0, 2.0, 0
+    stop, latest, kept = -1.0, reach, 0
     for k in range(count):
         x = found[FOUND * k]
         if x > latest:
@@ -515,8 +574,12 @@ def _log_events(
         kept += 1
         if stop < 0.0 and terminal[whole(found[FOUND * k + 1])] != 0 and moment != start:
             stop = x
-            latest = x + 1e-12 * greater(1.0, abs(t / h))
-    if 0.0 <= stop < 1.0:
+            latest = lesser(latest, x + 1e-12 * greater(1.0, abs(t / h)))
+    if stop < 0.0 and reach <= 1.0:
+        stop = reach
+    if stop == 0.0:
+        _copy(work, STATE * w, work, END * w, w)
+    elif 0.0 < stop < 1.0:
         _part(rates, stop, t, h, work, w, n, c, quaternions, nq, relative, absolute, integers)
         copied(work, w, POINT, END)
     found[3] = kept
@@ -627,11 +690,18 @@ def launch(
 
 
 @part
-def look(kernel: int, t: float, work: Reals, w: int, m: int, c: Reals, table: Reals, last: Integers) -> None:
-    """The event functions at STATE, and their signs: what `find_events` begins with."""
+def look(
+    kernel: int, t: float, work: Reals, w: int, m: int, c: Reals, table: Reals, last: Integers, integers: Integers
+) -> int:  # fmt: skip
+    """The event functions at STATE, and their signs: what `find_events` begins with. UNDEFINED where one has none, else
+    RUNNING."""
     call(kernel, t, work, STATE * w, c, table, 0)
     for e in range(m):
         last[e] = 1 if table[e] > 0.0 else (-1 if table[e] < 0.0 else 0)
+        if e < integers[NAMED] and not math.isfinite(table[e]):
+            integers[BLAME] = e
+            return UNDEFINED
+    return RUNNING
 
 
 @part
@@ -661,7 +731,7 @@ def advance(
 
     Returns
     -------
-    int                  RUNNING, FINISHED, TERMINAL, NOT_FINITE, COLLAPSED, DIVERGED or STIFF
+    int                  RUNNING, FINISHED, TERMINAL, NOT_FINITE, COLLAPSED, DIVERGED, STIFF or UNDEFINED
     """
     t, h, old = reals[TIME], reals[STEP], reals[OLD_ERROR]
     until, longest = reals[UNTIL], reals[MAX_STEP]
@@ -749,8 +819,9 @@ def advance(
             densify(rates, t, h, work, w, n, c, quaternions, nq)
             integers[EVALUATED] += COST_DENSE
             count = find_events(
-                events, t, h, work, w, ce, quaternions, nq, m, table, g, last, directions, found
-            )
+                events, t, h, work, w, ce, quaternions, nq, m, integers[NAMED], table, g, last, directions, found
+            )  # fmt: skip
+            reach = found[REACH]
             stop = _log_events(
                 rates, events, count, t, h, after, reals[START], n, work, w, c, ce, quaternions, nq, g, found,
                 terminal, event_log, event_states, logged, relative, absolute, integers,
@@ -759,13 +830,16 @@ def advance(
             full = logged > room
             if stop >= 0.0:
                 status = TERMINAL
+                if stop == reach:
+                    status, integers[BLAME] = UNDEFINED, whole(found[CULPRIT])
                 after = after if stop == 1.0 else t + stop * h
         t = after
         copied(work, w, END, STATE)
         if GIVEN == 0:
             copied(work, w, 12, 0)
         accept(work, w, n)
-        if status == TERMINAL or (status == STIFF and not ends):
+        stopped = status == TERMINAL or status == UNDEFINED  # "in" would call Python
+        if stopped or (status == STIFF and not ends):
             break
         if ends:
             status = FINISHED
@@ -809,7 +883,9 @@ def run(told: Integers) -> int:
         if status != RUNNING:
             return status
         if WATCHED != 0 and m > 0:
-            look(events, reals[TIME], work, w, m, ce, table, last)
+            status = look(events, reals[TIME], work, w, m, ce, table, last, integers)
+            if status != RUNNING:
+                return status
     return advance(
         rates, n, c, work, w, quaternions, nq, relative, absolute, reals, integers, room, times, lengths, states,
         events, m, ce, directions, terminal, last, table, g, found, reals_at(told[24]), reals_at(told[25]),

@@ -6,7 +6,8 @@ is integrated in place of (q, u), with the three stages of `collocation`: symple
 or free joint q holds a unit quaternion e and P its four momenta, on which the Hamiltonian system is the lift of the
 motion on the group: |e|² and e·P are quadratic, hence kept by Gauss collocation to round-off, as linear and angular
 momentum are. The quaternion is never normalised on the way. By backward error analysis the computed states are those
-of a machine whose energy differs by O(h⁶), for times that grow exponentially with 1/h.
+of a machine whose energy differs by O(h⁶), for times that grow exponentially with 1/h. In chaotic motion, where steps
+are long beside its fastest moments, these times are short, and that energy walks at random.
 
 The stages are iterated to round-off and the sums compensated: what is left is a random walk of single round-offs.
 (q, P) is carried from step to step; a state in between is the end of a shorter step. Dense output is cubic: it only

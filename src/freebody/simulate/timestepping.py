@@ -21,6 +21,7 @@ from ..dynamics.mobility import massless_motion
 from ..dynamics.state import State, float_state
 from ..errors import ModelError, SimulationError
 from . import loop
+from .arguments import check_forwards
 from .blow import Blow, blows_of, call_of, scheduled
 from .contact_motion import check_coefficients
 from .contact_scene import scene_of_layout
@@ -77,10 +78,7 @@ def stepped_motion(
     h = number(model, values, step, "step")
     if not h > 0:
         raise SimulationError(f"Expected a step greater than 0 s, got step={h:g}.")
-    if end < begin:
-        raise SimulationError(
-            "Friction and impacts have no way back: a run with contacts needs until later than start."
-        )
+    check_forwards(begin, end, "a machine with contacts", "friction and impacts")
     _check_laws(kernels, values)
     blows = blows_of(impulses)
     for one in blows:
@@ -439,19 +437,42 @@ def _memory(
 def _crossings(
     kernels: Kernels, values: Any, specs: Any, expressions: Any, times: Array, states: Array
 ) -> tuple[Crossing, ...]:
-    """Zeros of the user's events between the ends of steps, by the chord."""
+    """Zeros of the user's events between the ends of steps, by the chord.
+
+    Raises
+    ------
+    SimulationError          an event without a value
+    """
     if not specs:
         return ()
     program = kernels.expressions(expressions)
-    g = observe(
-        program.address("values"), len(specs), times, states, program.constants(kernels.parameters(values))
-    )
+    constants = program.constants(kernels.parameters(values))
+
+    def at(moments: Array, there: Array) -> Array:
+        return observe(program.address("values"), len(specs), moments, there, constants)
+
+    g = at(times, states)
+    lost = np.argwhere(~np.isfinite(g))
+    if len(lost):
+        k, i = lost[0]
+        raise SimulationError(
+            f"Expected a number for event '{specs[i].name}' at t = {times[k]:.9g} s, got {g[k, i]:g} for "
+            f"{expressions[i]}. A division by zero, or a root or logarithm of a negative number, does this: watch what "
+            "passes through zero itself, or stop before with a terminal event."
+        )
     result = []
     for i, spec in enumerate(specs):
         for k in np.flatnonzero((g[:-1, i] * g[1:, i] < 0) | ((g[1:, i] == 0) & (g[:-1, i] != 0))):
             sign = 1 if g[k, i] < 0 else -1
             if spec.direction in (0, sign):
                 x = g[k, i] / (g[k, i] - g[k + 1, i])
+
+                def value(x: float, k: int = int(k), i: int = i) -> float:
+                    between = states[k : k + 1] + x * (states[k + 1] - states[k])
+                    return float(at(times[k : k + 1] + x * (times[k + 1] - times[k]), between)[0, i])
+
+                if _through_infinity(value):
+                    continue
                 result.append(
                     Crossing(
                         float(times[k] + x * (times[k + 1] - times[k])),
@@ -461,3 +482,17 @@ def _crossings(
                     )
                 )
     return tuple(sorted(result, key=lambda one: one.time))
+
+
+def _through_infinity(value: Callable[[float], float]) -> bool:
+    """Whether a function changes its sign between 0 and 1 at a pole: beside it, it is greater than at either end."""
+    low, high = 0.0, 1.0
+    before, after = value(low), value(high)
+    largest = max(abs(before), abs(after))
+    for _ in range(40):
+        x = (low + high) / 2
+        found = value(x)
+        if found == 0:
+            return False
+        low, high = (x, high) if (found > 0) == (before > 0) else (low, x)
+    return not min(abs(value(low)), abs(value(high))) <= 1e3 * largest

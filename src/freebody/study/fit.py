@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FreebodyError, SimulationError
-from ..simulate.initial import quaternions_by_joint
+from ..simulate.initial import number, quaternions_by_joint
 from ..simulate.kernels import kernels_of
 from ..simulate.sensitivity import unknowns_of
 from ..simulate.simulate import simulate
@@ -37,6 +37,8 @@ Array = NDArray[np.float64]
 INDISTINCT = 1e-8
 """Smallest singular value of the scaled Jacobian, in parts of the greatest, below which data do not tell parameters
 apart: relative changes of parameters then move the motion by no more than its integration error."""
+_OWN = ("times", "samples", "sensitivities", "outputs", "store", "executor", "threads")
+"""Options of `simulate` that a fit sets itself, or that are those of a batch."""
 ROUND_OFF = 1e-12
 """Part of what was measured below which a derivative is round-off: some thousand roundings."""
 
@@ -174,7 +176,14 @@ def fit(
                 f"Expected unknowns that are free, got '{one.name}', a component of the unit quaternion of joint "
                 f"'{joint}'. Fit a joint with Euler angles (gimbal), or its speeds."
             )
-    measured = [_measured(model, run, begin=float(start)) for run in runs]
+    begin = number(model, kernels.values(values), start, "start")
+    for option in _OWN:
+        if option in options:
+            raise SimulationError(
+                f"Expected no {option}= for a fit, got {options[option]!r}: the measured times and unknown= say it. "
+                "Leave it out."
+            )
+    measured = [_measured(model, run, begin) for run in runs]
     quantities = list(dict.fromkeys(name for run in measured for name in run[1]))
     if not quantities:
         raise SimulationError("Expected at least one measured quantity besides the time, got none.")
@@ -295,8 +304,6 @@ def _first(
     one: Any, guesses: Mapping[str, Any], numbers: Mapping[str, float], starts: Any, model: Any
 ) -> float:
     """Where the search begins."""
-    from ..simulate.initial import number
-
     given = guesses[one.name]
     if given is None and one.symbol is None:
         mine = [{_name(model, k): v for k, v in start.items()}.get(one.name) for start in starts]
@@ -320,17 +327,23 @@ def _measured(model: Any, run: Any, begin: float) -> tuple[Array, dict[str, Arra
     if "time" not in columns and "t" in columns:
         columns["time"] = columns.pop("t")
     if "time" not in columns:
-        raise SimulationError(f"Expected 'time' among the measured data, got {', '.join(columns)}.")
+        raise SimulationError(
+            f"Expected 'time' among the measured data, got {', '.join(columns) or 'nothing'}. Name the array of times "
+            "'time'."
+        )
     try:
         for name, x in columns.items():
             if np.iscomplexobj(x):
                 raise SimulationError(f"Expected real numbers for the measured '{name}', got complex ones.")
         arrays = {name: np.array(x, dtype=float) for name, x in columns.items()}
     except (TypeError, ValueError):
-        raise SimulationError("Expected arrays of numbers for the measured data.") from None
+        raise SimulationError(f"Expected arrays of numbers for the measured '{name}', got {x!r}.") from None
     times = arrays.pop("time")
-    if times.ndim != 1 or not times.size or not np.isfinite(times).all():
-        raise SimulationError(f"Expected finite times of shape (N,), got shape {times.shape}.")
+    if times.ndim != 1 or not times.size:
+        raise SimulationError(f"Expected times of shape (N,), got shape {times.shape}.")
+    if not np.isfinite(times).all():
+        k = int(np.flatnonzero(~np.isfinite(times))[0])
+        raise SimulationError(f"Expected finite times, got {times[k]:g} for measurement {k}. Leave it out.")
     if times.min() < begin:
         raise SimulationError(
             f"Expected measurements after the start of the motion at {begin:g} s, got one at {times.min():g} s. "

@@ -1,0 +1,142 @@
+"""Zeros of event functions are told from poles, and functions without a value from both."""
+
+import math
+
+import numpy as np
+import pytest
+
+import freebody as fb
+from freebody.errors import SimulationError
+
+METHODS = ("dop853", "dop54", "radau", "gauss", "taylor", "structure")
+
+
+def oscillator():
+    """A block of 2 kg on a spring of 8 N/m: x = cos 2t from rest at 1."""
+    s = fb.System("oscillator")
+    block = s.body("block", fb.particle(2))
+    guide = s.slider("guide", s.ground, block, axis="x", coordinate="x")
+    s.spring("spring", guide, stiffness=8)
+    return s
+
+
+def motion(events, until=3, x=1, method="dop853", **options):
+    if method == "structure":
+        options["step"] = 0.05
+    return fb.simulate(oscillator(), until, initial={"x": x}, events=events, method=method, **options)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    "expression", ["1/x", "1/x^3", "1/(x + 1000 - 1000)", "1/(t - 1/2)", "exp(1/x) - 1", "x^2/x^3"]
+)
+def test_a_pole_is_not_a_zero(method, expression):
+    assert motion([expression], method=method).events == []
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_zeros_beside_poles_are_found(method):
+    # tan 3x: zeros at x = 0, poles at x = ±π/6; x/(t - 1) passes its pole at 1 s, once at the end of a step
+    found = motion(["tan(3*x)", "x/(t - 1)"], method=method).events
+    quarters = [math.pi / 4, 3 * math.pi / 4]
+    for name in ("tan(3*x)", "x/(t - 1)"):
+        times = [event.time for event in found if event.name == name]
+        assert times == pytest.approx(quarters, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "expression", ["sign(x)", "sign(x)*(2 - abs(x))", "atan(1e30*x)", "x^3", "x + 1e6 - 1e6"]
+)
+def test_jumps_and_flat_zeros_are_zeros(expression):
+    found = motion([expression]).events
+    assert [event.time for event in found] == pytest.approx([math.pi / 4, 3 * math.pi / 4], abs=1e-4)
+
+
+def test_a_function_of_large_numbers_keeps_its_zeros():
+    """Near 1e9 a step of the time is coarse, and neighbouring values are alike."""
+    s = oscillator()
+    found = fb.simulate(s, 1e9 + 3, start=1e9, initial={"x": 1}, events=["t - 1e9 - 1", "x", "1/x"]).events
+    assert [event.name for event in found] == ["x", "t - 1e9 - 1", "x"]
+
+
+def test_backwards():
+    found = fb.simulate(oscillator(), -3, initial={"x": 1}, events=["1/x", "x"]).events
+    assert [event.name for event in found] == ["x", "x"]
+
+
+def test_an_event_without_a_value_at_the_start_is_refused():
+    text = (
+        r"expected a number for event 'log' at t = 0 s, where it begins, got nan for log\(-x\(t\)\)"
+        r".*watch what passes"
+    )
+    with pytest.raises(SimulationError, match=text):
+        motion([fb.event("log(-x)", name="log")])
+    with pytest.raises(
+        SimulationError, match=r"event '1/x' at t = 0 s, where it begins, got inf for 1/x\(t\)"
+    ):
+        motion(["1/x"], x=0)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_an_event_that_loses_its_value_stops_the_run(method):
+    """√(x - 1/2) ends where cos 2t = 1/2, at t = π/6; what happens before is kept."""
+    with pytest.raises(
+        SimulationError, match=r"event 'root' has no value just after t = 0\.523598"
+    ) as caught:
+        motion([fb.event("sqrt(x - 1/2)", name="root"), "x - 3/4", "x"], method=method, tolerance=1e-10)
+    stopped = caught.value.trajectory
+    assert stopped.status == "event undefined"
+    assert stopped.path.end == pytest.approx(math.pi / 6, abs=1e-6)
+    assert stopped.events[0].name == "x - 3/4"  # √(x - 1/2) may, or may not, come out 0 where it ends
+    assert "x" not in [event.name for event in stopped.events]
+    assert stopped.at(0.5)["x"] == pytest.approx(math.cos(1), abs=1e-7)
+
+
+def test_a_terminal_event_before_the_loss_ends_the_run():
+    stopped = motion(["sqrt(x - 1/2)", fb.event("x - 3/4", terminal=True)])
+    assert stopped.status == "terminal event"
+
+
+def test_a_gap_within_a_bracket_is_a_loss():
+    # x √(x² - 1e-6)/|x|: signs on both sides, no value between
+    with pytest.raises(SimulationError, match="has no value just after t = 0.7"):
+        motion(["x*sqrt(x^2 - 1e-6)/abs(x)"])
+
+
+def test_lanes():
+    """Each lane tells for itself; what is only asked for may lack a value."""
+    data = fb.simulate(
+        oscillator(), 3, initial={"x": [1.0, 0.4]}, outputs=["x", "max(sqrt(x))", "max(x)"],
+        events=["1/x", "x", fb.event("sqrt(x + 1/2)", name="root")],
+    )  # fmt: skip
+    assert data.status.values.tolist() == ["event undefined", "finished"]
+    assert data.blame.values.tolist() == ["root", ""]
+    assert data.end.values == pytest.approx([math.pi / 3, 3], abs=1e-6)
+    assert data.event_count.values[:, :2].tolist() == [[0, 1], [0, 2]]
+    assert np.isnan(data["max(sqrt(x))"].values).all()
+    assert data["max(x)"].values == pytest.approx([1.0, 0.4])
+
+
+def test_lanes_that_can_not_begin():
+    data = fb.simulate(oscillator(), 3, initial={"x": [1.0, 0.0]}, events=["1/x"])
+    assert data.status.values.tolist() == ["finished", "event undefined"]
+    assert data.blame.values.tolist() == ["", "1/x"]
+
+
+def test_a_blow_called_for_by_what_has_no_value():
+    s = oscillator()
+    hit = fb.blow("log(x)", at=s.bodies["block"].origin, impulse=(1, 0, 0), name="hit")
+    with pytest.raises(SimulationError, match="event 'hit' has no value just after t = 0.8203"):
+        fb.simulate(s, 3, initial={"x": 2}, impulses=[hit])
+
+
+def test_events_of_time_stepping():
+    s = oscillator()
+    s.contact("wall", s.bodies["block"].sphere(1), s.ground.plane(normal="x", at=(-5, 0, 0)))
+    options = dict(initial={"x": 1}, method="timestepping", step=0.01)
+    found = fb.simulate(s, 3, events=["1/x", "x"], **options).events
+    assert [event.name for event in found if event.name in ("1/x", "x")] == ["x", "x"]
+    with pytest.raises(
+        SimulationError, match=r"number for event 'sqrt\(x\)' at t = 0.79 s, got nan for sqrt"
+    ):
+        fb.simulate(s, 3, events=["sqrt(x)"], **options)
