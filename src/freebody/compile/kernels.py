@@ -26,6 +26,7 @@ from ..scalar.trace import NAMES, Tape, Traced
 from . import cache, native
 from .emit import Module
 from .jet import jet
+from .jet_wide import jet_wide
 from .lower import PROLOGUE, RECIPROCAL, WIDTH, Program, lower
 
 _Scalar = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
@@ -70,7 +71,7 @@ def compile_tape(
         Functions that also get code for many states at once.
     series : mapping, optional
         Functions that are rates of the state, of which the Taylor coefficients of the solution are wanted (`jet`): the
-        length of a row of them.
+        length of a row of them. Those that are named in ``batch`` too get code for eight states at once instead.
 
     Returns
     -------
@@ -347,7 +348,10 @@ def _compile(
         module.add_batch("prologue", len(parameters), 0, hoisted)
     for k, (name, outputs) in enumerate(functions.items()):
         if name in series:
-            jet(module, program, name, f"f{k}", series[name])
+            if name in batch:
+                jet_wide(module, program, name, f"f{k}.lanes")
+            else:
+                jet(module, program, name, f"f{k}", series[name])
             continue
         module.add(program, program.bodies[name], f"f{k}")
         if name in batch:

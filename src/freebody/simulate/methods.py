@@ -41,6 +41,9 @@ ACCURATE = 1e-10
 """Tolerance from which on "auto" asks whether a series pays: it does for coarser ones too, but its kernel has to be
 compiled before the first result, and there that takes longer than the run."""
 
+ACCURATE_OF_EIGHT = 0.0
+"""The same of a batch, whose lanes go eight at a time."""
+
 PRODUCTS = 150
 """Multiplications in the rates up to which it does: each becomes some sixteen. Measured in `docs/integrators.md`."""
 
@@ -99,12 +102,14 @@ def run(
     return integrate(_equipped(kernels, parameters, "radau", rates), *arguments, method="radau", **options)
 
 
-def first_method(kernels: Kernels, method: str, relative: NDArray[np.float64]) -> str:
-    """What a run begins with."""
+def first_method(
+    kernels: Kernels, method: str, relative: NDArray[np.float64], accurate: float = ACCURATE
+) -> str:
+    """What a run begins with; tolerances up to ``accurate`` are those at which a series may pay."""
     if method != "auto":
         return method
     finest = np.min(relative, initial=1.0)
-    if finest <= ACCURATE and _has_short_series(kernels):
+    if finest <= accurate and _has_short_series(kernels):
         return "taylor"
     return "gauss" if finest < FINE else "dop853"
 

@@ -27,6 +27,7 @@ from ..dynamics import State, coordinate_rates, mass_matrix, potential_energy, t
 from ..dynamics.linear import Factorization
 from ..dynamics.motion import motion, total_power
 from ..errors import ExpressionError, SimulationError
+from ..model import Model
 from ..scalar.algebra import HALF, divide
 from ..scalar.derivative import forward, transposed
 from ..scalar.trace import ADD, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
@@ -73,12 +74,17 @@ def series(kernels: Kernels) -> Program:
                 series={"series": padded(len(outputs))},
             )
         except ExpressionError as error:
-            raise SimulationError(
-                f"Expected rates with a Taylor series for method=\"taylor\", but of '{model.name}' "
-                f'{str(error).partition(" Known")[0]} Use method="dop853" or "gauss".'
-            ) from None
+            raise without_series(model, error) from None
         kernels._programs["series"] = Program(compiled)
     return kernels._programs["series"]
+
+
+def without_series(model: Model, error: ExpressionError) -> SimulationError:
+    """What is said where a rate bends or jumps."""
+    return SimulationError(
+        f"Expected rates with a Taylor series for method=\"taylor\", but of '{model.name}' "
+        f'{str(error).partition(" Known")[0]} Use method="dop853" or "gauss".'
+    )
 
 
 def hamilton(kernels: Kernels) -> Program:

@@ -1,0 +1,105 @@
+"""Taylor series in time: the step of `taylor` for eight lanes (`lanes_wide`).
+
+One kernel (`compile.jet_wide`) fills the coefficients of eight lanes; the length of a step, its end and what the sums lose
+follow from them as they do for one.
+"""
+
+from __future__ import annotations
+
+import math
+
+from .lanes_layout import LENGTHS, LOGARITHMS, STEPS, SUMS, TIMES, TOTALS
+from .layout import RAW, STATE
+from .machine import Reals, compiled, greater
+from .machine_wide import blend, call_wide, last_two, lengths, series_end
+from .taylor import BOUND, LOSES, LOST, SERIES, TERMS, TINY, P, logarithm2
+
+HEIGHT = SERIES + P + 1
+_lengths, _series_end = lengths(P, TERMS, TINY), series_end(P)
+
+
+@compiled
+def prepare_wide(kernel: int, wide: Reals, w: int, c: Reals, tolerances: Reals) -> None:
+    """The coefficients through STATE, and the lengths of the steps."""
+    more = HEIGHT * w
+    call_wide(kernel, wide, more + TIMES, wide, STATE * w, c, wide, SERIES * w)
+    _lengths(wide, w, SERIES * w, STATE * w, tolerances, more + LOGARITHMS, more + LENGTHS)
+
+
+@compiled
+def blame_wide(lane: int, n: int, wide: Reals, w: int) -> int:
+    """The first component whose last coefficients are not finite."""
+    for i in range(n):
+        for j in range(TERMS):
+            if not math.isfinite(wide[(SERIES + P - j) * w + 8 * i + lane]):
+                return i
+    return 0
+
+
+@compiled
+def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
+    """The states at the ends of the steps."""
+    more = HEIGHT * w
+    _series_end(
+        wide, w, SERIES * w, STATE * w, LOST * w, LOSES * w, RAW * w, more + STEPS, more + TOTALS
+    )
+    last_two(wide, w, (SERIES + P) * w, 1.0 * P, more + SUMS)
+
+
+@compiled
+def judge_wide(lane: int, n: int, wide: Reals, w: int, tolerances: Reals) -> float:
+    """0, nan if the state is not finite: the length of the step has been chosen before."""
+    return 0.0 if math.isfinite(wide[HEIGHT * w + TOTALS + lane]) else math.nan
+
+
+@compiled
+def limited_wide(lane: int, n: int, wide: Reals, w: int, h: float) -> int:
+    """See `taylor.limited`."""
+    place = HEIGHT * w + SUMS + lane
+    above, below, across = wide[place], wide[place + 8], wide[place + 16]
+    decays = h * across < 0.0 and 4.0 * across * across > above * below
+    return 1 if decays and h * h * above > BOUND * BOUND * below and below > 0.0 else 0
+
+
+@compiled
+def begin_wide(lane: int, n: int, wide: Reals, w: int) -> None:
+    """No sum has lost anything yet."""
+    for i in range(n):
+        wide[LOST * w + 8 * i + lane] = 0.0
+
+
+@compiled
+def tune_wide(lane: int, n: int, wide: Reals, w: int, tolerances: Reals) -> None:
+    """log₂ r / p, r the coarsest of the relative tolerances."""
+    coarsest = 1e-16
+    for i in range(n):
+        coarsest = greater(coarsest, tolerances[w + 8 * i + lane])
+    wide[HEIGHT * w + LOGARITHMS + lane] = logarithm2(coarsest) / P
+
+
+@compiled
+def accept_wide(wide: Reals, w: int, wanted: int) -> None:
+    """What the sums of this step lost is added to the next."""
+    blend(wide, w, LOSES * w, LOST * w, wanted)
+
+
+@compiled
+def lift(lane: int, n: int, wide: Reals, w: int, work: Reals, w1: int) -> None:
+    """The step of one lane in a work array of its own."""
+    for k in range(STATE, SERIES + P + 1):
+        for i in range(n):
+            work[k * w1 + i] = wide[k * w + 8 * i + lane]
+
+
+FUNCTIONS = {
+    "HEIGHT": HEIGHT,
+    "prepare_wide": prepare_wide,
+    "blame_wide": blame_wide,
+    "attempt_wide": attempt_wide,
+    "judge_wide": judge_wide,
+    "limited_wide": limited_wide,
+    "begin_wide": begin_wide,
+    "tune_wide": tune_wide,
+    "accept_wide": accept_wide,
+    "lift": lift,
+}
