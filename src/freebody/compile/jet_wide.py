@@ -23,12 +23,12 @@ from .text import literal, splat
 
 PIECE = 400
 """Nodes of one piece of a long recurrence."""
-TOGETHER = 14
+TOGETHER = 22
 """Products that are summed side by side: with their factors they fill the registers."""
 
 _V = f"<{WIDTH} x double>"
 _BYTES = 8 * WIDTH
-_ROW = _BYTES * ORDER
+_ROW = _BYTES * (ORDER + 1)  # an odd number of lines of the cache, so that rows do not lie in the same sets of it
 _INVERSES = (
     f"@jet.inverses = private constant [{ORDER + 1} x double] "
     f"[{', '.join(f'double {literal(1 / max(k, 1))}' for k in range(ORDER + 1))}]"
@@ -339,10 +339,8 @@ class _Writer:
                 "  %half = lshr i64 %k.1, 1",
                 "  %any = icmp ne i64 %half, 0",
             ]
-        count = -(-len(pairs) // TOGETHER)
-        size = -(-len(pairs) // count) if pairs else 1
-        for q in range(count):
-            self._convolve(f"{j}.{q}", pairs[q * size : (q + 1) * size])
+        for q, some in enumerate(_gathered(pairs)):
+            self._convolve(f"{j}.{q}", some)
         for i in self.pieces[j]:
             if self.nodes[i].rule == "scaled":
                 continue
@@ -477,6 +475,21 @@ class _Writer:
         of_whole, of_base = (self._load("%frame", _ROW * self.rows[-1 - i] + place) for place in (0, _BYTES))
         known = self._signed(None, -1, self._arithmetic("fmul", known, of_base))
         return known if isinstance(above, Number) else self._fused(self._value(above), of_whole, known)
+
+
+def _gathered(pairs: list[Pair]) -> list[list[Pair]]:
+    """Products that are summed side by side, those with factors in common together."""
+    left, result = list(pairs), list[list[Pair]]()
+    size = -(-len(left) // -(-len(left) // TOGETHER)) if left else 0
+    while left:
+        some, factors = list[Pair](), set[int]()
+        while left and len(some) < size:
+            best = min(left, key=lambda pair: len({*pair} - factors))
+            left.remove(best)
+            some.append(best)
+            factors |= {*best}
+        result.append(some)
+    return result
 
 
 def _pair(a: int, b: int) -> Pair:

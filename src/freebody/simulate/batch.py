@@ -39,7 +39,6 @@ from .impacts import ORDERS
 from .initial import named_state, number
 from .kernels import Kernels, kernels_of
 from .methods import (
-    ACCURATE_OF_EIGHT,
     BUDGET,
     FINE,
     check_method,
@@ -350,7 +349,7 @@ class Job:
         """The method of all lanes, but those that turn out to be stiff."""
         if self.begin == self.end:
             return "dop853" if self.method == "auto" else self.method
-        return first_method(self.kernels, self.method, self.tolerances, ACCURATE_OF_EIGHT)
+        return first_method(self.kernels, self.method, self.tolerances, batch=True)
 
     def run(self, part: Results, between: Callable[[float], None]) -> None:
         """Run lanes, and those that turn out to be stiff once more."""

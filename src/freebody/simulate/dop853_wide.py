@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from . import dop853, tableau
-from .lanes_layout import MOMENTS, STEPS, TIMES
+from .lanes_layout import ERRORS, LIMITED, MOMENTS, STEPS, TIMES
 from .layout import ARGUMENT, END, ERROR3, ERROR5, RAW, ROWS, STATE
 from .machine import Integers, Reals, compiled, greater, linear, root
 from .machine_wide import blend, call_wide
@@ -66,8 +66,8 @@ def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
 
 
 @compiled
-def judge_wide(lane: int, n: int, wide: Reals, w: int, tolerances: Reals) -> float:
-    """Error of a lane's step in units of its tolerance, nan if it is not finite: see `dop853.judge`."""
+def _judge(lane: int, n: int, wide: Reals, w: int, tolerances: Reals) -> float:
+    """See `dop853.judge`."""
     error5, error3 = 0.0, 0.0
     for i in range(n):
         k = 8 * i + lane
@@ -84,18 +84,28 @@ def judge_wide(lane: int, n: int, wide: Reals, w: int, tolerances: Reals) -> flo
 
 
 @compiled
-def limited_wide(lane: int, n: int, wide: Reals, w: int, h: float) -> int:
-    """Whether a lane's step is as long as the region of stability allows: see `stepping._stiff`."""
-    above, below, across = 0.0, 0.0, 0.0
-    for i in range(n):
-        k = 8 * i + lane
-        a = wide[12 * w + k] - wide[LAST * w + k]
-        b = wide[END * w + k] - wide[ARGUMENT * w + k]
-        above += a * a
-        below += b * b
-        across += a * b
-    decays = h * across < -0.5 * abs(h) * root(above * below)
-    return 1 if decays and h * h * above > STABLE * STABLE * below and below > 0.0 else 0
+def judge_wide(n: int, wide: Reals, w: int, tolerances: Reals) -> None:
+    """Errors of the steps in units of their tolerances, nan if they are not finite."""
+    for lane in range(8):
+        wide[ROWS * w + ERRORS + lane] = _judge(lane, n, wide, w, tolerances)
+
+
+@compiled
+def limit_wide(n: int, wide: Reals, w: int) -> None:
+    """Which steps are as long as the region of stability allows: see `stepping._stiff`."""
+    for lane in range(8):
+        h = wide[ROWS * w + STEPS + lane]
+        above, below, across = 0.0, 0.0, 0.0
+        for i in range(n):
+            k = 8 * i + lane
+            a = wide[12 * w + k] - wide[LAST * w + k]
+            b = wide[END * w + k] - wide[ARGUMENT * w + k]
+            above += a * a
+            below += b * b
+            across += a * b
+        decays = h * across < -0.5 * abs(h) * root(above * below)
+        limited = decays and h * h * above > STABLE * STABLE * below and below > 0.0
+        wide[ROWS * w + LIMITED + lane] = 1.0 if limited else 0.0
 
 
 @compiled
@@ -128,7 +138,8 @@ FUNCTIONS = {
     "stage": stage,
     "attempt_wide": attempt_wide,
     "judge_wide": judge_wide,
-    "limited_wide": limited_wide,
+    "_judge": _judge,
+    "limit_wide": limit_wide,
     "begin_wide": begin_wide,
     "tune_wide": tune_wide,
     "accept_wide": accept_wide,

@@ -40,9 +40,9 @@ KEPT = 4  # integers kept of a lane: how it ended, steps, rejected steps, compon
 # how a lane ends, besides what `layout` names
 TOO_MANY, LEFT = 7, 8
 
-WIDE_COUNTS, WIDE_NUMBERS = 96, 64  # integers and numbers that the loop over eight lanes keeps of them
-# places of eight numbers each after its rows: steps, times and moments of the lanes; of `taylor` the lengths that the
-# series give; which lanes took a step, or are still projected; changes by that; of `taylor` sums of the last two
-# coefficients, log₂ r / p, sums of absolute values
-STEPS, TIMES, MOMENTS, LENGTHS, WANTED, CHANGES, SUMS, LOGARITHMS, TOTALS = 0, 8, 16, 24, 32, 40, 48, 72, 80
-WIDE_PLACES = 88
+WIDE_COUNTS, WIDE_NUMBERS = 88, 56  # integers and numbers that the loop over eight lanes keeps of them
+# places of eight numbers each after its rows: steps, times and moments of the lanes; errors of the steps; whether
+# stability may limit them; which lanes took theirs, or are still projected; changes by that; of `taylor` the lengths that
+# the series give, and log₂ r / p
+STEPS, TIMES, MOMENTS, ERRORS, LIMITED, WANTED, CHANGES, LENGTHS, LOGARITHMS = 0, 8, 16, 24, 32, 40, 48, 56, 64
+WIDE_PLACES = 72

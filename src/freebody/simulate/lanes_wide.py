@@ -28,6 +28,7 @@ from .lanes_layout import (
     CHANGES,
     DROPPED,
     ENERGY,
+    ERRORS,
     EXTREMES,
     FINEST,
     KEPT,
@@ -35,6 +36,7 @@ from .lanes_layout import (
     LEG,
     LENGTHS,
     LIMIT,
+    LIMITED,
     LONGEST,
     MOMENTS,
     N_CONSTANTS,
@@ -112,9 +114,9 @@ prepare_wide: Any = None
 attempt_wide: Any = None
 """(kernel, wide, w, c): steps of all lanes from STATE to RAW."""
 judge_wide: Any = None
-"""(lane, n, wide, w, tolerances) -> error of a lane's step in units of its tolerance, nan if it is not finite."""
-limited_wide: Any = None
-"""(lane, n, wide, w, h) -> 1 if stability may limit a lane's step."""
+"""(n, wide, w, tolerances): at ERRORS those of the steps in units of their tolerances, nan if they are not finite."""
+limit_wide: Any = None
+"""(n, wide, w): at LIMITED 1 where stability may limit a step, else 0."""
 begin_wide: Any = None
 """(lane, n, wide, w): before the first step of a lane from a new start."""
 tune_wide: Any = None
@@ -164,7 +166,7 @@ def project_wide(
     some = 0
     for lane in range(8):
         wide[more + WANTED + lane] = 0.0
-        if control[ERRORS + lane] <= 1.0:
+        if wide[more + ERRORS + lane] <= 1.0:
             wide[more + WANTED + lane] = 1.0
             some += 1
     k = 0
@@ -179,7 +181,7 @@ def project_wide(
             change = wide[more + CHANGES + lane]
             if wide[more + WANTED + lane] != 0.0:
                 if k == 0 and not change <= control[ALLOWED + lane]:
-                    control[ERRORS + lane] = 1e3
+                    wide[more + ERRORS + lane] = 1e3
                 wide[more + WANTED + lane] = 0.0
                 if change > 1e-8:
                     wide[more + WANTED + lane] = 1.0
@@ -195,9 +197,9 @@ def unit_wide(wide: Reals, w: int, row: int, quaternions: Integers, nq: int) -> 
 
 
 @part
-def stiff_wide(lane: int, n: int, wide: Reals, w: int, h: float, counts: Integers) -> int:
+def stiff_wide(lane: int, limited: float, counts: Integers) -> int:
     """See `stepping._stiff`."""
-    if limited_wide(lane, n, wide, w, h) != 0:
+    if limited != 0.0:
         counts[SUSPECT + lane] += 1
         counts[CALM + lane] = 0
     else:
@@ -213,8 +215,8 @@ def stiff_wide(lane: int, n: int, wide: Reals, w: int, h: float, counts: Integer
 RUN, TAKEN, REJECTED, SUSPECT, CALM, AFTER, DONE, ENDS, AT, BEFORE = 0, 8, 16, 24, 32, 40, 48, 56, 64, 72
 BLAMED = 80
 # places of eight numbers each: error of the step before, longest step of this leg and of those before, start and end of
-# the leg, energy at the start of the run, change by a projection that is allowed, error of this step
-OLDS, STRIDE, NATURAL, FIRST, LAST_TIME, SIZE, ALLOWED, ERRORS = 0, 8, 16, 24, 32, 40, 48, 56
+# the leg, energy at the start of the run, change by a projection that is allowed
+OLDS, STRIDE, NATURAL, FIRST, LAST_TIME, SIZE, ALLOWED = 0, 8, 16, 24, 32, 40, 48
 
 
 @part
@@ -468,18 +470,18 @@ def lanes_wide(
         for i in range(w):
             wide[END * w + i] = wide[RAW * w + i]
         unit_wide(wide, w, END, quaternions, nq)
+        judge_wide(n, wide, w, tolerances)
         for lane in range(8):
             wide[more + MOMENTS + lane] = afters[lane]
-            control[ERRORS + lane] = math.nan
             if counts[RUN + lane] >= 0:
-                error = judge_wide(lane, n, wide, w, tolerances)
-                if error > 1.0 and legs[counts[AT + lane] * settings + 2] != 0.0:
-                    error = 1.0
-                control[ERRORS + lane] = error
+                fixed = legs[counts[AT + lane] * settings + 2]
+                if fixed != 0.0 and wide[more + ERRORS + lane] > 1.0:
+                    wide[more + ERRORS + lane] = 1.0
         if kernels[PROJECTION_WIDE] != 0:
             project_wide(kernels[PROJECTION_WIDE], n, wide, w, c, quaternions, nq, control)
         if GIVEN == 0:
             call_wide(kernels[WIDE], wide, more + MOMENTS, wide, END * w, c, wide, 12 * w)
+        limit_wide(n, wide, w)
         for lane in range(8):
             wide[more + WANTED + lane] = 0.0
             run = counts[RUN + lane]
@@ -489,7 +491,7 @@ def lanes_wide(
             leg = counts[AT + lane]
             reaches, goes_on = counts[ENDS + lane] != 0, leg + 1 < sizes[N_LEGS]
             until, fixed = control[LAST_TIME + lane], legs[leg * settings + 2]
-            error = control[ERRORS + lane]
+            error = wide[more + ERRORS + lane]
             if GIVEN == 0 and error <= 1.0 and lost(lane, n, wide, w, 12, 1) >= 0:
                 error = math.nan
             code, blame = RUNNING, 0
@@ -511,9 +513,11 @@ def lanes_wide(
             else:
                 counts[TAKEN + lane] += 1
                 control[STRIDE + lane] = greater(control[STRIDE + lane], abs(h))
-                stiff = stiff_wide(lane, n, wide, w, h, counts)
-                if stiff * sizes[STIFF_ASKED] != 0 and abs(until - after) > MANY * abs(h):
-                    code = STIFF
+                limited = wide[more + LIMITED + lane]
+                if limited != 0.0 or counts[SUSPECT + lane] > 0:
+                    stiff = stiff_wide(lane, limited, counts)
+                    if stiff * sizes[STIFF_ASKED] != 0 and abs(until - after) > MANY * abs(h):
+                        code = STIFF
                 done = counts[DONE + lane]
                 lifted = m > 0 or many > 0 or (done < count and (wanted[done] - after) * direction <= 0.0)
                 own = shifted(alone, lane * hoisted)

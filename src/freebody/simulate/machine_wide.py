@@ -31,11 +31,6 @@ class _Eight:
     def all_of(self, number: float) -> Any:
         return ir.Constant(_eight, [_double(number)] * WIDTH)
 
-    def splat(self, number: Any) -> Any:
-        one = self.builder.insert_element(ir.Constant(_eight, ir.Undefined), number, ir.IntType(32)(0))
-        zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
-        return self.builder.shuffle_vector(one, ir.Constant(_eight, ir.Undefined), zeros)
-
     def at(self, place: Any, memory: Any = None) -> Any:
         pointer = self.builder.gep(self.memory if memory is None else memory, [place])
         return self.builder.bitcast(pointer, _eight.as_pointer())
@@ -79,8 +74,8 @@ class _Eight:
         bits = builder.bitcast(x, _wholes)
         exponent = builder.sub(builder.lshr(bits, _all(52)), _all(1023))
         m = builder.bitcast(builder.sub(bits, builder.shl(exponent, _all(52))), _eight)
-        parabola = builder.fmul(builder.fsub(self.all_of(2.0), builder.fdiv(m, self.all_of(3.0))), m)
-        parabola = builder.fsub(parabola, self.all_of(5.0 / 3.0))
+        parabola = self.fused(m, self.all_of(-1.0 / 3.0), self.all_of(2.0))
+        parabola = self.fused(m, parabola, self.all_of(-5.0 / 3.0))
         return builder.fadd(builder.sitofp(exponent, _eight), parabola)
 
     def power2(self, x: Any) -> Any:
@@ -89,8 +84,8 @@ class _Eight:
         exponent = builder.fptosi(builder.fadd(x, self.all_of(1023.0)), _wholes)
         r = builder.fsub(x, builder.sitofp(builder.sub(exponent, _all(1023)), _eight))
         power = builder.bitcast(builder.shl(exponent, _all(52)), _eight)
-        bend = builder.fdiv(builder.fmul(r, builder.fadd(self.all_of(2.0), r)), self.all_of(3.0))
-        return builder.fmul(power, builder.fadd(self.all_of(1.0), bend))
+        bend = self.fused(r, self.all_of(1.0 / 3.0), self.all_of(2.0 / 3.0))
+        return builder.fmul(power, self.fused(r, bend, self.all_of(1.0)))
 
 
 def _all(number: int) -> Any:
@@ -155,7 +150,7 @@ def lengths(order: int, terms: int, tiny: float) -> Any:
                 log = v.logarithm2(size)
                 if j > 1:
                     log = builder.fadd(log, builder.fmul(v.all_of(j - 1.0), rate))
-                log = builder.fdiv(log, v.all_of(float(order - j)))
+                log = builder.fmul(log, v.all_of(1.0 / (order - j)))
                 some = builder.fcmp_ordered(">", size, v.all_of(tiny))
                 slowest = builder.select(some, v.greater(slowest, log), slowest)
             found = v.power2(builder.fneg(slowest))
@@ -172,22 +167,22 @@ def lengths(order: int, terms: int, tiny: float) -> Any:
 
 
 def series_end(order: int) -> Any:
-    """Compiled ``(wide, w, series, state, lost, loses, raw, steps, total)``: see `taylor.attempt`.
+    """Compiled ``(wide, w, series, state, lost, loses, raw, steps, errors)``: see `taylor.attempt`.
 
     Row ``raw`` is the polynomial at the end of the ``steps``, row ``loses`` what its last sum loses to rounding; at
-    ``total`` stand sums of the absolute values of ``raw``, finite where all of them are.
+    ``errors`` stands 0, or nan where it is not finite.
     """
 
     @intrinsic
     def series_end(
         typing: Any, wide: Any, w: Any, series: Any, state: Any, lost: Any, loses: Any, raw: Any, steps: Any,
-        total: Any,
+        errors: Any,
     ) -> Any:  # fmt: skip
-        del typing, w, series, state, lost, loses, raw, steps, total
+        del typing, w, series, state, lost, loses, raw, steps, errors
 
         def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             del signature
-            wide_, w_, series_, state_, lost_, loses_, raw_, steps_, total_ = arguments
+            wide_, w_, series_, state_, lost_, loses_, raw_, steps_, errors_ = arguments
             v = _Eight(builder, wide_)
             h = v.load(steps_)
             twice = builder.fmul(h, h)
@@ -207,7 +202,8 @@ def series_end(order: int) -> Any:
                 v.store(builder.fadd(error, builder.fsub(change, part)), v.plus(loses_, offset))
                 v.store(end, v.plus(raw_, offset))
                 builder.store(builder.fadd(builder.load(sizes), v.called("fabs", end)), sizes)
-            v.store(builder.load(sizes), total_)
+            finite = builder.fcmp_ordered("<", builder.load(sizes), v.all_of(math.inf))
+            v.store(builder.select(finite, v.all_of(0.0), v.all_of(math.nan)), errors_)
             return context.get_dummy_value()
 
         return types.void(wide, *[_index] * 8), write
@@ -215,27 +211,41 @@ def series_end(order: int) -> Any:
     return series_end
 
 
-@intrinsic
-def last_two(typing: Any, wide: Any, w: Any, last: Any, order: Any, result: Any) -> Any:
-    """See `taylor.limited`: at ``result`` stand Σ (p y_p)², Σ y_(p-1)² and Σ p y_p y_(p-1), row ``last`` being y_p."""
-    del typing, w, last, order, result
+def decaying(order: int, bound: float) -> Any:
+    """Compiled ``(wide, w, last, steps, result)``: see `taylor.limited`; at ``result`` 1 or 0, row ``last`` being y_p."""
 
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        del signature
-        wide_, w_, last_, order_, result_ = arguments
-        v = _Eight(builder, wide_)
-        p = v.splat(order_)
-        sums = [v.variable(v.all_of(0.0)) for _ in range(3)]
-        with v.rows(w_) as (offset, _):
-            place = v.plus(last_, offset)
-            a, b = builder.fmul(p, v.load(place)), v.load(builder.sub(place, w_))
-            for total, (x, y) in zip(sums, ((a, a), (b, b), (a, b)), strict=True):
-                builder.store(builder.fadd(builder.load(total), builder.fmul(x, y)), total)
-        for j, total in enumerate(sums):
-            v.store(builder.load(total), v.plus(result_, _integer(WIDTH * j)))
-        return context.get_dummy_value()
+    @intrinsic
+    def decaying(typing: Any, wide: Any, w: Any, last: Any, steps: Any, result: Any) -> Any:
+        del typing, w, last, steps, result
 
-    return types.void(wide, _index, _index, types.float64, _index), write
+        def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            del signature
+            wide_, w_, last_, steps_, result_ = arguments
+            v = _Eight(builder, wide_)
+            sums = [v.variable(v.all_of(0.0)) for _ in range(3)]
+            with v.rows(w_) as (offset, _):
+                place = v.plus(last_, offset)
+                a = builder.fmul(v.all_of(float(order)), v.load(place))
+                b = v.load(builder.sub(place, w_))
+                for total, (x, y) in zip(sums, ((a, a), (b, b), (a, b)), strict=True):
+                    builder.store(v.fused(x, y, builder.load(total)), total)
+            above, below, across = (builder.load(total) for total in sums)
+            h, zero = v.load(steps_), v.all_of(0.0)
+            fast = builder.fmul(builder.fmul(h, h), above)
+            square = builder.fmul(v.all_of(4.0), builder.fmul(across, across))
+            some = builder.fcmp_ordered(">", below, zero)
+            for less, more in (
+                (builder.fmul(h, across), zero),
+                (builder.fmul(above, below), square),
+                (builder.fmul(v.all_of(bound * bound), below), fast),
+            ):
+                some = builder.and_(some, builder.fcmp_ordered("<", less, more))
+            v.store(builder.select(some, v.all_of(1.0), zero), result_)
+            return context.get_dummy_value()
+
+        return types.void(wide, *[_index] * 4), write
+
+    return decaying
 
 
 @intrinsic

@@ -7,8 +7,8 @@
     structure   symplectic Gauss collocation, order 6, steps of one length: long runs without drift of the energy
     taylor      Taylor series of order 16, step control, compensated sums: small smooth machines, down to 1e-16
     timestepping    Moreau and Jean, order 1, steps of one length: many contacts (`timestepping`)
-    auto        taylor for small machines at tolerances of 1e-10 and below; else gauss for tolerances below 1e-14; else
-                dop853. Where stability and not accuracy makes the steps short, radau
+    auto        taylor for small machines at tolerances of 1e-10 and below, in a batch of 1e-6 and below; else gauss for
+                tolerances below 1e-14; else dop853. Where stability and not accuracy makes the steps short, radau
 
 Only what a run asks for is loaded or compiled.
 """
@@ -41,11 +41,12 @@ ACCURATE = 1e-10
 """Tolerance from which on "auto" asks whether a series pays: it does for coarser ones too, but its kernel has to be
 compiled before the first result, and there that takes longer than the run."""
 
-ACCURATE_OF_EIGHT = 0.0
-"""The same of a batch, whose lanes go eight at a time."""
-
 PRODUCTS = 150
 """Multiplications in the rates up to which it does: each becomes some sixteen. Measured in `docs/integrators.md`."""
+
+ACCURATE_OF_EIGHT, PRODUCTS_OF_EIGHT = 1e-6, 60
+"""The same of a batch, whose lanes go eight at a time by series and by stages: a series that is longer does not fit into
+the first level of the cache eight times. At coarser tolerances, too, it is faster, but less exact than the stages."""
 
 _BENT = frozenset(("abs", "sign", "min", "max"))
 
@@ -102,19 +103,18 @@ def run(
     return integrate(_equipped(kernels, parameters, "radau", rates), *arguments, method="radau", **options)
 
 
-def first_method(
-    kernels: Kernels, method: str, relative: NDArray[np.float64], accurate: float = ACCURATE
-) -> str:
-    """What a run begins with; tolerances up to ``accurate`` are those at which a series may pay."""
+def first_method(kernels: Kernels, method: str, relative: NDArray[np.float64], batch: bool = False) -> str:
+    """What a run begins with, or every lane of a batch."""
     if method != "auto":
         return method
     finest = np.min(relative, initial=1.0)
-    if finest <= accurate and _has_short_series(kernels):
+    accurate, products = (ACCURATE_OF_EIGHT, PRODUCTS_OF_EIGHT) if batch else (ACCURATE, PRODUCTS)
+    if finest <= accurate and _has_short_series(kernels, products):
         return "taylor"
     return "gauss" if finest < FINE else "dop853"
 
 
-def _has_short_series(kernels: Kernels) -> bool:
+def _has_short_series(kernels: Kernels, products: int) -> bool:
     """Whether the series of a motion costs less than the stages of an explicit method, as its rates tell."""
     model = kernels.model
     if model.contacts or model.switched or not kernels.size:
@@ -122,7 +122,7 @@ def _has_short_series(kernels: Kernels) -> bool:
     operations = getattr(kernels.motion().compiled["rates"], "operations", None)  # a large tree counts none
     if operations is None:
         return False
-    return operations.get("mul", 0) <= PRODUCTS and _BENT.isdisjoint(operations)
+    return operations.get("mul", 0) <= products and _BENT.isdisjoint(operations)
 
 
 def _equipped(kernels: Kernels, parameters: NDArray[np.float64], method: str, rates: Rates) -> Rates:

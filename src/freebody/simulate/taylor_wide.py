@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import math
 
-from .lanes_layout import LENGTHS, LOGARITHMS, STEPS, SUMS, TIMES, TOTALS
+from .lanes_layout import ERRORS, LENGTHS, LIMITED, LOGARITHMS, STEPS, TIMES
 from .layout import RAW, STATE
 from .machine import Reals, compiled, greater
-from .machine_wide import blend, call_wide, last_two, lengths, series_end
+from .machine_wide import blend, call_wide, decaying, lengths, series_end
 from .taylor import BOUND, LOSES, LOST, SERIES, TERMS, TINY, P, logarithm2
 
 HEIGHT = SERIES + P + 1
-_lengths, _series_end = lengths(P, TERMS, TINY), series_end(P)
+_lengths, _series_end, _decaying = lengths(P, TERMS, TINY), series_end(P), decaying(P, BOUND)
 
 
 @compiled
@@ -38,27 +38,22 @@ def blame_wide(lane: int, n: int, wide: Reals, w: int) -> int:
 
 @compiled
 def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
-    """The states at the ends of the steps."""
+    """The states at the ends of the steps; the error of one is 0, or nan if the state is not finite."""
     more = HEIGHT * w
     _series_end(
-        wide, w, SERIES * w, STATE * w, LOST * w, LOSES * w, RAW * w, more + STEPS, more + TOTALS
+        wide, w, SERIES * w, STATE * w, LOST * w, LOSES * w, RAW * w, more + STEPS, more + ERRORS
     )
-    last_two(wide, w, (SERIES + P) * w, 1.0 * P, more + SUMS)
+    _decaying(wide, w, (SERIES + P) * w, more + STEPS, more + LIMITED)
 
 
 @compiled
-def judge_wide(lane: int, n: int, wide: Reals, w: int, tolerances: Reals) -> float:
-    """0, nan if the state is not finite: the length of the step has been chosen before."""
-    return 0.0 if math.isfinite(wide[HEIGHT * w + TOTALS + lane]) else math.nan
+def judge_wide(n: int, wide: Reals, w: int, tolerances: Reals) -> None:
+    """Nothing: the lengths of the steps have been chosen before."""
 
 
 @compiled
-def limited_wide(lane: int, n: int, wide: Reals, w: int, h: float) -> int:
-    """See `taylor.limited`."""
-    place = HEIGHT * w + SUMS + lane
-    above, below, across = wide[place], wide[place + 8], wide[place + 16]
-    decays = h * across < 0.0 and 4.0 * across * across > above * below
-    return 1 if decays and h * h * above > BOUND * BOUND * below and below > 0.0 else 0
+def limit_wide(n: int, wide: Reals, w: int) -> None:
+    """Nothing: `attempt_wide` has seen it."""
 
 
 @compiled
@@ -97,7 +92,7 @@ FUNCTIONS = {
     "blame_wide": blame_wide,
     "attempt_wide": attempt_wide,
     "judge_wide": judge_wide,
-    "limited_wide": limited_wide,
+    "limit_wide": limit_wide,
     "begin_wide": begin_wide,
     "tune_wide": tune_wide,
     "accept_wide": accept_wide,
