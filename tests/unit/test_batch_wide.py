@@ -8,6 +8,8 @@ import pytest
 import freebody as fb
 from batch_machines import cart
 
+pytestmark = pytest.mark.usefixtures("stages")
+
 
 def pendulum() -> fb.System:
     s = fb.System("pendulum")

@@ -28,7 +28,9 @@ TOGETHER = 22
 
 _V = f"<{WIDTH} x double>"
 _BYTES = 8 * WIDTH
-_ROW = _BYTES * (ORDER + 1)  # an odd number of lines of the cache, so that rows do not lie in the same sets of it
+_ROW = _BYTES * (
+    ORDER + 1
+)  # an odd number of lines of the cache, so that rows do not lie in the same sets of it
 _INVERSES = (
     f"@jet.inverses = private constant [{ORDER + 1} x double] "
     f"[{', '.join(f'double {literal(1 / max(k, 1))}' for k in range(ORDER + 1))}]"
@@ -121,7 +123,9 @@ class _Writer:
     def text(self) -> str:
         """The function and its pieces."""
         shared = "ptr noalias %y, ptr noalias %c, ptr noalias %out, ptr noalias %frame"
-        orders = f"i64 %k, {_V} %x, {_V} %by, {_V} %next, ptr noalias %from, ptr noalias %to, ptr %here, {shared}"
+        orders = (
+            f"i64 %k, {_V} %x, {_V} %by, {_V} %next, ptr noalias %from, ptr noalias %to, ptr %here, {shared}"
+        )
         result, main, loop = [], [], []
         for j in range(len(self.pieces)):
             self._start()
@@ -212,14 +216,14 @@ class _Writer:
 
     def _number(self, x: Number) -> str:
         if x not in self.numbers:
-            if x.value is not None:
-                value = splat(literal(x.value), WIDTH)
-            else:
-                value = self._load("%c", _BYTES * x.place)
+            known = x.value is not None
+            value = splat(literal(x.value), WIDTH) if known else self._load("%c", _BYTES * x.place)
             if x.function == "square":
                 value = self._arithmetic("fmul", value, value)
             elif x.function:
-                value = self._new(f"call {_V} {self.module.need_function(x.function, WIDTH, 1)}({_V} {value})")
+                value = self._new(
+                    f"call {_V} {self.module.need_function(x.function, WIDTH, 1)}({_V} {value})"
+                )
             self.numbers[x] = value
         return self.numbers[x]
 
@@ -363,9 +367,7 @@ class _Writer:
             x = self._arithmetic("fmul", at[a], splat(literal(0.5), WIDTH)) if a == b else at[a]
             first.append(self._arithmetic("fmul", x, at[b]))
         self.lines += [f"  br label %begin.{name}", f"begin.{name}:"]
-        started = [
-            self._new(f"phi {_V} [ zeroinitializer, %{before} ], [ {x}, %mid.{name} ]") for x in first
-        ]
+        started = [self._new(f"phi {_V} [ zeroinitializer, %{before} ], [ {x}, %mid.{name} ]") for x in first]
         self.lines += [f"  br i1 %any, label %loop.{name}, label %end.{name}", f"loop.{name}:"]
         self.lines.append(f"  %i.{name} = phi i64 [ %half, %begin.{name} ], [ %i1.{name}, %loop.{name} ]")
         self.count += 1
@@ -378,10 +380,10 @@ class _Writer:
         highs: dict[int, str] = {}
         ends = []
         for j, (a, b) in enumerate(pairs):
-            for x in (a, b):
-                if x not in lows:
-                    lows[x] = self._load(low, _ROW * self.rows[x])
-                    highs[x] = self._load(high, _ROW * self.rows[x])
+            for factor in (a, b):
+                if factor not in lows:
+                    lows[factor] = self._load(low, _ROW * self.rows[factor])
+                    highs[factor] = self._load(high, _ROW * self.rows[factor])
             total = self._fused(lows[a], highs[b], f"%s{label}.{j}")
             if a != b:
                 total = self._fused(lows[b], highs[a], total)

@@ -7,7 +7,7 @@ import math
 from . import dop853, tableau
 from .lanes_layout import ERRORS, LIMITED, MOMENTS, STEPS, TIMES
 from .layout import ARGUMENT, END, ERROR3, ERROR5, RAW, ROWS, STATE
-from .machine import Integers, Reals, compiled, greater, linear, root
+from .machine import Reals, compiled, greater, linear, root
 from .machine_wide import blend, call_wide
 
 HEIGHT = ROWS

@@ -42,7 +42,7 @@ TOO_MANY, LEFT = 7, 8
 
 WIDE_COUNTS, WIDE_NUMBERS = 88, 56  # integers and numbers that the loop over eight lanes keeps of them
 # places of eight numbers each after its rows: steps, times and moments of the lanes; errors of the steps; whether
-# stability may limit them; which lanes took theirs, or are still projected; changes by that; of `taylor` the lengths that
-# the series give, and log₂ r / p
-STEPS, TIMES, MOMENTS, ERRORS, LIMITED, WANTED, CHANGES, LENGTHS, LOGARITHMS = 0, 8, 16, 24, 32, 40, 48, 56, 64
+# stability may limit them; which lanes took theirs, or are still projected; changes by that; of `taylor` the lengths
+# that the series give, and log₂ r / p
+STEPS, TIMES, MOMENTS, ERRORS, LIMITED, WANTED, CHANGES, LENGTHS, LOGARITHMS = range(0, 72, 8)
 WIDE_PLACES = 72

@@ -89,7 +89,7 @@ from .layout import (
 )
 from .machine import Compiled, Integers, Reals, call, greater, lesser, shifted, whole
 from .machine_wide import blend, call_wide, moved, unit_at
-from .stepping import _EPS, _TINY, EXPONENT, BETA, GIVEN, GREATEST, SAFETY, SMALLEST
+from .stepping import _EPS, _TINY, BETA, EXPONENT, GIVEN, GREATEST, SAFETY, SMALLEST
 
 _PARTS: list[Any] = []
 
@@ -328,9 +328,9 @@ def enter_leg(
         if leg == 0:
             for k in range(many):
                 reduced[place + EXTREMES * k + 2] = spare[k]
-    if sizes[N_DROPPED] > 0:
-        if contradicted(kernels[DROPPED], sizes[N_DROPPED], start, work, STATE * w1, n, own, spare) != 0:
-            return LEFT
+    left = sizes[N_DROPPED]
+    if left > 0 and contradicted(kernels[DROPPED], left, start, work, STATE * w1, n, own, spare) != 0:
+        return LEFT
     step = control[NATURAL + lane]
     if fixed != 0.0:
         step = fixed
@@ -412,7 +412,7 @@ def lanes_wide(
     """
     n, nq, w1 = sizes[N], sizes[N_QUATERNIONS], sizes[WIDTH_OF_ROW]
     w, m, many = 8 * n, sizes[N_WATCHED], sizes[N_REDUCED]
-    outputs, count, hoisted = sizes[N_OUTPUTS], sizes[N_TIMES], sizes[N_CONSTANTS]
+    outputs, count, hoisted, left = sizes[N_OUTPUTS], sizes[N_TIMES], sizes[N_CONSTANTS], sizes[N_DROPPED]
     direction = 1.0 if options[T1] >= options[T0] else -1.0
     more, settings = HEIGHT * w, LEG + sizes[N_SETTINGS]
     following, active = begin, 0
@@ -521,7 +521,7 @@ def lanes_wide(
                 done = counts[DONE + lane]
                 lifted = m > 0 or many > 0 or (done < count and (wanted[done] - after) * direction <= 0.0)
                 own = shifted(alone, lane * hoisted)
-                if lifted or sizes[N_DROPPED] > 0:
+                if lifted or left > 0:
                     lift(lane, n, wide, w, work, w1)
                 if m > 0 or many > 0:
                     stop = seek(
@@ -530,12 +530,12 @@ def lanes_wide(
                         spare_integers, reduced, event_times, happened,
                     )  # fmt: skip
                     if stop >= 0.0:
-                        code = TERMINAL
+                        code, reaches = TERMINAL, False
                         after = after if stop == 1.0 else t + stop * h
                 if lifted:
                     while done < count and (wanted[done] - after) * direction <= 0.0:
                         x = wanted[done]
-                        if x == until and reaches and goes_on and code != TERMINAL:
+                        if x == until and reaches and goes_on:
                             break  # the break point belongs to the next leg
                         row = STATE if x == t else END
                         if x != t and x != after:
@@ -547,17 +547,15 @@ def lanes_wide(
                         call(kernels[OUTPUTS], x, work, row * w1, own, values, (run * count + done) * outputs)
                         done += 1
                     counts[DONE + lane] = done
-                if sizes[N_DROPPED] > 0:
-                    if contradicted(
-                        kernels[DROPPED], sizes[N_DROPPED], after, work, END * w1, n, own, spare
-                    ) != 0:  # fmt: skip
-                        code = LEFT
+                if (
+                    left > 0
+                    and contradicted(kernels[DROPPED], left, after, work, END * w1, n, own, spare) != 0
+                ):
+                    code, reaches = LEFT, False
                 t = after
                 wide[more + TIMES + lane] = t
                 wide[more + WANTED + lane] = 1.0
-                if code == TERMINAL or code == LEFT:
-                    pass
-                elif reaches and goes_on:
+                if reaches and goes_on:
                     if counts[TAKEN + lane] > 1:
                         control[NATURAL + lane] = control[STRIDE + lane]
                     else:

@@ -189,7 +189,7 @@ def series_end(order: int) -> Any:
             sizes = v.variable(v.all_of(0.0))
             with v.rows(w_) as (offset, _):
                 # Σ y_(k+1) h^k: the odd and the even powers side by side, since one addition waits for the other
-                sides = {}
+                sides: dict[int, Any] = {}
                 for k in range(order, 0, -1):
                     term, side = v.load(v.plus(series_, offset, k, w_)), k % 2
                     sides[side] = v.fused(sides[side], twice, term) if side in sides else term
@@ -212,7 +212,9 @@ def series_end(order: int) -> Any:
 
 
 def decaying(order: int, bound: float) -> Any:
-    """Compiled ``(wide, w, last, steps, result)``: see `taylor.limited`; at ``result`` 1 or 0, row ``last`` being y_p."""
+    """Compiled ``(wide, w, last, steps, result)``: see `taylor.limited`.
+
+    At ``result`` stands 1 or 0; row ``last`` is y_p."""
 
     @intrinsic
     def decaying(typing: Any, wide: Any, w: Any, last: Any, steps: Any, result: Any) -> Any:

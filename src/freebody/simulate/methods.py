@@ -45,8 +45,8 @@ PRODUCTS = 150
 """Multiplications in the rates up to which it does: each becomes some sixteen. Measured in `docs/integrators.md`."""
 
 ACCURATE_OF_EIGHT, PRODUCTS_OF_EIGHT = 1e-6, 60
-"""The same of a batch, whose lanes go eight at a time by series and by stages: a series that is longer does not fit into
-the first level of the cache eight times. At coarser tolerances, too, it is faster, but less exact than the stages."""
+"""The same of a batch, whose lanes go eight at a time, by series and by stages. Eight longer series do not fit into the
+first level of the cache. At coarser tolerances, too, series are faster, but less exact than the stages."""
 
 _BENT = frozenset(("abs", "sign", "min", "max"))
 

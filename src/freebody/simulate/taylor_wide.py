@@ -1,7 +1,7 @@
 """Taylor series in time: the step of `taylor` for eight lanes (`lanes_wide`).
 
-One kernel (`compile.jet_wide`) fills the coefficients of eight lanes; the length of a step, its end and what the sums lose
-follow from them as they do for one.
+One kernel (`compile.jet_wide`) fills the coefficients of eight lanes; the length of a step, its end and what its sums
+lose follow from them as they do for one.
 """
 
 from __future__ import annotations
@@ -40,9 +40,7 @@ def blame_wide(lane: int, n: int, wide: Reals, w: int) -> int:
 def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
     """The states at the ends of the steps; the error of one is 0, or nan if the state is not finite."""
     more = HEIGHT * w
-    _series_end(
-        wide, w, SERIES * w, STATE * w, LOST * w, LOSES * w, RAW * w, more + STEPS, more + ERRORS
-    )
+    _series_end(wide, w, SERIES * w, STATE * w, LOST * w, LOSES * w, RAW * w, more + STEPS, more + ERRORS)
     _decaying(wide, w, (SERIES + P) * w, more + STEPS, more + LIMITED)
 
 
