@@ -447,11 +447,10 @@ class _Loop:
     def __init__(self, job: Job, method: str, part: Results, until_stiff: bool) -> None:
         self.job, self.method, self.part = job, method, part
         kernels, given, model = job.kernels, job.given, job.kernels.model
-        # eight at once: by series always, and where nothing is looked for between the output times
+        # eight at once: by series any number, by stages where there are as many
         self.wide = method == "taylor" or (
-            method == "dop853" and not model.constraints and not job.specs and not job.asked.reduced
-            and job.step is None and kernels.size > 0 and job.begin != job.end and part.high - part.low >= layout.WIDTH
-        )  # fmt: skip
+            method == "dop853" and kernels.size > 0 and job.begin != job.end and part.high - part.low >= layout.WIDTH
+        )
         program: BatchProgram = batch_program(
             kernels, job.asked.timed_values, job.asked.reduced_values, job.expressions, method, self.wide
         )
