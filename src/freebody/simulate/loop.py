@@ -43,7 +43,7 @@ LANES = " lanes"
 UNWATCHED = " unwatched"
 """After the name of a method: without the search for events."""
 WIDE = " wide"
-"""After the name of a method: the loop over eight lanes, ``lanes_wide``, alone."""
+"""After the name of a method: the loop over eight lanes, ``lanes_wide``, alone; `UNWATCHED` may follow."""
 LIBRARIES = frozenset(
     ("pow", "exp", "exp2", "log", "log2", "fma", "floor", "ceil", "memcpy", "memset", "memmove")
 )
@@ -108,8 +108,9 @@ def loop(method: str = "dop853") -> Loop:
 @cache
 def _loop(method: str = "dop853") -> Loop:
     def compiled() -> Mapping[str, Any]:
-        if method.endswith(WIDE):
-            return _module("lanes_wide").functions(method.removesuffix(WIDE))
+        if WIDE in method:
+            name, _, more = method.partition(WIDE)
+            return _module("lanes_wide").functions(name, not more)
         if method.endswith(LANES):
             return _module("lanes").functions(method.removesuffix(LANES))
         if method.endswith(UNWATCHED):
@@ -156,7 +157,7 @@ def _made(key: str, names: Sequence[str], make: Callable[[], Mapping[str, Any]])
 
 def _called(method: str) -> tuple[str, ...]:
     """What Python calls of a method."""
-    if method.endswith(WIDE):
+    if WIDE in method:
         return ("lanes_wide",)
     return (*CALLED, "lanes") if method.endswith(LANES) else CALLED
 
@@ -223,9 +224,9 @@ def outside(text: str) -> list[str]:
 def _key(method: str = "dop853") -> str:
     """Hash of the source of the loop and of what compiles it."""
     name, more = method.split()[0], tuple[str, ...]()
-    if method.endswith((LANES, WIDE)):
+    if method.endswith(LANES) or WIDE in method:
         more = ("lanes.py", "lanes_layout.py")
-    if method.endswith(WIDE):
+    if WIDE in method:
         more = (*more, "lanes_wide.py", "machine_wide.py", f"{name}_wide.py")
     return _hash(method, (*SHARED, *SOURCES[name], *more))
 
