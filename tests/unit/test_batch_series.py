@@ -156,7 +156,8 @@ def test_terminal_events_end_each_lane_at_its_own_time() -> None:
     assert np.isnan(data["theta"][:, -1]).all() and np.isfinite(data["theta"][:, :2]).all()
     for k in (0, 7):
         alone = fb.simulate(
-            s, 1e3, initial={"theta": theta[k]}, events=fb.event("theta", terminal=True), method="gauss", tolerance=1e-14
+            s, 1e3, initial={"theta": theta[k]}, events=fb.event("theta", terminal=True), method="gauss",
+            tolerance=1e-14,
         )  # fmt: skip
         assert float(data.end[k]) == pytest.approx(alone.path.end, abs=1e-11)
 
@@ -253,7 +254,8 @@ def test_auto_takes_series_of_small_machines_from_a_tolerance_on() -> None:
     def first(s: fb.System, tolerance: float, **options: object) -> str:
         given = dict(
             initial={next(iter(assemble(s).coordinate_names)): [0.1, 0.2]}, values=None, near=None, project=False,
-            events=(), impulses=(), impacts="simultaneous", indeterminate="refuse", method="auto", step=None, times=None,
+            events=(), impulses=(), impacts="simultaneous", indeterminate="refuse", method="auto", step=None,
+            times=None,
             samples=None, start=0, max_step=None, max_steps=None, outputs=None, threads=None,
         )  # fmt: skip
         return job_of(s, 1, tolerance=tolerance, **{**given, **options}).first
@@ -273,8 +275,8 @@ def test_what_has_no_series_is_refused() -> None:
     s.generalized_force("x", "-abs(x)")
     with pytest.raises(
         SimulationError,
-        match="Expected rates with a Taylor series for method=\"taylor\", but of 'cart' 'abs' has no Taylor series where "
-        'it bends. Use method="dop853" or "gauss".',
+        match="Expected rates with a Taylor series for method=\"taylor\", but of 'cart' 'abs' has no Taylor series "
+        'where it bends. Use method="dop853" or "gauss".',
     ):
         fb.simulate(s, 1, initial={"x": [1.0, 2.0]}, method="taylor")
 

@@ -57,7 +57,7 @@ def coefficients_of_eight(tape, rates, t, y, parameters, times, states, values):
         return room[start:]
 
     c = aligned([kernels.constants(np.array(row, dtype=float)) for row in values])
-    out = aligned(np.zeros((8, (P + 1) * n)))
+    out = aligned(np.zeros((8, kernels["series"].room // 8)))
     given = (aligned(np.asarray(times)[:, None]), aligned(states), c, out)
     signature = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 4)
     signature(kernels["series"].lanes_address)(*(array.ctypes.data for array in given))

@@ -40,10 +40,11 @@ _INVERSES = (
 Pair = tuple[int, int]
 
 
-def jet_wide(module: Module, program: Program, body: str, name: str, piece: int = PIECE) -> None:
+def jet_wide(module: Module, program: Program, body: str, name: str, piece: int = PIECE) -> int:
     """Add the function ``name`` on eight motions, which writes the rows y_0 ... y_p of eight times the state.
 
-    Its signature is that of the kernels for eight lanes: component i of motion l stands at 8 i + l.
+    Its signature is that of the kernels for eight lanes: component i of motion l stands at 8 i + l. After the rows it
+    needs room for the coefficients of other series, which a stack may not have.
 
     Parameters
     ----------
@@ -55,12 +56,19 @@ def jet_wide(module: Module, program: Program, body: str, name: str, piece: int 
     piece : int
         Nodes of one piece of a long recurrence.
 
+    Returns
+    -------
+    int
+        How many numbers it writes, with those in that room.
+
     Raises
     ------
     ExpressionError
         A function that bends or jumps.
     """
-    module.functions.append(_Writer(module, Recurrence(program, body), name, piece).text())
+    writer = _Writer(module, Recurrence(program, body), name, piece)
+    module.functions.append(writer.text())
+    return WIDTH * (ORDER + 1) * (len(writer.outputs) + len(writer.rows))
 
 
 class _Writer:
@@ -142,7 +150,7 @@ class _Writer:
         width = _BYTES * len(self.outputs)
         main = [
             f"define void @{self.name}(ptr noalias %t, {shared.rpartition(',')[0]}) nounwind {{",
-            f"  %frame = alloca i8, i64 {max(1, _ROW * len(self.rows))}, align 64",
+            f"  %frame = getelementptr i8, ptr %out, i64 {width * (ORDER + 1)}",
             *main,
             "  br label %loop",
             "loop:",

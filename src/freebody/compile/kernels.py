@@ -150,6 +150,7 @@ class KernelSet:
             name: Kernel(
                 name, library, addresses[s], addresses.get(f"{s}.batch"), state, self.hoisted,
                 header["outputs"][name], header["operations"][name], addresses.get(f"{s}.lanes"),
+                header.get("rooms", {}).get(name, 0),
             )
             for s, name in zip(symbols, names, strict=True)
         }  # fmt: skip
@@ -191,6 +192,8 @@ class Kernel:
     lanes_address : int or None
         Of ``void f(const double *t, const double *y, const double *c, double *out)`` over 8 lanes: entry i of lane l at
         8 i + l, every pointer a multiple of 64.
+    room : int
+        Numbers that the series of eight lanes writes to ``out``.
     outputs : int
         Length of ``out``.
     operations : dict
@@ -208,8 +211,10 @@ class Kernel:
         outputs: int,
         operations: Mapping[str, int],
         lanes_address: int | None = None,
+        room: int = 0,
     ) -> None:
         self.name = name
+        self.room = room
         self.lanes_address = lanes_address
         self.address = address
         self.batch_address = batch_address
@@ -346,10 +351,11 @@ def _compile(
     if batch:
         module.add(program, prologue, "prologue", lanes=8)
         module.add_batch("prologue", len(parameters), 0, hoisted)
+    rooms: dict[str, int] = {}
     for k, (name, outputs) in enumerate(functions.items()):
         if name in series:
             if name in batch:
-                jet_wide(module, program, name, f"f{k}.lanes")
+                rooms[name] = jet_wide(module, program, name, f"f{k}.lanes")
             else:
                 jet(module, program, name, f"f{k}", series[name])
             continue
@@ -361,6 +367,7 @@ def _compile(
         "target": native.version(),
         "hoisted": hoisted,
         "outputs": {name: len(outputs) for name, outputs in functions.items()},
+        "rooms": rooms,
         "operations": {name: _operations(program, name) for name in program.bodies},
     }
     module.functions.append(f'@freebody.key = constant [{len(key)} x i8] c"{key}"\n')

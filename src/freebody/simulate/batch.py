@@ -449,7 +449,10 @@ class _Loop:
         kernels, given, model = job.kernels, job.given, job.kernels.model
         # eight at once: by series any number, by stages where there are as many
         self.wide = method == "taylor" or (
-            method == "dop853" and kernels.size > 0 and job.begin != job.end and part.high - part.low >= layout.WIDTH
+            method == "dop853"
+            and kernels.size > 0
+            and job.begin != job.end
+            and part.high - part.low >= layout.WIDTH
         )
         program: BatchProgram = batch_program(
             kernels, job.asked.timed_values, job.asked.reduced_values, job.expressions, method, self.wide
@@ -540,7 +543,8 @@ class _Loop:
         )
         eight, events = 8 * n, layout.most_events(m)
         largest = max(2, n, len(self.job.asked.reduced), self.program.dropped)
-        rows = _aligned(layout.rows(self.method, n) * eight + at.WIDE_PLACES)
+        room = self.program.room
+        rows = _aligned(layout.rows(self.method, n) * eight + at.WIDE_PLACES + room)
         return (
             np.zeros(size), np.zeros(largest), self._mine(), rows, _aligned(8 * max(1, hoisted)),
             np.zeros(8 * max(1, hoisted)), _aligned(2 * eight), np.zeros(n), np.zeros(at.WIDE_NUMBERS), np.zeros(8),

@@ -41,6 +41,11 @@ class BatchProgram:
     def address(self, name: str) -> int:
         return int(self.compiled[name].address) if name in self.compiled.kernels else 0
 
+    @property
+    def room(self) -> int:
+        """Numbers that the series of eight lanes writes."""
+        return self.compiled["series"].room if "series" in self.compiled.kernels else 0
+
     def wide_address(self, name: str) -> int:
         """Of the code for eight lanes."""
         return int(self.compiled[name].lanes_address or 0) if name in self.compiled.kernels else 0

@@ -1,20 +1,21 @@
 """Taylor series in time: the step of `taylor` for eight lanes (`lanes_wide`).
 
 One kernel (`compile.jet_wide`) fills the coefficients of eight lanes; the length of a step, its end and what its sums
-lose follow from them as they do for one.
+lose follow from them as they do for one. They stand after the places of the lanes, since the kernel needs room there of
+a length that only it knows.
 """
 
 from __future__ import annotations
 
 import math
 
-from .lanes_layout import ERRORS, LENGTHS, LIMITED, LOGARITHMS, STEPS, TIMES
+from .lanes_layout import ERRORS, LENGTHS, LIMITED, LOGARITHMS, STEPS, TIMES, WIDE_PLACES
 from .layout import RAW, STATE
 from .machine import Reals, compiled, greater
 from .machine_wide import blend, call_wide, decaying, lengths, series_end
 from .taylor import BOUND, LOSES, LOST, SERIES, TERMS, TINY, P, logarithm2
 
-HEIGHT = SERIES + P + 1
+HEIGHT = SERIES
 _lengths, _series_end, _decaying = lengths(P, TERMS, TINY), series_end(P), decaying(P, BOUND)
 
 
@@ -22,8 +23,9 @@ _lengths, _series_end, _decaying = lengths(P, TERMS, TINY), series_end(P), decay
 def prepare_wide(kernel: int, wide: Reals, w: int, c: Reals, tolerances: Reals) -> None:
     """The coefficients through STATE, and the lengths of the steps."""
     more = HEIGHT * w
-    call_wide(kernel, wide, more + TIMES, wide, STATE * w, c, wide, SERIES * w)
-    _lengths(wide, w, SERIES * w, STATE * w, tolerances, more + LOGARITHMS, more + LENGTHS)
+    series = more + WIDE_PLACES
+    call_wide(kernel, wide, more + TIMES, wide, STATE * w, c, wide, series)
+    _lengths(wide, w, series, STATE * w, tolerances, more + LOGARITHMS, more + LENGTHS)
 
 
 @compiled
@@ -31,7 +33,7 @@ def blame_wide(lane: int, n: int, wide: Reals, w: int) -> int:
     """The first component whose last coefficients are not finite."""
     for i in range(n):
         for j in range(TERMS):
-            if not math.isfinite(wide[(SERIES + P - j) * w + 8 * i + lane]):
+            if not math.isfinite(wide[(HEIGHT + P - j) * w + WIDE_PLACES + 8 * i + lane]):
                 return i
     return 0
 
@@ -40,8 +42,9 @@ def blame_wide(lane: int, n: int, wide: Reals, w: int) -> int:
 def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
     """The states at the ends of the steps; the error of one is 0, or nan if the state is not finite."""
     more = HEIGHT * w
-    _series_end(wide, w, SERIES * w, STATE * w, LOST * w, LOSES * w, RAW * w, more + STEPS, more + ERRORS)
-    _decaying(wide, w, (SERIES + P) * w, more + STEPS, more + LIMITED)
+    series = more + WIDE_PLACES
+    _series_end(wide, w, series, STATE * w, LOST * w, LOSES * w, RAW * w, more + STEPS, more + ERRORS)
+    _decaying(wide, w, series + P * w, more + STEPS, more + LIMITED)
 
 
 @compiled
@@ -80,8 +83,11 @@ def accept_wide(wide: Reals, w: int, wanted: int) -> None:
 def lift(lane: int, n: int, wide: Reals, w: int, work: Reals, w1: int) -> None:
     """The step of one lane in a work array of its own."""
     for k in range(STATE, SERIES + P + 1):
+        row = k * w + lane
+        if k >= HEIGHT:
+            row += WIDE_PLACES
         for i in range(n):
-            work[k * w1 + i] = wide[k * w + 8 * i + lane]
+            work[k * w1 + i] = wide[row + 8 * i]
 
 
 FUNCTIONS = {
