@@ -19,3 +19,11 @@ def loops(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
 
     monkeypatch.setattr(batch._Loop, "__init__", watched)
     return seen
+
+
+@pytest.fixture
+def stages(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With "auto" lanes begin by `dop853`, whose bits are those of a run alone, however short their series."""
+    from freebody.simulate import methods
+
+    monkeypatch.setattr(methods, "PRODUCTS_OF_EIGHT", -1)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray
 
 import freebody as fb
-from batch_machines import cart
+from batch_machines import CLOSED, cart, four_bar
+
+pytestmark = pytest.mark.usefixtures("stages")
 
 
 def pendulum() -> fb.System:
@@ -113,3 +116,79 @@ def test_long_runs_tighten_where_a_run_alone_does(loops: list[bool]) -> None:
             assert int(data.steps[k]) == alone.steps
             assert np.array_equal(data["theta"][k], alone["theta"])
             assert np.array_equal(data["theta'"][k], alone["theta'"])
+
+
+def both(
+    s: fb.System, until: float, initial: dict, values: dict, count: int, **options: object
+) -> xarray.Dataset:
+    """Lanes in registers of eight; all that they leave is what they leave one after another."""
+
+    def run(some: slice) -> xarray.Dataset:
+        return fb.simulate(
+            s, until, **options, **{  # type: ignore[arg-type]
+                "initial": {k: v[some] if np.ndim(v) else v for k, v in initial.items()},
+                "values": {k: v[some] if np.ndim(v) else v for k, v in values.items()},
+            },
+        )  # fmt: skip
+
+    together = run(slice(0, count))
+    for low in range(0, count, 7):
+        some = slice(low, min(low + 7, count))
+        for name, found in run(some).data_vars.items():
+            other = together[name].values[some]
+            assert np.array_equal(found.values, other, equal_nan=other.dtype.kind == "f"), (low, name)
+    return together
+
+
+def test_events_and_extremes(loops: list[bool]) -> None:
+    """Looked for in the step of a lane that is lifted out of the register."""
+    theta, damping = np.linspace(-3, 3, 17), np.linspace(0, 0.5, 17)
+    for terminal in (False, True):
+        data = both(
+            pendulum(), 4, {"theta": theta}, {"c": damping}, 17, times=[0.0, 1.3, 4.0, 2.5],
+            outputs=["theta", "work", "max(theta)", "min(theta')", "initial(theta)", "final(energy)"],
+            events=[fb.event("theta", direction=1), fb.event("theta' - 1", terminal=terminal), "theta - 0.5"],
+        )  # fmt: skip
+        assert (data.event_count > 1).any() and np.isfinite(data["max(theta)"]).all()
+        assert ("terminal event" in data.status.values) == terminal
+        assert loops[-4:] == [True, False, False, False]
+
+
+def test_closed_loops(loops: list[bool]) -> None:
+    """Projected onto the constraints eight at a time."""
+    data = both(
+        four_bar(), 2, {"q1": np.linspace(0.9, 1.1, 9)}, {}, 9, near=CLOSED, samples=4, events=["q3'"],
+        outputs=["q1", "q2", "q3", "max(q3)"],
+    )  # fmt: skip
+    assert set(data.status.values) == {"finished"}
+    assert loops == [True, False, False]
+
+
+def test_steps_of_one_length(loops: list[bool]) -> None:
+    both(
+        pendulum(),
+        3,
+        {"theta": np.linspace(-1, 1, 9)},
+        {},
+        9,
+        method="dop853",
+        step=0.07,
+        samples=5,
+        events=["theta"],
+    )
+    assert loops == [True, False, False]
+
+
+def test_signals_that_jump(loops: list[bool]) -> None:
+    """An event where a signal jumps, and the end of a run there."""
+    gusts = fb.signal([0, 0.5, 1.0], [0, 2, -1], "previous", name="wind")
+    s = pendulum()
+    s.generalized_force("theta", gusts)
+    for terminal in (False, True):
+        data = both(
+            s, 2, {"theta": np.linspace(-1, 1, 9)}, {}, 9, samples=5, outputs=["theta", "max(wind)"],
+            events=[fb.event("wind - 1", name="up", direction=1),
+                    fb.event("wind - 1", name="down", direction=-1, terminal=terminal)],
+        )  # fmt: skip
+        assert set(data.status.values) == {"terminal event" if terminal else "finished"}
+    assert loops == 2 * [True, False, False]

@@ -5,6 +5,7 @@ absolute values. Those values are bounded by coefficients M ρ^-k of a majorant,
 that the coefficients themselves show, are compared at τ = ρ.
 """
 
+import ctypes
 import math
 from fractions import Fraction
 
@@ -13,7 +14,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.compile import jet
+from freebody.compile import jet, jet_wide
 from freebody.compile.kernels import compile_tape
 from freebody.compile.lower import lower
 from freebody.compile.recurrence import Recurrence
@@ -41,6 +42,27 @@ def coefficients(tape, rates, t, y, parameters, time, state, values=()):
     start[: len(state)] = state
     kernels["series"]._function(time, start.ctypes.data, c.ctypes.data, out.ctypes.data)
     return out.reshape(P + 1, width)[:, :n]
+
+
+def coefficients_of_eight(tape, rates, t, y, parameters, times, states, values):
+    """The same of eight motions at once, shape (8, P + 1, n); ``values`` has a row of parameters for each."""
+    n = len(rates)
+    kernels = compile_tape(tape, {"series": rates}, t, y, parameters, ["series"], {"series": n})
+
+    def aligned(rows):
+        """Entry i of motion l at 8 i + l, from a multiple of 64 bytes."""
+        flat = np.ascontiguousarray(np.asarray(rows, dtype=float).reshape(8, -1).T).ravel()
+        room = np.zeros(flat.size + 16)
+        start = -(room.ctypes.data // 8) % 8
+        room[start : start + flat.size] = flat
+        return room[start:]
+
+    c = aligned([kernels.constants(np.array(row, dtype=float)) for row in values])
+    out = aligned(np.zeros((8, kernels["series"].room // 8)))
+    given = (aligned(np.asarray(times)[:, None]), aligned(states), c, out)
+    signature = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 4)
+    signature(kernels["series"].lanes_address)(*(array.ctypes.data for array in given))
+    return out[: 8 * (P + 1) * n].reshape(P + 1, n, 8).transpose(2, 0, 1)
 
 
 def reference(tape, rates, t, y, parameters, time, state, values=(), order=P):
@@ -353,6 +375,44 @@ def test_a_recurrence_in_pieces_is_the_same(monkeypatch):
     whole = coefficients(*arguments)
     monkeypatch.setattr(jet.jet, "__defaults__", (30,))
     compare(coefficients(*arguments), whole, units=2000)
+
+
+# --- eight motions at once -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("piece", [jet_wide.PIECE, 1])
+@pytest.mark.parametrize("name", CASES)
+def test_recurrence_of_eight(name, piece, monkeypatch):
+    """Each motion has its own time, state and parameter; in one block and cut into pieces."""
+    monkeypatch.setattr(jet_wide.jet_wide, "__defaults__", (piece,))
+    monkeypatch.setenv("FREEBODY_CACHE", "off")
+    tape = Tape()
+    t, x, y, p = (tape.input(n) for n in ("t", "x", "y", "p"))
+    rates = list(CASES[name](tape, x, y, p))
+    times, values = np.linspace(0, 0.7, 8), np.linspace(0.8, 1.5, 8)[:, None]
+    states = np.stack([np.linspace(0.3, 1, 8), np.linspace(-0.6, -0.3, 8)], axis=1)
+    found = coefficients_of_eight(tape, rates, t, [x, y], [p], times, states, values)
+    for k in range(8):
+        compare(
+            found[k], coefficients(tape, rates, t, [x, y], [p], times[k], states[k], values[k]), units=400
+        )
+    compare(found[5], reference(tape, rates, t, [x, y], [p], times[5], states[5], values[5]))
+
+
+@pytest.mark.parametrize("joint", [j for j in JOINTS if j != "weld"])
+def test_random_machines_of_eight(joint):
+    """More products than fit side by side; a motion is the same to the last bit in any place and company."""
+    model = assemble(random_system(7, 1, (joint,)))
+    given = rates_of(model)
+    states = np.array([np.concatenate(random_state(model, seed)) for seed in range(8)])
+    times, values = np.linspace(0, 0.7, 8), np.tile(list(model.values().values()), (8, 1))
+    found = coefficients_of_eight(*given, times, states, values)
+    for k in range(8):
+        compare(found[k][:7], coefficients(*given, times[k], states[k], values[k])[:7], units=2000)
+    turned = coefficients_of_eight(*given, times[::-1], states[::-1], values)
+    assert np.array_equal(found, turned[::-1])
+    states[[0, 3]] = np.nan
+    assert np.array_equal(found[1], coefficients_of_eight(*given, times, states, values)[1])
 
 
 def test_the_loop_knows_the_order():

@@ -26,6 +26,7 @@ from ..scalar.trace import NAMES, Tape, Traced
 from . import cache, native
 from .emit import Form, Module
 from .jet import jet
+from .jet_wide import jet_wide
 from .lower import PROLOGUE, RECIPROCAL, WIDTH, Program, lower
 
 _Scalar = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
@@ -71,7 +72,7 @@ def compile_tape(
         Functions that also get code for many states at once.
     series : mapping, optional
         Functions that are rates of the state, of which the Taylor coefficients of the solution are wanted (`jet`): the
-        length of a row of them.
+        length of a row of them. Those that are named in ``batch`` too get code for eight states at once instead.
     form : Form, optional
         Of functions that are not kernels, but called by a loop: their address is all that there is.
 
@@ -154,6 +155,7 @@ class KernelSet:
             name: Kernel(
                 name, library, addresses[s], addresses.get(f"{s}.batch"), state, self.hoisted,
                 header["outputs"][name], header["operations"][name], addresses.get(f"{s}.lanes"),
+                header.get("rooms", {}).get(name, 0),
             )
             for s, name in zip(symbols, names, strict=True)
         }  # fmt: skip
@@ -195,6 +197,8 @@ class Kernel:
     lanes_address : int or None
         Of ``void f(const double *t, const double *y, const double *c, double *out)`` over 8 lanes: entry i of lane l at
         8 i + l, every pointer a multiple of 64.
+    room : int
+        Numbers that the series of eight lanes writes to ``out``.
     outputs : int
         Length of ``out``.
     operations : dict
@@ -212,8 +216,10 @@ class Kernel:
         outputs: int,
         operations: Mapping[str, int],
         lanes_address: int | None = None,
+        room: int = 0,
     ) -> None:
         self.name = name
+        self.room = room
         self.lanes_address = lanes_address
         self.address = address
         self.batch_address = batch_address
@@ -351,12 +357,16 @@ def _compile(
     if batch:
         module.add(program, prologue, "prologue", lanes=8)
         module.add_batch("prologue", len(parameters), 0, hoisted)
+    rooms: dict[str, int] = {}
     for k, (name, outputs) in enumerate(functions.items()):
         if form is not None:
             module.add_formed(program, program.bodies[name], f"f{k}", form, k)
             continue
         if name in series:
-            jet(module, program, name, f"f{k}", series[name])
+            if name in batch:
+                rooms[name] = jet_wide(module, program, name, f"f{k}.lanes")
+            else:
+                jet(module, program, name, f"f{k}", series[name])
             continue
         module.add(program, program.bodies[name], f"f{k}")
         if name in batch:
@@ -366,6 +376,7 @@ def _compile(
         "target": native.version(),
         "hoisted": hoisted,
         "outputs": {name: len(outputs) for name, outputs in functions.items()},
+        "rooms": rooms,
         "operations": {name: _operations(program, name) for name in program.bodies},
     }
     module.functions.append(f'@freebody.key = constant [{len(key)} x i8] c"{key}"\n')

@@ -40,7 +40,13 @@ from .event import EventSpec, expressions_of, specs_of
 from .impacts import ORDERS
 from .initial import named_state, number
 from .kernels import Kernels, kernels_of
-from .methods import BUDGET, FINE, check_method, check_method_of_contacts
+from .methods import (
+    BUDGET,
+    FINE,
+    check_method,
+    check_method_of_contacts,
+    first_method,
+)
 from .outputs import TIMELINE, Output, outputs_of
 from .progress import Progress
 
@@ -49,7 +55,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-METHODS = ("auto", "dop853", "dop54", "gauss", "radau")
+METHODS = ("auto", "dop853", "dop54", "gauss", "radau", "taylor")
 """Those of which there is a loop over lanes."""
 SAMPLES = 101
 """Output times when none are asked for."""
@@ -242,6 +248,7 @@ def job_of(
     )  # fmt: skip
     looped = not (
         model.contacts or model.controllers or blows or method not in METHODS or is_large(model)
+        or (method == "taylor" and (begin == end or kernels.size == 0))
     )  # fmt: skip
     states, failed, active, apart = np.empty((1, 0)), dict[int, str](), tuple[int, ...](), tuple[int, ...]()
     if not looped:
@@ -343,15 +350,20 @@ class Job:
             return ()
         return (*((TIMELINE,) if self.asked.timeline else ()), REASON)
 
+    @property
+    def first(self) -> str:
+        """The method of all lanes, but those that turn out to be stiff."""
+        if self.begin == self.end:
+            return "dop853" if self.method == "auto" else self.method
+        return first_method(self.kernels, self.method, self.tolerances, batch=True)
+
     def run(self, part: Results, between: Callable[[float], None]) -> None:
         """Run lanes, and those that turn out to be stiff once more."""
         if not self.looped:
             alone = Large(self, part, _Loop) if large(self) else Alone(self, part)
             alone.run(np.flatnonzero(part.waiting) + part.low, between)
             return
-        first = "dop853" if self.method == "auto" else self.method
-        if self.method == "auto" and self.tolerances.size and self.tolerances.min() < FINE:
-            first = "gauss"
+        first, watched = self.first, self.method == "auto" and not np.min(self.tolerances, initial=1.0) < FINE
         left_out = {*self.failed, *self.apart}
         todo = np.array(
             [k for k in range(part.low, part.high) if k not in left_out], dtype=np.int64
@@ -359,7 +371,7 @@ class Job:
         for lane in self.failed:
             if part.low <= lane < part.high:
                 part.kept[lane - part.low, 0] = NO_START
-        loop_of_lanes = _Loop(self, first, part, self.method == "auto" and first == "dop853")
+        loop_of_lanes = _Loop(self, first, part, watched)
         loop_of_lanes.run(todo, between)
         stiff = np.flatnonzero(part.kept[:, 0] == layout.STIFF)
         if stiff.size:
@@ -452,18 +464,15 @@ class _Loop:
     ) -> None:
         self.job, self.method, self.part = job, method, part
         kernels, given, model = job.kernels, job.given, job.kernels.model
-        # eight at once, where nothing is looked for between the output times
-        self.wide = (
-            method == "dop853" and not model.constraints and not job.specs and not job.asked.reduced
-            and job.step is None and kernels.size > 0 and job.begin != job.end and part.high - part.low >= layout.WIDTH
-        )  # fmt: skip
+        # eight at once: by series any number, by stages where there are as many
+        self.wide = method == "taylor" or (
+            method == "dop853"
+            and kernels.size > 0
+            and job.begin != job.end
+            and part.high - part.low >= layout.WIDTH
+        )
         program = program or batch_program(
-            kernels,
-            job.asked.timed_values,
-            job.asked.reduced_values,
-            job.expressions,
-            method == "radau",
-            self.wide,
+            kernels, job.asked.timed_values, job.asked.reduced_values, job.expressions, method, self.wide
         )
         self.program = program
         n = kernels.size
@@ -475,7 +484,8 @@ class _Loop:
             [
                 program.compiled._prologue.address, program.address("rates"), program.address("energy"),
                 program.address("outputs"), program.address("reduced"), program.address("watched"),
-                program.address("dropped"), (program.compiled["rates"].lanes_address or 0) if self.wide else 0,
+                program.address("dropped"), program.wide_address("series" if method == "taylor" else "rates"),
+                program.wide_address("projection"),
             ],
             dtype=np.int64,
         )  # fmt: skip
@@ -513,7 +523,8 @@ class _Loop:
         backwards = job.end < job.begin
         self.order = np.argsort(-job.wanted if backwards else job.wanted, kind="stable")
         self.wanted = job.wanted[self.order]
-        made = loop.loop(loop.WIDE if self.wide else method + loop.LANES)
+        kind = loop.LANES if not self.wide else loop.WIDE if watched else loop.WIDE + loop.UNWATCHED
+        made = loop.loop(method + kind)
         self.function = made.functions["lanes_wide" if self.wide else "lanes"]
         self.given = given
 
@@ -541,14 +552,22 @@ class _Loop:
         return np.zeros(int(self.sizes[at.N_PARAMETERS]) + 1)
 
     def _memory_of_eight(self) -> tuple[Any, ...]:
-        n, hoisted, size = self.n, self.program.compiled.hoisted, int(self.sizes[at.N_WORK])
-        eight, count = 8 * n, max(1, self.wanted.size)
-        rows = _aligned(layout.ROWS * eight + at.WIDE_TIMES)
+        n, m, hoisted, size = (
+            self.n,
+            self.program.watched,
+            self.program.compiled.hoisted,
+            int(self.sizes[at.N_WORK]),
+        )
+        eight, events = 8 * n, layout.most_events(m)
+        largest = max(2, n, len(self.job.asked.reduced), self.program.dropped)
+        room = self.program.room
+        rows = _aligned(layout.rows(self.method, n) * eight + at.WIDE_PLACES + room)
         return (
-            np.zeros(size), np.zeros(size), np.zeros(max(2, n)), self._mine(), rows,
-            _aligned(8 * max(1, hoisted)), np.zeros(8 * max(1, hoisted)), np.zeros(2 * eight), np.zeros(n),
-            np.zeros(at.WIDE_NUMBERS), np.zeros(8), np.zeros(at.WIDE_COUNTS, dtype=np.int64), np.zeros(2), np.zeros(1),
-            np.zeros(2 * n), np.zeros(count * n),
+            np.zeros(size), np.zeros(largest), self._mine(), rows, _aligned(8 * max(1, hoisted)),
+            np.zeros(8 * max(1, hoisted)), _aligned(2 * eight), np.zeros(n), np.zeros(at.WIDE_NUMBERS), np.zeros(8),
+            np.zeros(at.WIDE_COUNTS, dtype=np.int64), np.zeros(8 * max(m, 1), dtype=np.int64),
+            np.zeros(8 * (layout.PARTS + 3) * (m + 1)), np.zeros(max(m, 1)),
+            np.zeros(max(1, events) * layout.FOUND), np.zeros((events + 1) * layout.LOGGED), np.zeros((events + 1) * n),
             np.zeros(layout.INTEGERS, dtype=np.int64),
         )  # fmt: skip
 
@@ -566,13 +585,10 @@ class _Loop:
             0, n, self.addresses, self.sizes, self.options, initial, parameters, self.legs, self.columns, self.wanted,
             self.quaternions, self.relative, job.tolerances,
         )  # fmt: skip
-        if self.wide:
-            self.function(*given, *memory, new.values, new.kept, new.ends)
-        else:
-            self.function(
-                *given, self.directions, self.terminal, *memory, new.values, new.reduced, new.event_times, new.counts,
-                new.kept, new.ends,
-            )  # fmt: skip
+        self.function(
+            *given, self.directions, self.terminal, *memory, new.values, new.reduced, new.event_times, new.counts,
+            new.kept, new.ends,
+        )  # fmt: skip
         if new.values.size:
             part.values[rows[:, None], self.order] = new.values
         part.reduced[rows], part.event_times[rows], part.counts[rows] = (

@@ -15,9 +15,11 @@ from ..compile.fixed import Fixed
 from ..compile.kernels import KernelSet, compile_tape
 from ..dynamics import State, coordinate_rates, kinetic_energy, potential_energy, traced_state
 from ..dynamics.motion import motion, total_power
+from ..errors import ExpressionError
 from ..scalar.derivative import forward
 from ..scalar.trace import Tape
 from .kernels import Kernels
+from .others import without_series
 
 ENERGIES = ("kinetic_energy", "potential_energy", "energy", "work", "work_rate")
 """Outputs that are no expressions of the machine's names: of all bodies [J], and the power behind ``work`` [W]."""
@@ -27,7 +29,8 @@ ENERGIES = ("kinetic_energy", "potential_energy", "energy", "work", "work_rate")
 class BatchProgram:
     """Kernels of a batch.
 
-    ``compiled``   rates, energy, outputs, reduced, watched and, where there are any, projection, dropped, tangent
+    ``compiled``   rates (of `taylor` the series instead), energy, outputs, reduced, watched and, where there are any,
+                   projection, dropped, tangent
     ``watched``    number of event functions: those asked for, then rates of the quantities with extremes
     ``dropped``    number of residuals that must stay zero
     """
@@ -39,9 +42,18 @@ class BatchProgram:
     def address(self, name: str) -> int:
         return int(self.compiled[name].address) if name in self.compiled.kernels else 0
 
+    @property
+    def room(self) -> int:
+        """Numbers that the series of eight lanes writes."""
+        return self.compiled["series"].room if "series" in self.compiled.kernels else 0
+
+    def wide_address(self, name: str) -> int:
+        """Of the code for eight lanes."""
+        return int(self.compiled[name].lanes_address or 0) if name in self.compiled.kernels else 0
+
 
 def batch_program(
-    kernels: Kernels, outputs: Sequence[Any], reduced: Sequence[Any], events: Sequence[Any], tangent: bool,
+    kernels: Kernels, outputs: Sequence[Any], reduced: Sequence[Any], events: Sequence[Any], method: str,
     wide: bool = False,
 ) -> BatchProgram:  # fmt: skip
     """The program of a batch; compiled once for the same questions.
@@ -51,20 +63,27 @@ def batch_program(
     outputs, reduced : sequence of expressions, or names among ENERGIES
         Asked for at the output times; asked for as extremes.
     events : sequence of expressions
-    tangent : bool
-        Whether the derivative of the rates along a direction is needed (`radau`).
+    method : str
+        `radau` needs the derivative of the rates along a direction, `taylor` the coefficients of the motion.
     wide : bool
-        Whether the rates are needed for eight lanes at once.
+        Whether eight lanes are run at once.
     """
-    key = ("batch", tuple(outputs), tuple(reduced), tuple(events), tangent, wide)
+    tangent, series = method == "radau", method == "taylor"
+    key = ("batch", tuple(outputs), tuple(reduced), tuple(events), tangent, series, wide)
     if key not in kernels._programs:
-        kernels._programs[key] = _recorded(kernels, outputs, reduced, events, tangent, wide)  # type: ignore[assignment]
+        try:
+            made = _recorded(kernels, outputs, reduced, events, tangent, series, wide)
+        except ExpressionError as error:
+            if not series:
+                raise
+            raise without_series(kernels.model, error) from None
+        kernels._programs[key] = made  # type: ignore[assignment]
     return kernels._programs[key]  # type: ignore[return-value]
 
 
 def _recorded(
     kernels: Kernels, outputs: Sequence[Any], reduced: Sequence[Any], events: Sequence[Any], tangent: bool,
-    wide: bool,
+    series: bool, wide: bool,
 ) -> BatchProgram:  # fmt: skip
     model, tape = kernels.model, Tape()
     state = traced_state(model, tape)
@@ -87,7 +106,7 @@ def _recorded(
     turning = forward(tape, quantities, [state.t, *y], [1, *rates])
     watched = [*map(value, events), *(x for x in turning if not (isinstance(x, int) and x == 0))]
     functions: dict[str, Sequence[Any]] = {
-        "rates": rates,
+        "series" if series else "rates": rates,
         "energy": energy,
         "outputs": [value(x) for x in outputs],
         "reduced": quantities,
@@ -104,8 +123,9 @@ def _recorded(
         functions["tangent"] = forward(tape, rates, y, along)
         inputs += along
     parameters = [state.values[parameter.symbol] for parameter in model.parameters]
-    batch = ("rates",) if wide else ()
-    compiled = compile_tape(tape, functions, state.t, inputs, parameters, batch)
+    batch = [name for name in ("rates", "series", "projection") if wide and name in functions]
+    more = {"series": len(y)} if series else {}
+    compiled = compile_tape(tape, functions, state.t, inputs, parameters, batch, more)
     return BatchProgram(compiled, len(watched), len(functions.get("dropped", ())))
 
 

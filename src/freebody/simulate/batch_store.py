@@ -368,7 +368,7 @@ def _mark(job: Any) -> str:
     digest = hashlib.sha256()
     if job.looped:
         program = batch_program(
-            job.kernels, job.asked.timed_values, job.asked.reduced_values, job.expressions, False
+            job.kernels, job.asked.timed_values, job.asked.reduced_values, job.expressions, job.first
         ).compiled
         digest.update(repr(program.operations).encode())
     else:

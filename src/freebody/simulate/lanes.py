@@ -170,6 +170,44 @@ def log_event(
 
 
 @part
+def jumped(
+    lane: int, leg: int, kernels: Integers, sizes: Integers, start: float, t: float, work: Reals, parameters: Reals,
+    legs: Reals, columns: Integers, directions: Integers, terminal: Integers, mine: Reals, c: Reals, before: Reals,
+    after: Reals, counts: Integers, event_times: Reals,
+) -> int:  # fmt: skip
+    """Functions that jump across zero at the beginning ``t`` of a leg are events; 1 if one of them is terminal.
+
+    The constants become those of the leg."""
+    w, asked, result = sizes[WIDTH_OF_ROW], sizes[N_EVENTS], 0
+    call(kernels[WATCHED], t, work, STATE * w, c, before, 0)
+    set_constants(kernels[PROLOGUE], lane, leg, sizes, parameters, legs, columns, mine, c)
+    call(kernels[WATCHED], t, work, STATE * w, c, after, 0)
+    for e in range(asked):
+        if (before[e] < 0.0 < after[e]) or (after[e] < 0.0 < before[e]):
+            sign = 1 if after[e] > 0.0 else -1
+            if directions[e] == 0 or directions[e] == sign:
+                log_event(lane * asked + e, t, start, t - 1.0, 0, terminal[e], counts, event_times)
+                if terminal[e] != 0:
+                    result = 1
+    return result
+
+
+@part
+def contradicted(
+    kernel: int, residuals: int, t: float, states: Reals, place: int, n: int, c: Reals, spare: Reals
+) -> int:  # fmt: skip
+    """Whether a condition that was redundant at the start does not hold, or the last number says that others do better."""
+    size = 0.0
+    for i in range(n):
+        size = greater(size, abs(states[place + i]))
+    call(kernel, t, states, place, c, spare, 0)
+    for j in range(residuals - 1):
+        if abs(spare[j]) > 1e-6 * (1.0 + size):
+            return 1
+    return 1 if spare[residuals - 1] > 0.0 else 0
+
+
+@part
 def lanes(
     begin: int, end: int, kernels: Integers, sizes: Integers, options: Reals, initial: Reals, parameters: Reals,
     legs: Reals, columns: Integers, wanted: Reals, quaternions: Integers, relative: Reals, tolerances: Reals,
@@ -217,20 +255,12 @@ def lanes(
                 continue
             row = leg * (LEG + sizes[N_SETTINGS])
             first, until = legs[row], legs[row + 1]
-            if leg > 0 and asked > 0:  # functions that jump across zero at the break point
-                call(kernels[WATCHED], first, work, STATE * w, c, table, 0)
-                set_constants(prologue, lane, leg, sizes, parameters, legs, columns, mine, c)
-                call(kernels[WATCHED], first, work, STATE * w, c, g, 0)
-                for e in range(asked):
-                    if (table[e] < 0.0 < g[e]) or (g[e] < 0.0 < table[e]):
-                        sign = 1 if g[e] > 0.0 else -1
-                        if directions[e] == 0 or directions[e] == sign:
-                            log_event(
-                                lane * asked + e, first, start, first - 1.0, 0, terminal[e], counts, event_times
-                            )  # fmt: skip
-                            if terminal[e] != 0:
-                                code = TERMINAL
-                if code == TERMINAL:
+            if leg > 0 and asked > 0:
+                if jumped(
+                    lane, leg, kernels, sizes, start, first, work, parameters, legs, columns, directions, terminal,
+                    mine, c, table, g, counts, event_times,
+                ) != 0:  # fmt: skip
+                    code = TERMINAL
                     set_constants(prologue, lane, leg - 1, sizes, parameters, legs, columns, mine, c)
                     while given < count and (wanted[given] - now) * direction <= 0.0:
                         at_now = (lane * count + given) * outputs
@@ -341,14 +371,9 @@ def lanes(
                     given = reach
                 if sizes[N_DROPPED] > 0:
                     for k in range(done + 1):
-                        size = 0.0
-                        for i in range(n):
-                            size = greater(size, abs(states[k * n + i]))
-                        call(kernels[DROPPED], times[k], states, k * n, c, spare, 0)
-                        for j in range(sizes[N_DROPPED] - 1):
-                            if abs(spare[j]) > 1e-6 * (1.0 + size):
-                                code = LEFT
-                        if spare[sizes[N_DROPPED] - 1] > 0.0:
+                        if contradicted(
+                            kernels[DROPPED], sizes[N_DROPPED], times[k], states, k * n, n, c, spare
+                        ) != 0:  # fmt: skip
                             code = LEFT
                 if code == RUNNING and left <= 0:
                     code = TOO_MANY

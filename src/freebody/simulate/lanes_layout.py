@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 # addresses of kernels: constants of the parameters, and functions of (t, y)
-PROLOGUE, RATES, ENERGY, OUTPUTS, REDUCED, WATCHED, DROPPED, WIDE = 0, 1, 2, 3, 4, 5, 6, 7
+PROLOGUE, RATES, ENERGY, OUTPUTS, REDUCED, WATCHED, DROPPED = 0, 1, 2, 3, 4, 5, 6
+# and for eight lanes: rates, or the series of the motion, and what moves states onto the constraints, or 0
+WIDE, PROJECTION_WIDE = 7, 8
 
 # counts: of components, of numbers in a row of the work array and in all of it, of quaternions, parameters, constants,
 # events asked for, events watched (rates of extremes are the rest), outputs at a time, times, quantities with extremes,
@@ -38,5 +40,9 @@ KEPT = 4  # integers kept of a lane: how it ended, steps, rejected steps, compon
 # how a lane ends, besides what `layout` names
 TOO_MANY, LEFT = 7, 8
 
-WIDE_COUNTS, WIDE_NUMBERS = 88, 48  # integers and numbers that the loop over eight lanes keeps of them
-WIDE_TIMES = 24  # and numbers after its rows: steps, times and moments
+WIDE_COUNTS, WIDE_NUMBERS = 88, 56  # integers and numbers that the loop over eight lanes keeps of them
+# places of eight numbers each after its rows: steps, times and moments of the lanes; errors of the steps; whether
+# stability may limit them; which lanes took theirs, or are still projected; changes by that; of `taylor` the lengths
+# that the series give, and log₂ r / p
+STEPS, TIMES, MOMENTS, ERRORS, LIMITED, WANTED, CHANGES, LENGTHS, LOGARITHMS = range(0, 72, 8)
+WIDE_PLACES = 72

@@ -2,87 +2,136 @@
 
 Each lane keeps its own time, step, error and control, exactly as `stepping.advance` has them; what eight lanes share is
 one attempt after another. A lane that is rejected tries again while the others go on; one that has ended makes room for
-the next. The kernels for eight lanes and the sums of the stages do the operations of those for one in the same order,
-so that a lane is the run that it would be alone, to the last bit.
+the next. What a method does for eight lanes (`dop853_wide`, `taylor_wide`) it does to each of them alone, so that a
+lane does not depend on its neighbours; those of `dop853` do the operations of those for one in the same order, so that
+there a lane is the run that it would be alone, to the last bit.
 
-For the explicit method of order 8 on machines without constraints, and for runs in which no events and no extremes are
-looked for (`lanes` serves the others). States at output times are made as for one lane (`stepping.sample`).
+Where there is something to look for inside a step of a lane, events, extremes or states at output times, the step is
+lifted out of the register into a work array of its own, and `stepping` goes on with it.
 
-Rows of ``wide`` hold component i of lane l at 8 i + l, as do the two rows of ``absolute``: absolute and relative
+Rows of ``wide`` hold component i of lane l at 8 i + l, as do the two rows of ``tolerances``: absolute and relative
 tolerances of each lane.
 
-The file is longer than others: it is the one loop, with the steps of `dop853` for eight lanes.
+The file is longer than others: it is the one loop.
 """
 
 from __future__ import annotations
 
+import importlib
 import math
 from typing import Any
 
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
-
-from . import dop853, stepping, tableau
+from . import stepping
 from .lanes import functions as of_one
 from .lanes_layout import (
     BUDGET,
+    CHANGES,
+    DROPPED,
     ENERGY,
+    ERRORS,
+    EXTREMES,
     FINEST,
     KEPT,
+    LEFT,
     LEG,
+    LENGTHS,
     LIMIT,
+    LIMITED,
     LONGEST,
+    MOMENTS,
     N_CONSTANTS,
+    N_DROPPED,
+    N_EVENTS,
     N_LEGS,
     N_OUTPUTS,
     N_QUATERNIONS,
+    N_REDUCED,
     N_SETTINGS,
     N_TIMES,
+    N_WATCHED,
     N_WORK,
     ORDER,
     OUTPUTS,
+    PROJECTION_WIDE,
     PROLOGUE,
     RATES,
+    REDUCED,
+    STEPS,
     STIFF_ASKED,
     T0,
     T1,
+    TIMES,
     TOO_MANY,
+    WANTED,
     WIDE,
     WIDTH_OF_ROW,
     WORKS,
     N,
 )
+from .lanes_layout import WATCHED as EVENTS
 from .layout import (
-    ARGUMENT,
+    BLAME,
     COLLAPSED,
+    CULPRIT,
+    DIVERGED,
     END,
-    ERROR3,
     ERROR5,
     FINISHED,
+    LOGGED,
     MANY,
+    NAMED,
     NOT_FINITE,
+    PARTS,
+    POINT,
+    PROJECTED,
     RAW,
-    ROWS,
+    REACH,
     RUNNING,
     STATE,
     STIFF,
+    TERMINAL,
+    UNDEFINED,
 )
-from .machine import Compiled, Integers, Reals, call, greater, lesser, linear, root, shifted
-from .stepping import _EPS, _TINY, GREATEST, SAFETY, SMALLEST
+from .machine import Compiled, Integers, Reals, call, greater, lesser, shifted, whole
+from .machine_wide import blend, call_wide, moved, unit_at
+from .stepping import _EPS, _TINY, BETA, EXPONENT, GIVEN, GREATEST, SAFETY, SMALLEST, WATCHED
 
-_double, _integer = ir.DoubleType(), ir.IntType(64)
 _PARTS: list[Any] = []
-EXPONENT, BETA = dop853.CONTROL["EXPONENT"], dop853.CONTROL["BETA"]
-LAST, STABLE = dop853.CONTROL["LAST"], dop853.CONTROL["LIMIT"]
-STEPS, TIMES, MOMENTS = 0, 8, 16  # places after the rows: steps, times and moments of the lanes
 
-# what `functions` puts in place
+# what `functions` puts in place: of the loop over one lane, and of the method for eight
 normalise: Any = None
-sample: Any = None
 first_length: Any = None
+look: Any = None
+densify: Any = None
+find_events: Any = None
+_log_events: Any = None
+_part: Any = None
 tightening: Any = None
 set_constants: Any = None
+jumped: Any = None
+contradicted: Any = None
+log_event: Any = None
+widen: Any = None
+HEIGHT = 0
+"""Rows of a method; places of the lanes follow them."""
+prepare_wide: Any = None
+"""(kernel, wide, w, c, tolerances): before the lengths of the steps are settled."""
+attempt_wide: Any = None
+"""(kernel, wide, w, c): steps of all lanes from STATE to RAW."""
+judge_wide: Any = None
+"""(n, wide, w, tolerances): at ERRORS those of the steps in units of their tolerances, nan if they are not finite."""
+limit_wide: Any = None
+"""(n, wide, w): at LIMITED 1 where stability may limit a step, else 0."""
+begin_wide: Any = None
+"""(lane, n, wide, w): before the first step of a lane from a new start."""
+tune_wide: Any = None
+"""(lane, n, wide, w, tolerances): the tolerances of a lane are new."""
+accept_wide: Any = None
+"""(wide, w, wanted): the lanes in which the number at ``wanted`` is not 0 took their steps."""
+blame_wide: Any = None
+"""(lane, n, wide, w) -> the component of a lane to blame where there is no length."""
+lift: Any = None
+"""(lane, n, wide, w, work, w1): the step of a lane in a work array of its own."""
 
 
 def part(function: Any) -> Any:
@@ -91,96 +140,15 @@ def part(function: Any) -> Any:
     return function
 
 
-def functions() -> dict[str, Compiled]:
-    """The compiled loop over lanes, of one and of eight."""
-    given = of_one("dop853")
-    return {**given, **stepping.bound(_PARTS, {**globals(), **given})}
-
-
-@intrinsic
-def call_wide(typing: Any, address: Any, t: Any, i: Any, y: Any, j: Any, c: Any, out: Any, k: Any) -> Any:
-    """Call the kernel for eight lanes on times ``t[i:]`` and states ``y[j:]``; it writes ``out[k:]``."""
-    del typing
-    signature = types.void(types.int64, t, types.int64, y, types.int64, c, out, types.int64)
-    del address, i, j, k
-
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        del signature
-        kernel, t_, i_, y_, j_, c_, out_, k_ = arguments
-        pointer = _double.as_pointer()
-        function = ir.FunctionType(ir.VoidType(), [pointer] * 4)
-        builder.call(
-            builder.inttoptr(kernel, function.as_pointer()),
-            [builder.gep(t_, [i_]), builder.gep(y_, [j_]), c_, builder.gep(out_, [k_])],
-        )
-        return context.get_dummy_value()
-
-    return signature, write
-
-
-_C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10, _C11 = tableau.C[1:12]
-_a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8, _a9, _a10, _a11 = (
-    linear(row, chained=True, lanes=True) for row in tableau.A[1:12]
-)
-_b, _e5, _e3 = (linear(row, lanes=True) for row in (tableau.B, tableau.E5, tableau.E3))
-
-
-@part
-def stage(kernel: int, fraction: float, k: int, wide: Reals, w: int, c: Reals) -> None:
-    """Row k: the rates at row ARGUMENT, at the part ``fraction`` of every lane's step."""
-    more = ROWS * w
-    for lane in range(8):
-        wide[more + MOMENTS + lane] = wide[more + TIMES + lane] + fraction * wide[more + STEPS + lane]
-    call_wide(kernel, wide, more + MOMENTS, wide, ARGUMENT * w, c, wide, k * w)
-
-
-@part
-def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
-    """One step of each lane from STATE, whose rates are row 0: see `dop853.attempt`."""
-    h = ROWS * w + STEPS
-    _a1(wide, w, ARGUMENT, STATE, h)
-    stage(kernel, _C1, 1, wide, w, c)
-    _a2(wide, w, ARGUMENT, STATE, h)
-    stage(kernel, _C2, 2, wide, w, c)
-    _a3(wide, w, ARGUMENT, STATE, h)
-    stage(kernel, _C3, 3, wide, w, c)
-    _a4(wide, w, ARGUMENT, STATE, h)
-    stage(kernel, _C4, 4, wide, w, c)
-    _a5(wide, w, ARGUMENT, STATE, h)
-    stage(kernel, _C5, 5, wide, w, c)
-    _a6(wide, w, ARGUMENT, STATE, h)
-    stage(kernel, _C6, 6, wide, w, c)
-    _a7(wide, w, ARGUMENT, STATE, h)
-    stage(kernel, _C7, 7, wide, w, c)
-    _a8(wide, w, ARGUMENT, STATE, h)
-    stage(kernel, _C8, 8, wide, w, c)
-    _a9(wide, w, ARGUMENT, STATE, h)
-    stage(kernel, _C9, 9, wide, w, c)
-    _a10(wide, w, ARGUMENT, STATE, h)
-    stage(kernel, _C10, 10, wide, w, c)
-    _a11(wide, w, ARGUMENT, STATE, h)
-    stage(kernel, _C11, 11, wide, w, c)
-    _b(wide, w, RAW, STATE, h)
-    _e5(wide, w, ERROR5, -1, h)
-    _e3(wide, w, ERROR3, -1, h)
-
-
-@part
-def judge_wide(lane: int, n: int, wide: Reals, w: int, absolute: Reals) -> float:
-    """Error of a lane's step in units of its tolerance, nan if it is not finite: see `dop853.judge`."""
-    error5, error3 = 0.0, 0.0
-    for i in range(n):
-        k = 8 * i + lane
-        new = wide[RAW * w + k]
-        scale = absolute[k] + absolute[w + k] * greater(abs(wide[STATE * w + k]), abs(new))
-        one, two = abs(wide[ERROR5 * w + k]) / scale, abs(wide[ERROR3 * w + k]) / scale
-        if not (math.isfinite(new) and math.isfinite(one) and math.isfinite(two)):
-            return math.nan
-        error5 = greater(one, error5)
-        error3 = greater(error3, two)
-    if error5 == 0.0:
-        return 0.0
-    return error5 * error5 / root(error5 * error5 + 0.01 * error3 * error3)
+def functions(method: str, watched: bool = True) -> dict[str, Compiled]:
+    """The compiled loop over eight lanes of a method, and what it calls; with the search for events or without."""
+    numbers = importlib.import_module(f".{method}", __package__).FUNCTIONS.method
+    control = {name: numbers[name] for name in ("GIVEN", "EXPONENT", "BETA") if name in numbers}
+    control["WATCHED"] = int(watched)
+    given = of_one(method)
+    wide = importlib.import_module(f".{method}_wide", __package__).FUNCTIONS
+    made = {name: function for name, function in wide.items() if isinstance(function, Compiled)}
+    return {**given, **made, **stepping.bound(_PARTS, {**globals(), **control, **given, **wide})}
 
 
 @part
@@ -194,28 +162,50 @@ def lost(lane: int, n: int, wide: Reals, w: int, row: int, rows: int) -> int:
 
 
 @part
-def unit_wide(lane: int, wide: Reals, w: int, row: int, quaternions: Integers, nq: int) -> None:
-    for k in range(nq):
-        i = row * w + 8 * quaternions[k] + lane
-        a, b, c, d = wide[i], wide[i + 8], wide[i + 16], wide[i + 24]
-        s = root(a * a + b * b + c * c + d * d)
-        for j in range(4):
-            wide[i + 8 * j] /= s
+def project_wide(
+    kernel: int, n: int, wide: Reals, w: int, c: Reals, quaternions: Integers, nq: int, control: Reals
+) -> None:  # fmt: skip
+    """The ends of the steps onto the constraints, in lanes whose error is at most 1: see `stepping.project`.
+
+    What moves too far there is not the error of a step: the error of that lane becomes 1000."""
+    more = HEIGHT * w
+    some = 0
+    for lane in range(8):
+        wide[more + WANTED + lane] = 0.0
+        if wide[more + ERRORS + lane] <= 1.0:
+            wide[more + WANTED + lane] = 1.0
+            some += 1
+    k = 0
+    while some > 0 and k < 5:
+        call_wide(kernel, wide, more + MOMENTS, wide, END * w, c, wide, ERROR5 * w)
+        moved(
+            wide, 8 * quaternions[nq + PROJECTED], ERROR5 * w, END * w, more + WANTED, more + CHANGES
+        )  # fmt: skip
+        unit_wide(wide, w, END, quaternions, nq)
+        some = 0
+        for lane in range(8):
+            change = wide[more + CHANGES + lane]
+            if wide[more + WANTED + lane] != 0.0:
+                if k == 0 and not change <= control[ALLOWED + lane]:
+                    wide[more + ERRORS + lane] = 1e3
+                wide[more + WANTED + lane] = 0.0
+                if change > 1e-8:
+                    wide[more + WANTED + lane] = 1.0
+                    some += 1
+        k += 1
 
 
 @part
-def stiff_wide(lane: int, n: int, wide: Reals, w: int, h: float, counts: Integers) -> int:
+def unit_wide(wide: Reals, w: int, row: int, quaternions: Integers, nq: int) -> None:
+    """See `stepping.normalise`."""
+    for k in range(nq):
+        unit_at(wide, row * w + 8 * quaternions[k])
+
+
+@part
+def stiff_wide(lane: int, limited: float, counts: Integers) -> int:
     """See `stepping._stiff`."""
-    above, below, across = 0.0, 0.0, 0.0
-    for i in range(n):
-        k = 8 * i + lane
-        a = wide[12 * w + k] - wide[LAST * w + k]
-        b = wide[END * w + k] - wide[ARGUMENT * w + k]
-        above += a * a
-        below += b * b
-        across += a * b
-    decays = h * across < -0.5 * abs(h) * root(above * below)
-    if decays and h * h * above > STABLE * STABLE * below and below > 0.0:
+    if limited != 0.0:
         counts[SUSPECT + lane] += 1
         counts[CALM + lane] = 0
     else:
@@ -228,21 +218,44 @@ def stiff_wide(lane: int, n: int, wide: Reals, w: int, h: float, counts: Integer
 # places of eight integers each: number of the run (-1: none), steps of this leg, rejected steps, suspicions, calm
 # steps, whether the step before was rejected, outputs given, whether the step reaches the end, leg, steps of the legs
 # before; and the component to blame
-RUN, TAKEN, REJECTED, SUSPECT, CALM, AFTER, GIVEN, ENDS, AT, BEFORE = 0, 8, 16, 24, 32, 40, 48, 56, 64, 72
-COUNTS = 80
+RUN, TAKEN, REJECTED, SUSPECT, CALM, AFTER, DONE, ENDS, AT, BEFORE = 0, 8, 16, 24, 32, 40, 48, 56, 64, 72
+BLAMED = 80
 # places of eight numbers each: error of the step before, longest step of this leg and of those before, start and end of
-# the leg, energy at the start of the run
-OLDS, STRIDE, NATURAL, FIRST, LAST_TIME, SIZE = 0, 8, 16, 24, 32, 40
+# the leg, energy at the start of the run, change by a projection that is allowed
+OLDS, STRIDE, NATURAL, FIRST, LAST_TIME, SIZE, ALLOWED = 0, 8, 16, 24, 32, 40, 48
+
+
+@part
+def tune(lane: int, n: int, wide: Reals, w: int, tolerances: Reals, fixed: float, control: Reals) -> None:
+    """What follows from the tolerances of a lane."""
+    allowed = 0.0
+    for i in range(n):
+        allowed = greater(allowed, 1e3 * tolerances[w + 8 * i + lane])
+    control[ALLOWED + lane] = allowed if fixed == 0.0 else 0.1  # see `stepping.advance`
+    tune_wide(lane, n, wide, w, tolerances)
+
+
+@part
+def leave(lane: int, code: int, blame: int, t: float, counts: Integers, kept: Integers, ends: Reals) -> None:
+    """A run leaves its lane."""
+    run = counts[RUN + lane]
+    kept[KEPT * run] = code
+    kept[KEPT * run + 1] = counts[BEFORE + lane] + counts[TAKEN + lane]
+    kept[KEPT * run + 2] = counts[REJECTED + lane]
+    kept[KEPT * run + 3] = blame
+    ends[run] = t
+    counts[RUN + lane] = -1
 
 
 @part
 def enter(
     lane: int, run: int, kernels: Integers, sizes: Integers, options: Reals, initial: Reals, parameters: Reals,
-    legs: Reals, columns: Integers, quaternions: Integers, relative: Reals, tolerances: Reals, work: Reals,
-    spare: Reals, mine: Reals, wide: Reals, w: int, c: Reals, alone: Reals, absolute: Reals, single: Reals,
-    control: Reals, counts: Integers,
+    legs: Reals, columns: Integers, wanted: Reals, quaternions: Integers, relative: Reals, given: Reals,
+    directions: Integers, terminal: Integers, work: Reals, spare: Reals, mine: Reals, wide: Reals, w: int, c: Reals,
+    alone: Reals, tolerances: Reals, single: Reals, control: Reals, counts: Integers, last: Integers, table: Reals,
+    g: Reals, values: Reals, reduced: Reals, event_times: Reals, happened: Integers, spare_integers: Integers,
 ) -> int:  # fmt: skip
-    """A run enters a lane; RUNNING, or NOT_FINITE with the component in ``counts[COUNTS]``. See `lanes.lanes`."""
+    """A run enters a lane; RUNNING, or why it does not begin, with the component in ``counts[BLAMED]``."""
     for i in range(sizes[N]):
         work[STATE * sizes[WIDTH_OF_ROW] + i] = initial[run * sizes[N] + i]
     for k in range(10):
@@ -251,190 +264,313 @@ def enter(
     control[NATURAL + lane] = 0.0
     control[SIZE + lane] = 1.0
     return enter_leg(
-        lane, kernels, sizes, options, parameters, legs, columns, quaternions, relative, tolerances, work, spare, mine,
-        wide, w, c, alone, absolute, single, control, counts,
+        lane, kernels, sizes, options, parameters, legs, columns, wanted, quaternions, relative, given, directions,
+        terminal, work, spare, mine, wide, w, c, alone, tolerances, single, control, counts, last, table, g, values,
+        reduced, event_times, happened, spare_integers,
     )  # fmt: skip
 
 
 @part
 def enter_leg(
     lane: int, kernels: Integers, sizes: Integers, options: Reals, parameters: Reals, legs: Reals, columns: Integers,
-    quaternions: Integers, relative: Reals, tolerances: Reals, work: Reals, spare: Reals, mine: Reals, wide: Reals,
-    w: int, c: Reals, alone: Reals, absolute: Reals, single: Reals, control: Reals, counts: Integers,
+    wanted: Reals, quaternions: Integers, relative: Reals, given: Reals, directions: Integers, terminal: Integers,
+    work: Reals, spare: Reals, mine: Reals, wide: Reals, w: int, c: Reals, alone: Reals, tolerances: Reals,
+    single: Reals, control: Reals, counts: Integers, last: Integers, table: Reals, g: Reals, values: Reals,
+    reduced: Reals, event_times: Reals, happened: Integers, spare_integers: Integers,
 ) -> int:  # fmt: skip
     """A run enters its next leg, with the state in ``work``."""
     n, w1, nq, hoisted = sizes[N], sizes[WIDTH_OF_ROW], sizes[N_QUATERNIONS], sizes[N_CONSTANTS]
-    leg = counts[AT + lane]
+    m, many, count = sizes[N_WATCHED], sizes[N_REDUCED], sizes[N_TIMES]
+    leg, run = counts[AT + lane], counts[RUN + lane]
     row = leg * (LEG + sizes[N_SETTINGS])
-    start, until = legs[row], legs[row + 1]
+    start, until, fixed = legs[row], legs[row + 1], legs[row + 2]
     direction = 1.0 if until >= start else -1.0
     longest = lesser(options[LONGEST], abs(until - start))
     own = shifted(alone, lane * hoisted)
-    set_constants(kernels[PROLOGUE], counts[RUN + lane], leg, sizes, parameters, legs, columns, mine, own)
+    counts[BLAMED] = 0
+    counts[TAKEN + lane] = counts[SUSPECT + lane] = counts[CALM + lane] = counts[AFTER + lane] = 0
+    if WATCHED != 0 and leg > 0 and sizes[N_EVENTS] > 0:
+        if jumped(
+            run, leg, kernels, sizes, options[T0], start, work, parameters, legs, columns, directions, terminal, mine,
+            own, shifted(table, lane * (PARTS + 3) * (m + 1)), g, happened, event_times,
+        ) != 0:  # fmt: skip
+            set_constants(kernels[PROLOGUE], run, leg - 1, sizes, parameters, legs, columns, mine, own)
+            k = counts[DONE + lane]
+            while k < count and (wanted[k] - start) * direction <= 0.0:
+                place = (run * count + k) * sizes[N_OUTPUTS]
+                call(kernels[OUTPUTS], wanted[k], work, STATE * w1, own, values, place)
+                k += 1
+            return TERMINAL
+    else:
+        set_constants(kernels[PROLOGUE], run, leg, sizes, parameters, legs, columns, mine, own)
     for j in range(hoisted):
         c[8 * j + lane] = own[j]
     for i in range(sizes[N_WORK]):
         if i < STATE * w1 or i >= STATE * w1 + n:
             work[i] = 0.0
     for i in range(n):
-        single[i] = tolerances[i]
+        single[i] = given[i]
     normalise(work, STATE * w1, quaternions, nq)
-    call(kernels[RATES], start, work, STATE * w1, own, work, 0)
-    for i in range(n):
-        if not math.isfinite(work[i]):
-            counts[COUNTS] = i
-            return NOT_FINITE
+    if GIVEN == 0:
+        call(kernels[RATES], start, work, STATE * w1, own, work, 0)
+        for i in range(n):
+            if not math.isfinite(work[i]):
+                counts[BLAMED] = i
+                return NOT_FINITE
     if sizes[WORKS] != 0:
         if leg == 0:
             call(kernels[ENERGY], start, work, STATE * w1, own, spare, 0)
             control[SIZE + lane] = greater(abs(spare[0]), abs(spare[1]))
         if 0.0 < control[SIZE + lane] < math.inf:
             single[n - 1] *= control[SIZE + lane]
+    if WATCHED != 0 and m > 0:
+        spare_integers[NAMED] = sizes[N_EVENTS]
+        seen = look(
+            kernels[EVENTS], start, work, w1, m, own, shifted(table, lane * (PARTS + 3) * (m + 1)),
+            shifted(last, lane * m), spare_integers,
+        )  # fmt: skip
+        if seen != RUNNING:
+            counts[BLAMED] = spare_integers[BLAME]
+            return seen
+    if many > 0:
+        place = run * many * EXTREMES
+        widen(kernels[REDUCED], start, work, STATE * w1, own, spare, many, reduced, place)
+        if leg == 0:
+            for k in range(many):
+                reduced[place + EXTREMES * k + 2] = spare[k]
+    left = sizes[N_DROPPED]
+    if left > 0 and contradicted(kernels[DROPPED], left, start, work, STATE * w1, n, own, spare) != 0:
+        return LEFT
     step = control[NATURAL + lane]
-    if step == 0.0:
+    if fixed != 0.0:
+        step = fixed
+    elif GIVEN == 0 and step == 0.0:
         step = first_length(
             kernels[RATES], start, direction, longest, work, w1, n, own, relative, single, options[ORDER]
         )  # fmt: skip
     for i in range(n):
         wide[STATE * w + 8 * i + lane] = work[STATE * w1 + i]
         wide[8 * i + lane] = work[i]
-        absolute[8 * i + lane] = single[i]
-        absolute[w + 8 * i + lane] = relative[i]
-    more = ROWS * w
+        tolerances[8 * i + lane] = single[i]
+        tolerances[w + 8 * i + lane] = relative[i]
+    begin_wide(lane, n, wide, w)
+    tune(lane, n, wide, w, tolerances, fixed, control)
+    more = HEIGHT * w
     wide[more + TIMES + lane] = control[FIRST + lane] = start
     control[LAST_TIME + lane] = until
     wide[more + STEPS + lane] = direction * lesser(step, longest)
     control[OLDS + lane] = 1e-4
     control[STRIDE + lane] = 0.0
-    counts[TAKEN + lane] = counts[SUSPECT + lane] = counts[CALM + lane] = counts[AFTER + lane] = 0
     return RUNNING
+
+
+@part
+def seek(
+    lane: int, kernels: Integers, sizes: Integers, options: Reals, after: float, quaternions: Integers,
+    directions: Integers, terminal: Integers, relative: Reals, work: Reals, spare: Reals, wide: Reals, w: int,
+    own: Reals, single: Reals, control: Reals, counts: Integers, last: Integers, table: Reals, g: Reals, found: Reals,
+    event_log: Reals, event_states: Reals, spare_integers: Integers, reduced: Reals, event_times: Reals,
+    happened: Integers,
+) -> float:  # fmt: skip
+    """Events and extremes of a lane's step, which has been lifted into ``work``; its part at which a terminal event
+    ends it, else -1. Where an event without a value does, ``counts[BLAMED]`` is 1 + its number, else 0."""
+    n, w1, m, many = sizes[N], sizes[WIDTH_OF_ROW], sizes[N_WATCHED], sizes[N_REDUCED]
+    nq, asked, run = sizes[N_QUATERNIONS], sizes[N_EVENTS], counts[RUN + lane]
+    more = HEIGHT * w
+    t, h, first = wide[more + TIMES + lane], wide[more + STEPS + lane], control[FIRST + lane]
+    place, stop = run * many * EXTREMES, -1.0
+    counts[BLAMED] = 0
+    if WATCHED != 0 and m > 0:
+        densify(kernels[RATES], t, h, work, w1, n, own, quaternions, nq)
+        count = find_events(
+            kernels[EVENTS], t, h, work, w1, own, quaternions, nq, m, asked,
+            shifted(table, lane * (PARTS + 3) * (m + 1)), g, shifted(last, lane * m), directions, found,
+        )  # fmt: skip
+        reach = found[REACH]
+        stop = _log_events(
+            kernels[RATES], kernels[EVENTS], count, t, h, after, first, n, work, w1, own, own, quaternions, nq, g,
+            found, terminal, event_log, event_states, 0, relative, single, spare_integers,
+        )  # fmt: skip
+        if stop >= 0.0 and stop == reach:
+            counts[BLAMED] = 1 + whole(found[CULPRIT])
+        for k in range(whole(found[3])):
+            e = whole(event_log[LOGGED * k + 1])
+            if e < asked:
+                log_event(
+                    run * asked + e, event_log[LOGGED * k], options[T0], first, sizes[N_LEGS], terminal[e], happened,
+                    event_times,
+                )  # fmt: skip
+            if many > 0:
+                widen(
+                    kernels[REDUCED], event_log[LOGGED * k], event_states, k * n, own, spare, many, reduced, place
+                )  # fmt: skip
+    if many > 0:
+        moment = after if stop < 0.0 or stop == 1.0 else t + stop * h
+        widen(kernels[REDUCED], moment, work, END * w1, own, spare, many, reduced, place)
+    return stop
 
 
 @part
 def lanes_wide(
     begin: int, end: int, kernels: Integers, sizes: Integers, options: Reals, initial: Reals, parameters: Reals,
-    legs: Reals, columns: Integers, wanted: Reals, quaternions: Integers, relative: Reals, tolerances: Reals,
-    work: Reals, other: Reals, spare: Reals, mine: Reals, wide: Reals, c: Reals, alone: Reals, absolute: Reals,
-    single: Reals, control: Reals, afters: Reals, counts: Integers,
-    times: Reals, lengths: Reals, states: Reals, sampled: Reals, spare_integers: Integers, values: Reals,
-    kept: Integers, ends: Reals,
+    legs: Reals, columns: Integers, wanted: Reals, quaternions: Integers, relative: Reals, given: Reals,
+    directions: Integers, terminal: Integers, work: Reals, spare: Reals, mine: Reals, wide: Reals,
+    c: Reals, alone: Reals, tolerances: Reals, single: Reals, control: Reals, afters: Reals, counts: Integers,
+    last: Integers, table: Reals, g: Reals, found: Reals, event_log: Reals, event_states: Reals,
+    spare_integers: Integers, values: Reals, reduced: Reals, event_times: Reals, happened: Integers, kept: Integers,
+    ends: Reals,
 ) -> None:  # fmt: skip
-    """Runs ``begin`` to ``end`` - 1; arguments as those of `lanes.lanes`, and memory of this thread."""
-    n, nq = sizes[N], sizes[N_QUATERNIONS]
-    w = 8 * n
-    outputs, count, hoisted = sizes[N_OUTPUTS], sizes[N_TIMES], sizes[N_CONSTANTS]
+    """Runs ``begin`` to ``end`` - 1; arguments as those of `lanes.lanes`, and memory of this thread.
+
+    Of ``last`` and ``table`` there is a part for each lane; ``alone`` holds the constants lane by lane.
+    """
+    n, nq, w1 = sizes[N], sizes[N_QUATERNIONS], sizes[WIDTH_OF_ROW]
+    w, m, many = 8 * n, sizes[N_WATCHED], sizes[N_REDUCED]
+    outputs, count, hoisted, left = sizes[N_OUTPUTS], sizes[N_TIMES], sizes[N_CONSTANTS], sizes[N_DROPPED]
     direction = 1.0 if options[T1] >= options[T0] else -1.0
-    more = ROWS * w
+    more, settings = HEIGHT * w, LEG + sizes[N_SETTINGS]
     following, active = begin, 0
     for lane in range(8):
         counts[RUN + lane] = -1
-        wide[more + STEPS + lane] = wide[more + TIMES + lane] = 0.0
+        wide[more + STEPS + lane] = wide[more + TIMES + lane] = afters[lane] = 0.0
     while active > 0 or following < end:
         for lane in range(8):
             while counts[RUN + lane] < 0 and following < end:
                 code = enter(
-                    lane, following, kernels, sizes, options, initial, parameters, legs, columns, quaternions,
-                    relative, tolerances, work, spare, mine, wide, w, c, alone, absolute, single, control, counts,
+                    lane, following, kernels, sizes, options, initial, parameters, legs, columns, wanted, quaternions,
+                    relative, given, directions, terminal, work, spare, mine, wide, w, c, alone, tolerances, single,
+                    control, counts, last, table, g, values, reduced, event_times, happened, spare_integers,
                 )  # fmt: skip
+                following += 1
                 if code == RUNNING:
                     active += 1
                 else:
-                    counts[RUN + lane] = -1
-                    kept[KEPT * following] = code
-                    kept[KEPT * following + 3] = counts[COUNTS]
-                    ends[following] = options[T0]
-                following += 1
-            run = counts[RUN + lane]
-            if run < 0:
+                    leave(lane, code, counts[BLAMED], options[T0], counts, kept, ends)
+        prepare_wide(kernels[WIDE], wide, w, c, tolerances)
+        for lane in range(8):
+            if counts[RUN + lane] < 0:
                 wide[more + STEPS + lane] = 0.0
                 continue
             t, h, until = wide[more + TIMES + lane], wide[more + STEPS + lane], control[LAST_TIME + lane]
+            fixed = legs[counts[AT + lane] * settings + 2]
+            if GIVEN != 0:
+                size = wide[more + LENGTHS + lane]
+                if size != size:
+                    blame = blame_wide(lane, n, wide, w)
+                    leave(lane, NOT_FINITE, blame, t, counts, kept, ends)
+                    active -= 1
+                    wide[more + STEPS + lane] = 0.0
+                    continue
+                if fixed == 0.0 and counts[AFTER + lane] == 0:
+                    h = direction * size
             if abs(h) > options[LONGEST]:
                 h = direction * options[LONGEST]
             counts[ENDS + lane] = 0
+            afters[lane] = t + h
             if (t + 1.01 * h - until) * direction >= 0.0:
                 h = until - t
                 counts[ENDS + lane] = 1
+                afters[lane] = until
             elif abs(h) <= 8.0 * _EPS * abs(t) or abs(h) < _TINY:
-                kept[KEPT * run] = COLLAPSED
-                kept[KEPT * run + 1] = counts[BEFORE + lane] + counts[TAKEN + lane]
-                kept[KEPT * run + 2] = counts[REJECTED + lane]
-                ends[run] = t
-                counts[RUN + lane] = -1
+                leave(lane, COLLAPSED, 0, t, counts, kept, ends)
                 active -= 1
                 h = 0.0
+            elif fixed != 0.0:
+                afters[lane] = control[FIRST + lane] + (counts[TAKEN + lane] + 1) * h
             wide[more + STEPS + lane] = h
-            afters[lane] = until if counts[ENDS + lane] != 0 else t + h
         if active == 0:
             continue
         attempt_wide(kernels[WIDE], wide, w, c)
         for i in range(w):
             wide[END * w + i] = wide[RAW * w + i]
+        unit_wide(wide, w, END, quaternions, nq)
+        judge_wide(n, wide, w, tolerances)
         for lane in range(8):
-            unit_wide(lane, wide, w, END, quaternions, nq)
             wide[more + MOMENTS + lane] = afters[lane]
-        call_wide(kernels[WIDE], wide, more + MOMENTS, wide, END * w, c, wide, 12 * w)
+            if counts[RUN + lane] >= 0:
+                fixed = legs[counts[AT + lane] * settings + 2]
+                if fixed != 0.0 and wide[more + ERRORS + lane] > 1.0:
+                    wide[more + ERRORS + lane] = 1.0
+        if kernels[PROJECTION_WIDE] != 0:
+            project_wide(kernels[PROJECTION_WIDE], n, wide, w, c, quaternions, nq, control)
+        if GIVEN == 0:
+            call_wide(kernels[WIDE], wide, more + MOMENTS, wide, END * w, c, wide, 12 * w)
+        limit_wide(n, wide, w)
         for lane in range(8):
+            wide[more + WANTED + lane] = 0.0
             run = counts[RUN + lane]
             if run < 0:
                 continue
             t, h, after = wide[more + TIMES + lane], wide[more + STEPS + lane], afters[lane]
-            reaches, goes_on = counts[ENDS + lane] != 0, counts[AT + lane] + 1 < sizes[N_LEGS]
-            start, until = control[FIRST + lane], control[LAST_TIME + lane]
-            error = judge_wide(lane, n, wide, w, absolute)
-            if error <= 1.0 and lost(lane, n, wide, w, 12, 1) >= 0:
+            leg = counts[AT + lane]
+            reaches, goes_on = counts[ENDS + lane] != 0, leg + 1 < sizes[N_LEGS]
+            until, fixed = control[LAST_TIME + lane], legs[leg * settings + 2]
+            error = wide[more + ERRORS + lane]
+            if GIVEN == 0 and error <= 1.0 and lost(lane, n, wide, w, 12, 1) >= 0:
                 error = math.nan
-            code = RUNNING
-            blame = 0
+            code, blame = RUNNING, 0
             if not error <= 1.0:
                 counts[REJECTED + lane] += 1
                 counts[AFTER + lane] = 1
                 if error == error:
                     h *= greater(SMALLEST, SAFETY / error**EXPONENT)
+                    if fixed != 0.0:
+                        code = DIVERGED
                 else:
                     blame = lost(lane, n, wide, w, 1, 12)
                     if blame < 0:
                         blame = lost(lane, n, wide, w, RAW, 3)
                     h *= 0.25
-                    if abs(h) <= 16.0 * _EPS * abs(t) or abs(h) < _TINY:
+                    if fixed != 0.0 or abs(h) <= 16.0 * _EPS * abs(t) or abs(h) < _TINY:
                         code = NOT_FINITE
                 wide[more + STEPS + lane] = h
             else:
                 counts[TAKEN + lane] += 1
                 control[STRIDE + lane] = greater(control[STRIDE + lane], abs(h))
-                stiff = stiff_wide(lane, n, wide, w, h, counts)
-                if stiff * sizes[STIFF_ASKED] != 0 and abs(until - after) > MANY * abs(h):
-                    code = STIFF
-                given = counts[GIVEN + lane]
-                reach = given
-                while reach < count and (wanted[reach] - after) * direction <= 0.0:
-                    if wanted[reach] == until and reaches and goes_on:
-                        break  # the break point belongs to the next leg
-                    reach += 1
-                if reach > given:
-                    times[0], times[1], lengths[0] = t, after, h
-                    for i in range(n):
-                        states[i] = wide[STATE * w + 8 * i + lane]
-                        states[n + i] = wide[END * w + 8 * i + lane]
-                    for i in range(sizes[N_WORK]):
-                        other[i] = 0.0
-                    own = shifted(alone, lane * hoisted)
-                    sample(
-                        kernels[RATES], n, own, other, sizes[WIDTH_OF_ROW], quaternions, nq, 1, times, lengths, states,
-                        0, reach - given, shifted(wanted, given), sampled, relative, single, spare_integers,
+                limited = wide[more + LIMITED + lane]
+                if limited != 0.0 or counts[SUSPECT + lane] > 0:
+                    stiff = stiff_wide(lane, limited, counts)
+                    if stiff * sizes[STIFF_ASKED] != 0 and abs(until - after) > MANY * abs(h):
+                        code = STIFF
+                done = counts[DONE + lane]
+                lifted = m > 0 or many > 0 or (done < count and (wanted[done] - after) * direction <= 0.0)
+                own = shifted(alone, lane * hoisted)
+                if lifted or left > 0:
+                    lift(lane, n, wide, w, work, w1)
+                if m > 0 or many > 0:
+                    stop = seek(
+                        lane, kernels, sizes, options, after, quaternions, directions, terminal, relative, work, spare,
+                        wide, w, own, single, control, counts, last, table, g, found, event_log, event_states,
+                        spare_integers, reduced, event_times, happened,
                     )  # fmt: skip
-                    for k in range(given, reach):
-                        call(
-                            kernels[OUTPUTS], wanted[k], sampled, (k - given) * n, own, values,
-                            (run * count + k) * outputs,
-                        )  # fmt: skip
-                    counts[GIVEN + lane] = reach
+                    if stop >= 0.0:
+                        code, reaches = TERMINAL, False
+                        if counts[BLAMED] > 0:
+                            code, blame = UNDEFINED, counts[BLAMED] - 1
+                        after = after if stop == 1.0 else t + stop * h
+                if lifted:
+                    while done < count and (wanted[done] - after) * direction <= 0.0:
+                        x = wanted[done]
+                        if x == until and reaches and goes_on:
+                            break  # the break point belongs to the next leg
+                        row = STATE if x == t else END
+                        if x != t and x != after:
+                            _part(
+                                kernels[RATES], (x - t) / h, t, h, work, w1, n, own, quaternions, nq, relative, single,
+                                spare_integers,
+                            )  # fmt: skip
+                            row = POINT
+                        call(kernels[OUTPUTS], x, work, row * w1, own, values, (run * count + done) * outputs)
+                        done += 1
+                    counts[DONE + lane] = done
+                if (
+                    left > 0
+                    and contradicted(kernels[DROPPED], left, after, work, END * w1, n, own, spare) != 0
+                ):
+                    code, reaches = LEFT, False
                 t = after
                 wide[more + TIMES + lane] = t
-                for i in range(n):
-                    k = 8 * i + lane
-                    wide[STATE * w + k] = wide[END * w + k]
-                    wide[k] = wide[12 * w + k]
+                wide[more + WANTED + lane] = 1.0
                 if reaches and goes_on:
                     if counts[TAKEN + lane] > 1:
                         control[NATURAL + lane] = control[STRIDE + lane]
@@ -443,47 +579,47 @@ def lanes_wide(
                     counts[BEFORE + lane] += counts[TAKEN + lane]
                     counts[AT + lane] += 1
                     for i in range(n):
-                        work[STATE * sizes[WIDTH_OF_ROW] + i] = wide[STATE * w + 8 * i + lane]
+                        work[STATE * w1 + i] = wide[END * w + 8 * i + lane]
+                    wide[more + WANTED + lane] = 0.0  # the start of the leg stands already
                     code = enter_leg(
-                        lane, kernels, sizes, options, parameters, legs, columns, quaternions, relative, tolerances,
-                        work, spare, mine, wide, w, c, alone, absolute, single, control, counts,
+                        lane, kernels, sizes, options, parameters, legs, columns, wanted, quaternions, relative, given,
+                        directions, terminal, work, spare, mine, wide, w, c, alone, tolerances, single, control,
+                        counts, last, table, g, values, reduced, event_times, happened, spare_integers,
                     )  # fmt: skip
-                    if code != RUNNING:
-                        blame = counts[COUNTS]
-                        counts[TAKEN + lane] = 0
-                    elif counts[BEFORE + lane] < sizes[LIMIT]:
-                        continue
-                    else:
+                    blame = counts[BLAMED]
+                    if code == RUNNING:
+                        if counts[BEFORE + lane] < sizes[LIMIT]:
+                            continue
                         code = TOO_MANY
                 elif reaches:
                     code = FINISHED
                 elif code == RUNNING and counts[BEFORE + lane] + counts[TAKEN + lane] >= sizes[LIMIT]:
                     code = TOO_MANY
-                factor = GREATEST
-                if error > 0.0:
-                    factor = SAFETY * control[OLDS + lane] ** BETA / error**EXPONENT
-                    factor = lesser(GREATEST, greater(SMALLEST, factor))
-                if counts[AFTER + lane] != 0:
-                    factor = lesser(1.0, factor)
-                    counts[AFTER + lane] = 0
-                h *= factor
+                if fixed == 0.0:
+                    factor = GREATEST
+                    if error > 0.0:
+                        factor = SAFETY * control[OLDS + lane] ** BETA / error**EXPONENT
+                        factor = lesser(GREATEST, greater(SMALLEST, factor))
+                    if counts[AFTER + lane] != 0:
+                        factor = lesser(1.0, factor)
+                        counts[AFTER + lane] = 0
+                    h *= factor
                 if counts[TAKEN + lane] == sizes[BUDGET]:
-                    finest = absolute[w + lane]
+                    finest = tolerances[w + lane]
                     for i in range(n):
-                        finest = lesser(absolute[w + 8 * i + lane], finest)
+                        finest = lesser(tolerances[w + 8 * i + lane], finest)
                     least = options[FINEST] / finest
-                    tighter = tightening(sizes[BUDGET], t - start, until - t, options[ORDER], least)
+                    first = control[FIRST + lane]
+                    tighter = tightening(sizes[BUDGET], t - first, until - t, options[ORDER], least)
                     for i in range(n):
-                        absolute[8 * i + lane] *= tighter
-                        absolute[w + 8 * i + lane] *= tighter
+                        tolerances[8 * i + lane] *= tighter
+                        tolerances[w + 8 * i + lane] *= tighter
+                    tune(lane, n, wide, w, tolerances, fixed, control)
                     h *= tighter ** (1.0 / options[ORDER])
                 wide[more + STEPS + lane] = h
                 control[OLDS + lane] = greater(error, 1e-4)
             if code != RUNNING:
-                kept[KEPT * run] = code
-                kept[KEPT * run + 1] = counts[BEFORE + lane] + counts[TAKEN + lane]
-                kept[KEPT * run + 2] = counts[REJECTED + lane]
-                kept[KEPT * run + 3] = blame
-                ends[run] = t
-                counts[RUN + lane] = -1
+                leave(lane, code, blame, t, counts, kept, ends)
                 active -= 1
+        blend(wide, w, END * w, STATE * w, more + WANTED)
+        accept_wide(wide, w, more + WANTED)

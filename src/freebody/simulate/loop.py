@@ -42,8 +42,8 @@ LANES = " lanes"
 """After the name of a method: with the loop over lanes, which adds ``lanes`` to what is called."""
 UNWATCHED = " unwatched"
 """After the name of a method: without the search for events."""
-WIDE = "dop853 wide"
-"""The method with the loops over one lane and over eight."""
+WIDE = " wide"
+"""After the name of a method: the loop over eight lanes, ``lanes_wide``, alone; `UNWATCHED` may follow."""
 LIBRARIES = frozenset(
     ("pow", "exp", "exp2", "log", "log2", "fma", "floor", "ceil", "memcpy", "memset", "memmove")
 )
@@ -110,8 +110,9 @@ def loop(method: str = "dop853") -> Loop:
 @cache
 def _loop(method: str = "dop853") -> Loop:
     def compiled() -> Mapping[str, Any]:
-        if method == WIDE:
-            return _module("lanes_wide").functions()
+        if WIDE in method:
+            name, _, more = method.partition(WIDE)
+            return _module("lanes_wide").functions(name, not more)
         if method.endswith(LANES):
             return _module("lanes").functions(method.removesuffix(LANES))
         if method.endswith(UNWATCHED):
@@ -158,8 +159,8 @@ def _made(key: str, names: Sequence[str], make: Callable[[], Mapping[str, Any]])
 
 def _called(method: str) -> tuple[str, ...]:
     """What Python calls of a method."""
-    if method == WIDE:
-        return (*CALLED, "lanes", "lanes_wide")
+    if WIDE in method:
+        return ("lanes_wide",)
     return (*CALLED, "lanes") if method.endswith(LANES) else CALLED
 
 
@@ -224,9 +225,12 @@ def outside(text: str) -> list[str]:
 
 def _key(method: str = "dop853") -> str:
     """Hash of the source of the loop and of what compiles it."""
-    more = ("lanes.py", "lanes_layout.py") if method.endswith(LANES) or method == WIDE else ()
-    more = (*more, "lanes_wide.py") if method == WIDE else more
-    return _hash(method, (*SHARED, *SOURCES[method.split()[0]], *more))
+    name, more = method.split()[0], tuple[str, ...]()
+    if method.endswith(LANES) or WIDE in method:
+        more = ("lanes.py", "lanes_layout.py")
+    if WIDE in method:
+        more = (*more, "lanes_wide.py", "machine_wide.py", f"{name}_wide.py")
+    return _hash(method, (*SHARED, *SOURCES[name], *more))
 
 
 def _hash(what: str, sources: Sequence[str]) -> str:

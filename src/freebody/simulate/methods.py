@@ -7,8 +7,8 @@
     structure   symplectic Gauss collocation, order 6, steps of one length: long runs without drift of the energy
     taylor      Taylor series of order 16, step control, compensated sums: small smooth machines, down to 1e-16
     timestepping    Moreau and Jean, order 1, steps of one length: many contacts (`timestepping`)
-    auto        taylor for small machines at tolerances of 1e-7 and below; else gauss for tolerances below 1e-14; else
-                dop853. Where stability and not accuracy makes the steps short, radau
+    auto        taylor for small machines at tolerances of 1e-7 and below, in a batch of 1e-6 and below; else gauss for
+                tolerances below 1e-14; else dop853. Where stability and not accuracy makes the steps short, radau
 
 Only what a run asks for is loaded or compiled.
 """
@@ -44,6 +44,10 @@ times as many again for each digit more, and a step of the series takes 0.8 to 1
 
 PRODUCTS = 150
 """Multiplications in the rates up to which it does: each becomes some sixteen. Measured in `docs/integrators.md`."""
+
+ACCURATE_OF_EIGHT, PRODUCTS_OF_EIGHT = 1e-6, 60
+"""The same of a batch, whose lanes go eight at a time, by series and by stages. Eight longer series do not fit into the
+first level of the cache. At coarser tolerances, too, series are faster, but less exact than the stages."""
 
 COMPARED = 256
 """Steps of "dop853" that are few, for what took the first piece of a run, 1024 steps, by the series."""
@@ -111,21 +115,22 @@ def run(
     return integrate(_equipped(kernels, parameters, "radau", rates), *arguments, method="radau", **options)
 
 
-def first_method(kernels: Kernels, method: str, relative: NDArray[np.float64]) -> str:
-    """What a run begins with."""
+def first_method(kernels: Kernels, method: str, relative: NDArray[np.float64], batch: bool = False) -> str:
+    """What a run begins with, or every lane of a batch."""
     if method != "auto":
         return method
     finest = _finest(relative)
-    if finest <= ACCURATE and _has_short_series(kernels):
+    accurate, products = (ACCURATE_OF_EIGHT, PRODUCTS_OF_EIGHT) if batch else (ACCURATE, PRODUCTS)
+    if finest <= accurate and _has_short_series(kernels, products):
         return "taylor"
     return "gauss" if finest < FINE else "dop853"
 
 
 def _finest(relative: NDArray[np.float64]) -> float:
-    return min(relative.tolist(), default=1.0)
+    return min(relative.ravel().tolist(), default=1.0)
 
 
-def _has_short_series(kernels: Kernels) -> bool:
+def _has_short_series(kernels: Kernels, products: int) -> bool:
     """Whether the series of a motion costs less than the stages of an explicit method, as its rates tell."""
     model = kernels.model
     if model.contacts or model.switched or not kernels.size:
@@ -133,7 +138,7 @@ def _has_short_series(kernels: Kernels) -> bool:
     operations = kernels.operations
     if operations is None:
         return False
-    return operations.get("mul", 0) <= PRODUCTS and _BENT.isdisjoint(operations)
+    return operations.get("mul", 0) <= products and _BENT.isdisjoint(operations)
 
 
 class _Shortened(Exception):

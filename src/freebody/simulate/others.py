@@ -81,10 +81,15 @@ def series_of(
     try:
         return Program(compile_tape(tape, {"series": rates}, t, y, parameters, series=width))
     except ExpressionError as error:
-        raise SimulationError(
-            f"Expected rates with a Taylor series for method=\"taylor\", but of '{model.name}' "
-            f'{str(error).partition(" Known")[0]} Use method="dop853" or "gauss".'
-        ) from None
+        raise without_series(model, error) from None
+
+
+def without_series(model: Model, error: ExpressionError) -> SimulationError:
+    """What is said where a rate bends or jumps."""
+    return SimulationError(
+        f"Expected rates with a Taylor series for method=\"taylor\", but of '{model.name}' "
+        f'{str(error).partition(" Known")[0]} Use method="dop853" or "gauss".'
+    )
 
 
 def hamilton(kernels: Kernels) -> Program:

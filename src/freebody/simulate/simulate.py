@@ -97,7 +97,7 @@ def simulate(
         How steps are made: explicit of order 8 or 5, implicit of order 5 for stiff machines, order 16 for tolerances
         down to round-off, Taylor series of order 16 for small smooth machines, symplectic in steps of one length.
         "auto" is "dop853"; for tolerances of 1e-7 and below "taylor" where the machine is small, "gauss" below 1e-14
-        where it is not; and "radau" where the machine turns out to be stiff.
+        where it is not; and "radau" where the machine turns out to be stiff. In a batch it takes "taylor" from 1e-6 on.
         "timestepping" is for many contacts: equal steps of Moreau and Jean, of first order. The page on integrators
         tells them apart.
     impulses : list, optional

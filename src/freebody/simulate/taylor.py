@@ -46,8 +46,6 @@ P = ORDERS["taylor"]
 LOST, LOSES, HELD, LENGTH, RATE, SERIES = ROWS, ROWS + 1, ROWS + 2, ROWS + 3, ROWS + 4, ROWS + 5
 TERMS = 6
 """Terms of the series that the length of a step is taken from."""
-TINY = 1e-300
-"""A part of the tolerance that counts as nothing."""
 BOUND = 6.0
 """h |λ| from which a decay is suspected to limit the step: somewhat less than 7.33, where |Σ_k (-x)^k / k!|, k <= P,
 is 1."""
