@@ -11,6 +11,8 @@ that multiply a factor are taken out of it, so that products which differ by the
 
 Loops, and not one text for each order: unrolled, the kernel of a heavy top took ten times as long to compile and
 twice as long to run.
+
+The file is longer than others: an order is one text, whose parts share what is known so far.
 """
 
 from __future__ import annotations
