@@ -149,7 +149,8 @@ def test_events_and_extremes(loops: list[bool]) -> None:
             outputs=["theta", "work", "max(theta)", "min(theta')", "initial(theta)", "final(energy)"],
             events=[fb.event("theta", direction=1), fb.event("theta' - 1", terminal=terminal), "theta - 0.5"],
         )  # fmt: skip
-        assert (data.event_count > 1).any() and np.isfinite(data["max(theta)"]).all()
+        assert terminal or (data.event_count > 1).any()
+        assert np.isfinite(data["max(theta)"]).all()
         assert ("terminal event" in data.status.values) == terminal
         assert loops[-4:] == [True, False, False, False]
 

@@ -196,7 +196,7 @@ def jumped(
 def contradicted(
     kernel: int, residuals: int, t: float, states: Reals, place: int, n: int, c: Reals, spare: Reals
 ) -> int:  # fmt: skip
-    """Whether a condition that was redundant at the start does not hold, or the last number says that others do better."""
+    """Whether a condition that was redundant at the start does not hold; or others do better, says the last number."""
     size = 0.0
     for i in range(n):
         size = greater(size, abs(states[place + i]))

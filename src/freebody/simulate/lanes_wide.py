@@ -334,10 +334,13 @@ def enter_leg(
             return seen
     if many > 0:
         place = run * many * EXTREMES
-        widen(kernels[REDUCED], start, work, STATE * w1, own, spare, many, reduced, place)
         if leg == 0:
+            call(kernels[REDUCED], start, work, STATE * w1, own, spare, 0)
             for k in range(many):
-                reduced[place + EXTREMES * k + 2] = spare[k]
+                for i in range(EXTREMES):
+                    reduced[place + EXTREMES * k + i] = spare[k]
+        else:
+            widen(kernels[REDUCED], start, work, STATE * w1, own, spare, many, reduced, place)
     left = sizes[N_DROPPED]
     if left > 0 and contradicted(kernels[DROPPED], left, start, work, STATE * w1, n, own, spare) != 0:
         return LEFT

@@ -42,7 +42,7 @@ from .rows import Eight, copied, rowwise
 
 P = ORDERS["taylor"]
 # After KERNELS stands the address of the kernel. Rows of the method: what the sum lost before this step, in it, and
-# in it while parts of it are tried; then the length of the step; log₂ r^(1/p); then the coefficients.
+# in it while parts of it are tried; then the length of the step; r and log₂ r^(1/p); then the coefficients.
 LOST, LOSES, HELD, LENGTH, RATE, SERIES = ROWS, ROWS + 1, ROWS + 2, ROWS + 3, ROWS + 4, ROWS + 5
 TERMS = 6
 """Terms of the series that the length of a step is taken from."""
@@ -157,12 +157,13 @@ def given(
     finite."""
     expand(t, work, w, c, quaternions, nq)
     integers[EVALUATED] += 1
-    if work[RATE * w] == 0.0:
-        coarsest = 1e-16
-        for i in range(n):
-            coarsest = greater(coarsest, relative[i])
-        work[RATE * w] = math.log2(coarsest) / P
-    found = slowest(work, w, n, relative, absolute, work[RATE * w])
+    coarsest = 1e-16
+    for i in range(n):
+        coarsest = greater(coarsest, relative[i])
+    if work[RATE * w] != coarsest:  # at the start, and where a long run has tightened it
+        work[RATE * w] = coarsest
+        work[RATE * w + 1] = math.log2(coarsest) / P
+    found = slowest(work, w, n, relative, absolute, work[RATE * w + 1])
     if not math.isfinite(found):
         integers[BLAME] = blamed(work, w, n)
         return math.nan
