@@ -46,6 +46,7 @@ from .methods import (
     check_method,
     check_method_of_contacts,
     first_method,
+    may_bend,
 )
 from .outputs import TIMELINE, Output, outputs_of
 from .progress import Progress
@@ -248,7 +249,7 @@ def job_of(
     )  # fmt: skip
     looped = not (
         model.contacts or model.controllers or blows or method not in METHODS or is_large(model)
-        or (method == "taylor" and (begin == end or kernels.size == 0))
+        or (method == "taylor" and (begin == end or kernels.size == 0 or may_bend(kernels)))
     )  # fmt: skip
     states, failed, active, apart = np.empty((1, 0)), dict[int, str](), tuple[int, ...](), tuple[int, ...]()
     if not looped:

@@ -136,9 +136,7 @@ def _has_short_series(kernels: Kernels, products: int) -> bool:
     if model.contacts or model.switched or not kernels.size:
         return False  # a phase between two events, or between two samples, is short
     operations = kernels.operations
-    if operations is None:
-        return False
-    return operations.get("mul", 0) <= products and _BENT.isdisjoint(operations)
+    return operations is not None and operations.get("mul", 0) <= products and not may_bend(kernels)
 
 
 class _Shortened(Exception):
@@ -188,7 +186,7 @@ def _with_others(kernels: Kernels, parameters: NDArray[np.float64], method: str,
     if method == "taylor":
         from .others import series
 
-        return with_others(rates, series(kernels), parameters, ("series",))
+        return with_series(rates, series(kernels), parameters, kernels)
     if method == "structure":
         from .others import hamilton
 
@@ -210,6 +208,17 @@ def with_others(
         others=tuple(map(program.address, names)),
         others_constants=rates.constants.size,
     )
+
+
+def with_series(rates: Rates, program: Program, parameters: NDArray[np.float64], kernels: Kernels) -> Rates:
+    """The rates with the coefficients of their series, and whether these may go on behind a bend."""
+    found = with_others(rates, program, parameters, ("series",))
+    return replace(found, others=(*found.others, int(may_bend(kernels))))
+
+
+def may_bend(kernels: Kernels) -> bool:
+    """Whether there is a function in the rates that bends or may, or whose functions are not known."""
+    return kernels.operations is None or not _BENT.isdisjoint(kernels.operations)
 
 
 def _check_hamiltonian(kernels: Kernels) -> None:

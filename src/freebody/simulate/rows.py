@@ -50,6 +50,9 @@ class Eight:
     def __rsub__(self, other: Any) -> Eight:
         return self._with("fsub", other, self)
 
+    def __truediv__(self, other: Any) -> Eight:
+        return self._with("fdiv", self, other)
+
     def __rtruediv__(self, other: Any) -> Eight:
         return self._with("fdiv", other, self)
 

@@ -36,7 +36,7 @@ from ..scalar.trace import Tape
 from .initial import named_state, quaternions_by_joint
 from .integrate import integrate
 from .kernels import Kernels, Program
-from .methods import FINE, with_others
+from .methods import FINE, with_series
 from .others import series_of
 from .path import Rates, Watch, observe
 from .trajectory import Trajectory
@@ -337,7 +337,7 @@ def sensitive_motion(
     if method == "auto":
         method = "gauss" if np.min(tolerances, initial=1.0) < FINE else "dop853"
     elif method == "taylor":
-        rates = with_others(rates, variation.series(), parameters, ("series",))
+        rates = with_series(rates, variation.series(), parameters, kernels)
     relative, absolute = np.tile(tolerances, 1 + k), np.tile(tolerances, 1 + k)
     if kernels.works:
         first = observe(program.address("energy"), 2, np.array([begin]), y[None], rates.constants)[0]

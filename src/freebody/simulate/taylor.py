@@ -9,12 +9,15 @@ there if each is smaller than the one before by r^(1/p), which is h over the rad
     |y_p| h^p <= a + r |y|,    |y_m| h^m <= (a + r |y|) r^((m + 1)/p - 1)    for m = p - 5 ... p - 1
 
 Six, since terms of a symmetric series vanish: every other one of an even series, three of four where a pendulum is let
-go with its rod horizontal, and five of six are the most that elliptic functions leave out. No step is rejected, and a
+go with its rod horizontal, and five of six are the most that elliptic functions leave out. Only a bend lets a step be rejected. A
 state inside a step, of an event or for output, is the polynomial itself. What y_0 + h (y_1 + ...) loses to rounding is
 kept and added to the next sum, so that the round-off of many steps does not add up.
 
 A decay e^(λt) that is over does not end the step before h |λ| is at the bound of the region of stability, where its
 terms grow back to the tolerance. That is seen by y_p ≈ λ y_(p-1) / p.
+
+Where a function may bend, as √(x²) = |x| does, the series goes on as if it did not. So of machines with roots, powers or
+arcs the rates at the end are compared with the derivative of the series, and a step that misses them is made shorter.
 
 Source: A. Jorba, M. Zou, A software package for the numerical integration of ODEs by means of high-order Taylor methods
 (2005), sections 3.1 and 3.2.
@@ -27,7 +30,7 @@ from collections.abc import Callable
 from typing import Any
 
 from . import stepping
-from .layout import BLAME, CONSTANTS, EVALUATED, KERNELS, ORDERS, POINT, RAW, ROWS, STATE
+from .layout import BLAME, CONSTANTS, ERROR5, EVALUATED, KERNELS, ORDERS, POINT, RAW, ROWS, STATE
 from .machine import (
     Integers,
     Reals,
@@ -44,8 +47,13 @@ P = ORDERS["taylor"]
 # After KERNELS stands the address of the kernel. Rows of the method: what the sum lost before this step, in it, and
 # in it while parts of it are tried; then the length of the step; r and log₂ r^(1/p); then the coefficients.
 LOST, LOSES, HELD, LENGTH, RATE, SERIES = ROWS, ROWS + 1, ROWS + 2, ROWS + 3, ROWS + 4, ROWS + 5
+BENDS = 1
+"""Place after the kernel: whether a function in the rates may bend, which their series does not know."""
 TERMS = 6
 """Terms of the series that the length of a step is taken from."""
+BEND, ROUNDED = 100.0, 1e-14
+"""Of the tolerance and of a change in a step, what the derivative of a good series may be wrong by: it is p + 1 times
+the first term left out."""
 BOUND = 6.0
 """h |λ| from which a decay is suspected to limit the step: somewhat less than 7.33, where |Σ_k (-x)^k / k!|, k <= P,
 is 1."""
@@ -104,13 +112,13 @@ def slowest(row: Any, relative: Any, absolute: Any, rate: Any) -> Any:
     return in_pairs(allowed, Eight.greater) + in_pairs(sizes, Eight.__add__) * 0.0
 
 
-def polynomial(row: Any, first: int, degree: int, x: Any) -> Any:
-    """Σ_k x^k (row ``first`` + k) in four parts, since one addition waits for the other."""
+def polynomial(terms: list[Any], x: Any) -> Any:
+    """Σ_k x^k terms[k] in four parts, since one addition waits for the other."""
     double = x * x
     fourth = double * double
     parts = []
     for k in range(4):
-        *rest, part = [row[j] for j in range(first + k, first + degree + 1, 4)]
+        *rest, part = terms[k::4]
         for term in reversed(rest):
             part = part.times_plus(fourth, term)
         parts.append(part)
@@ -122,7 +130,7 @@ def polynomial(row: Any, first: int, degree: int, x: Any) -> Any:
 def added(row: Any, h: Any) -> None:
     """Row RAW becomes the sum of the series, STATE + (h (y_1 + ...) + LOST), and what that loses is row LOSES."""
     start = row[STATE]
-    change = h * polynomial(row, SERIES + 1, P - 1, h) + row[LOST]
+    change = h * polynomial([row[SERIES + k] for k in range(1, P + 1)], h) + row[LOST]
     end = start + change
     part = end - start
     row[LOSES] = (start - (end - part)) + (change - part)
@@ -132,7 +140,16 @@ def added(row: Any, h: Any) -> None:
 @rowwise
 def summed(row: Any, h: Any) -> None:
     """Row POINT: the series at the time h."""
-    row[POINT] = polynomial(row, SERIES, P, h)
+    row[POINT] = polynomial([row[SERIES + k] for k in range(P + 1)], h)
+
+
+@rowwise
+def missed(row: Any, h: Any, relative: Any, absolute: Any) -> Any:
+    """How far the derivative of the series at the end of the step is from the rates there, row ERROR5, times the step,
+    in units of what its last terms and round-off may leave."""
+    slope = polynomial([row[SERIES + k] * float(k) for k in range(1, P + 1)], h)
+    allowed = BEND * (absolute + relative * abs(row[RAW])) + ROUNDED * abs(h * row[ERROR5])
+    return abs(h * (row[ERROR5] - slope)) / allowed
 
 
 @rowwise
@@ -177,6 +194,10 @@ def attempt(
 ) -> int:  # fmt: skip
     """The state at the time ``h`` of the step."""
     added(work, w, n, h)
+    work[LENGTH * w + 1] = 0.0
+    if quaternions[nq + KERNELS + BENDS] != 0:
+        call(rates, t + h, work, RAW * w, c, work, ERROR5 * w)
+        work[LENGTH * w + 1] = missed(work, w, n, h, relative, absolute)
     return 0
 
 
@@ -184,14 +205,14 @@ def attempt(
 def judge(
     n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
 ) -> float:
-    """0, nan if the state is not finite: the length of the step has been chosen before."""
+    """0, or how far a step has gone on behind a bend; nan if the state is not finite."""
     found = unusable(work, w, n)
     if not math.isfinite(found):
         for i in range(n):
             if not math.isfinite(work[RAW * w + i]):
                 integers[BLAME] = i
                 break
-    return found
+    return found + work[LENGTH * w + 1]
 
 
 @compiled
