@@ -512,10 +512,12 @@ class _Loop:
         lengths = [_whole(t1 - t0, job.step, job.longest) for t0, t1 in spans]
         self.legs = np.column_stack([spans, lengths, settings])
         self.columns = np.array([*places, 0], dtype=np.int64)
-        # the kernels of a method follow the quaternions; its constants are those of the rates
+        # the kernels of a method follow the quaternions; its constants are those of the rates. Series of what may bend
+        # do not come here, so that there is nothing to compare
         projection = program.address("projection")
         self.quaternions = np.array(
-            [*model.quaternions, projection, model.n_q + model.n_u if projection else 0, 0, program.address("tangent")],
+            [*model.quaternions, projection, model.n_q + model.n_u if projection else 0, 0,
+             program.address("tangent"), 0],
             dtype=np.int64,
         )  # fmt: skip
         self.relative = job.tolerances

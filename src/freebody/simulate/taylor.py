@@ -9,15 +9,16 @@ there if each is smaller than the one before by r^(1/p), which is h over the rad
     |y_p| h^p <= a + r |y|,    |y_m| h^m <= (a + r |y|) r^((m + 1)/p - 1)    for m = p - 5 ... p - 1
 
 Six, since terms of a symmetric series vanish: every other one of an even series, three of four where a pendulum is let
-go with its rod horizontal, and five of six are the most that elliptic functions leave out. Only a bend lets a step be rejected. A
-state inside a step, of an event or for output, is the polynomial itself. What y_0 + h (y_1 + ...) loses to rounding is
-kept and added to the next sum, so that the round-off of many steps does not add up.
+go with its rod horizontal, and five of six are the most that elliptic functions leave out. A state inside a step, of an
+event or for output, is the polynomial itself. What y_0 + h (y_1 + ...) loses to rounding is kept and added to the next
+sum, so that the round-off of many steps does not add up.
 
 A decay e^(λt) that is over does not end the step before h |λ| is at the bound of the region of stability, where its
 terms grow back to the tolerance. That is seen by y_p ≈ λ y_(p-1) / p.
 
 Where a function may bend, as √(x²) = |x| does, the series goes on as if it did not. So of machines with roots, powers or
-arcs the rates at the end are compared with the derivative of the series, and a step that misses them is made shorter.
+arcs the rates at the end are compared with the derivative of the series, and a step that misses them is made
+shorter. No other is rejected.
 
 Source: A. Jorba, M. Zou, A software package for the numerical integration of ODEs by means of high-order Taylor methods
 (2005), sections 3.1 and 3.2.
