@@ -11,6 +11,7 @@ import freebody as fb
 from batch_machines import CLOSED, cart, four_bar
 from freebody.errors import SimulationError
 from freebody.model import assemble
+from freebody.simulate import batch
 from freebody.testing import random_state, random_system
 
 EPS = np.finfo(float).eps
@@ -35,11 +36,18 @@ def stone() -> fb.System:
     return s
 
 
+@pytest.fixture
+def unbent(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Machines whose roots do not bend in the test go eight at a time, too."""
+    monkeypatch.setattr(batch, "may_bend", lambda kernels: False)
+
+
 TUMBLING = {"turn": fb.Rotation.axis_angle((1, 0, 0), 0.4), "turn_wy": 3.0, "turn_wz": 0.1, "turn_vx": 1.0}
 
 
 @pytest.mark.parametrize("joint", ["hinge", "slider", "cylindrical", "universal", "planar", "screw"])
 @pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.usefixtures("unbent")
 def test_random_machines_move_as_alone(joint: str, seed: int, loops: list[bool]) -> None:
     """Parameters, starts and constants of each lane are its own. The sums of a lane are added in another order than
     those of a run alone: at 1e-13 both are off by so much a step."""
@@ -58,6 +66,7 @@ def test_random_machines_move_as_alone(joint: str, seed: int, loops: list[bool])
 
 
 @pytest.mark.parametrize("count", [1, 3, 8, 13])
+@pytest.mark.usefixtures("unbent")
 def test_a_lane_does_not_depend_on_its_neighbours(count: int, loops: list[bool]) -> None:
     """To the last bit: in any number, place and order, beside lanes that end, fail or take longer steps."""
     rng = np.random.default_rng(count)

@@ -15,6 +15,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from .layout import WIDTH
+from .rows import Eight, all_of, bits_of
 
 _double, _integer = ir.DoubleType(), ir.IntType(64)
 _eight = ir.VectorType(_double, WIDTH)
@@ -27,9 +28,6 @@ class _Eight:
 
     def __init__(self, builder: Any, memory: Any) -> None:
         self.builder, self.memory = builder, memory
-
-    def all_of(self, number: float) -> Any:
-        return ir.Constant(_eight, [_double(number)] * WIDTH)
 
     def at(self, place: Any, memory: Any = None) -> Any:
         pointer = self.builder.gep(self.memory if memory is None else memory, [place])
@@ -53,8 +51,7 @@ class _Eight:
         return self.called("fmuladd", a, b, c)
 
     def greater(self, a: Any, b: Any) -> Any:
-        """`machine.greater`."""
-        return self.builder.select(self.builder.fcmp_ordered(">", a, b), a, b)
+        return Eight(self.builder, a).greater(Eight(self.builder, b)).value
 
     def variable(self, value: Any) -> Any:
         return cgutils.alloca_once_value(self.builder, value)
@@ -69,27 +66,16 @@ class _Eight:
         return place if rows == 0 else self.builder.add(place, self.builder.mul(_integer(rows), w))
 
     def logarithm2(self, x: Any) -> Any:
-        """`taylor.logarithm2`."""
-        builder = self.builder
-        bits = builder.bitcast(x, _wholes)
-        exponent = builder.sub(builder.lshr(bits, _all(52)), _all(1023))
-        m = builder.bitcast(builder.sub(bits, builder.shl(exponent, _all(52))), _eight)
-        parabola = self.fused(m, self.all_of(-1.0 / 3.0), self.all_of(2.0))
-        parabola = self.fused(m, parabola, self.all_of(-5.0 / 3.0))
-        return builder.fadd(builder.sitofp(exponent, _eight), parabola)
+        return Eight(self.builder, x).logarithm2().value
 
     def power2(self, x: Any) -> Any:
         """`taylor.power2`."""
         builder = self.builder
-        exponent = builder.fptosi(builder.fadd(x, self.all_of(1023.0)), _wholes)
-        r = builder.fsub(x, builder.sitofp(builder.sub(exponent, _all(1023)), _eight))
-        power = builder.bitcast(builder.shl(exponent, _all(52)), _eight)
-        bend = self.fused(r, self.all_of(1.0 / 3.0), self.all_of(2.0 / 3.0))
-        return builder.fmul(power, self.fused(r, bend, self.all_of(1.0)))
-
-
-def _all(number: int) -> Any:
-    return ir.Constant(_wholes, [_integer(number)] * WIDTH)
+        exponent = builder.fptosi(builder.fadd(x, all_of(1023.0)), _wholes)
+        r = builder.fsub(x, builder.sitofp(builder.sub(exponent, bits_of(1023)), _eight))
+        power = builder.bitcast(builder.shl(exponent, bits_of(52)), _eight)
+        bend = self.fused(r, all_of(1.0 / 3.0), all_of(2.0 / 3.0))
+        return builder.fmul(power, self.fused(r, bend, all_of(1.0)))
 
 
 @intrinsic
@@ -131,33 +117,33 @@ def lengths(order: int, terms: int, tiny: float) -> Any:
             del signature
             wide_, w_, series_, state_, tolerances_, rates_, result_ = arguments
             v = _Eight(builder, wide_)
-            maxima = [v.variable(v.all_of(tiny)) for _ in range(terms)]
-            total = v.variable(v.all_of(0.0))
+            maxima = [v.variable(all_of(tiny)) for _ in range(terms)]
+            total = v.variable(all_of(0.0))
             with v.rows(w_) as (offset, _):
                 size = v.called("fabs", v.load(v.plus(state_, offset)))
                 relative = v.load(builder.add(w_, offset), tolerances_)
                 allowed = builder.fadd(v.load(offset, tolerances_), builder.fmul(relative, size))
-                scale = builder.fdiv(v.all_of(1.0), allowed)
+                scale = builder.fdiv(all_of(1.0), allowed)
                 for j, most in enumerate(maxima):
                     part = v.called("fabs", v.load(v.plus(series_, offset, order - j, w_)))
                     part = builder.fmul(part, scale)
                     builder.store(v.greater(builder.load(most), part), most)
                     builder.store(builder.fadd(builder.load(total), part), total)
-            none = v.all_of(-1e300)
+            none = all_of(-1e300)
             slowest, rate = none, v.load(rates_)
             for j, most in enumerate(maxima):
                 size = builder.load(most)
                 log = v.logarithm2(size)
                 if j > 1:
-                    log = builder.fadd(log, builder.fmul(v.all_of(j - 1.0), rate))
-                log = builder.fmul(log, v.all_of(1.0 / (order - j)))
-                some = builder.fcmp_ordered(">", size, v.all_of(tiny))
+                    log = builder.fadd(log, builder.fmul(all_of(j - 1.0), rate))
+                log = builder.fmul(log, all_of(1.0 / (order - j)))
+                some = builder.fcmp_ordered(">", size, all_of(tiny))
                 slowest = builder.select(some, v.greater(slowest, log), slowest)
             found = v.power2(builder.fneg(slowest))
-            infinite = v.all_of(math.inf)
+            infinite = all_of(math.inf)
             found = builder.select(builder.fcmp_ordered("==", slowest, none), infinite, found)
             finite = builder.fcmp_ordered("<", builder.load(total), infinite)
-            v.store(builder.select(finite, found, v.all_of(math.nan)), result_)
+            v.store(builder.select(finite, found, all_of(math.nan)), result_)
             return context.get_dummy_value()
 
         places = [_index] * 3
@@ -186,7 +172,7 @@ def series_end(order: int) -> Any:
             v = _Eight(builder, wide_)
             h = v.load(steps_)
             twice = builder.fmul(h, h)
-            sizes = v.variable(v.all_of(0.0))
+            sizes = v.variable(all_of(0.0))
             with v.rows(w_) as (offset, _):
                 # Σ y_(k+1) h^k: the odd and the even powers side by side, since one addition waits for the other
                 sides: dict[int, Any] = {}
@@ -202,8 +188,8 @@ def series_end(order: int) -> Any:
                 v.store(builder.fadd(error, builder.fsub(change, part)), v.plus(loses_, offset))
                 v.store(end, v.plus(raw_, offset))
                 builder.store(builder.fadd(builder.load(sizes), v.called("fabs", end)), sizes)
-            finite = builder.fcmp_ordered("<", builder.load(sizes), v.all_of(math.inf))
-            v.store(builder.select(finite, v.all_of(0.0), v.all_of(math.nan)), errors_)
+            finite = builder.fcmp_ordered("<", builder.load(sizes), all_of(math.inf))
+            v.store(builder.select(finite, all_of(0.0), all_of(math.nan)), errors_)
             return context.get_dummy_value()
 
         return types.void(wide, *[_index] * 8), write
@@ -224,25 +210,25 @@ def decaying(order: int, bound: float) -> Any:
             del signature
             wide_, w_, last_, steps_, result_ = arguments
             v = _Eight(builder, wide_)
-            sums = [v.variable(v.all_of(0.0)) for _ in range(3)]
+            sums = [v.variable(all_of(0.0)) for _ in range(3)]
             with v.rows(w_) as (offset, _):
                 place = v.plus(last_, offset)
-                a = builder.fmul(v.all_of(float(order)), v.load(place))
+                a = builder.fmul(all_of(float(order)), v.load(place))
                 b = v.load(builder.sub(place, w_))
                 for total, (x, y) in zip(sums, ((a, a), (b, b), (a, b)), strict=True):
                     builder.store(v.fused(x, y, builder.load(total)), total)
             above, below, across = (builder.load(total) for total in sums)
-            h, zero = v.load(steps_), v.all_of(0.0)
+            h, zero = v.load(steps_), all_of(0.0)
             fast = builder.fmul(builder.fmul(h, h), above)
-            square = builder.fmul(v.all_of(4.0), builder.fmul(across, across))
+            square = builder.fmul(all_of(4.0), builder.fmul(across, across))
             some = builder.fcmp_ordered(">", below, zero)
             for less, more in (
                 (builder.fmul(h, across), zero),
                 (builder.fmul(above, below), square),
-                (builder.fmul(v.all_of(bound * bound), below), fast),
+                (builder.fmul(all_of(bound * bound), below), fast),
             ):
                 some = builder.and_(some, builder.fcmp_ordered("<", less, more))
-            v.store(builder.select(some, v.all_of(1.0), zero), result_)
+            v.store(builder.select(some, all_of(1.0), zero), result_)
             return context.get_dummy_value()
 
         return types.void(wide, *[_index] * 4), write
@@ -280,7 +266,7 @@ def blend(typing: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any)
         del signature
         wide_, w_, source_, target_, wanted_ = arguments
         v = _Eight(builder, wide_)
-        some = builder.fcmp_unordered("!=", v.load(wanted_), v.all_of(0.0))
+        some = builder.fcmp_unordered("!=", v.load(wanted_), all_of(0.0))
         with v.rows(w_) as (offset, _):
             place = v.plus(target_, offset)
             v.store(builder.select(some, v.load(v.plus(source_, offset)), v.load(place)), place)
@@ -298,12 +284,12 @@ def moved(typing: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any,
         del signature
         wide_, w_, source_, target_, wanted_, result_ = arguments
         v = _Eight(builder, wide_)
-        some = builder.fcmp_unordered("!=", v.load(wanted_), v.all_of(0.0))
-        most = v.variable(v.all_of(0.0))
+        some = builder.fcmp_unordered("!=", v.load(wanted_), all_of(0.0))
+        most = v.variable(all_of(0.0))
         with v.rows(w_) as (offset, _):
             place = v.plus(target_, offset)
             old, new = v.load(place), v.load(v.plus(source_, offset))
-            size = builder.fadd(v.all_of(1.0), v.called("fabs", new))
+            size = builder.fadd(all_of(1.0), v.called("fabs", new))
             change = builder.fdiv(v.called("fabs", builder.fsub(new, old)), size)
             builder.store(v.greater(builder.load(most), change), most)
             v.store(builder.select(some, new, old), place)

@@ -57,7 +57,7 @@ class Eight:
         return self._with("fdiv", other, self)
 
     def __abs__(self) -> Eight:
-        return self._bitwise(lambda b, x: b.and_(x, _bits_of((1 << 63) - 1)))
+        return self._bitwise(lambda b, x: b.and_(x, bits_of((1 << 63) - 1)))
 
     def _bitwise(self, of: Callable[[Any, Any], Any]) -> Eight:
         """What a function of their bits makes."""
@@ -81,8 +81,8 @@ class Eight:
     def logarithm2(self) -> Eight:
         """log₂ of numbers >= 0 within 0.01, -1023 of 0: their exponents, and a parabola of what is left, 1 <= m < 2."""
         one, shifted = 0x3FF << 52, 0x433 << 52  # of the second number the last bits are an integer
-        exponent = self._bitwise(lambda b, x: b.or_(b.lshr(x, _bits_of(52)), _bits_of(shifted)))
-        m = self._bitwise(lambda b, x: b.or_(b.and_(x, _bits_of((1 << 52) - 1)), _bits_of(one)))
+        exponent = self._bitwise(lambda b, x: b.or_(b.lshr(x, bits_of(52)), bits_of(shifted)))
+        m = self._bitwise(lambda b, x: b.or_(b.and_(x, bits_of((1 << 52) - 1)), bits_of(one)))
         return exponent - (2.0**52 + 1023.0) + ((2.0 - m * (1.0 / 3.0)) * m - 5.0 / 3.0)
 
     def total(self, of: Callable[[Eight, Eight], Eight]) -> Any:
@@ -100,7 +100,7 @@ def all_of(number: float) -> Any:
     return ir.Constant(ir.VectorType(_double, WIDTH), [_double(number)] * WIDTH)
 
 
-def _bits_of(number: int) -> Any:
+def bits_of(number: int) -> Any:
     return ir.Constant(ir.VectorType(_integer, WIDTH), [_integer(number)] * WIDTH)
 
 

@@ -16,8 +16,8 @@ sum, so that the round-off of many steps does not add up.
 A decay e^(λt) that is over does not end the step before h |λ| is at the bound of the region of stability, where its
 terms grow back to the tolerance. That is seen by y_p ≈ λ y_(p-1) / p.
 
-Where a function may bend, as √(x²) = |x| does, the series goes on as if it did not. So of machines with roots, powers or
-arcs the rates at the end are compared with the derivative of the series, and a step that misses them is made
+Where a function may bend, as √(x²) = |x| does, the series goes on as if it did not. So of machines with roots, powers
+or arcs the rates at the end are compared with the derivative of the series, and a step that misses them is made
 shorter. No other is rejected.
 
 Source: A. Jorba, M. Zou, A software package for the numerical integration of ODEs by means of high-order Taylor methods
