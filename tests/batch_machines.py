@@ -21,6 +21,18 @@ CLOSED = {"q1": 1.0, "q2": -0.7, "q3": 1.2}
 """Near a place in which the four-bar closes."""
 
 
+def pendulum(drive: str = "m*sin(3*t)") -> fb.System:
+    """A bar of 2 m with a damper, driven by a moment."""
+    s = fb.System("pendulum")
+    m, length, g, c = s.parameters(m=1.0, L=2.0, g=9.81, c=0.0)
+    s.gravity = (0, -g, 0)
+    bar = s.body("bar", fb.slender_bar(m, length, axis="y"))
+    pin = s.hinge("pin", s.ground, bar, to=(0, length / 2, 0), axis="z", coordinate="theta")
+    s.damper("c", pin, damping=c)
+    s.torque("drive", bar, (0, 0, drive))
+    return s
+
+
 def cart() -> fb.System:
     """A cart of 2 kg on a spring and a damper, stiff where k = 1e6 and c = 1e5."""
     s = fb.System("cart")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from batch_machines import CLOSED, cart, four_bar
+from batch_machines import CLOSED, cart, four_bar, pendulum
 from freebody.errors import SimulationError
 from freebody.model import assemble
 from freebody.simulate import batch
@@ -16,17 +16,6 @@ from freebody.testing import random_state, random_system
 
 EPS = np.finfo(float).eps
 NAMES = ("status", "end", "steps", "blame")
-
-
-def pendulum() -> fb.System:
-    s = fb.System("pendulum")
-    m, length, g, c = s.parameters(m=1.0, L=2.0, g=9.81, c=0.0)
-    s.gravity = (0, -g, 0)
-    bar = s.body("bar", fb.slender_bar(m, length, axis="y"))
-    pin = s.hinge("pin", s.ground, bar, to=(0, length / 2, 0), axis="z", coordinate="theta")
-    s.damper("c", pin, damping=c)
-    s.torque("drive", bar, (0, 0, "m*sin(3*t)"))
-    return s
 
 
 def stone() -> fb.System:

@@ -8,20 +8,14 @@ import xarray
 
 import freebody as fb
 from batch_machines import CLOSED, cart, four_bar
+from batch_machines import pendulum as driven
 
 pytestmark = pytest.mark.usefixtures("stages")
 
 
 def pendulum() -> fb.System:
-    s = fb.System("pendulum")
-    m, length, g, c = s.parameters(m=1.0, L=2.0, g=9.81, c=0.0)
-    s.gravity = (0, -g, 0)
-    bar = s.body("bar", fb.slender_bar(m, length, axis="y"))
-    pin = s.hinge("pin", s.ground, bar, to=(0, length / 2, 0), axis="z", coordinate="theta")
-    s.damper("c", pin, damping=c)
-    # of a root "auto" makes no series: a run alone goes by "dop853" as lanes do
-    s.torque("drive", bar, (0, 0, "m*sin(3*t)*sqrt(2 + cos(t))"))
-    return s
+    """Of a root "auto" makes no series: a run alone goes by "dop853" as lanes do."""
+    return driven("m*sin(3*t)*sqrt(2 + cos(t))")
 
 
 @pytest.mark.parametrize("lanes", [8, 13, 40])

@@ -21,7 +21,7 @@ from ..scalar.trace import ADD, CODES, DIV, INPUT, MUL, NAMES, NEG, SUB
 from . import sincos, vector_math
 from .batch import gather, loop, scatter
 from .lower import COS, FIXED, HOISTED, PROLOGUE, RECIPROCAL, SIN, TIME, WIDTH, Body, Group, Program
-from .text import ZEROS, literal, splat
+from .text import FLAGS, ZEROS, literal, splat
 
 PIECE = 800
 """Operations of one piece of a long function; up to three times as many stay together."""
@@ -29,7 +29,6 @@ PIECE = 800
 RUN = 8
 """Zeros in a row among the outputs from which a loop sets them: matrices of large machines are mostly zero."""
 
-FLAGS = "contract "
 _ARITHMETIC = {
     ADD: f"fadd {FLAGS}", SUB: f"fsub {FLAGS}", MUL: f"fmul {FLAGS}", DIV: f"fdiv {FLAGS}",
 }  # fmt: skip

@@ -22,10 +22,10 @@ Source: J. van der Hoeven, Relax, but don't be too lazy (2002): products in adva
 
 from __future__ import annotations
 
-from .emit import FLAGS, Module
+from .emit import Module
 from .lower import Program
 from .recurrence import ONE, Number, Recurrence
-from .text import literal
+from .text import Lines, literal
 
 LANES = 8
 ORDER = 2 * LANES
@@ -77,7 +77,7 @@ def jet(module: Module, program: Program, body: str, name: str, stride: int, pie
     module.functions.append(_Writer(module, recurrence, name, stride, piece).text())
 
 
-class _Writer:
+class _Writer(Lines):
     """The function that fills the coefficients."""
 
     def __init__(self, module: Module, recurrence: Recurrence, name: str, stride: int, piece: int) -> None:
@@ -104,7 +104,7 @@ class _Writer:
             i: j for j, i in enumerate(i for i in order if self.nodes[i].rule in ("quotient", "root"))
         }
         self.slots = self._crossing()
-        self.count = 0
+        super().__init__()
         self.tag, self.grows = "", True
         self._start()
 
@@ -292,7 +292,7 @@ class _Writer:
         ]
 
     def _start(self) -> None:
-        self.lines: list[str] = []
+        self.lines = []
         self.values: dict[int, str] = {}
         self.held: dict[int, str] = {}
         self.rows: dict[int, str] = {}
@@ -327,11 +327,6 @@ class _Writer:
         loop = [*(_LANE if grows else ()), *self.lines]
         return self._around(first, end, phis, loop), (self.following, renewed, moved)
 
-    def _new(self, operation: str) -> str:
-        self.count += 1
-        self.lines.append(f"  %v{self.count} = {operation}")
-        return f"%v{self.count}"
-
     def _pointer(self, base: str, place: int, T: str) -> str:
         return base if place == 0 else self._new(f"getelementptr {T}, ptr {base}, i64 {place}")
 
@@ -342,15 +337,6 @@ class _Writer:
     def _store(self, value: str, base: str, place: int, T: str = "double") -> None:
         align = 8 if T == "double" else 64
         self.lines.append(f"  store {T} {value}, ptr {self._pointer(base, place, T)}, align {align}")
-
-    def _arithmetic(self, operation: str, a: str, b: str) -> str:
-        return self._new(f"{operation} {FLAGS}double {a}, {b}")
-
-    def _signed(self, total: str | None, sign: int, value: str) -> str:
-        """total ± value; None is zero."""
-        if total is not None:
-            return self._arithmetic("fadd" if sign > 0 else "fsub", total, value)
-        return value if sign > 0 else self._new(f"fneg {FLAGS}double {value}")
 
     def _number(self, x: Number) -> str:
         if x not in self.numbers:

@@ -17,11 +17,11 @@ The file is longer than others: an order is one text, whose parts share what is 
 
 from __future__ import annotations
 
-from .emit import FLAGS, Module
+from .emit import Module
 from .jet import ORDER
 from .lower import WIDTH, Program
 from .recurrence import ONE, Number, Recurrence
-from .text import literal, splat
+from .text import Lines, literal, splat
 
 PIECE = 400
 """Nodes of one piece of a long recurrence."""
@@ -73,8 +73,10 @@ def jet_wide(module: Module, program: Program, body: str, name: str, piece: int 
     return WIDTH * (ORDER + 1) * (len(writer.outputs) + len(writer.rows))
 
 
-class _Writer:
+class _Writer(Lines):
     """The function that fills the coefficients."""
+
+    T = _V
 
     def __init__(self, module: Module, recurrence: Recurrence, name: str, piece: int) -> None:
         self.module, self.name = module, name
@@ -87,7 +89,7 @@ class _Writer:
         self.owner = {i: j for j, part in enumerate(self.pieces) for i in part}
         self.pairs = {i: self._pairs(i) for i in order}
         self.rows = self._rows(order)
-        self.count = 0
+        super().__init__()
         self._start()
 
     # -- what is kept -------------------------------------------------------------------------
@@ -187,18 +189,13 @@ class _Writer:
         return "\n".join([*result, *main])
 
     def _start(self) -> None:
-        self.lines: list[str] = []
+        self.lines = []
         self.block, self.here = "0", "%here"
         self.values: dict[int, str] = {}
         self.sums: dict[Pair, str] = {}
         self.whole: dict[Pair, str] = {}
         self.numbers: dict[object, str] = {}
         self.sines: dict[int | Number, tuple[str, str]] = {}
-
-    def _new(self, operation: str) -> str:
-        self.count += 1
-        self.lines.append(f"  %v{self.count} = {operation}")
-        return f"%v{self.count}"
 
     def _load(self, base: str, bytes_: int) -> str:
         pointer = base if bytes_ == 0 else self._new(f"getelementptr i8, ptr {base}, i64 {bytes_}")
@@ -207,15 +204,6 @@ class _Writer:
     def _store(self, value: str, base: str, bytes_: int) -> None:
         pointer = base if bytes_ == 0 else self._new(f"getelementptr i8, ptr {base}, i64 {bytes_}")
         self.lines.append(f"  store {_V} {value}, ptr {pointer}, align 64")
-
-    def _arithmetic(self, operation: str, a: str, b: str) -> str:
-        return self._new(f"{operation} {FLAGS}{_V} {a}, {b}")
-
-    def _signed(self, total: str | None, sign: int, value: str) -> str:
-        """total ± value; None is zero."""
-        if total is not None:
-            return self._arithmetic("fadd" if sign > 0 else "fsub", total, value)
-        return value if sign > 0 else self._new(f"fneg {FLAGS}{_V} {value}")
 
     def _fused(self, a: str, b: str, total: str | None) -> str:
         """a b + total; None is zero."""

@@ -27,6 +27,34 @@ def splat(value: str, lanes: int, element: str = "double") -> str:
     return "<" + ", ".join([f"{element} {value}"] * lanes) + ">"
 
 
+FLAGS = "contract "
+"""A product and a sum may become one instruction; nothing else is rearranged."""
+
+
+class Lines:
+    """Instructions of a function, one after the other, on values of type ``T``."""
+
+    T = "double"
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.lines: list[str] = []
+
+    def _new(self, operation: str) -> str:
+        self.count += 1
+        self.lines.append(f"  %v{self.count} = {operation}")
+        return f"%v{self.count}"
+
+    def _arithmetic(self, operation: str, a: str, b: str) -> str:
+        return self._new(f"{operation} {FLAGS}{self.T} {a}, {b}")
+
+    def _signed(self, total: str | None, sign: int, value: str) -> str:
+        """total ± value; None is zero."""
+        if total is not None:
+            return self._arithmetic("fadd" if sign > 0 else "fsub", total, value)
+        return value if sign > 0 else self._new(f"fneg {FLAGS}{self.T} {value}")
+
+
 ZEROS = """define internal void @zeros(ptr %out, i64 %n) nounwind noinline {
 entry:
   br label %next
