@@ -83,7 +83,6 @@ def test_of_one_motion_and_of_a_batch(pendulum):
     for run in (
         lambda: fb.simulate(pendulum, 0.1, values={"m": [1, 2]}, sensitivities=["L"]),
         lambda: fb.sweep(pendulum, {"m": [1, 2]}, 0.1, sensitivities=["L"]),
-        lambda: fb.fit(pendulum, {"time": [0.1], "a": [0.1]}, ["m"], outputs="a"),
     ):
         with pytest.raises(SimulationError, match="Expected one motion for sensitivities=, got a batch"):
             run()

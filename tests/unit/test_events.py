@@ -8,7 +8,13 @@ import pytest
 import freebody as fb
 from freebody.errors import SimulationError
 
-METHODS = ("dop853", "dop54", "radau", "gauss", "taylor", "structure")
+METHODS = (
+    "dop853",
+    "gauss",
+    "taylor",
+    # one loop for all, but compiled for each
+    *(pytest.param(method, marks=pytest.mark.slow) for method in ("dop54", "radau", "structure")),
+)
 
 
 def oscillator():

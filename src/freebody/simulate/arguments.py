@@ -64,10 +64,6 @@ def check_heeded(
                 f"Expected a machine with constraints for {name}=, but '{model.name}' has none: it starts as initial= "
                 "says. Leave it out."
             )
-    if np.ndim(tolerance):
-        raise SimulationError(
-            f"Expected one number for tolerance=, or numbers by name, such as {{'theta': 1e-9}}, got {tolerance!r}."
-        )
     for name, (given, default) in of_contacts.items():
         if given != default and not model.contacts:
             raise SimulationError(

@@ -49,7 +49,7 @@ class Large:
         job, part = self.job, self.part
         if len(todo) >= layout.WIDTH:
             try:
-                states, _, _ = job.given.states({}, job.begin, False, job.kernels)
+                states, *_ = job.given.states({}, job.begin, False, job.kernels)
             except SimulationError:  # a lane has no start, and tells why where it runs alone
                 Alone(job, part).run(todo, between)
                 return

@@ -356,6 +356,10 @@ def _tolerances(kernels: Kernels, tolerance: Any, method: str) -> Any:
 
 
 def _tolerance(value: Any, finest: float) -> float:
+    if np.ndim(value):
+        raise SimulationError(
+            f"Expected one number for tolerance=, or numbers by name, such as {{'theta': 1e-9}}, got {value!r}."
+        )
     if not is_number(value) or not finest <= value < 1:
         raise SimulationError(
             f"Expected a tolerance between {finest:g} and 1, got {value!r}. "
