@@ -35,7 +35,7 @@ TUMBLING = {"turn": fb.Rotation.axis_angle((1, 0, 0), 0.4), "turn_wy": 3.0, "tur
 
 
 @pytest.mark.parametrize("joint", ["hinge", "slider", "cylindrical", "universal", "planar", "screw"])
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 @pytest.mark.usefixtures("unbent")
 def test_random_machines_move_as_alone(joint: str, seed: int, loops: list[bool]) -> None:
     """Parameters, starts and constants of each lane are its own. The sums of a lane are added in another order than
@@ -208,6 +208,7 @@ def test_signals_go_from_break_to_break() -> None:
             assert int(data.steps[lane]) == alone.steps and float(data.end[lane]) == alone.path.end
 
 
+@pytest.mark.slow  # the loop of "radau" has to be compiled; `test_batch` has the fast one of stages
 def test_what_decays_is_left_to_radau(loops: list[bool]) -> None:
     stiffness, damping = np.linspace(1, 2, 10), np.linspace(0.1, 1, 10)
     stiffness[4], damping[4] = 1e6, 1e5

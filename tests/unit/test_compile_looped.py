@@ -293,7 +293,7 @@ MODES = {
 
 
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2, 3))])
 def test_eight_states_at_a_time_are_the_same_bits(mode, seed):
     """Rows of every kernel, of which the last eight are not full, with shared and with own parameters."""
     model = fb.assemble(described() if seed == 3 else random_system(seed, bodies=7, driven=seed % 2 == 0))
@@ -320,8 +320,13 @@ BY = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("product", BY)
-@pytest.mark.parametrize("seed", [1, 2])
+FAST = ("forward_dynamics", "reactions_at", "kinetic_energy")
+
+
+@pytest.mark.parametrize(
+    "product", [name if name in FAST else pytest.param(name, marks=pytest.mark.slow) for name in BY]
+)
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_derivatives_loop_over_links(monkeypatch, product, seed):
     """Eight directions at a time through the same loops, against the derivatives of the straight code's trace.
 
