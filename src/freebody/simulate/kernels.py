@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import cached_property
 from itertools import chain
 from operator import is_
@@ -334,7 +335,7 @@ class Kernels:
 
 
 def _is_zero(value: Any) -> bool:
-    return isinstance(value, int) and value == 0
+    return isinstance(value, int | Fraction) and value == 0
 
 
 _KEPT, _END = 16, object()
