@@ -56,9 +56,9 @@ class _Factoring:
                 self._place(x)
             self.placed[i] = None
 
-    def _unscaled(self, x: int, alone: bool = True) -> tuple[float, tuple[Number, ...], int, bool]:
+    def _unscaled(self, x: int) -> tuple[float, tuple[Number, ...], int, bool]:
         """Numbers and a series whose product node ``x`` is, and whether nothing else needs what lies between."""
-        value = 1.0
+        value, alone = 1.0, True
         numbers: tuple[Number, ...] = ()
         while True:
             node = self.nodes[x]

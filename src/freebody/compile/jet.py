@@ -46,7 +46,7 @@ _LANE = (
     f"  %below = icmp ugt <{LANES} x i64> %kk, {_PLACES}",
 )
 """Which lane is the k-th, and which come before."""
-_INVERSES = (
+INVERSES = (
     f"@jet.inverse = private constant [{ORDER + 1} x double] "
     f"[{', '.join(f'double {literal(1 / max(k, 1))}' for k in range(ORDER + 1))}]"
 )
@@ -85,10 +85,8 @@ class _Writer(Lines):
         self.nodes, self.outputs = recurrence.nodes, recurrence.outputs
         self.zero = recurrence.starts_at_zero
         order = recurrence.order
-        count = -(-len(order) // piece) if len(order) > 2 * piece else 1
-        size = -(-len(order) // count) if order else 1
-        self.pieces = [order[j * size : (j + 1) * size] for j in range(count)]
-        self.single = count == 1
+        self.pieces = cut(order, piece)
+        self.single = len(self.pieces) == 1
         self.owner = {i: j for j, part in enumerate(self.pieces) for i in part}
         self.pairs = {i: self._pairs(i) for i in order}
         self.vectors = {
@@ -238,7 +236,7 @@ class _Writer(Lines):
             f"  %frame = alloca {_V}, i64 {max(1, len(self.vectors) + len(self.sums))}, align 64",
             f"  %slots = alloca double, i64 {max(1, len(self.divisors) + len(self.slots))}, align 64",
         ]
-        self.module.helpers["@jet.inverse"] = _INVERSES
+        self.module.helpers["@jet.inverse"] = INVERSES
         if self.single:
             self._zero(0)
             main += self.lines
@@ -257,12 +255,12 @@ class _Writer(Lines):
                 self._zero(j)
                 head = f"define internal void @{self.name}.z{j}(double %t, {shared}) nounwind noinline {{"
                 result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
-                main.append(f"  call void @{self.name}.z{j}(double %t, {_names(shared)})")
+                main.append(f"  call void @{self.name}.z{j}(double %t, {names(shared)})")
                 self._start()
                 self._order(j)
                 head = f"define internal void @{self.name}.k{j}({orders}) nounwind noinline {{"
                 result.append("\n".join([head, *_LANE, *self.lines, "  ret void", "}", ""]))
-                loop.append(f"  call void @{self.name}.k{j}({_names(orders)})")
+                loop.append(f"  call void @{self.name}.k{j}({names(orders)})")
             main += self._around(1, ORDER, [], loop)
         return "\n".join([*result, *main, "  ret void", "}", ""])
 
@@ -586,6 +584,13 @@ def _end(waits: list[int], chains: int) -> int:
     return max(times) + 4 * (chains - 1)
 
 
-def _names(arguments: str) -> str:
+def cut(order: list[int], piece: int) -> list[list[int]]:
+    """A long recurrence in pieces of about so many nodes."""
+    count = -(-len(order) // piece) if len(order) > 2 * piece else 1
+    size = -(-len(order) // count) if order else 1
+    return [order[j * size : (j + 1) * size] for j in range(count)]
+
+
+def names(arguments: str) -> str:
     """A list of parameters as arguments of a call."""
     return arguments.replace("noalias ", "")

@@ -18,7 +18,7 @@ The file is longer than others: an order is one text, whose parts share what is 
 from __future__ import annotations
 
 from .emit import Module
-from .jet import ORDER
+from .jet import INVERSES, ORDER, cut, names
 from .lower import WIDTH, Program
 from .recurrence import ONE, Number, Recurrence
 from .text import Lines, literal, splat
@@ -33,12 +33,6 @@ _BYTES = 8 * WIDTH
 _ROW = _BYTES * (
     ORDER + 1
 )  # an odd number of lines of the cache, so that rows do not lie in the same sets of it
-_INVERSES = (
-    f"@jet.inverses = private constant [{ORDER + 1} x double] "
-    f"[{', '.join(f'double {literal(1 / max(k, 1))}' for k in range(ORDER + 1))}]"
-)
-"""1 / k, and what is not read for k = 0."""
-
 Pair = tuple[int, int]
 
 
@@ -83,9 +77,7 @@ class _Writer(Lines):
         self.nodes, self.outputs = recurrence.nodes, recurrence.outputs
         self.zero = recurrence.starts_at_zero
         order = recurrence.order
-        count = -(-len(order) // piece) if len(order) > 2 * piece else 1
-        size = -(-len(order) // count) if order else 1
-        self.pieces = [order[j * size : (j + 1) * size] for j in range(count)]
+        self.pieces = cut(order, piece)
         self.owner = {i: j for j, part in enumerate(self.pieces) for i in part}
         self.pairs = {i: self._pairs(i) for i in order}
         self.rows = self._rows(order)
@@ -144,13 +136,13 @@ class _Writer(Lines):
             self._zero(j)
             head = f"define internal void @{self.name}.z{j}(ptr noalias %t, {shared}) nounwind noinline {{"
             result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
-            main.append(f"  call void @{self.name}.z{j}(ptr %t, {_names(shared)})")
+            main.append(f"  call void @{self.name}.z{j}(ptr %t, {names(shared)})")
             self._start()
             self._order(j)
             head = f"define internal void @{self.name}.k{j}({orders}) nounwind noinline {{"
             result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
-            loop.append(f"  call void @{self.name}.k{j}({_names(orders)})")
-        self.module.helpers["@jet.inverses"] = _INVERSES
+            loop.append(f"  call void @{self.name}.k{j}({names(orders)})")
+        self.module.helpers["@jet.inverse"] = INVERSES
         width = _BYTES * len(self.outputs)
         main = [
             f"define void @{self.name}(ptr noalias %t, {shared.rpartition(',')[0]}) nounwind {{",
@@ -161,7 +153,7 @@ class _Writer(Lines):
             "  %k = phi i64 [ 1, %0 ], [ %k1, %loop ]",
             "  %k1 = add i64 %k, 1",
             "  %k0 = sitofp i64 %k to double",
-            "  %at = getelementptr double, ptr @jet.inverses, i64 %k",
+            "  %at = getelementptr double, ptr @jet.inverse, i64 %k",
             "  %by0 = load double, ptr %at, align 8",
             "  %after = getelementptr double, ptr %at, i64 1",
             "  %next0 = load double, ptr %after, align 8",
@@ -494,8 +486,3 @@ def _gathered(pairs: list[Pair]) -> list[list[Pair]]:
 
 def _pair(a: int, b: int) -> Pair:
     return (a, b) if a <= b else (b, a)
-
-
-def _names(arguments: str) -> str:
-    """A list of parameters as arguments of a call."""
-    return arguments.replace("noalias ", "")

@@ -30,6 +30,7 @@ from .batch_kernels import ENERGIES
 from .batch_threads import share
 from .contact_leaps import Leap
 from .contact_trajectory import ContactTrajectory
+from .failure import culprit
 from .outputs import CONTACT_MODES, OfContact
 from .phases import Phases
 from .timestepping import Steps
@@ -93,7 +94,7 @@ class Alone:
 
     def lane(self, lane: int) -> None:
         """Run one lane."""
-        from .simulate import _culprit, simulate
+        from .simulate import simulate
 
         job, row = self.job, lane - self.part.low
         given, reason = job.given, ""
@@ -113,7 +114,7 @@ class Alone:
             self.part.kept[row] = (NO_START, 0, 0, 0)
             return
         status = motion.path.status
-        blame = _culprit(motion.path, motion.kernels) if status in path.FAILED else 0
+        blame = culprit(motion.path, motion.kernels) if status in path.FAILED else 0
         self.keep(row, motion)
         self.part.ends[row] = motion.path.end
         self.part.kept[row] = (CODES.get(status, REFUSED), motion.steps, motion.path.rejected, blame)

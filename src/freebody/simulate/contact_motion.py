@@ -15,6 +15,7 @@ from .contact_run import run
 from .contact_state import CHOICES, ContactRun
 from .contact_trajectory import ContactTrajectory
 from .event import EventSpec
+from .failure import failure
 from .impacts import ORDERS
 from .initial import number
 from .kernels import Kernels
@@ -95,9 +96,7 @@ def touching_motion(
         raise
     trajectory = _trajectory(kernels, values, work, path, specs, tolerances, times, samples)
     if path.status in FAILED:
-        from .simulate import _failure
-
-        raise _failure(trajectory, cast(Any, path), kernels, end, work.specs)
+        raise failure(trajectory, cast(Any, path), kernels, end, work.specs)
     return trajectory
 
 
