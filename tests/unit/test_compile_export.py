@@ -90,7 +90,9 @@ def test_numpy(program, tmp_path):
     exec(path.read_text(), space)
     agree(space["bias"](given["q"], given["u"], t, p), expected(program, "bias", given, t, p)[1])
     assert "freebody" not in exported.source.split('"""')[2]
-    with pytest.raises(KeyError):
+    with pytest.raises(
+        KeyError, match="'poke' is not among the functions written: .*mass_matrix, .*Name it in the call"
+    ):
         exported["poke"]
 
 

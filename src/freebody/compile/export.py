@@ -8,7 +8,7 @@ from __future__ import annotations
 import keyword
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -128,6 +128,27 @@ def _order(model: Model) -> list[str]:
 
 
 # --- C ---------------------------------------------------------------------------------------
+
+
+class Written(Mapping[str, Any]):
+    """Functions by the names of their products."""
+
+    def __init__(self, functions: Mapping[str, Any]) -> None:
+        self._functions = dict(functions)
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._functions:
+            raise KeyError(
+                f"{name!r} is not among the functions written: {', '.join(self)}. Name it in the call that "
+                "writes them; if it can not be written, that says why"
+            )
+        return self._functions[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._functions)
+
+    def __len__(self) -> int:
+        return len(self._functions)
 
 
 @dataclass(frozen=True)
@@ -282,7 +303,7 @@ def _c_body(product: Recorded) -> tuple[list[str], set[str]]:
 # --- NumPy and JAX ---------------------------------------------------------------------------
 
 
-class PythonSource(Mapping[str, Callable[..., Any]]):
+class PythonSource(Written):
     """Functions f(q, u, ..., t=0.0, p=None) by name, and the source text that defines them.
 
     The arrays may have any leading axes, which broadcast; ``p`` holds the parameters in the order of ``PARAMETERS``,
@@ -292,27 +313,16 @@ class PythonSource(Mapping[str, Callable[..., Any]]):
     def __init__(self, name: str, source: str) -> None:
         self.name = name
         self.source = source
-        self._space: dict[str, Any] = {"__name__": f"freebody export of {name}"}
-        exec(compile(source, f"<freebody export of {name}>", "exec"), self._space)
-        self._names = tuple(self._space["__all__"])
-
-    def __getitem__(self, name: str) -> Callable[..., Any]:
-        if name not in self._names:
-            raise KeyError(name)
-        return self._space[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._names)
-
-    def __len__(self) -> int:
-        return len(self._names)
+        space: dict[str, Any] = {"__name__": f"freebody export of {name}"}
+        exec(compile(source, f"<freebody export of {name}>", "exec"), space)
+        super().__init__({function: space[function] for function in space["__all__"]})
 
     def write(self, folder: Any) -> list[Path]:
         """Write ``NAME.py``; its path."""
         return _write(folder, {f"{self.name}.py": self.source})
 
     def __repr__(self) -> str:
-        return f"<PythonSource {self.name}: {', '.join(self._names)}>"
+        return f"<PythonSource {self.name}: {', '.join(self)}>"
 
 
 _PYTHON_FUNCTIONS = {
@@ -426,25 +436,16 @@ def _python_body(name: str, product: Recorded) -> list[str]:
 # --- CasADi ----------------------------------------------------------------------------------
 
 
-class CasadiFunctions(Mapping[str, Any]):
+class CasadiFunctions(Written):
     """``casadi.Function`` by name: columns q, u, ..., t, p in; a matrix, or a column, out."""
 
     def __init__(self, functions: Mapping[str, Any], parameters: np.ndarray) -> None:
-        self._functions = dict(functions)
+        super().__init__(functions)
         self.parameters = parameters
         """Default values of p, NaN where there is none."""
 
-    def __getitem__(self, name: str) -> Any:
-        return self._functions[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._functions)
-
-    def __len__(self) -> int:
-        return len(self._functions)
-
     def __repr__(self) -> str:
-        return f"<CasadiFunctions: {', '.join(self._functions)}>"
+        return f"<CasadiFunctions: {', '.join(self)}>"
 
 
 def casadi_functions(
