@@ -15,8 +15,9 @@ from click.testing import CliRunner
 import freebody as fb
 from freebody.gallery import entries
 from freebody.picture.animation import animation
-from freebody.picture.keyframes import keyframes
+from freebody.picture.keyframes import interpolated, keyframes
 from freebody.picture.page import LIVE, SCRIPTS, embedded, page, policy, script
+from freebody.simulate.trajectory import quaternions
 
 HOSTILE = '</script><script>alert(1)</script><img src=x onerror="alert(2)">'
 
@@ -197,17 +198,33 @@ def test_interpolation_keeps_its_tolerance(pendulum):
     assert len(keyframes(motion, 1e-4).t) > len(keyframes(motion, 1e-2).t)
 
 
-def test_a_fast_spin_is_not_taken_for_a_slow_one():
-    s = fb.System("spinner")
-    rotor = s.body("rotor", fb.disk(1, 0.1))
-    s.hinge("axle", s.ground, rotor, coordinate="phi")
-    motion = fb.simulate(s, until=1, initial={"phi'": 500})
+@pytest.mark.parametrize("name", ["gyrocompass", "gyroscope"])
+def test_the_turns_of_a_fast_rotor_are_counted(name):
+    """Few moments are enough, at all times between them, however often the rotor turns from one to the next."""
+    motion = entries()[name].run().trajectory
     keys = keyframes(motion)
-    turns = 2 * np.arccos(
-        np.clip(np.abs(np.sum(keys.quaternion[1:, 0] * keys.quaternion[:-1, 0], axis=1)), 0, 1)
-    )
-    assert turns.sum() == pytest.approx(500, rel=1e-6)
-    assert keys.spin[:, 0] == pytest.approx(np.tile([0, 0, 500], (len(keys.t), 1)))
+    turned = np.trapezoid(np.linalg.norm(keys.spin, axis=2).max(axis=1), keys.t)
+    assert len(keys.t) < 2 * turned
+    t = np.setdiff1d(motion.t, keys.t)
+    after = np.searchsorted(keys.t, t)
+    before = after - 1
+    lasting = keys.t[after] - keys.t[before]
+    for i, body in enumerate(motion.kernels.model.bodies):
+        turn = (keys.spin[before, i] + keys.spin[after, i]) / 2 * lasting[:, None]
+        ends = keys.quaternion[before, i], keys.quaternion[after, i]
+        q = interpolated(*ends, turn, ((t - keys.t[before]) / lasting)[:, None])
+        true = quaternions(motion.poses[body].rotation[np.isin(motion.t, t)])
+        away = np.minimum(np.linalg.norm(q - true, axis=1), np.linalg.norm(q + true, axis=1))
+        assert 2 * away.max() < 1.5 * keys.tolerance
+
+
+def test_a_motion_of_many_moments_is_drawn_coarser(monkeypatch, pendulum):
+    _, motion = pendulum
+    fine = keyframes(motion, 1e-4)
+    monkeypatch.setattr("freebody.picture.keyframes.MOST", len(fine.t) // 3)
+    coarse = keyframes(motion, 1e-4)
+    assert len(coarse.t) <= len(fine.t) // 3
+    assert fine.tolerance == 1e-4 and coarse.tolerance == pytest.approx(1e-4 * 2**4, rel=0.8)
 
 
 def test_arrows_are_loads_and_reactions(pendulum, text):

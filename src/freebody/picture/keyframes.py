@@ -1,13 +1,15 @@
 """Moments of a motion between which a page interpolates: as many as its accuracy takes, and no more.
 
-Positions and vectors go in straight lines between two moments, rotations at a constant rate about one axis. An
-interval is halved while the true motion in its middle is farther from that than the tolerance. Where speeds jump (a
+Positions and vectors go in straight lines between two moments. A body goes on with the mean of its angular velocities
+at both, so that the turns of a fast rotor are counted, and what that misses at the end is turned off evenly on the way.
+An interval is halved while the true motion in its middle is farther from that than the tolerance. Where speeds jump (a
 blow, an impact) or the forces do (a contact that closes, sticks or slips) there are two moments at one time, before
 and after, and nothing is interpolated between them.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -19,6 +21,7 @@ from ..dynamics import State, poses
 from ..dynamics.kinematics import angular_velocity
 from ..simulate.path import observe
 from ..simulate.trajectory import quaternions
+from ..space.quaternion import Quaternion, quaternion_conjugate, quaternion_product
 from .contacts import Contacts, Touched
 from .forces import Arrow, applied, arrows
 
@@ -34,8 +37,9 @@ greatest value."""
 
 FEWEST = 61
 ROUNDS = 14
-TURN = 2.0
-"""Most that a body turns between two moments [rad]; beyond π a rotation would be taken for that the other way."""
+MOST = 2**14
+"""Moments beyond which a finer interpolation is not worth the size of the page."""
+LOOSEST = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,28 +101,25 @@ def keyframes(trajectory: Trajectory, tolerance: float = TOLERANCE) -> Keyframes
     trajectory : Trajectory
     tolerance : float
         Greatest error of the interpolation in the middle between two moments: of positions in parts of the extent of
-        the motion, of rotations in rad, of forces, coordinates and energies in parts of their greatest value.
+        the motion, of rotations in rad, of forces, coordinates and energies in parts of their greatest value. It is
+        doubled, and `Keyframes.tolerance` says so, while it takes more than `MOST` moments, up to `LOOSEST`.
 
     Returns
     -------
     Keyframes
     """
     source = _Source(trajectory)
-    t, part = source.start()
-    found = source(t, part)
-    # a body that turns far between two moments could seem to turn the other way
-    spin = np.linalg.norm(found.spin, axis=2).max(axis=1, initial=0.0)
-    fastest = np.maximum(spin[:-1], spin[1:])
-    turns = np.where(np.diff(part) == 0, np.diff(t) * fastest, 0.0)
-    pieces = np.maximum(1, np.ceil(turns / TURN)).astype(int)
-    if np.any(pieces > 1):
-        t = np.concatenate(
-            [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(t[:-1], t[1:], pieces, strict=True)]
-            + [t[-1:]]
-        )
-        part = np.concatenate([np.repeat(part[:-1], pieces), part[-1:]])
-        found = source(t, part)
-    span = float(t[-1] - t[0])
+    first = source(*source.start())
+    found = _refined(source, first, tolerance)
+    while len(first.t) < len(found.t) > MOST and 2 * tolerance <= LOOSEST:
+        tolerance *= 2
+        found = _refined(source, first, tolerance)
+    return source.finished(found, tolerance)
+
+
+def _refined(source: _Source, found: _Sample, tolerance: float) -> _Sample:
+    """With the middles of intervals in which the interpolation is not within the tolerance."""
+    span = float(found.t[-1] - found.t[0])
     unsure = np.ones(len(found.t) - 1, dtype=bool)
     for _ in range(ROUNDS):
         unsure &= (np.diff(found.t) > 1e-6 * span) & (np.diff(found.part) == 0)
@@ -131,7 +132,34 @@ def keyframes(trajectory: Trajectory, tolerance: float = TOLERANCE) -> Keyframes
         unsure = np.zeros(len(found.t) - 1, dtype=bool)
         left = wrong + np.arange(len(wrong))
         unsure[left] = unsure[left + 1] = True
-    return source.finished(found, tolerance)
+    return found
+
+
+def interpolated(a: Array, b: Array, turn: Array, part: float | Array) -> Array:
+    """Unit quaternions (n, 4) at the ``part`` s (n, 1) of the way from a to b, with the turn φ (n, 3) on it [rad].
+
+    q(s) = dˢ ∘ e(s φ) ∘ a,    d = b ∘ (e(φ) ∘ a)*,    e(φ) = (cos |φ|/2, φ/|φ| sin |φ|/2)
+    """
+    spun = quaternion_product(_turned(turn), _components(a))
+    w, *v = quaternion_product(_components(b), quaternion_conjugate(spun))
+    sine = np.sqrt(v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
+    # of d and -d, the same rotation, that with the smaller angle; v over its length, 0 over 0 is 0
+    angle = 2 * np.arctan2(sine, np.abs(w)) * np.where(w < 0, -1, 1)
+    rest = np.stack(v, axis=1) * (angle / np.where(sine > 0, sine, 1))[:, None]
+    here = quaternion_product(_turned(part * turn), _components(a))
+    return np.stack(quaternion_product(_turned(part * rest), here), axis=1)
+
+
+def _components(q: Array) -> Quaternion:
+    w, x, y, z = q.T
+    return w, x, y, z
+
+
+def _turned(turn: Array) -> Quaternion:
+    """Of rotation vectors (n, 3); sin(x/2)/x is ½ sinc."""
+    angle = np.linalg.norm(turn, axis=1)
+    x, y, z = turn.T * np.sinc(angle / (2 * np.pi)) / 2
+    return np.cos(angle / 2), x, y, z
 
 
 def _moments(path: Any, events: Array, fewest: float, resolved: bool) -> Array:
@@ -272,20 +300,28 @@ class _Source:
     def error(self, found: _Sample, at: Places, middle: _Sample) -> Array:
         """Of the interpolation in the middles, after each of the moments ``at``, in parts of what is allowed as 1."""
         p = found.position
-        size = max(float(np.ptp(p.reshape(-1, 3), axis=0).max(initial=0.0)), 1e-12) if p.size else 1.0
+        extent = max(float(np.ptp(p.reshape(-1, 3), axis=0).max(initial=0.0)), 1e-12) if p.size else 1.0
         off = (
-            np.linalg.norm((p[at] + p[at + 1]) / 2 - middle.position, axis=2).max(axis=1, initial=0.0) / size
+            np.linalg.norm((p[at] + p[at + 1]) / 2 - middle.position, axis=2).max(axis=1, initial=0.0)
+            / extent
         )
-        # half way at a constant rate, R = R_0 exp(log(R_0ᵀ R_1)/2): the middle is as far from both ends
         turn = np.zeros(len(at))
+        lasting = np.diff(found.t)[at][:, None]
         for i in range(self.count):
             a, b = (quaternions(found.rotation[j, i]) for j in (at, at + 1))
             m = quaternions(middle.rotation[:, i])
-            b = b * np.where(np.sum(a * b, axis=1) < 0, -1, 1)[:, None]
-            half = a + b
-            half /= np.linalg.norm(half, axis=1)[:, None]
+            w_a, w_b = found.spin[at, i], found.spin[at + 1, i]
+            mean = (w_a + w_b) / 2
+            half = interpolated(a, b, mean * lasting, 0.5)
             away = np.minimum(np.linalg.norm(half - m, axis=1), np.linalg.norm(half + m, axis=1))
-            turn = np.maximum(turn, 2 * away)
+            # of a spin with a bend, mean + 4 s (1 - s) δ, the error δ Δt (s - 3 s² + 2 s³) 2/3 is 0 in the middle
+            bend = np.linalg.norm((middle.spin[:, i] - mean) * lasting, axis=1) * math.sqrt(3) / 27
+            # and where its axis moves by an angle, the body goes round the mean axis in place of the axes on the way
+            size = np.linalg.norm(mean, axis=1)
+            size = np.where(size > 0, size, 1)
+            rounds = np.minimum(1, size * lasting[:, 0] / (2 * np.pi))
+            sway = np.linalg.norm(np.cross(w_a, w_b), axis=1) / size**2 * rounds
+            turn = np.max([turn, 2 * away, bend, sway], axis=0)
         scale = np.abs(found.rest).max(axis=0, initial=0.0)
         scale = np.maximum(scale, 1e-9 * max(1.0, float(scale.max(initial=0.0))))
         bent = (np.abs((found.rest[at] + found.rest[at + 1]) / 2 - middle.rest) / scale).max(

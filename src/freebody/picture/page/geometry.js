@@ -59,21 +59,25 @@ const turned = (m, v) => [
   m[2] * v[0] + m[6] * v[1] + m[10] * v[2],
 ];
 
-// From the quaternion a to b, both unit, at the same rate all the way: sin((1-s) h) a + sin(s h) b over sin h.
-function between(a, b, s) {
-  let c = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
-  const sign = c < 0 ? -1 : 1;
-  c = Math.min(1, sign * c);
-  let u = 1 - s, v = s;
-  if (c < 1 - 1e-7) {
-    const h = Math.acos(c);
-    u = Math.sin(u * h) / Math.sin(h);
-    v = Math.sin(s * h) / Math.sin(h);
-  }
-  v *= sign;
-  const q = [0, 1, 2, 3].map((i) => u * a[i] + v * b[i]);
-  const l = Math.hypot(...q);
-  return q.map((x) => x / l);
+// The quaternion of a rotation vector, and the product of two: the second rotation first.
+function turning(v) {
+  const angle = length(v), k = angle > 1e-12 ? Math.sin(angle / 2) / angle : 0.5;
+  return [Math.cos(angle / 2), k * v[0], k * v[1], k * v[2]];
+}
+
+const composed = (p, q) => [
+  p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
+  p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
+  p[0] * q[2] + p[2] * q[0] + p[3] * q[1] - p[1] * q[3],
+  p[0] * q[3] + p[3] * q[0] + p[1] * q[2] - p[2] * q[1],
+];
+
+// From the quaternion a to b of a body that turns by the rotation vector v but for a rest, which is turned off evenly.
+function between(a, b, v, s) {
+  const [w, x, y, z] = composed(turning(v), a);
+  const d = composed(b, [w, -x, -y, -z]), sine = Math.hypot(d[1], d[2], d[3]);
+  const angle = (d[0] < 0 ? -2 : 2) * Math.atan2(sine, Math.abs(d[0])), k = sine > 0 ? (s * angle) / sine : 0;
+  return composed(turning([k * d[1], k * d[2], k * d[3]]), composed(turning(scale(s, v)), a));
 }
 
 // What the eye sees: perspective of a camera at ``eye`` that looks at ``target``, with the picture's width / height.

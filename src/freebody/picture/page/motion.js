@@ -38,8 +38,10 @@ class Motion {
   }
 
   quaternion(i) {
-    const q = this.bodies[i].quaternion, k = 4 * this.index, n = k + 4 < q.length ? k + 4 : k;
-    return between(q.subarray(k, k + 4), q.subarray(n, n + 4), this.part);
+    const { quaternion: q, spin } = this.bodies[i], j = this.index, n = Math.min(j + 1, this.t.length - 1);
+    const mean = [0, 1, 2].map((k) => (spin[3 * j + k] + spin[3 * n + k]) / 2);
+    const turn = scale(this.t[n] - this.t[j], mean);
+    return between(q.subarray(4 * j, 4 * j + 4), q.subarray(4 * n, 4 * n + 4), turn, this.part);
   }
 
   pose(i) {
