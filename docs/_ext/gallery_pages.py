@@ -152,9 +152,13 @@ class Page:
     def _free_bodies(self) -> str:
         e = self.outcome.equations
         if e.model.n_u > LARGEST:
+            drawn = [(fb.free_body_diagram(e, one, near=self.entry.near), one) for one in e.model.bodies]
+            figures = [
+                (self._drawn(shown, f"body-{one}"), f"Free-body diagram of {one}") for shown, one in drawn
+            ]
             return (
-                f"## Equations\n\nThis machine has {e.model.n_u} speeds, too many to read its equations on a page; "
-                f"`freebody equations {self.entry.name}` prints them.\n"
+                f"## Free bodies\n\nThis machine has {e.model.n_u} speeds, too many to read its equations on a page; "
+                f"`freebody equations {self.entry.name}` prints them.\n\n{self._figures(figures)}"
             )
         parts = ["## Free bodies and their equations\n"]
         for name, body in self.outcome.free_bodies.items():

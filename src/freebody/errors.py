@@ -44,16 +44,22 @@ def path_of(given: Any, what: str, error: type[FreebodyError]) -> Path:
     return Path(given)
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """End of a message about an unknown name: the nearest known one, or all of them.
+def nearest(name: str, known: Iterable[str], listed: str = "") -> str:
+    """End of a message about an unknown name: the nearest known one, or all of them (or the command that lists them).
 
     >>> nearest("thetta", ["theta", "x"])
     "did you mean 'theta'?"
+    >>> nearest("l", ["L", "g"])
+    "did you mean 'L'?"
+    >>> nearest("y", ["theta", "x"], "freebody gallery")
+    '`freebody gallery` lists the known names.'
     """
     names = sorted(known)
-    close = get_close_matches(name, names, n=1)
+    close = [one for one in names if one.lower() == name.lower()] or get_close_matches(name, names, n=1)
     if close:
         return f"did you mean '{close[0]}'?"
     if not names:
         return "no names are known yet."
+    if listed:
+        return f"`{listed}` lists the known names."
     return "known names: " + ", ".join(names) + "."

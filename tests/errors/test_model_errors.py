@@ -35,9 +35,9 @@ def rail(s, **given):
     return s.slider("rail", s.ground, s.bodies["cart"], **given)
 
 
-def other():
+def other(name="other crane"):
     """A body of another system."""
-    system = fb.System("other crane")
+    system = fb.System(name)
     return system.body("bar", fb.slender_bar(1, 2))
 
 
@@ -156,6 +156,9 @@ REFUSALS = {
     "joint across systems": (
         lambda s: s.hinge("pin", s.bodies["cart"], other()),
         "Hinge 'pin'", "body 'bar' belongs to the system 'other crane'", "not to 'crane'", "bodies of one system"),
+    "joint across systems of one name": (
+        lambda s: s.hinge("pin", s.bodies["cart"], other(s.name)), "belongs to the system of the same name, 'crane'"),
+    "name not first": (lambda s: s.hinge(s.ground, s.bodies["bar"], "pin"), "Expected a name (text) for the joint, got the ground. It comes first"),
     "joint to the ground of another system": (
         lambda s: s.hinge("pin", other().system.ground, s.bodies["cart"]), "'ground' belongs to the system 'other crane'"),
     "force on a body of another system": (

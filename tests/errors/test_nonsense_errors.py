@@ -53,6 +53,9 @@ def test_a_trajectory_that_is_asked_nonsense(motion):
             fb.Trajectory.load(path)
         with pytest.raises(SimulationError, match="Expected the path of a file for an animation"):
             motion.animate().save(path)
+    wanted = r"Expected a file name that ends in \.nc for a trajectory .*got 'x\.csv'\. .*trajectory\.data\[\['a'\]\]"
+    with pytest.raises(SimulationError, match=wanted):
+        motion.save("x.csv")
 
 
 def test_contacts_that_are_asked_nonsense():

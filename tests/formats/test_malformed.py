@@ -70,7 +70,7 @@ CASES = {
     "body no table": ("[bodies.bar]", "[bodies]\nbar = 3\n[bodies_]", "line 11, bodies.bar", "Expected a table, got a number: 3."),
     "gravity of two": ('[0, "-g", 0]', '[0, "-g"]', "line 2, gravity", "Expected three components [x, y, z], got 2: [0, '-g']."),
     "gravity a number": ('[0, "-g", 0]', "9.81", "line 2, gravity", "Expected three components [x, y, z], got a number: 9.81."),
-    "gravity a name": ('[0, "-g", 0]', '[0, "-G", 0]', "line 2, gravity", "Expected a known name, got 'G'; known names: g, k, m, t, theta, theta'."),
+    "gravity a name": ('[0, "-g", 0]', '[0, "-G", 0]', "line 2, gravity", "Expected a known name, got 'G'; did you mean 'g'?"),
     "gravity moves": ('[0, "-g", 0]', '[0, "-g*t", 0]', "line 2, gravity", "Gravity must be constant, but it depends on t."),
     "assume nothing": ('["k > 0"]', '["k"]', "line 3, assume", "Expected a condition such as 'k > 0', got 'k'."),
     "assume less": ('["k > 0"]', '["k >= 0"]', "line 3, assume", "Expected a condition such as 'k > 0', got 'k >= 0'."),

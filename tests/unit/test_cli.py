@@ -225,7 +225,13 @@ REFUSALS = {
     "tolerance": (("run", "MODEL", "--tolerance", "3"), "Expected a number between 0 and 1, got 3."),
     "unknown body": (("equations", "MODEL", "--body", "bat"), "Expected a body of 'pendulum', got 'bat'; did you mean 'bar'?"),
     "unknown option": (("run", "MODEL", "--untill", "1"), "No such option"),
-    "unknown command": (("runn", "MODEL"), "No such command 'runn'"),
+    "unknown command": (("runn", "MODEL"), "No such command 'runn'; did you mean 'run'?"),
+    "unknown model of no kin": (("run", "zzzz"), "got 'zzzz'; `freebody gallery` lists the known names."),
+    "unknown equation": (("chapter", "six"), "got 'six'; `freebody chapter` lists the known names."),
+    "two values": (("run", "MODEL", "--set", "L=2", "--set", "L=3"), "--set L: expected one value, got 2 and 3."),
+    "too great": (("run", "MODEL", "--until", "1e400"), "Expected a finite number for a value, got 10000000000000000000…, 401 characters."),
+    "report of another kind": (("report", "MODEL", "-o", "page.pdf"), "Expected a file name that ends in .html for a report, got 'page.pdf'."),
+    "scale without time": (("draw", "MODEL", "--body", "bar", "--mode", "scale"), "--mode scale: arrows to scale are those of a time; add it as --at 0.5."),
     "no model": (("run",), "Missing argument 'MODEL'"),
 }  # fmt: skip
 

@@ -357,7 +357,7 @@ def test_numbers_for_parameters_are_read_and_checked_in_each_call():
         ({"L": -1.0}, "Expected L > 0 in 'pendulum'"),
         ({"L": math.nan}, "Expected a finite number, got nan"),
         ({"L": math.inf}, "Expected a finite number, got inf"),
-        ({"l": 1.0}, "Unknown parameter 'l'; known names: L, g, m."),
+        ({"l": 1.0}, "Unknown parameter 'l'; did you mean 'L'?"),
         ({"values": {"L": 1.0}, "L": 1.0}, "Parameter 'L' is given twice"),
     ):
         for _ in range(2):

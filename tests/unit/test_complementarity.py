@@ -92,6 +92,56 @@ def test_stick_and_the_cone_at_rest():
     assert one[0].forces[1] == pytest.approx(-0.3 * 2 * 9.81)
 
 
+def touching_zero(rng, mu, angle):
+    """A contact in space of which det S (r_T × d) has a double root at an angle, and the normal force there.
+
+    With r_N = 0, N = -c_N / D, D = A_NN - μ A_NT·d, and f = D (r_T × d) = -c_N (A_TN - μ A_TT d) × d + D (c_T × d):
+    f = f' = 0 are two linear equations in c_T.
+    """
+    L = rng.normal(size=(3, 3))
+    A = L @ L.T
+    d = np.array([np.cos(angle), np.sin(angle)])
+    e = np.array([-d[1], d[0]])  # d' = e, e' = -d; v × d = -v·e, v × e = v·d
+
+    def push(v):
+        return A[1:, 1:] @ v
+
+    b = A[1:, 0]
+    D, slope = A[0, 0] - mu * b @ d, -mu * b @ e
+    f = -(b - mu * push(d)) @ e
+    f_slope = (b - mu * push(d)) @ d + mu * push(e) @ e
+    # f - D (c_T·e) = 0 and f' + D (c_T·d) - D' (c_T·e) = 0, with c_N = -1
+    across = f / D
+    along = (slope * across - f_slope) / D
+    return A, np.array([-1.0, *(along * d + across * e)]), d, 1 / D
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_slip_whose_direction_is_a_double_root_is_found(beside):
+    rng = np.random.default_rng(3)
+    found = 0
+    while found < 20:
+        mu = rng.uniform(0.2, 2)
+        A, c, d, N = touching_zero(rng, mu, rng.uniform(0, 2 * np.pi))
+        rates = A @ (N * np.array([1, *(-mu * d)])) + c
+        if N < 0 or N > 50 or rates[1:] @ d < 0:
+            continue
+        assert abs(rates[1] * d[1] - rates[2] * d[0]) < 1e-13 * (1 + np.abs(rates).max())
+        contacts = [Touching("a", 0, 2, mu, mu)]
+        if beside:  # another one, on its own body, that is pulled beyond what friction holds
+            A = np.block([[A, np.zeros((3, 3))], [np.zeros((3, 3)), np.eye(3)]])
+            c = np.array([*c, -1.0, *rng.uniform(1, 2, size=2)])
+            contacts.append(Touching("b", 3, 2, 0.3, 0.3))
+        every = solutions(A, c, contacts)
+        assert any(
+            mode == SLIP and way @ d > 1 - 1e-12 and all(other[0] == SLIP for other in one.modes[1:])
+            for one in every
+            for mode, way in one.modes[:1]
+            if way is not None
+        )
+        found += 1
+
+
 def test_four_legs_are_least_in_norm():
     # four normal forces on a plate: three independent rows
     points = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) / 2

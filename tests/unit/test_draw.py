@@ -14,14 +14,16 @@ from click.testing import CliRunner
 
 import freebody as fb
 from freebody.cli import command
+from freebody.dynamics.state import float_state
 from freebody.errors import ModelError
 from freebody.gallery import entries
-from freebody.picture.draw import draw
+from freebody.picture.configuration import configuration
+from freebody.picture.draw import WIDE, draw
 from freebody.picture.labels import outline, size_of
 from freebody.picture.outlines import hull
 from freebody.picture.palette import pale
 from freebody.picture.placing import inside
-from freebody.picture.shapes import colors, shapes
+from freebody.picture.shapes import attachments, colors, shapes
 from freebody.picture.sheet import Label, flat, overlap
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -42,7 +44,13 @@ def named(svg: str, attribute: str) -> set[str]:
 
 def test_everything_of_the_model_is_drawn(drawn: Any) -> None:
     model, drawing = drawn
-    assert named(drawing.svg, "data-body") >= set(model.bodies)
+    bodies = named(drawing.svg, "data-body")
+    for name in (
+        set(model.bodies) - bodies
+    ):  # a link of a joint of several: no mass, and all joints at one point
+        held = np.array(list(attachments(model, float_state(model), name).values()))
+        assert model.bodies[name].mass == 0 and not np.ptp(held, axis=0).any()
+        assert "planar" not in {joint.type for joint in model.joints.values()}
     joints = {name for name, joint in model.joints.items() if joint.type not in ("free", "planar")}
     assert named(drawing.svg, "data-joint") >= joints
     assert named(drawing.svg, "data-load") >= set(model.loads)
@@ -59,6 +67,40 @@ def test_no_label_lies_on_another_or_off_the_sheet(drawn: Any) -> None:
         assert x0 <= a[0] and y0 <= a[1] and a[2] <= x1 and a[3] <= y1
         for other in labels[i + 1 :]:
             assert overlap(a, other.box) == 0, (one.tex, other.tex)
+
+
+def test_joints_at_one_point_share_a_label() -> None:
+    """Three and more; two have their own."""
+    svg = draw(entries()["prob-6-19"].build()).svg
+    (tex,) = re.findall(r'data-tex="([^"]*yaw[^"]*)"', svg)
+    assert tex.count(r"\,") == 2 and "propeller" in tex and "engine" in tex
+    assert 'data-tex="$\\mathrm{pin}$"' in draw(entries()["ex-6-5"].build()).svg
+
+
+def test_the_ellipsoid_that_lies_on_a_table_lies() -> None:
+    """Bodies that stand on something are drawn upright, not a little turned."""
+    drawing = draw(entries()["rattleback"].build())
+    stone = next(g for g in drawing.sheet.root.items if g.attributes.get("data-body") == "stone")
+    points = np.vstack([item.points for item in stone.items])
+    wide, high = np.ptp(points, axis=0)
+    assert wide > high
+
+
+def test_a_drive_that_starts_from_rest_is_drawn_turned() -> None:
+    """By 52 degrees or a little more: the time of the drawing is that at which it has turned so far."""
+    s = fb.System("arm")
+    arm = s.body("arm", fb.slender_bar(1, 1, axis="x"))
+    s.hinge("pin", s.ground, arm, to=(-1 / 2, 0, 0), coordinate=s.t**2)
+    drawing = draw(s)
+    turned = configuration(fb.assemble(s)).t ** 2
+    assert math.radians(52) < turned < 1.25**2 * math.radians(52)
+    assert 'data-body="arm"' in drawing.svg
+
+
+def test_a_round_wall_is_within_the_width() -> None:
+    drawing = draw(entries()["prob-6-7"].build())
+    x0, _, x1, _ = drawing.sheet.box
+    assert x1 - x0 < 1.4 * WIDE
 
 
 def test_coordinates_are_marked_by_their_symbols() -> None:

@@ -44,7 +44,9 @@ def test_draw(name: str, tmp_path: Path) -> None:
     svg = machine.read_text(encoding="utf-8")
     boxes_inside(svg)
     drawn = {g.get("data-body") for g in ElementTree.fromstring(svg).iter(f"{SVG}g")} - {None}
-    assert drawn == set(system.bodies)
+    assert drawn <= set(system.bodies)
+    # all but links without mass, which unit/test_draw.py looks at
+    assert not any(system.bodies[name].mass_properties.mass for name in set(system.bodies) - drawn)
     body = next(iter(system.bodies))
     diagram = tmp_path / "body.svg"
     run("draw", name, "--body", body, "-o", str(diagram))

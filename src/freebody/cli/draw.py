@@ -87,13 +87,15 @@ def draw(
         if time is not None:
             raise click.UsageError("--mode CONTACT=MODE: at a time of the motion, contacts have its modes.")
         options["modes"] = contacts
+    if mode == "scale" and time is None:
+        raise click.UsageError("--mode scale: arrows to scale are those of a time; add it as --at 0.5.")
     if time is not None:
         _check_within(found, time, until)
         outcome = found.run(values, max(time, 1e-9), None)
         system, options = outcome.system, {"trajectory": outcome.trajectory, "at": time}
     else:
         options["at"] = at or None
-        known = {name for name, kind in system.names.kinds.items() if kind == "coordinate"}
+        known = {name for name, kind in system.names.kinds.items() if kind in ("coordinate", "joint")}
         near = {**_standing(found, system), **found.near}
         options["near"] = {name: value for name, value in near.items() if name in known and name not in at}
     if time is None and contacts == {} and body is not None and system.contacts:

@@ -113,7 +113,7 @@ def find(model: str) -> Any:
         )
         raise FormatError(
             f"Expected a gallery name or the path of a .toml file, got '{model}'; "
-            f"{nearest(model, known.names)}{hint}"
+            f"{nearest(model, known.names, 'freebody gallery')}{hint}"
         )
     return known[model]
 
@@ -154,12 +154,15 @@ class Setting(click.ParamType):
 def settings_of(system: System, pairs: Iterable[tuple[str, str]]) -> dict[str, float]:
     """The ``--set`` values by name, refused where the system has no such parameter or it has another unit."""
     known = [parameter.name for parameter in system.parameter_list]
-    for name, _ in pairs:
+    found: dict[str, str] = {}
+    for name, text in pairs:
         if name not in known:
             raise ModelError(
                 f"--set {name}: expected a parameter of '{system.name}', got '{name}'; {nearest(name, known)}"
             )
-    return {name: number_of(system, name, text, "--set") for name, text in pairs}
+        if found.setdefault(name, text) != text:
+            raise click.UsageError(f"--set {name}: expected one value, got {found[name]} and {text}.")
+    return {name: number_of(system, name, text, "--set") for name, text in found.items()}
 
 
 def number_of(system: System, name: str, text: str, option: str) -> float:

@@ -32,7 +32,7 @@ def is_identifier(text: str) -> bool:
 def check_name(name: Any, what: str) -> str:
     """The name, if it can be one."""
     if not isinstance(name, str):
-        raise ModelError(f"Expected a name (text) for the {what}, got {name!r}. Write it in quotes.")
+        raise ModelError(f"Expected a name (text) for the {what}, got {name!r}. It comes first, in quotes.")
     if not is_identifier(name) or keyword.iskeyword(name):
         raise ModelError(
             f"'{name}' can not be the name of a {what}: use letters, digits and underscores, "
@@ -48,7 +48,9 @@ def finite(number: Any, what: str) -> float:
     except OverflowError:
         value = math.inf
     if not math.isfinite(value):
-        raise ModelError(f"Expected a finite number for {what}, got {number}.")
+        shown = str(number)
+        shown = shown if len(shown) <= 40 else f"{shown[:20]}…, {len(shown)} characters"
+        raise ModelError(f"Expected a finite number for {what}, got {shown}.")
     return value
 
 

@@ -279,9 +279,11 @@ class System:
         if not isinstance(body, Body):
             raise ModelError(f"Expected a body for {what}, got {body!r}.")
         if body.system is not self:
+            names = f"'{body.system.name}', not to '{self.name}'"
+            names = names if body.system.name != self.name else f"of the same name, '{self.name}'"
             raise ModelError(
-                f"{what[0].upper()}{what[1:]}: body '{body.name}' belongs to the system '{body.system.name}', "
-                f"not to '{self.name}'. Both ends must be bodies of one system."
+                f"{what[0].upper()}{what[1:]}: body '{body.name}' belongs to the system {names}. Both ends must be "
+                f"bodies of one system."
             )
         return body
 

@@ -157,9 +157,9 @@ def _check_inertia(link: Link, motion: list[Spatial], U: list[Spatial]) -> None:
         along = power(S, W)
         if isinstance(along, int | Fraction) and along == 0:
             raise ModelError(
-                f"Joint '{link.joint}' moves no mass: its own motion meets no inertia, so that no acceleration "
-                f"follows from the forces. Give what it carries mass or moment of inertia, weld it, or leave out "
-                f"the motion."
+                f"Joint '{link.joint}' has a motion that meets no inertia, so that no acceleration follows from the "
+                f"forces. Give what it carries mass, or moment of inertia (a particle has none), weld it, or leave "
+                f"out the motion."
             )
 
 

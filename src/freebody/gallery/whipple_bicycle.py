@@ -18,6 +18,7 @@ import numpy as np
 
 import freebody as fb
 
+from ..scalar.digits import significant
 from .answer import Answer, Answers, Plots, Solved
 from .case import Case, explain
 from .entry import Entry
@@ -80,6 +81,16 @@ def coefficients(machine: Any, values: dict[str, float]) -> dict[str, np.ndarray
     return {"M": M, "C1": C_1, "K0": K / values["g"], "K2": K_1 - K}
 
 
+def equation(parts: dict[str, np.ndarray], row: int) -> str:
+    """One of the two linear equations, with the coefficients as numbers."""
+    line = ""
+    for name, factor, dots in (("M", "", "''"), ("C1", "v*", "'"), ("K0", "g*", ""), ("K2", "v^2*", "")):
+        for x, angle in zip(parts[name][row], ("lean", "delta"), strict=True):
+            if abs(x) > 1e-12 * np.abs(parts[name]).max():  # others are zero but for round-off
+                line += f" {'+' if x > 0 else '-'} {significant(abs(x))}*{factor}{angle}{dots}"
+    return f"{line.removeprefix(' + ')} = 0"
+
+
 def eigenvalues(parts: dict[str, np.ndarray], v: float, g: float) -> np.ndarray:
     """The four eigenvalues of lean and steer at a speed [1/s]: pairs first, then the real ones downwards."""
     K = g * parts["K0"] + v**2 * parts["K2"]
@@ -124,8 +135,15 @@ def solve(case: Case) -> Solved:
     speeds = stable_speeds(parts, case["g"])
     roots = tuple((float(z.real), float(z.imag)) for z in eigenvalues(parts, case["v"], case["g"]))
     rear, front = (at.reactions[f"{wheel}_contact"].force[0].tolist() for wheel in ("rear", "front"))
+    lines = {name: equation(parts, i) for i, name in enumerate(("lean", "delta"))}
     units = {"M": "kg m²", "C1": "kg m", "K0": "kg m", "K2": "kg"}
     answers: Answers = {
+        **{
+            f"equation_{name}": Answer(
+                f"equation of {name} near straight running", line, "", None, "fb.linearize(s)", line
+            )
+            for name, line in lines.items()
+        },
         **{
             name: Answer(f"matrix {name} of lean and steer", tuple(map(tuple, parts[name].tolist())), unit)
             for name, unit in units.items()
@@ -154,7 +172,7 @@ WHIPPLE_BICYCLE = Entry(
     ("bicycle",),
     "Whipple's bicycle: the benchmark of Meijaard, Papadopoulos, Ruina and Schwab (2007)",
     (
-        "matrices M, C1, K0, K2 of lean and steer, eigenvalues at the speed v",
+        "equations of lean and steer near straight running, their matrices M, C1, K0, K2, eigenvalues at the speed v",
         "speeds between which it is stable without a hand",
         "motion after a kick, forces at the wheels",
     ),

@@ -314,9 +314,20 @@ def _drawn_values(model: Model, given: Mapping[Any, Any]) -> dict[str, float]:
 
 def _telling_time(model: Model, values: Mapping[str, float]) -> float:
     """A time at which a driven joint has turned by about an eighth of a turn (or has moved visibly)."""
+    driven = [link for link in model.links if link.driven]
     state = float_state(model, values=values)
-    fastest = max((abs(float(state(link.drift))) for link in model.links if link.driven), default=0.0)
-    return math.radians(52) / fastest if fastest > 0 else 0.0
+    fastest = max((abs(float(state(link.drift))) for link in driven), default=0.0)
+    if fastest > 0:
+        return math.radians(52) / fastest
+    # from rest: the first of ever longer times at which one has moved as far
+    for time in 1e-3 * 1.25 ** np.arange(70) if driven else ():
+        later = float_state(model, t=float(time), values=values)
+        if any(
+            abs(float(later(link.displacement)) - float(state(link.displacement))) > math.radians(52)
+            for link in driven
+        ):
+            return float(time)
+    return 0.0
 
 
 def _slid(model: Model, coordinate: Any) -> bool:
@@ -351,8 +362,8 @@ def _telling(model: Model, size: float, attempt: int) -> list[float]:
         if link.kind not in ("ball", "free"):
             continue
         start = link.q + (3 if link.kind == "free" else 0)
-        # upright first, where something rolls; else a little turned about an axis that is no edge
-        if rolls and attempt % 2 == 0:
+        # upright first, where something rolls or stands; else a little turned about an axis that is no edge
+        if (rolls or model.contacts) and attempt % 2 == 0:
             q[start : start + 4] = [1.0, 0.0, 0.0, 0.0]
         elif rolls:
             q[start : start + 4] = [math.cos(math.radians(-35)), math.sin(math.radians(-35)), 0.0, 0.0]

@@ -20,7 +20,7 @@ from . import symbols
 from .configuration import Configuration, configuration, equations_at
 from .draw_coordinates import ground_axes, mark_coordinates, mark_dimensions
 from .draw_forces import gravity, loads, springs
-from .draw_ground import feet, gears, guides, rolling_planes, ropes, surfaces
+from .draw_ground import feet, gears, guides, rolling_planes, ropes, round_walls, surfaces
 from .drawing import Drawing
 from .outlines import outlines, polygon
 from .palette import GREY, INK, legible
@@ -34,6 +34,9 @@ Array = NDArray[np.float64]
 
 WIDE = 250.0
 """Length of the machine on paper [pt]."""
+
+CROWD = 2
+"""Joints at one point up to which each has its own label."""
 
 
 def draw(
@@ -111,6 +114,8 @@ class Machine:
         Points per unit of length.
     labels : list
         Labels that are placed when all lines are drawn: text, anchors, size, colour.
+    arcs : list
+        The points about which angles are drawn.
     """
 
     wide = WIDE
@@ -122,12 +127,14 @@ class Machine:
         self.placer = Placer()
         self.root = Group()
         self.labels: list[tuple[str, list[tuple[Array, Array | None]], float, str]] = []
+        self.arcs: list[Array] = []
         points = self.extent()
         seen = view(np.array(points))
         longest = float(np.ptp(seen, axis=0).max())
         self.scale = WIDE / longest if longest > 0 else 1.0
         self.down = np.array([0.0, -1.0])
         self.joints: dict[str, tuple[str, str, str, Array]] = self._joints()
+        self.drawn = self._from_behind()
 
     def page(self, point: Any) -> Array:
         """A point in ground axes on paper."""
@@ -139,7 +146,7 @@ class Machine:
         surfaces(self)
         ropes(self)
         guides(self)
-        for name in self._from_behind():
+        for name in self.drawn:
             self._body(name)
         gears(self)
         feet(self)
@@ -177,10 +184,13 @@ class Machine:
         for joint in self.model.joints.values():
             if joint.parent == "ground" and joint.type not in ("free", "planar"):
                 points.append(self.now.place("ground", joint.at))
-        return points
+        return points + round_walls(self)
 
     def _from_behind(self) -> list[str]:
-        """Bodies in the order in which they hide each other: in space by depth, at one depth small ones in front."""
+        """Bodies in the order in which they hide each other: in space by depth, at one depth small ones in front.
+
+        In space a body without mass or extent, a link of a joint of several, is not drawn.
+        """
 
         def order(name: str) -> tuple[float, float]:
             place = self.model.bodies[name]
@@ -188,7 +198,13 @@ class Machine:
             points = np.array([q for piece in self.pieces[name] for q in piece.points()])
             return round(depth * self.scale, 3), -float(np.ptp(points, axis=0).max())
 
-        return sorted(self.model.bodies, key=order)
+        carriers = {
+            name
+            for name in self.model.bodies
+            if not self.view.planar
+            and all(piece.kind == "particle" and not piece.solid for piece in self.pieces[name])
+        }
+        return sorted((name for name in self.model.bodies if name not in carriers), key=order)
 
     def _joints(self) -> dict[str, tuple[str, str, str, Array]]:
         """Type, parent, child and place of every joint, those that close loops included."""
@@ -272,7 +288,12 @@ class Machine:
         """A hinge in space: its axis, and where that is fixed the bearings in which a shaft turns."""
         _, parent, child, _ = self.joints[name]
         on_ground = "ground" in (parent, child)
-        ends = [at + side * (self.along(child, at, side * d) + 13.0) * d for side in (1.0, -1.0)]
+        # a bearing stands outside of all that lies about the point
+        about = [one for one in self.drawn if on_ground and self._holds(one, at)]
+        ends = [
+            at + side * (max(self.along(one, at, side * d) for one in (child, *about)) + 13.0) * d
+            for side in (1.0, -1.0)
+        ]
         items: list[Any] = [Line(np.array(ends), Style(INK, 0.9, (9.0, 2.0, 1.5, 2.0)))]
         for end, side in zip(ends, (1.0, -1.0), strict=True):
             items += symbols.bearing(end - 6.0 * side * d, d, self.down) if on_ground else []
@@ -323,6 +344,10 @@ class Machine:
 
     # -- coordinates ----------------------------------------------------------------------------------
 
+    def _holds(self, name: str, at: Array) -> bool:
+        """Whether a point on paper lies in a body."""
+        return any(inside(area, at[None]).any() for area in self.areas_of(name))
+
     def areas_of(self, name: str) -> list[Array]:
         R, p = self.now.posture(name)
         found = []
@@ -337,13 +362,40 @@ class Machine:
 
     def _names(self) -> None:
         for name in self.model.bodies:
-            center = self.page(self.now.place(name, self.model.bodies[name].center))
-            pieces = self.pieces[name]
-            if all(piece.kind == "rod" for piece in pieces):
-                R, p = self.now.posture(name)
-                center = self.page(p + R @ pieces[0].center)
-            self.labels.append((name.replace("_", " "), [(center, None)], 10.5, INK))
+            if name in self.drawn:
+                self.labels.append((name.replace("_", " "), [(self._seen(name), None)], 10.5, INK))
+        points: list[tuple[Array, list[str]]] = []
         for name, (kind, _, _, point) in self.joints.items():
             if kind == "planar":
                 continue
-            self.labels.append((f"${latex_name(name)}$", [(self.page(point), None)], 9.5, GREY))
+            at = self.page(point)
+            here = next((names for q, names in points if float(np.linalg.norm(q - at)) < 1.0), None)
+            if here is None:
+                points.append((at, [name]))
+            else:
+                here.append(name)
+        for at, names in points:
+            shown = [latex_name(name) for name in names]
+            if len(names) > CROWD:
+                shown = [r",\,".join(shown)]
+            self.labels += [(f"${tex}$", [(at, None)], 9.5, GREY) for tex in shown]
+
+    def _seen(self, name: str) -> Array:
+        """The centre of a body, or where others hide that the nearest place that is seen."""
+        center = self.page(self.now.place(name, self.model.bodies[name].center))
+        pieces = self.pieces[name]
+        if all(piece.kind == "rod" for piece in pieces):
+            R, p = self.now.posture(name)
+            center = self.page(p + R @ pieces[0].center)
+        above = self.drawn[self.drawn.index(name) + 1 :]
+        if not any(self._holds(one, center) for one in above):
+            return center
+        over = [area for one in above for area in self.areas_of(one)]
+        r = np.arange(0.0, WIDE, 6.0)[1:]
+        turn = np.radians(np.arange(0.0, 360.0, 15.0))
+        around = center + np.stack([np.outer(r, np.cos(turn)), np.outer(r, np.sin(turn))], axis=-1).reshape(
+            -1, 2
+        )
+        own = np.any([inside(area, around) for area in self.areas_of(name)], axis=0)
+        free = around[own & ~np.any([inside(area, around) for area in over], axis=0)]
+        return free[0] if len(free) else center

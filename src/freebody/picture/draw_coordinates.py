@@ -104,7 +104,10 @@ def _turned(m: Machine, name: str, number: int, link: Link) -> None:
     r = R @ next(d for d in own if abs(float(d @ local)) < 1e-9)
     before = _about(n, -value) @ r
     point = m.joints[name][3]
-    radius = (40.0 + 13.0 * place) / m.scale
+    # arcs about one point lie about each other
+    beside_it = sum(float(np.linalg.norm(m.page(point) - q)) < 1.0 for q in m.arcs)
+    m.arcs.append(m.page(point))
+    radius = (40.0 + 13.0 * beside_it) / m.scale
     count = max(8, int(abs(math.degrees(value)) / 4))
     curve = np.array([m.page(point + radius * (_about(n, a) @ before)) for a in np.linspace(0, value, count)])
     at = m.page(point)

@@ -95,6 +95,7 @@ def loads(m: Machine) -> None:
     """Applied forces and couples, by name."""
     marks = Marks(m.e, m.now, m.view.planar)
     style = Style(VERMILLION, 1.8)
+    written: dict[tuple[str, str], list[Any]] = {}
     for name, load in m.model.loads.items():
         if not isinstance(load, Force | Torque | JointForce):
             continue
@@ -113,10 +114,14 @@ def loads(m: Machine) -> None:
                 for vector, couple in ((action.force, False), (action.moment, True)):
                     if any(not (isinstance(x, int) and x == 0) for x in vector):
                         for mark in marks._resolved(name, "load", couple, vector, action.at, free):
-                            _load(m, mark, style)
+                            # of action and reaction one has the name
+                            written.setdefault((name, mark.label), []).append(_load(m, mark, style))
+    for (_, label), anchors in written.items():
+        m.labels.append((f"${label}$", anchors, 11.0, VERMILLION))
 
 
-def _load(m: Machine, mark: Any, style: Style) -> None:
+def _load(m: Machine, mark: Any, style: Style) -> tuple[Array, Array]:
+    """Draws the arrow; where its name may stand, and which way from there."""
     at = m.page(mark.point)
     if mark.couple and m.view.planar:
         turn = 1.0 if m.view.turn(mark.direction) > 0 else -1.0
@@ -137,8 +142,7 @@ def _load(m: Machine, mark: Any, style: Style) -> None:
     if mark.couple and m.view.planar:
         far = points[len(points) // 2]
     out = far - at
-    out = out / max(float(np.linalg.norm(out)), 1e-9)
-    m.labels.append((f"${mark.label}$", [(far, out)], 11.0, VERMILLION))
+    return far, out / max(float(np.linalg.norm(out)), 1e-9)
 
 
 def gravity(m: Machine) -> None:

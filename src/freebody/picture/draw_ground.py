@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+ROUND = ("circle", "cylinder", "sphere")
+"""Kinds of surfaces that a plane cuts in a circle."""
+
 
 def rolling_planes(m: Machine) -> None:
     """The ground on which wheels roll."""
@@ -54,6 +57,18 @@ def rolling_planes(m: Machine) -> None:
         m.add([Circle(m.page(foot), 2.0, Style(INK, 0.8, (), INK))], class_="contact")
 
 
+def round_walls(m: Machine) -> list[Array]:
+    """Four points of each round wall of the ground, in ground axes."""
+    shapes = [shape for one in m.model.contacts for shape in (one.feature, one.surface)]
+    return [
+        _fixed(m, shape.at) + sign * float(m.now.state(shape.radius)) * across
+        for shape in shapes
+        if m.view.planar and shape.body.is_ground and kind_of(shape) in ROUND
+        for across in m.view.matrix
+        for sign in (-1.0, 1.0)
+    ]
+
+
 def surfaces(m: Machine) -> None:
     """What is fixed in the ground and may be touched: planes, sides, and round walls."""
     drawn: list[Any] = []
@@ -68,7 +83,7 @@ def surfaces(m: Machine) -> None:
             elif kind == "segment" and m.view.planar:
                 start, end = (m.page(_fixed(m, point)) for point in (shape.start, shape.end))
                 _edge(m, start, end, m.view(_fixed(m, shape.normal)))
-            elif kind in ("circle", "cylinder", "sphere") and m.view.planar:
+            elif kind in ROUND and m.view.planar:
                 _wall_round(m, shape)
             elif kind == "point" and m.view.planar:  # an edge of the ground
                 m.add(symbols.pin_on_ground(m.page(_fixed(m, shape.components)), m.down), class_="plane")

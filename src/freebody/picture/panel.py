@@ -32,6 +32,9 @@ LABEL = 11.0
 LONGER = (1.0, 1.55, 2.1, 2.65, 3.2)
 """Of arrows on one line from one point, each is longer than the one before; not to scale."""
 
+MANY, WIDER = 8, 0.07
+"""Arrows at one point in space from which on each makes all of them longer by this part, to have room for its label."""
+
 ALONG = 0.995
 """Cosine from which on two arrows lie on one line."""
 
@@ -68,6 +71,7 @@ class Panel:
     block: bool = False
     placer: Placer = field(default_factory=Placer)
     taken: list[tuple[Array, Array, float, bool]] = field(default_factory=list)
+    ends: list[Array] = field(default_factory=list)
 
     def page(self, point: Any) -> Array:
         """A point in ground axes on paper."""
@@ -113,6 +117,7 @@ class Panel:
                 group,
                 angle_of(self.equations, self.now, self.view, self.scale, self.body, pieces=self.pieces),
             )
+        self.ends = [self.page(mark.point) for mark in marks]
         placed = [] if blank else [(mark, *self._arrow(mark)) for mark in self._ordered(marks)]
         for mark, made, _ in placed:
             made.attributes |= self._attributes(mark)
@@ -228,6 +233,11 @@ class Panel:
             return LENGTH
         return max(SHORTEST, self.unit * mark.value)
 
+    def _spread(self, at: Array) -> float:
+        """How much longer the arrows at a point are, of which there are many."""
+        count = sum(float(np.linalg.norm(at - end)) < 1.0 for end in self.ends)
+        return 1.0 + WIDER * max(0, count - MANY)
+
     def _arrow(self, mark: Mark) -> tuple[Group, list[tuple[Array, Array | None]]]:
         """The arrow in its place, and where its label may stand."""
         if mark.couple and self.view.planar:
@@ -254,7 +264,9 @@ class Panel:
             self.placer.line(arc(at, 6.0, 0.0, 2 * math.pi))
             return group, [(at, None)]
         d = seen / share
-        length = self._length(mark) * (1.0 if self.view.planar else max(0.55, share))
+        length = self._length(mark)
+        if not self.view.planar:
+            length *= max(0.55, share) * (1.0 if self.unit else self._spread(at))
         choices: list[tuple[float, int, Array, bool]] = []
         for step in range(1 if self.unit is not None and not mark.couple else len(LONGER)):
             for outward in (True, False):

@@ -13,7 +13,7 @@ from ..describe.system import System
 from ..dynamics.state import float_state
 from ..equations.equations import Equations
 from ..equations.equations import equations as equations_of
-from ..errors import ModelError, SimulationError
+from ..errors import FormatError, ModelError, SimulationError
 from ..formats.files import replacing
 from ..model.assemble import assemble
 from ..model.model import Model
@@ -81,7 +81,7 @@ def report(
     ModelError
         A trajectory of another system.
     FormatError
-        A path that can not be written.
+        A path that can not be written, or is none of a page.
 
     Examples
     --------
@@ -95,6 +95,9 @@ def report(
     ...     fb.report(s, motion, pathlib.Path(folder, "pendulum.html")).stat().st_size < 300_000
     True
     """
+    target = Path(path)
+    if target.suffix.lower() not in (".html", ".htm"):
+        raise FormatError(f"Expected a file name that ends in .html for a report, got '{target.name}'.")
     text = document(
         s,
         trajectory,
@@ -105,7 +108,6 @@ def report(
         equations=equations,
         tolerance=tolerance,
     )
-    target = Path(path)
     with replacing(target) as new:
         new.write_text(text, encoding="utf-8")
     return target

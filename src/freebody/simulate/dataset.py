@@ -127,6 +127,11 @@ def _of_contact(name: str, motion: Any) -> dict[str, Any]:
 def save(data: xarray.Dataset, path: str | os.PathLike[str]) -> None:
     """Write a dataset to a netCDF-4 file: under another name first, so that no half-written file is left."""
     target = path_of(path, "a trajectory", SimulationError)
+    if target.suffix.lower() not in (".nc", ".nc4", ".h5"):
+        raise SimulationError(
+            f"Expected a file name that ends in .nc for a trajectory (netCDF), got '{target.name}'. A table "
+            f"is written by trajectory.data[['{next(iter(data.data_vars))}']].to_dataframe().to_csv('table.csv')."
+        )
     if not target.parent.is_dir():
         raise SimulationError(
             f"Can not write '{target}': there is no folder '{target.parent}'. Make it, or choose another path."

@@ -42,7 +42,7 @@ def find(asked: str) -> list[Statement]:
     if not exact and not parts:
         raise ModelError(
             f"Expected the number of an equation of the chapter, 6.1 to 6.125, or of an example such as "
-            f"'ex-6-1 (d)', got '{asked}'; {nearest(asked, known)}"
+            f"'ex-6-1 (d)', got '{asked}'; {nearest(asked, known, 'freebody chapter')}"
         )
     return exact or parts
 
