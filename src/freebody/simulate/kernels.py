@@ -370,4 +370,4 @@ def _parts(machine: System | Model) -> Iterator[Any]:
         machine.controllers, machine.about,
     )  # fmt: skip
     parts = chain.from_iterable(map(dict.values, tables))
-    return chain(machine.parameter_list, parts, (machine.gravity, _END))
+    return chain(machine.parameter_list, parts, machine.positive, (machine.gravity, _END))
