@@ -285,6 +285,32 @@ def test_results_larger_than_the_memory_are_refused_before_they_are_computed() -
         fb.simulate(pendulum(), 1, initial={"theta": np.zeros(10**6)}, samples=10**6)
 
 
+def test_lanes_of_trees_that_are_looped_over_but_not_large(loops: list[bool]) -> None:
+    """Lanes of other starts go eight at a time through the loops of a run alone; of other parameters, in straight code,
+    which agrees to round-off."""
+    s = fb.System("chain")
+    m = s.parameters(m=1.0)
+    s.gravity = (0, -9.81, 0)
+    last, place = s.ground, {}
+    for i in range(40):
+        bar = s.body(f"bar{i}", fb.slender_bar(m, 1, axis="x"))
+        s.hinge(f"pin{i}", last, bar, **place, to=(-0.5, 0, 0), axis="z", coordinate=f"q{i}")
+        last, place = bar, {"at": (0.5, 0, 0)}
+    start = np.linspace(0.1, 0.2, 9)
+    data = fb.simulate(s, 0.01, initial={"q0": start}, samples=3, outputs=["q0", "q39'"])
+    alone = fb.simulate(s, 0.01, initial={"q0": start[3]}, samples=3)
+    assert isinstance(alone.kernels.motion().compiled, looped.LoopedSet)
+    for name in ("q0", "q39'"):
+        assert np.array_equal(data[name][3], alone[name])
+    data = fb.simulate(
+        s, 0.01, initial={"q0": 0.1}, values={"m": np.linspace(1, 2, 9)}, samples=3, outputs=["q0", "q39'"]
+    )
+    alone = fb.simulate(s, 0.01, initial={"q0": 0.1}, values={"m": 1.5}, samples=3)
+    for name in ("q0", "q39'"):
+        assert data[name][4].values == pytest.approx(alone[name], abs=1e-9)
+    assert loops == [True, True]
+
+
 def test_lanes_of_large_trees_are_runs_alone() -> None:
     """Both loop over the 200 bodies, so that no code of a batch grows with them."""
     s = fb.System("chain")

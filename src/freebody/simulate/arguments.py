@@ -23,13 +23,13 @@ def largest_memory() -> float:
 
 
 def check_numbers(samples: Any, max_step: Any, max_steps: Any, held: int) -> None:
-    """Whether a number of samples, with ``held`` numbers kept at each, a longest step and a number of steps are such."""
+    """Whether a number of samples (``held`` numbers are kept at each), a longest step and a number of steps are such."""
     if samples is not None and not (_is_whole(samples) and samples >= 2):
         raise SimulationError(f"Expected a number of samples of at least 2, got {samples!r}.")
     if samples is not None and 8 * held * samples > largest_memory():
         raise SimulationError(
             f"Expected samples that fit into memory, got samples={samples}, which take "
-            f"{8 * held * samples / 2**30:.3g} GiB. Ask for fewer; trajectory.at(t) gives the state at any time between."
+            f"{8 * held * samples / 2**30:.3g} GiB. Ask for fewer; trajectory.at(t) gives the state at any time."
         )
     if max_step is not None and not (is_number(max_step) and max_step > 0):
         raise SimulationError(f"Expected a longest step greater than 0 s, got max_step={max_step!r}.")

@@ -246,27 +246,25 @@ def job_of(
         near=near, project=project, tolerance=tolerance, events=specs, impulses=blows, impacts=impacts,
         indeterminate=indeterminate, method=method, step=step, max_step=max_step, max_steps=max_steps,
     )  # fmt: skip
-    looped = not (
-        model.contacts or model.controllers or blows or method not in METHODS or is_large(model)
-        or (method == "taylor" and (begin == end or kernels.size == 0))
+    job = Job(
+        kernels, given, np.empty((1, 0)), {}, (), begin, end, wanted, specs, expressions, asked, tolerances, method, step,
+        math.inf if max_step is None else float(max_step), max_steps, threads or _processors(), s, alone, False,
     )  # fmt: skip
-    states, failed, active, apart = np.empty((1, 0)), dict[int, str](), tuple[int, ...](), tuple[int, ...]()
-    if not looped:
+    if (
+        model.contacts or model.controllers or blows or method not in METHODS or is_large(model)
+        or (method == "taylor" and (begin == end or kernels.size == 0)) or large(job)
+    ):  # fmt: skip
         if method == "timestepping" and "work_rate" in asked.values:
             raise SimulationError(
                 "Expected outputs other than 'work_rate' for method='timestepping', whose contacts do their work in "
                 "impulses. Ask for 'work'."
             )
         named_state(model, given.values_of(0), given.initial_of(0))  # names that no lane knows
-    else:
-        states, failed, active, apart = given.states(near or {}, begin, project, kernels)
-        if model.constraints:
-            kernels = kernels.holding(active)
-    return Job(
-        kernels, given, states, failed, apart, begin, end, wanted, specs, expressions, asked, tolerances, method, step,
-        math.inf if max_step is None else float(max_step), max_steps, threads or _processors(), s, alone,
-        looped,
-    )  # fmt: skip
+        return job
+    states, failed, active, apart = given.states(near or {}, begin, project, kernels)
+    if model.constraints:
+        kernels = kernels.holding(active)
+    return replace(job, kernels=kernels, states=states, failed=failed, apart=apart, looped=True)
 
 
 def _processors() -> int:
@@ -511,8 +509,8 @@ class _Loop:
         lengths = [_whole(t1 - t0, job.step, job.longest) for t0, t1 in spans]
         self.legs = np.column_stack([spans, lengths, settings])
         self.columns = np.array([*places, 0], dtype=np.int64)
-        # the kernels of a method follow the quaternions; its constants are those of the rates. Parts of a step by series
-        # are not compared with the rates, as steps are
+        # the kernels of a method follow the quaternions; its constants are those of the rates. Parts of a step by
+        # series are not compared with the rates, as steps are
         projection = program.address("projection")
         self.quaternions = np.array(
             [*model.quaternions, projection, model.n_q + model.n_u if projection else 0, 0,

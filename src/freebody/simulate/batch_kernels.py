@@ -30,8 +30,8 @@ ENERGIES = ("kinetic_energy", "potential_energy", "energy", "work", "work_rate")
 class BatchProgram:
     """Kernels of a batch.
 
-    ``compiled``   rates (of `taylor` the series instead, or, where rates may bend, both), energy, outputs, reduced, watched and, where there are any,
-                   projection, dropped, tangent
+    ``compiled``   rates (of `taylor` the series instead, or, where rates may bend, both), energy, outputs, reduced,
+                   watched and, where there are any, projection, dropped, tangent
     ``watched``    number of event functions: those asked for, then rates of the quantities with extremes
     ``dropped``    number of residuals that must stay zero
     """
