@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
+import signal
+from concurrent.futures import Executor, Future
 
 import numpy as np
 import pytest
@@ -278,6 +281,71 @@ def test_impossible_parameters_name_the_lane() -> None:
         fb.simulate(pendulum(), 1, values={"m": [1.0, 2.0, -1.0]})
     with pytest.raises(ModelError, match="Unknown parameter 'M'"):
         fb.simulate(pendulum(), 1, values={"M": [1.0, 2.0]})
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_signal_from_the_keyboard_leaves_the_lanes_that_are_done(tmp_path, threads: int) -> None:
+    """SIGINT after some lanes: they are in the file and in the result, and the same call goes on with the others."""
+    s, many = pendulum(), np.linspace(0.1, 3, 300)
+    options = {"initial": {"theta": many}, "outputs": ["theta"], "times": [1.0, 2.0], "threads": threads}
+    whole = fb.simulate(s, 2, **options)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    def press(part: float) -> None:
+        if part > 0.05:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    try:
+        in_memory = fb.simulate(s, 2, progress=press, **options)
+        kept = fb.simulate(s, 2, progress=press, store=tmp_path / "x.nc", **options)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    for part in (in_memory, kept):
+        done = (part.status == "finished").values
+        assert (
+            0 < done.sum() < 300
+            and part.attrs["interrupted"] == f"{300 - done.sum()} of 300 lanes were not run"
+        )
+        assert set(part.status.values[~done]) == {"waiting"} and np.isnan(part["theta"].values[~done]).all()
+        assert np.array_equal(part["theta"].values[done], whole["theta"].values[done])
+    kept.close()
+    again = fb.simulate(s, 2, store=tmp_path / "x.nc", **options)
+    assert np.array_equal(again["theta"].values, whole["theta"].values)
+
+
+def test_blocks_of_an_executor_that_are_done_before_their_turn_are_kept() -> None:
+    class Eager(Executor):
+        """Runs all blocks at once but the second, at which the keyboard interrupts."""
+
+        submitted = 0
+
+        def submit(self, function, /, *arguments, **options):
+            task: Future = Future()
+            self.submitted += 1
+            if self.submitted == 2:
+                task.set_exception(KeyboardInterrupt())
+            else:
+                task.set_result(function(*arguments, **options))
+            return task
+
+    data = fb.simulate(pendulum(), 1, initial={"theta": [0.1, 0.2, 0.3, 0.4]}, samples=2, executor=Eager())
+    assert data.status.values.tolist() == ["finished", "waiting", "finished", "finished"]
+
+
+def test_more_samples_than_the_memory_holds_are_refused_at_once() -> None:
+    for initial in ({"theta": 1.0}, {"theta": [1.0, 2.0]}):
+        with pytest.raises(
+            SimulationError, match=r"fit into memory, got samples=10000000000000, which take .* GiB"
+        ):
+            fb.simulate(pendulum(), 1, initial=initial, samples=10**13)
+
+
+def test_what_is_assumed_after_a_first_run_counts_in_the_next() -> None:
+    s = pendulum()
+    fb.simulate(s, 0.1, values={"c": -1.0})
+    s.assume(s.names.atoms["c"] > 0)
+    with pytest.raises(ModelError, match="c"):
+        fb.simulate(s, 0.1, values={"c": -1.0})
 
 
 def test_results_larger_than_the_memory_are_refused_before_they_are_computed() -> None:

@@ -169,9 +169,15 @@ def _elsewhere(
             tasks.append(
                 executor.submit(_block, s, until, {**asked, "values": values, "initial": initial}, low)
             )
+    left = iter(tasks)
     try:
-        for task in tasks:
+        for task in left:
             yield task.result()
+    except KeyboardInterrupt:  # blocks that are done before their turn are kept, too
+        for other in (task, *left):
+            if other.done() and not other.cancelled() and other.exception() is None:
+                yield other.result()
+        raise
     finally:
         for task in tasks:
             task.cancel()
@@ -247,8 +253,8 @@ def job_of(
         indeterminate=indeterminate, method=method, step=step, max_step=max_step, max_steps=max_steps,
     )  # fmt: skip
     job = Job(
-        kernels, given, np.empty((1, 0)), {}, (), begin, end, wanted, specs, expressions, asked, tolerances, method, step,
-        math.inf if max_step is None else float(max_step), max_steps, threads or _processors(), s, alone, False,
+        kernels, given, np.empty((1, 0)), {}, (), begin, end, wanted, specs, expressions, asked, tolerances, method,
+        step, math.inf if max_step is None else float(max_step), max_steps, threads or _processors(), s, alone, False,
     )  # fmt: skip
     if (
         model.contacts or model.controllers or blows or method not in METHODS or is_large(model)
