@@ -41,3 +41,12 @@ def cart() -> fb.System:
     s.spring("spring", guide, stiffness=k)
     s.damper("damper", guide, damping=c)
     return s
+
+
+def rail() -> fb.System:
+    """√(x²) is |x|, but its series at x > 0 is x, which goes on behind the bend as if there were none."""
+    s = fb.System("spring along a rail")
+    block = s.body("block", fb.particle(1))
+    s.slider("rail", s.ground, block, axis="x", coordinate="x")
+    s.spring("k", s.ground.origin, block.origin, stiffness=100, rest=0.3)
+    return s

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
+import signal
+from concurrent.futures import Executor, Future
 
 import numpy as np
 import pytest
@@ -280,9 +283,100 @@ def test_impossible_parameters_name_the_lane() -> None:
         fb.simulate(pendulum(), 1, values={"M": [1.0, 2.0]})
 
 
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_signal_from_the_keyboard_leaves_the_lanes_that_are_done(tmp_path, threads: int) -> None:
+    """SIGINT after some lanes: they are in the file and in the result, and the same call goes on with the others."""
+    s, many = pendulum(), np.linspace(0.1, 3, 300)
+    options = {"initial": {"theta": many}, "outputs": ["theta"], "times": [1.0, 2.0], "threads": threads}
+    whole = fb.simulate(s, 2, **options)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    def press(part: float) -> None:
+        if part > 0.05:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    try:
+        in_memory = fb.simulate(s, 2, progress=press, **options)
+        kept = fb.simulate(s, 2, progress=press, store=tmp_path / "x.nc", **options)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    for part in (in_memory, kept):
+        done = (part.status == "finished").values
+        assert (
+            0 < done.sum() < 300
+            and part.attrs["interrupted"] == f"{300 - done.sum()} of 300 lanes were not run"
+        )
+        assert set(part.status.values[~done]) == {"waiting"} and np.isnan(part["theta"].values[~done]).all()
+        assert np.array_equal(part["theta"].values[done], whole["theta"].values[done])
+    kept.close()
+    again = fb.simulate(s, 2, store=tmp_path / "x.nc", **options)
+    assert np.array_equal(again["theta"].values, whole["theta"].values)
+
+
+def test_blocks_of_an_executor_that_are_done_before_their_turn_are_kept() -> None:
+    class Eager(Executor):
+        """Runs all blocks at once but the second, at which the keyboard interrupts."""
+
+        submitted = 0
+
+        def submit(self, function, /, *arguments, **options):
+            task: Future = Future()
+            self.submitted += 1
+            if self.submitted == 2:
+                task.set_exception(KeyboardInterrupt())
+            else:
+                task.set_result(function(*arguments, **options))
+            return task
+
+    data = fb.simulate(pendulum(), 1, initial={"theta": [0.1, 0.2, 0.3, 0.4]}, samples=2, executor=Eager())
+    assert data.status.values.tolist() == ["finished", "waiting", "finished", "finished"]
+
+
+def test_more_samples_than_the_memory_holds_are_refused_at_once() -> None:
+    for initial in ({"theta": 1.0}, {"theta": [1.0, 2.0]}):
+        with pytest.raises(
+            SimulationError, match=r"fit into memory, got samples=10000000000000, which take .* GiB"
+        ):
+            fb.simulate(pendulum(), 1, initial=initial, samples=10**13)
+
+
+def test_what_is_assumed_after_a_first_run_counts_in_the_next() -> None:
+    s = pendulum()
+    fb.simulate(s, 0.1, values={"c": -1.0})
+    s.assume(s.names.atoms["c"] > 0)
+    with pytest.raises(ModelError, match="c"):
+        fb.simulate(s, 0.1, values={"c": -1.0})
+
+
 def test_results_larger_than_the_memory_are_refused_before_they_are_computed() -> None:
     with pytest.raises(SimulationError, match=r'GiB. Pass store="lanes.nc"'):
         fb.simulate(pendulum(), 1, initial={"theta": np.zeros(10**6)}, samples=10**6)
+
+
+def test_lanes_of_trees_that_are_looped_over_but_not_large(loops: list[bool]) -> None:
+    """Lanes of other starts go eight at a time through the loops of a run alone; of other parameters, in straight code,
+    which agrees to round-off."""
+    s = fb.System("chain")
+    m = s.parameters(m=1.0)
+    s.gravity = (0, -9.81, 0)
+    last, place = s.ground, {}
+    for i in range(40):
+        bar = s.body(f"bar{i}", fb.slender_bar(m, 1, axis="x"))
+        s.hinge(f"pin{i}", last, bar, **place, to=(-0.5, 0, 0), axis="z", coordinate=f"q{i}")
+        last, place = bar, {"at": (0.5, 0, 0)}
+    start = np.linspace(0.1, 0.2, 9)
+    data = fb.simulate(s, 0.01, initial={"q0": start}, samples=3, outputs=["q0", "q39'"])
+    alone = fb.simulate(s, 0.01, initial={"q0": start[3]}, samples=3)
+    assert isinstance(alone.kernels.motion().compiled, looped.LoopedSet)
+    for name in ("q0", "q39'"):
+        assert np.array_equal(data[name][3], alone[name])
+    data = fb.simulate(
+        s, 0.01, initial={"q0": 0.1}, values={"m": np.linspace(1, 2, 9)}, samples=3, outputs=["q0", "q39'"]
+    )
+    alone = fb.simulate(s, 0.01, initial={"q0": 0.1}, values={"m": 1.5}, samples=3)
+    for name in ("q0", "q39'"):
+        assert data[name][4].values == pytest.approx(alone[name], abs=1e-9)
+    assert loops == [True, True]
 
 
 def test_lanes_of_large_trees_are_runs_alone() -> None:

@@ -261,6 +261,56 @@ def test_a_chain_of_two_hundred_bodies():
     assert np.abs(left).max() <= 1e-9 * scale
 
 
+def hanging(n, stiffness=0):
+    """A chain of n bodies, with a spring from the ground to its middle."""
+    s = fb.System("hanging chain")
+    s.gravity = (0, 0, -9.81)
+    k = s.parameters(k=stiffness)
+    parent = s.ground
+    for i in range(n):
+        body = s.body(f"b{i}", fb.box(1.0 + i / n, (0.1, 0.2, 0.3)))
+        s.hinge(f"h{i}", parent, body, to=(0, 0, 0.3), axis="xy"[i % 2], coordinate=f"q{i}")
+        parent = body
+    s.spring("spring", s.ground.point(0.1, 0, 0), s.bodies[f"b{n // 2}"].point(0, 0, 0), stiffness=k)
+    return s
+
+
+def test_each_use_is_looped_from_a_number_of_bodies_of_its_own(monkeypatch):
+    """Where loops are as fast as straight code, which takes long to compile; both agree to round-off."""
+    random = np.random.default_rng(4)
+    calls = {"forward_dynamics": 2, "poses": 1, "bias": 2, "derivatives": 2}
+    found = {}
+    for n, loops in ((9, set()), (12, {"derivatives"}), (40, {"derivatives", "forward_dynamics"})):
+        program = fb.compile(hanging(n, 10.0))
+        state = (random.uniform(-0.5, 0.5, n), random.uniform(-0.1, 0.1, n))
+        for name, inputs in calls.items():
+            if n < 40 or name != "derivatives":
+                found[n, name] = (state[:inputs], getattr(program, name)(*state[:inputs]))
+        made = {key: one for key, (one, _) in program._sets.items()}
+        assert {key for key, one in made.items() if isinstance(one, looped.LoopedKernel)} == loops & set(made)
+        for name in made:
+            assert ("looped over" in program.describe(name)) == (name in loops)
+    for many in (1, 10**9):
+        monkeypatch.setattr(looped, "BODIES", many)
+        monkeypatch.setattr(looped, "SOONER", {})
+        for (n, name), (state, expected) in found.items():
+            other = getattr(fb.compile(hanging(n, 10.0)), name)(*state)
+            pairs = zip(*(x.values() if name == "poses" else (x,) for x in (other, expected)), strict=True)
+            for x, y in pairs:
+                for one, two in zip(x, y, strict=True):
+                    assert np.abs(one - two).max() <= 1e-8 * (1 + np.abs(two).max()), (many, n, name)
+
+
+def test_what_straight_parts_of_a_looped_model_do_is_counted():
+    """Series ask whether anything in the rates may bend: the length of a spring is a root."""
+    from freebody.simulate.kernels import kernels_of
+    from freebody.simulate.methods import may_bend
+
+    kernels = kernels_of(fb.assemble(hanging(40)))
+    assert isinstance(kernels.motion().compiled, LoopedSet) and kernels.operations["sqrt"] == 1
+    assert may_bend(kernels)
+
+
 def test_a_kernel_keeps_what_it_needs(small):
     """Tables and steps live as long as any kernel that uses them."""
     s = described()

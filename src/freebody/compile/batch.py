@@ -52,8 +52,18 @@ def gather(lanes: int) -> str:
 
 
 def scatter(lanes: int) -> str:
-    """Lanes to rows, those before the end."""
-    return _SCATTER.replace("LANES", str(lanes))
+    """Lanes to rows, those before the end: target[row + k][j] = source[j][k]."""
+    return _scattered("scatter", lanes, "", "", "%j")
+
+
+def deliver(lanes: int) -> str:
+    """Lanes to rows, those before the end: target[row + k][j] = source[places[j]][k]."""
+    return _scattered("deliver", lanes, "ptr %places, ", _FOUND, "%place")
+
+
+def _scattered(name: str, lanes: int, places: str, found: str, place: str) -> str:
+    text = _SCATTER.replace("NAME", name).replace("LANES", str(lanes)).replace("PLACES", places)
+    return text.replace("FOUND", found).replace("PLACE", place)
 
 
 _GATHER = """define internal void @gather(
@@ -89,36 +99,40 @@ done:
   ret void
 }
 """
-_SCATTER = """define internal void @scatter(
-  ptr noalias %source, i64 %row, i64 %n, i64 %width, ptr noalias %target) nounwind noinline {
+_SCATTER = """define internal void @NAME(
+  ptr noalias %source, PLACESi64 %row, i64 %n, i64 %width, ptr noalias %target) nounwind noinline {
 entry:
   %left = sub i64 %n, %row
   %few = icmp slt i64 %left, LANES
   %count = select i1 %few, i64 %left, i64 LANES
+  %first = mul i64 %row, %width
+  %start = getelementptr double, ptr %target, i64 %first
   %any = icmp sgt i64 %width, 0
-  br i1 %any, label %lane, label %done
-lane:
-  %k = phi i64 [0, %entry], [%k1, %after]
-  %r = add i64 %row, %k
-  %start = mul i64 %r, %width
-  %to = getelementptr double, ptr %target, i64 %start
-  %from = getelementptr double, ptr %source, i64 %k
-  br label %column
+  br i1 %any, label %column, label %done
 column:
-  %j = phi i64 [0, %lane], [%j1, %column]
-  %j8 = mul i64 %j, LANES
-  %p = getelementptr double, ptr %from, i64 %j8
+  %j = phi i64 [0, %entry], [%j1, %after]
+FOUND  %i = mul i64 PLACE, LANES
+  %from = getelementptr double, ptr %source, i64 %i
+  %to = getelementptr double, ptr %start, i64 %j
+  br label %lane
+lane:
+  %k = phi i64 [0, %column], [%k1, %lane]
+  %p = getelementptr double, ptr %from, i64 %k
   %x = load double, ptr %p, align 8
-  %q = getelementptr double, ptr %to, i64 %j
+  %r = mul i64 %k, %width
+  %q = getelementptr double, ptr %to, i64 %r
   store double %x, ptr %q, align 8
-  %j1 = add i64 %j, 1
-  %more = icmp slt i64 %j1, %width
-  br i1 %more, label %column, label %after
-after:
   %k1 = add i64 %k, 1
-  %lanes = icmp slt i64 %k1, %count
-  br i1 %lanes, label %lane, label %done
+  %more = icmp slt i64 %k1, %count
+  br i1 %more, label %lane, label %after
+after:
+  %j1 = add i64 %j, 1
+  %columns = icmp slt i64 %j1, %width
+  br i1 %columns, label %column, label %done
 done:
   ret void
 }
+"""
+_FOUND = """  %at = getelementptr i64, ptr %places, i64 %j
+  %place = load i64, ptr %at, align 8
 """

@@ -21,7 +21,6 @@ from .link_text import (
     BY,
     CALL,
     COLUMNS,
-    DELIVER,
     DERIVATIVE,
     HELPERS,
     LOOP,
@@ -82,7 +81,7 @@ class Driver:
         else:
             functions = [self._function(name) for name in self.parts.outputs]
         helpers = HELPERS.format(**self.fill)
-        rows = batch.gather(self.lanes) + DELIVER.replace("LANES", str(self.lanes))
+        rows = batch.gather(self.lanes) + batch.deliver(self.lanes)
         return head + helpers + rows + "\n".join([*self._loops(), *functions])
 
     def _function(self, name: str) -> str:

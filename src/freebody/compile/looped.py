@@ -56,7 +56,13 @@ from .link_step import compiled_step, constants_of, kind_of
 from .lower import WIDTH
 
 BODIES = 200
-"""From this number of bodies on, a tree is looped over."""
+"""From this number of bodies on, a tree is looped over, whatever is asked of it."""
+SOONER = {
+    "derivatives": 10, "forward_dynamics": 40, "forced_dynamics": 40, "inverse_dynamics": 100, "bias": 100,
+    "mass_matrix": 100, "reactions": 100, "reactions_at": 100,
+}  # fmt: skip
+"""From this number on for these uses: from there on loops are as fast as straight code, or nearly, and straight code
+takes seconds to compile. Measured in `docs/compiled.md`."""
 
 OF_Q = ("potential_energy", "postures", "jacobian")
 """Kernels that are given q only."""
@@ -90,9 +96,9 @@ def applies(model: Model) -> bool:
     return all(constant(x) for i in range(len(model.links)) for x in constants_of(model, i))
 
 
-def is_large(model: Model) -> bool:
-    """Whether the model is looped over."""
-    return len(model.bodies) >= BODIES and applies(model)
+def is_large(model: Model, use: str = "") -> bool:
+    """Whether the model is looped over, for any use or for one of `SOONER`."""
+    return len(model.bodies) >= min(BODIES, SOONER.get(use, BODIES)) and applies(model)
 
 
 class LoopedSet:
@@ -189,11 +195,13 @@ class LoopedSet:
         return {name: dict(kernel.operations) for name, kernel in self.kernels.items()} | {"parameters": {}}
 
     def _operations(self) -> dict[str, int]:
-        total: dict[str, int] = {}
+        total: Counter[str] = Counter()
+        for name in ("front", "loads", "finish"):
+            total.update(self.straight[name].operations)
         for kind, links in Counter(self._kinds).items():
             for name in self.loops:
                 for code, count in self._steps[kind].compiled[name].operations.items():
-                    total[code] = total.get(code, 0) + links * count
+                    total[code] += links * count
         columns = self.directions.columns or 1 if self.directions else 1
         return {code: columns * count for code, count in sorted(total.items())}
 
@@ -554,14 +562,14 @@ MODES = {
 
 def looped_kernel(model: Model, key: Any, product: Any, kept: dict[Any, LoopedSet]) -> LoopedKernel | None:
     """The kernel of a product of a large model in looped form, if it has one; sets are ``kept`` for other products."""
-    if not is_large(model):
-        return None
     if product.point is not None:
+        if not is_large(model):
+            return None
         return LoopedKernel(LoopedSet(model, "jacobian", product.point), "jacobian")
     name, _, by = key.partition("_by_") if isinstance(key, str) else ("", "", "")
     if key == "derivatives":
         name, by = "forward_dynamics", "q u"
-    if name not in LOOPED:
+    if name not in LOOPED or not is_large(model, "derivatives" if by else name):
         return None
     mode, kernel = MODES.get(name, "motion"), LOOPED[name]
     if by == "":

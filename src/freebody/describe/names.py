@@ -10,6 +10,7 @@ import keyword
 import math
 import re
 from collections.abc import Iterable
+from functools import lru_cache
 from typing import Any
 
 import sympy
@@ -21,7 +22,14 @@ from .signal import Placed, Signal
 
 TIME = sympy.Symbol("t")
 _NOT_REAL = (sympy.I, sympy.oo, -sympy.oo, sympy.zoo, sympy.nan)
+_ATOMS = 1 << 14
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+
+
+@lru_cache(maxsize=_ATOMS)
+def rate(atom: Any) -> Any:
+    """The time derivative of a coordinate or speed, which SymPy takes a millisecond to make."""
+    return atom.diff(TIME)
 
 
 def is_identifier(text: str) -> bool:
@@ -103,8 +111,8 @@ class Names:
         self._claim(name, "coordinate")
         atom = sympy.Function(name)(TIME)
         self._register(name, atom, "coordinate")
-        self._register(name + "'", atom.diff(TIME), "speed")
-        self._accelerations.add(atom.diff(TIME, 2))
+        self._register(name + "'", rate(atom), "speed")
+        self._accelerations.add(rate(rate(atom)))
         return atom
 
     def component(self, name: str, kind: str) -> Any:

@@ -9,7 +9,7 @@ from typing import Any
 import sympy
 
 from ..describe.joint import Joint, Primitive
-from ..describe.names import TIME
+from ..describe.names import TIME, rate
 from ..describe.system import System
 from ..errors import ModelError
 from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, multiply, subtract, transpose
@@ -55,7 +55,7 @@ def assemble(system: System) -> Model:
     coordinates, speeds = _state(system)
     index = {speed.symbol: i for i, speed in enumerate(speeds)}
     # a scalar coordinate stands for its speed
-    index.update({c.symbol: index[c.symbol.diff(TIME)] for c in coordinates if c.kind == "scalar"})
+    index.update({c.symbol: index[rate(c.symbol)] for c in coordinates if c.kind == "scalar"})
     start = {coordinate.symbol: i for i, coordinate in enumerate(coordinates)}
     links: list[Link] = []
     bodies: dict[str, Place] = {}
@@ -122,7 +122,7 @@ def _state(system: System) -> tuple[tuple[Coordinate, ...], tuple[Speed, ...]]:
             sort = "scalar" if text in system.declared else "quaternion" if text[-2:-1] == "e" else "position"
             coordinates.append(Coordinate(text, atom, sort))
         elif kind == "speed":
-            speeds.append(Speed(text, atom, atom.diff(TIME)))
+            speeds.append(Speed(text, atom, rate(atom)))
     return tuple(coordinates), tuple(speeds)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import os
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,10 +15,22 @@ from ..model import Model
 _REAL = (int, float, np.integer, np.floating)
 
 
-def check_numbers(samples: Any, max_step: Any, max_steps: Any) -> None:
-    """Whether a number of samples, a longest step and a number of steps are such."""
+def largest_memory() -> float:
+    """Bytes that results may take: most of what this computer has; infinite where it does not tell."""
+    if not hasattr(os, "sysconf"):
+        return math.inf
+    return 0.8 * os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+
+
+def check_numbers(samples: Any, max_step: Any, max_steps: Any, held: int) -> None:
+    """Whether a number of samples (``held`` numbers are kept at each), a longest step and a number of steps are such."""
     if samples is not None and not (_is_whole(samples) and samples >= 2):
         raise SimulationError(f"Expected a number of samples of at least 2, got {samples!r}.")
+    if samples is not None and 8 * held * samples > largest_memory():
+        raise SimulationError(
+            f"Expected samples that fit into memory, got samples={samples}, which take "
+            f"{8 * held * samples / 2**30:.3g} GiB. Ask for fewer; trajectory.at(t) gives the state at any time."
+        )
     if max_step is not None and not (is_number(max_step) and max_step > 0):
         raise SimulationError(f"Expected a longest step greater than 0 s, got max_step={max_step!r}.")
     if max_steps is not None and not (_is_whole(max_steps) and max_steps > 0):

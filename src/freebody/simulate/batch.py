@@ -26,7 +26,7 @@ from ..errors import ModelError, SimulationError, nearest
 from ..model.values import check_assumptions
 from . import lanes_layout as at
 from . import layout, loop
-from .arguments import check_heeded, check_numbers
+from .arguments import check_heeded, check_numbers, largest_memory
 from .batch_alone import NO_START, REASON, REFUSED, Alone
 from .batch_kernels import BatchProgram, batch_program
 from .batch_large import Large
@@ -46,7 +46,6 @@ from .methods import (
     check_method,
     check_method_of_contacts,
     first_method,
-    may_bend,
 )
 from .outputs import TIMELINE, Output, outputs_of
 from .progress import Progress
@@ -170,9 +169,15 @@ def _elsewhere(
             tasks.append(
                 executor.submit(_block, s, until, {**asked, "values": values, "initial": initial}, low)
             )
+    left = iter(tasks)
     try:
-        for task in tasks:
+        for task in left:
             yield task.result()
+    except KeyboardInterrupt:  # blocks that are done before their turn are kept, too
+        for other in (task, *left):
+            if other.done() and not other.cancelled() and other.exception() is None:
+                yield other.result()
+        raise
     finally:
         for task in tasks:
             task.cancel()
@@ -220,7 +225,7 @@ def job_of(
     if impacts not in ORDERS:
         raise SimulationError(f"Unknown order of impacts {impacts!r}; {nearest(str(impacts), ORDERS)}")
     blows = blows_of(impulses)
-    check_numbers(samples, max_step, max_steps)
+    check_numbers(samples, max_step, max_steps, 1)
     check_heeded(
         model, method, near=near, project=project, tolerance=tolerance, max_step=max_step, max_steps=max_steps,
         impacts=impacts, indeterminate=indeterminate,
@@ -247,27 +252,25 @@ def job_of(
         near=near, project=project, tolerance=tolerance, events=specs, impulses=blows, impacts=impacts,
         indeterminate=indeterminate, method=method, step=step, max_step=max_step, max_steps=max_steps,
     )  # fmt: skip
-    looped = not (
-        model.contacts or model.controllers or blows or method not in METHODS or is_large(model)
-        or (method == "taylor" and (begin == end or kernels.size == 0 or may_bend(kernels)))
+    job = Job(
+        kernels, given, np.empty((1, 0)), {}, (), begin, end, wanted, specs, expressions, asked, tolerances, method,
+        step, math.inf if max_step is None else float(max_step), max_steps, threads or _processors(), s, alone, False,
     )  # fmt: skip
-    states, failed, active, apart = np.empty((1, 0)), dict[int, str](), tuple[int, ...](), tuple[int, ...]()
-    if not looped:
+    if (
+        model.contacts or model.controllers or blows or method not in METHODS or is_large(model)
+        or (method == "taylor" and (begin == end or kernels.size == 0)) or large(job)
+    ):  # fmt: skip
         if method == "timestepping" and "work_rate" in asked.values:
             raise SimulationError(
                 "Expected outputs other than 'work_rate' for method='timestepping', whose contacts do their work in "
                 "impulses. Ask for 'work'."
             )
         named_state(model, given.values_of(0), given.initial_of(0))  # names that no lane knows
-    else:
-        states, failed, active, apart = given.states(near or {}, begin, project, kernels)
-        if model.constraints:
-            kernels = kernels.holding(active)
-    return Job(
-        kernels, given, states, failed, apart, begin, end, wanted, specs, expressions, asked, tolerances, method, step,
-        math.inf if max_step is None else float(max_step), max_steps, threads or _processors(), s, alone,
-        looped,
-    )  # fmt: skip
+        return job
+    states, failed, active, apart = given.states(near or {}, begin, project, kernels)
+    if model.constraints:
+        kernels = kernels.holding(active)
+    return replace(job, kernels=kernels, states=states, failed=failed, apart=apart, looped=True)
 
 
 def _processors() -> int:
@@ -303,7 +306,7 @@ def _check_bodies(kernels: Kernels, given: Lanes) -> None:
 def _check_memory(job: Job) -> None:
     """Refuse results that this computer can not hold, before anything is computed."""
     size = job.bytes_per_lane * job.given.count
-    if hasattr(os, "sysconf") and size > 0.8 * os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"):
+    if size > largest_memory():
         raise SimulationError(
             f"Expected results that fit into memory, but {job.given.count} lanes of {len(job.asked.timed)} outputs at "
             f'{job.wanted.size} times take {size / 2**30:.3g} GiB. Pass store="lanes.nc", which writes them to a '
@@ -486,7 +489,7 @@ class _Loop:
                 program.compiled._prologue.address, program.address("rates"), program.address("energy"),
                 program.address("outputs"), program.address("reduced"), program.address("watched"),
                 program.address("dropped"), program.wide_address("series" if method == "taylor" else "rates"),
-                program.wide_address("projection"),
+                program.wide_address("projection"), program.wide_address("rates"),
             ],
             dtype=np.int64,
         )  # fmt: skip
@@ -512,8 +515,8 @@ class _Loop:
         lengths = [_whole(t1 - t0, job.step, job.longest) for t0, t1 in spans]
         self.legs = np.column_stack([spans, lengths, settings])
         self.columns = np.array([*places, 0], dtype=np.int64)
-        # the kernels of a method follow the quaternions; its constants are those of the rates. Series of what may bend
-        # do not come here, so that there is nothing to compare
+        # the kernels of a method follow the quaternions; its constants are those of the rates. Parts of a step by
+        # series are not compared with the rates, as steps are
         projection = program.address("projection")
         self.quaternions = np.array(
             [*model.quaternions, projection, model.n_q + model.n_u if projection else 0, 0,

@@ -19,6 +19,7 @@ from ..errors import ExpressionError
 from ..scalar.derivative import forward
 from ..scalar.trace import Tape
 from .kernels import Kernels
+from .methods import may_bend
 from .others import without_series
 
 ENERGIES = ("kinetic_energy", "potential_energy", "energy", "work", "work_rate")
@@ -29,8 +30,8 @@ ENERGIES = ("kinetic_energy", "potential_energy", "energy", "work", "work_rate")
 class BatchProgram:
     """Kernels of a batch.
 
-    ``compiled``   rates (of `taylor` the series instead), energy, outputs, reduced, watched and, where there are any,
-                   projection, dropped, tangent
+    ``compiled``   rates (of `taylor` the series instead, or, where rates may bend, both), energy, outputs, reduced,
+                   watched and, where there are any, projection, dropped, tangent
     ``watched``    number of event functions: those asked for, then rates of the quantities with extremes
     ``dropped``    number of residuals that must stay zero
     """
@@ -106,7 +107,8 @@ def _recorded(
     turning = forward(tape, quantities, [state.t, *y], [1, *rates])
     watched = [*map(value, events), *(x for x in turning if not (isinstance(x, int) and x == 0))]
     functions: dict[str, Sequence[Any]] = {
-        "series" if series else "rates": rates,
+        **({"series": rates} if series else {}),
+        **({} if series and not may_bend(kernels) else {"rates": rates}),
         "energy": energy,
         "outputs": [value(x) for x in outputs],
         "reduced": quantities,

@@ -24,10 +24,10 @@ from .methods import FINE
 
 
 def applies(job: Any) -> bool:
-    """Whether a batch can be run so."""
+    """Whether a batch is run so."""
     model, asked, given = job.kernels.model, job.asked, job.given
     return (
-        is_large(model)
+        is_large(model, "forward_dynamics")
         and job.method in ("auto", "dop853")
         and not (job.method == "auto" and job.tolerances.min() < FINE)
         and not (model.contacts or model.controllers or model.signals or job.alone["impulses"])

@@ -84,7 +84,7 @@ def _judge(lane: int, n: int, wide: Reals, w: int, tolerances: Reals) -> float:
 
 
 @compiled
-def judge_wide(n: int, wide: Reals, w: int, tolerances: Reals) -> None:
+def judge_wide(rates: int, n: int, wide: Reals, w: int, c: Reals, tolerances: Reals) -> None:
     """Errors of the steps in units of their tolerances, nan if they are not finite."""
     for lane in range(8):
         wide[ROWS * w + ERRORS + lane] = _judge(lane, n, wide, w, tolerances)

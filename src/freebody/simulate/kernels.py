@@ -109,7 +109,7 @@ class Kernels:
 
     @cached_property
     def operations(self) -> Mapping[str, int] | None:
-        """Counts of operations of the rates; None of a large tree, which is looped over."""
+        """Counts of operations of the rates; None where they are not known."""
         return getattr(self.motion().compiled["rates"], "operations", None)
 
     @cached_property
@@ -161,7 +161,7 @@ class Kernels:
     def _large(self) -> Program | None:
         """The looped kernels of a large tree."""
         if "large" not in self._programs:
-            if not is_large(self.model):
+            if not is_large(self.model, "forward_dynamics"):
                 return None
             looped = LoopedSet(self.model)
             self._work = looped.works
@@ -370,4 +370,4 @@ def _parts(machine: System | Model) -> Iterator[Any]:
         machine.controllers, machine.about,
     )  # fmt: skip
     parts = chain.from_iterable(map(dict.values, tables))
-    return chain(machine.parameter_list, parts, (machine.gravity, _END))
+    return chain(machine.parameter_list, parts, machine.positive, (machine.gravity, _END))

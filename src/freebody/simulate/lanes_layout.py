@@ -4,8 +4,9 @@ from __future__ import annotations
 
 # addresses of kernels: constants of the parameters, and functions of (t, y)
 PROLOGUE, RATES, ENERGY, OUTPUTS, REDUCED, WATCHED, DROPPED = 0, 1, 2, 3, 4, 5, 6
-# and for eight lanes: rates, or the series of the motion, and what moves states onto the constraints, or 0
-WIDE, PROJECTION_WIDE = 7, 8
+# and for eight lanes: rates, or the series of the motion, and what moves states onto the constraints, or 0; beside a
+# series, the rates, or 0 where nothing in them may bend
+WIDE, PROJECTION_WIDE, RATES_WIDE = 7, 8, 9
 
 # counts: of components, of numbers in a row of the work array and in all of it, of quaternions, parameters, constants,
 # events asked for, events watched (rates of extremes are the rest), outputs at a time, times, quantities with extremes,

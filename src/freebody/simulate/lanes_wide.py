@@ -55,6 +55,7 @@ from .lanes_layout import (
     PROJECTION_WIDE,
     PROLOGUE,
     RATES,
+    RATES_WIDE,
     REDUCED,
     STEPS,
     STIFF_ASKED,
@@ -119,7 +120,8 @@ prepare_wide: Any = None
 attempt_wide: Any = None
 """(kernel, wide, w, c): steps of all lanes from STATE to RAW."""
 judge_wide: Any = None
-"""(n, wide, w, tolerances): at ERRORS those of the steps in units of their tolerances, nan if they are not finite."""
+"""(rates, n, wide, w, c, tolerances): at ERRORS those of the steps in units of their tolerances, nan if they are not
+finite; ``rates`` is their kernel, where a series may go on behind a bend, else 0."""
 limit_wide: Any = None
 """(n, wide, w): at LIMITED 1 where stability may limit a step, else 0."""
 begin_wide: Any = None
@@ -487,7 +489,7 @@ def lanes_wide(
         for i in range(w):
             wide[END * w + i] = wide[RAW * w + i]
         unit_wide(wide, w, END, quaternions, nq)
-        judge_wide(n, wide, w, tolerances)
+        judge_wide(kernels[RATES_WIDE], n, wide, w, c, tolerances)
         for lane in range(8):
             wide[more + MOMENTS + lane] = afters[lane]
             if counts[RUN + lane] >= 0:

@@ -7,6 +7,7 @@ does to every lane what its neighbour in `machine`, `stepping` or `taylor` does 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
@@ -14,47 +15,32 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from .lanes_layout import WIDE_PLACES
 from .layout import WIDTH
-from .rows import Eight, all_of, bits_of
+from .rows import Eight, Rows, all_of, named
 
 _double, _integer = ir.DoubleType(), ir.IntType(64)
-_eight = ir.VectorType(_double, WIDTH)
-_wholes = ir.VectorType(_integer, WIDTH)
 _index = types.int64
 
 
-class _Eight:
-    """Writes instructions on registers of eight numbers."""
+class _Memory:
+    """Eight numbers at places of memory, from which formulas are made."""
 
     def __init__(self, builder: Any, memory: Any) -> None:
         self.builder, self.memory = builder, memory
 
-    def at(self, place: Any, memory: Any = None) -> Any:
+    def _at(self, place: Any, memory: Any) -> Any:
         pointer = self.builder.gep(self.memory if memory is None else memory, [place])
-        return self.builder.bitcast(pointer, _eight.as_pointer())
+        return self.builder.bitcast(pointer, ir.VectorType(_double, WIDTH).as_pointer())
 
-    def load(self, place: Any, memory: Any = None) -> Any:
-        return self.builder.load(self.at(place, memory), align=8)
+    def load(self, place: Any, memory: Any = None) -> Eight:
+        return Eight(self.builder, self.builder.load(self._at(place, memory), align=8))
 
-    def store(self, value: Any, place: Any) -> None:
-        self.builder.store(value, self.at(place), align=8)
+    def store(self, eight: Eight, place: Any) -> None:
+        self.builder.store(eight.value, self._at(place, None), align=8)
 
-    def called(self, name: str, *arguments: Any) -> Any:
-        """An intrinsic of LLVM."""
-        function = ir.FunctionType(_eight, [_eight] * len(arguments))
-        name = f"llvm.{name}.v{WIDTH}f64"
-        return self.builder.call(
-            cgutils.get_or_insert_function(self.builder.module, function, name), arguments
-        )
-
-    def fused(self, a: Any, b: Any, c: Any) -> Any:
-        return self.called("fmuladd", a, b, c)
-
-    def greater(self, a: Any, b: Any) -> Any:
-        return Eight(self.builder, a).greater(Eight(self.builder, b)).value
-
-    def variable(self, value: Any) -> Any:
-        return cgutils.alloca_once_value(self.builder, value)
+    def variable(self, number: float) -> _Variable:
+        return _Variable(self.builder, number)
 
     def rows(self, w: Any) -> Any:
         """Goes through the components of a row: `with` gives their places."""
@@ -65,17 +51,19 @@ class _Eight:
         place = self.builder.add(place, offset)
         return place if rows == 0 else self.builder.add(place, self.builder.mul(_integer(rows), w))
 
-    def logarithm2(self, x: Any) -> Any:
-        return Eight(self.builder, x).logarithm2().value
 
-    def power2(self, x: Any) -> Any:
-        """`taylor.power2`."""
-        builder = self.builder
-        exponent = builder.fptosi(builder.fadd(x, all_of(1023.0)), _wholes)
-        r = builder.fsub(x, builder.sitofp(builder.sub(exponent, bits_of(1023)), _eight))
-        power = builder.bitcast(builder.shl(exponent, bits_of(52)), _eight)
-        bend = self.fused(r, all_of(1.0 / 3.0), all_of(2.0 / 3.0))
-        return builder.fmul(power, self.fused(r, bend, all_of(1.0)))
+class _Variable:
+    """Eight numbers that change."""
+
+    def __init__(self, builder: Any, number: float) -> None:
+        self.builder, self.place = builder, cgutils.alloca_once_value(builder, all_of(number))
+
+    @property
+    def now(self) -> Eight:
+        return Eight(self.builder, self.builder.load(self.place))
+
+    def become(self, eight: Eight) -> None:
+        self.builder.store(eight.value, self.place)
 
 
 @intrinsic
@@ -99,6 +87,49 @@ def call_wide(typing: Any, address: Any, t: Any, i: Any, y: Any, j: Any, c: Any,
     return signature, write
 
 
+class _Lanes(Rows):
+    """Rows of eight runs side by side; those from ``height`` on stand behind the places of the lanes."""
+
+    def __init__(self, height: int, *memory: Any) -> None:
+        super().__init__(*memory)
+        self.height = height
+
+    def index(self, row: Any) -> Any:
+        found = super().index(row)
+        return self.builder.add(found, _integer(WIDE_PLACES)) if row >= self.height else found
+
+
+def lanewise(formula: Callable[..., Eight], height: int) -> Any:
+    """Compiled ``(wide, w, result, *more)``: a formula as for `rows.rowwise`, of eight runs side by side.
+
+    ``more`` are places of eight numbers, one for each run, and arrays with one for each component of each run. At
+    ``result`` stands the largest of the results of each run, nan if one of them is.
+    """
+
+    def over_lanes(typing: Any, wide: Any, w: Any, result: Any, *more: Any) -> Any:
+        del typing, w, result
+        kinds = [_index if isinstance(kind, types.Integer) else kind for kind in more]
+
+        def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            del signature
+            wide_, w_, result_, *more_ = arguments
+            v = _Memory(builder, wide_)
+            largest, doubt = v.variable(-math.inf), v.variable(0.0)
+            of_runs = {k: v.load(x) for k, x in enumerate(more_) if kinds[k] is _index}
+            with v.rows(w_) as (offset, _):
+                given = [of_runs.get(k) or v.load(offset, x) for k, x in enumerate(more_)]
+                found = formula(_Lanes(height, builder, wide_, w_, offset), *given)
+                largest.become(found.greater(largest.now))
+                doubt.become(found * 0.0 + doubt.now)
+            v.store(largest.now + doubt.now, result_)
+            return context.get_dummy_value()
+
+        return types.void(wide, _index, _index, *kinds), write
+
+    named(over_lanes, ("typing", "wide", "w", "result"), formula)
+    return intrinsic(over_lanes)
+
+
 def lengths(order: int, terms: int, tiny: float) -> Any:
     """Compiled ``(wide, w, series, state, tolerances, rates, result)``: see `taylor.given`.
 
@@ -116,85 +147,34 @@ def lengths(order: int, terms: int, tiny: float) -> Any:
         def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             del signature
             wide_, w_, series_, state_, tolerances_, rates_, result_ = arguments
-            v = _Eight(builder, wide_)
-            maxima = [v.variable(all_of(tiny)) for _ in range(terms)]
-            total = v.variable(all_of(0.0))
+            v = _Memory(builder, wide_)
+            maxima = [v.variable(tiny) for _ in range(terms)]
+            total = v.variable(0.0)
             with v.rows(w_) as (offset, _):
-                size = v.called("fabs", v.load(v.plus(state_, offset)))
                 relative = v.load(builder.add(w_, offset), tolerances_)
-                allowed = builder.fadd(v.load(offset, tolerances_), builder.fmul(relative, size))
-                scale = builder.fdiv(all_of(1.0), allowed)
+                size = abs(v.load(v.plus(state_, offset)))
+                scale = 1.0 / (v.load(offset, tolerances_) + relative * size)
                 for j, most in enumerate(maxima):
-                    part = v.called("fabs", v.load(v.plus(series_, offset, order - j, w_)))
-                    part = builder.fmul(part, scale)
-                    builder.store(v.greater(builder.load(most), part), most)
-                    builder.store(builder.fadd(builder.load(total), part), total)
-            none = all_of(-1e300)
-            slowest, rate = none, v.load(rates_)
+                    part = abs(v.load(v.plus(series_, offset, order - j, w_))) * scale
+                    most.become(most.now.greater(part))
+                    total.become(total.now + part)
+            rate, none = v.load(rates_), Eight(builder, all_of(-1e300))
+            slowest = none
             for j, most in enumerate(maxima):
-                size = builder.load(most)
-                log = v.logarithm2(size)
+                log = most.now.logarithm2()
                 if j > 1:
-                    log = builder.fadd(log, builder.fmul(all_of(j - 1.0), rate))
-                log = builder.fmul(log, all_of(1.0 / (order - j)))
-                some = builder.fcmp_ordered(">", size, all_of(tiny))
-                slowest = builder.select(some, v.greater(slowest, log), slowest)
-            found = v.power2(builder.fneg(slowest))
-            infinite = all_of(math.inf)
-            found = builder.select(builder.fcmp_ordered("==", slowest, none), infinite, found)
-            finite = builder.fcmp_ordered("<", builder.load(total), infinite)
-            v.store(builder.select(finite, found, all_of(math.nan)), result_)
+                    log = log + rate * (j - 1.0)
+                log = log * (1.0 / (order - j))
+                slowest = slowest.greater(log).where(most.now.compared(">", tiny), slowest)
+            found = (slowest * -1.0).power2()
+            found = Eight(builder, all_of(math.inf)).where(slowest.compared("==", none), found)
+            v.store(found.where(total.now.compared("<", math.inf), math.nan), result_)
             return context.get_dummy_value()
 
         places = [_index] * 3
         return types.void(wide, *places, tolerances, _index, _index), write
 
     return lengths
-
-
-def series_end(order: int) -> Any:
-    """Compiled ``(wide, w, series, state, lost, loses, raw, steps, errors)``: see `taylor.attempt`.
-
-    Row ``raw`` is the polynomial at the end of the ``steps``, row ``loses`` what its last sum loses to rounding; at
-    ``errors`` stands 0, or nan where it is not finite.
-    """
-
-    @intrinsic
-    def series_end(
-        typing: Any, wide: Any, w: Any, series: Any, state: Any, lost: Any, loses: Any, raw: Any, steps: Any,
-        errors: Any,
-    ) -> Any:  # fmt: skip
-        del typing, w, series, state, lost, loses, raw, steps, errors
-
-        def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            del signature
-            wide_, w_, series_, state_, lost_, loses_, raw_, steps_, errors_ = arguments
-            v = _Eight(builder, wide_)
-            h = v.load(steps_)
-            twice = builder.fmul(h, h)
-            sizes = v.variable(all_of(0.0))
-            with v.rows(w_) as (offset, _):
-                # Σ y_(k+1) h^k: the odd and the even powers side by side, since one addition waits for the other
-                sides: dict[int, Any] = {}
-                for k in range(order, 0, -1):
-                    term, side = v.load(v.plus(series_, offset, k, w_)), k % 2
-                    sides[side] = v.fused(sides[side], twice, term) if side in sides else term
-                change = builder.fmul(h, v.fused(sides[0], h, sides[1]))
-                change = builder.fadd(change, v.load(v.plus(lost_, offset)))
-                start = v.load(v.plus(state_, offset))
-                end = builder.fadd(start, change)
-                part = builder.fsub(end, start)
-                error = builder.fsub(start, builder.fsub(end, part))
-                v.store(builder.fadd(error, builder.fsub(change, part)), v.plus(loses_, offset))
-                v.store(end, v.plus(raw_, offset))
-                builder.store(builder.fadd(builder.load(sizes), v.called("fabs", end)), sizes)
-            finite = builder.fcmp_ordered("<", builder.load(sizes), all_of(math.inf))
-            v.store(builder.select(finite, all_of(0.0), all_of(math.nan)), errors_)
-            return context.get_dummy_value()
-
-        return types.void(wide, *[_index] * 8), write
-
-    return series_end
 
 
 def decaying(order: int, bound: float) -> Any:
@@ -209,26 +189,23 @@ def decaying(order: int, bound: float) -> Any:
         def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             del signature
             wide_, w_, last_, steps_, result_ = arguments
-            v = _Eight(builder, wide_)
-            sums = [v.variable(all_of(0.0)) for _ in range(3)]
+            v = _Memory(builder, wide_)
+            sums = [v.variable(0.0) for _ in range(3)]
             with v.rows(w_) as (offset, _):
                 place = v.plus(last_, offset)
-                a = builder.fmul(all_of(float(order)), v.load(place))
-                b = v.load(builder.sub(place, w_))
+                a, b = v.load(place) * float(order), v.load(builder.sub(place, w_))
                 for total, (x, y) in zip(sums, ((a, a), (b, b), (a, b)), strict=True):
-                    builder.store(v.fused(x, y, builder.load(total)), total)
-            above, below, across = (builder.load(total) for total in sums)
-            h, zero = v.load(steps_), all_of(0.0)
-            fast = builder.fmul(builder.fmul(h, h), above)
-            square = builder.fmul(all_of(4.0), builder.fmul(across, across))
-            some = builder.fcmp_ordered(">", below, zero)
+                    total.become(x.times_plus(y, total.now))
+            above, below, across = (total.now for total in sums)
+            h = v.load(steps_)
+            some = below.compared(">", 0.0)
             for less, more in (
-                (builder.fmul(h, across), zero),
-                (builder.fmul(above, below), square),
-                (builder.fmul(all_of(bound * bound), below), fast),
+                (h * across, 0.0),
+                (above * below, across * across * 4.0),
+                (below * (bound * bound), h * h * above),
             ):
-                some = builder.and_(some, builder.fcmp_ordered("<", less, more))
-            v.store(builder.select(some, all_of(1.0), zero), result_)
+                some = builder.and_(some, less.compared("<", more))
+            v.store(Eight(builder, all_of(1.0)).where(some, 0.0), result_)
             return context.get_dummy_value()
 
         return types.void(wide, *[_index] * 4), write
@@ -243,15 +220,12 @@ def unit_at(typing: Any, wide: Any, place: Any) -> Any:
 
     def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         del signature
-        v = _Eight(builder, arguments[0])
+        v = _Memory(builder, arguments[0])
         places = [v.plus(arguments[1], _integer(WIDTH * j)) for j in range(4)]
-        parts = [v.load(place) for place in places]
-        total = builder.fmul(parts[0], parts[0])
-        for x in parts[1:]:
-            total = builder.fadd(total, builder.fmul(x, x))
-        norm = v.called("sqrt", total)
+        a, b, c, d = parts = [v.load(place) for place in places]
+        norm = (a * a + b * b + c * c + d * d).root()
         for x, place in zip(parts, places, strict=True):
-            v.store(builder.fdiv(x, norm), place)
+            v.store(x / norm, place)
         return context.get_dummy_value()
 
     return types.void(wide, _index), write
@@ -259,17 +233,17 @@ def unit_at(typing: Any, wide: Any, place: Any) -> Any:
 
 @intrinsic
 def blend(typing: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any) -> Any:
-    """Row ``target`` becomes row ``source`` in the lanes in which the number at ``wanted`` is not 0."""
+    """Row ``target`` becomes row ``source`` in the lanes in which the number at ``wanted`` is 1, not 0."""
     del typing, w, source, target, wanted
 
     def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         del signature
         wide_, w_, source_, target_, wanted_ = arguments
-        v = _Eight(builder, wide_)
-        some = builder.fcmp_unordered("!=", v.load(wanted_), all_of(0.0))
+        v = _Memory(builder, wide_)
+        some = v.load(wanted_).compared("!=", 0.0)
         with v.rows(w_) as (offset, _):
             place = v.plus(target_, offset)
-            v.store(builder.select(some, v.load(v.plus(source_, offset)), v.load(place)), place)
+            v.store(v.load(v.plus(source_, offset)).where(some, v.load(place)), place)
         return context.get_dummy_value()
 
     return types.void(wide, *[_index] * 4), write
@@ -283,17 +257,16 @@ def moved(typing: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any,
     def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         del signature
         wide_, w_, source_, target_, wanted_, result_ = arguments
-        v = _Eight(builder, wide_)
-        some = builder.fcmp_unordered("!=", v.load(wanted_), all_of(0.0))
-        most = v.variable(all_of(0.0))
+        v = _Memory(builder, wide_)
+        some = v.load(wanted_).compared("!=", 0.0)
+        most = v.variable(0.0)
         with v.rows(w_) as (offset, _):
             place = v.plus(target_, offset)
             old, new = v.load(place), v.load(v.plus(source_, offset))
-            size = builder.fadd(all_of(1.0), v.called("fabs", new))
-            change = builder.fdiv(v.called("fabs", builder.fsub(new, old)), size)
-            builder.store(v.greater(builder.load(most), change), most)
-            v.store(builder.select(some, new, old), place)
-        v.store(builder.load(most), result_)
+            change = abs(new - old) / (abs(new) + 1.0)
+            most.become(most.now.greater(change))
+            v.store(new.where(some, old), place)
+        v.store(most.now, result_)
         return context.get_dummy_value()
 
     return types.void(wide, *[_index] * 5), write

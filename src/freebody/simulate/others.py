@@ -38,7 +38,7 @@ from .layout import padded
 
 def tangent(kernels: Kernels) -> Program:
     """Function ``tangent`` of (t, (y, v)): (∂f/∂y) v, one sweep along the trace of the rates."""
-    if "tangent" not in kernels._programs and is_large(kernels.model):
+    if "tangent" not in kernels._programs and is_large(kernels.model, "forward_dynamics"):
         along = Directions("rates", kernels.size)
         kernels._programs["tangent"] = Program(LoopedSet(kernels.model, directions=along))
     if "tangent" not in kernels._programs:

@@ -65,18 +65,35 @@ class Eight:
         result = of(b, b.bitcast(self.value, ir.VectorType(_integer, WIDTH)))
         return Eight(b, b.bitcast(result, ir.VectorType(_double, WIDTH)))
 
-    def times_plus(self, factor: Eight, more: Eight) -> Eight:
-        """The product with more added, with one rounding where the machine can."""
-        vector = self.value.type
-        fma = cgutils.get_or_insert_function(
-            self.builder.module, ir.FunctionType(vector, [vector] * 3), f"llvm.fmuladd.v{WIDTH}f64"
+    def _called(self, name: str, *others: Any) -> Eight:
+        """An intrinsic of LLVM."""
+        vector, arguments = self.value.type, [self.value, *map(self._of, others)]
+        function = cgutils.get_or_insert_function(
+            self.builder.module,
+            ir.FunctionType(vector, [vector] * len(arguments)),
+            f"llvm.{name}.v{WIDTH}f64",
         )
-        return Eight(self.builder, self.builder.call(fma, [self.value, factor.value, more.value]))
+        return Eight(self.builder, self.builder.call(function, arguments))
+
+    def times_plus(self, factor: Any, more: Any) -> Eight:
+        """The product with more added, with one rounding where the machine can."""
+        return self._called("fmuladd", factor, more)
+
+    def root(self) -> Eight:
+        """The square roots."""
+        return self._called("sqrt")
+
+    def compared(self, operator: str, other: Any) -> Any:
+        """Where they compare so: a mask."""
+        return self.builder.fcmp_ordered(operator, self.value, self._of(other))
+
+    def where(self, mask: Any, other: Any) -> Eight:
+        """Those in the mask, of another number the others."""
+        return Eight(self.builder, self.builder.select(mask, self.value, self._of(other)))
 
     def greater(self, other: Eight) -> Eight:
         """Of each pair."""
-        b = self.builder
-        return Eight(b, b.select(b.fcmp_ordered(">", self.value, other.value), self.value, other.value))
+        return self.where(self.compared(">", other), other)
 
     def logarithm2(self) -> Eight:
         """log₂ of numbers >= 0 within 0.01, -1023 of 0: their exponents, and a parabola of what is left, 1 <= m < 2."""
@@ -84,6 +101,14 @@ class Eight:
         exponent = self._bitwise(lambda b, x: b.or_(b.lshr(x, bits_of(52)), bits_of(shifted)))
         m = self._bitwise(lambda b, x: b.or_(b.and_(x, bits_of((1 << 52) - 1)), bits_of(one)))
         return exponent - (2.0**52 + 1023.0) + ((2.0 - m * (1.0 / 3.0)) * m - 5.0 / 3.0)
+
+    def power2(self) -> Eight:
+        """`taylor.power2`."""
+        b = self.builder
+        exponent = b.fptosi((self + 1023.0).value, ir.VectorType(_integer, WIDTH))
+        r = self - Eight(b, b.sitofp(b.sub(exponent, bits_of(1023)), self.value.type))
+        power = Eight(b, b.bitcast(b.shl(exponent, bits_of(52)), self.value.type))
+        return power * r.times_plus(r.times_plus(1.0 / 3.0, 2.0 / 3.0), 1.0)
 
     def total(self, of: Callable[[Eight, Eight], Eight]) -> Any:
         """What ``of`` two at a time leaves of the eight."""
@@ -112,16 +137,20 @@ def splat(builder: Any, scalar: Any) -> Any:
     return builder.shuffle_vector(one, nothing, zeros)
 
 
-class _Rows:
+class Rows:
     """The rows of ``work``, eight numbers of each, as a formula reads and writes them."""
 
     def __init__(self, builder: Any, work: Any, w: Any, offset: Any) -> None:
         self.builder, self.work, self.w, self.offset = builder, work, w, offset
 
+    def index(self, row: Any) -> Any:
+        """Where they stand."""
+        b = self.builder
+        return b.add(b.mul(self.w, _integer(row) if isinstance(row, int) else row), self.offset)
+
     def _place(self, row: Any) -> Any:
         b = self.builder
-        index = b.add(b.mul(self.w, _integer(row) if isinstance(row, int) else row), self.offset)
-        return b.bitcast(b.gep(self.work, [index]), ir.VectorType(_double, WIDTH).as_pointer())
+        return b.bitcast(b.gep(self.work, [self.index(row)]), ir.VectorType(_double, WIDTH).as_pointer())
 
     def __getitem__(self, row: Any) -> Eight:
         return Eight(self.builder, self.builder.load(self._place(row), align=8))
@@ -173,7 +202,7 @@ def rowwise(formula: Callable[..., Eight | None]) -> Any:
                         builder, builder.call(load, [pointer, ir.IntType(32)(8), there, all_of(1.0)])
                     )
 
-                rows = _Rows(builder, work_, w_, offset)
+                rows = Rows(builder, work_, w_, offset)
                 result = formula(rows, *(given(kind, value) for kind, value in zip(more, more_, strict=True)))
                 if result is not None:
                     builder.store(result.greater(Eight(builder, builder.load(largest))).value, largest)
@@ -185,10 +214,15 @@ def rowwise(formula: Callable[..., Eight | None]) -> Any:
 
         return types.float64(work, types.int64, types.int64, *more), write
 
-    names = ("typing", "work", "w", "n", *list(inspect.signature(formula).parameters)[1:])
-    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
-    over_rows.__signature__ = inspect.Signature([inspect.Parameter(name, kind) for name in names])  # type: ignore[attr-defined]
+    named(over_rows, ("typing", "work", "w", "n"), formula)
     return intrinsic(over_rows)
+
+
+def named(writer: Any, first: tuple[str, ...], formula: Callable[..., Any]) -> None:
+    """Name the arguments of a writer, which numba asks for: after the first those of the formula but its rows."""
+    names = (*first, *list(inspect.signature(formula).parameters)[1:])
+    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+    writer.__signature__ = inspect.Signature([inspect.Parameter(name, kind) for name in names])
 
 
 @intrinsic
@@ -200,7 +234,7 @@ def copied(typing: Any, work: Any, w: Any, source: Any, target: Any) -> Any:
         del signature
         work_, w_, source_, target_ = arguments
         with cgutils.for_range_slice(builder, _integer(0), w_, _integer(WIDTH)) as (offset, _):
-            rows = _Rows(builder, work_, w_, offset)
+            rows = Rows(builder, work_, w_, offset)
             rows[target_] = rows[source_]
         return context.get_dummy_value()
 

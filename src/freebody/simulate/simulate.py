@@ -191,7 +191,7 @@ def simulate(
     if model.contacts and method != "timestepping":
         check_method_of_contacts(method, step)
     check_method(method, step)
-    check_numbers(samples, max_step, max_steps)
+    check_numbers(samples, max_step, max_steps, 1 + model.n_q + model.n_u)
     check_heeded(
         model, method, near=near, project=project, tolerance=tolerance, max_step=max_step, max_steps=max_steps,
         impacts=impacts, indeterminate=indeterminate,

@@ -31,7 +31,7 @@ from collections.abc import Callable
 from typing import Any
 
 from . import stepping
-from .layout import BLAME, CONSTANTS, ERROR5, EVALUATED, KERNELS, ORDERS, POINT, RAW, ROWS, STATE
+from .layout import BLAME, CONSTANTS, EVALUATED, KERNELS, ORDERS, POINT, RAW, ROWS, STATE
 from .machine import (
     Integers,
     Reals,
@@ -50,6 +50,8 @@ P = ORDERS["taylor"]
 LOST, LOSES, HELD, LENGTH, RATE, SERIES = ROWS, ROWS + 1, ROWS + 2, ROWS + 3, ROWS + 4, ROWS + 5
 BENDS = 1
 """Place after the kernel: whether a function in the rates may bend, which their series does not know."""
+SLOPES = 12
+"""Row of the rates at the end of a step, where they may bend."""
 TERMS = 6
 """Terms of the series that the length of a step is taken from."""
 BEND, ROUNDED = 100.0, 1e-14
@@ -127,15 +129,16 @@ def polynomial(terms: list[Any], x: Any) -> Any:
     return high.times_plus(double, low)
 
 
-@rowwise
-def added(row: Any, h: Any) -> None:
-    """Row RAW becomes the sum of the series, STATE + (h (y_1 + ...) + LOST), and what that loses is row LOSES."""
+def sum_of_series(row: Any, h: Any) -> Any:
+    """Row RAW becomes the sum of the series, STATE + (h (y_1 + ...) + LOST), and what that loses is row LOSES; the
+    result is 0, nan if a sum is not finite."""
     start = row[STATE]
     change = h * polynomial([row[SERIES + k] for k in range(1, P + 1)], h) + row[LOST]
     end = start + change
     part = end - start
     row[LOSES] = (start - (end - part)) + (change - part)
     row[RAW] = end
+    return end * 0.0
 
 
 @rowwise
@@ -144,19 +147,15 @@ def summed(row: Any, h: Any) -> None:
     row[POINT] = polynomial([row[SERIES + k] for k in range(P + 1)], h)
 
 
-@rowwise
-def missed(row: Any, h: Any, relative: Any, absolute: Any) -> Any:
-    """How far the derivative of the series at the end of the step is from the rates there, row ERROR5, times the step,
+def distance(row: Any, h: Any, relative: Any, absolute: Any) -> Any:
+    """How far the derivative of the series at the end of the step is from the rates there, row SLOPES, times the step,
     in units of what its last terms and round-off may leave."""
     slope = polynomial([row[SERIES + k] * float(k) for k in range(1, P + 1)], h)
-    allowed = BEND * (absolute + relative * abs(row[RAW])) + ROUNDED * abs(h * row[ERROR5])
-    return abs(h * (row[ERROR5] - slope)) / allowed
+    allowed = BEND * (absolute + relative * abs(row[RAW])) + ROUNDED * abs(h * row[SLOPES])
+    return abs(h * (row[SLOPES] - slope)) / allowed
 
 
-@rowwise
-def unusable(row: Any) -> Any:
-    """0, nan if a number of row RAW is not finite."""
-    return row[RAW] * 0.0
+added, missed = rowwise(sum_of_series), rowwise(distance)
 
 
 @rowwise
@@ -194,11 +193,10 @@ def attempt(
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> int:  # fmt: skip
     """The state at the time ``h`` of the step."""
-    added(work, w, n, h)
-    work[LENGTH * w + 1] = 0.0
+    work[LENGTH * w + 1] = added(work, w, n, h)
     if quaternions[nq + KERNELS + BENDS] != 0:
-        call(rates, t + h, work, RAW * w, c, work, ERROR5 * w)
-        work[LENGTH * w + 1] = missed(work, w, n, h, relative, absolute)
+        call(rates, t + h, work, RAW * w, c, work, SLOPES * w)
+        work[LENGTH * w + 1] += missed(work, w, n, h, relative, absolute)
     return 0
 
 
@@ -207,13 +205,13 @@ def judge(
     n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
 ) -> float:
     """0, or how far a step has gone on behind a bend; nan if the state is not finite."""
-    found = unusable(work, w, n)
+    found = work[LENGTH * w + 1]
     if not math.isfinite(found):
         for i in range(n):
             if not math.isfinite(work[RAW * w + i]):
                 integers[BLAME] = i
                 break
-    return found + work[LENGTH * w + 1]
+    return found
 
 
 @compiled

@@ -9,16 +9,17 @@ from __future__ import annotations
 
 import math
 
-from .lanes_layout import ERRORS, LENGTHS, LIMITED, LOGARITHMS, STEPS, TIMES, WIDE_PLACES
+from .lanes_layout import CHANGES, ERRORS, LENGTHS, LIMITED, LOGARITHMS, MOMENTS, STEPS, TIMES, WIDE_PLACES
 from .layout import RAW, STATE
-from .machine import Reals, compiled, greater
-from .machine_wide import blend, call_wide, decaying, lengths, series_end
-from .taylor import BOUND, LOSES, LOST, SERIES, TERMS, P
+from .machine import Reals, compiled, greater, shifted
+from .machine_wide import blend, call_wide, decaying, lanewise, lengths
+from .taylor import BOUND, LOSES, LOST, SERIES, SLOPES, TERMS, P, distance, sum_of_series
 
 HEIGHT = SERIES
 TINY = 1e-300
 """A part of the tolerance that counts as nothing."""
-_lengths, _series_end, _decaying = lengths(P, TERMS, TINY), series_end(P), decaying(P, BOUND)
+_lengths, _decaying = lengths(P, TERMS, TINY), decaying(P, BOUND)
+_added, _missed = lanewise(sum_of_series, HEIGHT), lanewise(distance, HEIGHT)
 
 
 @compiled
@@ -45,13 +46,21 @@ def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
     """The states at the ends of the steps; the error of one is 0, or nan if the state is not finite."""
     more = HEIGHT * w
     series = more + WIDE_PLACES
-    _series_end(wide, w, series, STATE * w, LOST * w, LOSES * w, RAW * w, more + STEPS, more + ERRORS)
+    _added(wide, w, more + ERRORS, more + STEPS)
     _decaying(wide, w, series + P * w, more + STEPS, more + LIMITED)
 
 
 @compiled
-def judge_wide(n: int, wide: Reals, w: int, tolerances: Reals) -> None:
-    """Nothing: the lengths of the steps have been chosen before."""
+def judge_wide(rates: int, n: int, wide: Reals, w: int, c: Reals, tolerances: Reals) -> None:
+    """How far the steps have gone on behind a bend, where there may be one: see `taylor.attempt`."""
+    if rates != 0:
+        more = HEIGHT * w
+        for lane in range(8):
+            wide[more + MOMENTS + lane] = wide[more + TIMES + lane] + wide[more + STEPS + lane]
+        call_wide(rates, wide, more + MOMENTS, wide, RAW * w, c, wide, SLOPES * w)
+        _missed(wide, w, more + CHANGES, more + STEPS, shifted(tolerances, w), tolerances)
+        for lane in range(8):
+            wide[more + ERRORS + lane] += wide[more + CHANGES + lane]
 
 
 @compiled
