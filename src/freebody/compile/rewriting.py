@@ -97,9 +97,12 @@ def _arrange(recurrence: Recurrence, former: list[int]) -> None:
 def _without(recurrence: Recurrence, node: Node) -> Node | None:
     """A sum without a rotation there and back; None if there is none in it."""
     products = [(sign, *ab) for sign, a, b in node.products for ab in {(a, b), (b, a)}]
-    for one, s, first in products:
-        for two, c, second in products:
-            if not _of_one_angle(recurrence, s, c):
+    sines, cosines = (
+        [one for one in products if recurrence.nodes[one[1]].function == name] for name in ("sin", "cos")
+    )
+    for one, s, first in sines:
+        for two, c, second in cosines:
+            if recurrence.nodes[s].arguments != recurrence.nodes[c].arguments:
                 continue
             for p in _parts(recurrence, one, first):
                 for q in _parts(recurrence, two, second):
@@ -117,11 +120,6 @@ def _without(recurrence: Recurrence, node: Node) -> Node | None:
                     terms = (*node.terms, times(recurrence, left.base, left.value, left.numbers))
                     return node._replace(terms=terms, products=tuple(kept))
     return None
-
-
-def _of_one_angle(recurrence: Recurrence, s: int, c: int) -> bool:
-    sine, cosine = recurrence.nodes[s], recurrence.nodes[c]
-    return (sine.function, cosine.function) == ("sin", "cos") and sine.arguments == cosine.arguments
 
 
 def _parts(recurrence: Recurrence, sign: int, x: int) -> list[_Part]:
