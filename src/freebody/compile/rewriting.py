@@ -68,9 +68,9 @@ def divided(recurrence: Recurrence) -> None:
                 products.append((sign, a, b))
         nodes[i] = nodes[i]._replace(terms=tuple(terms), products=tuple(products))
         if alone and terms:
-            sign, x = terms[0]
-            if sign > 0 and isinstance(x, int):  # it is that quotient
-                nodes[i] = nodes[x]
+            sign, quotient = terms[0]
+            if sign > 0 and isinstance(quotient, int):
+                nodes[i] = nodes[quotient]
     _arrange(recurrence, former)
 
 
