@@ -315,6 +315,31 @@ def test_a_factor_in_common_is_drawn_out_of_a_sum():
     assert products_of([shared + x * z, shared, z], [x, y, z]) == 2  # x y is needed anyway
 
 
+def test_a_rotation_there_and_back_is_left_out():
+    """R (p Rᵀ v + w) = p v + R w."""
+    tape = Tape()
+    x, y, z, p = (tape.input(name) for name in "xyzp")
+
+    s, c, u, v = tape.sin(x), tape.cos(x), x * x, y * y
+    across, along = p * (c * u + s * v) + z, p * (c * v - s * u) + 3 * z
+    found = [c * across - s * along, s * across + c * along, z]
+    by_hand = [p * u + (c - 3 * s) * z, p * v + (s + 3 * c) * z, z]
+    assert products_of(found, [x, y, z], [p]) == products_of(by_hand, [x, y, z], [p]) == 6
+    arguments = (tape, found, None, [x, y, z], [p], 0.3, [0.7, -0.4, 0.2], [1.3])
+    compare(coefficients(*arguments), reference(*arguments))
+
+
+def test_nothing_is_multiplied_by_a_reciprocal():
+    """Three quotients by one divisor are three sums of products; where 1 / d is wanted itself, it stays."""
+    tape = Tape()
+    x, y, z = state = [tape.input(name) for name in "xyz"]
+    d = y + 3
+    assert products_of([x / d, z / d - x, y / d], state) == 3
+    assert products_of([x / d, 1 / d, z], state) == 2
+    arguments = (tape, [x / d, z / d - x, 1 / (x + 4) + y / d], None, state, [], 0.0, [0.7, -0.4, 0.2])
+    compare(coefficients(*arguments), reference(*arguments))
+
+
 def test_products_of_a_heavy_top():
     """Of Euler's angles, no more than by hand."""
     s = fb.System("top")

@@ -8,6 +8,7 @@ which a rotation there and back leaves, cancel.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
@@ -26,6 +27,43 @@ class _Product(NamedTuple):
 def factored(recurrence: Recurrence) -> bool:
     """Draw common factors out of the sums of products; whether there were any."""
     return _Factoring(recurrence).done()
+
+
+def unscaled(
+    recurrence: Recurrence, x: int, uses: Mapping[int, int] | None = None
+) -> tuple[float, tuple[Number, ...], int, bool]:
+    """Numbers and a series whose product node ``x`` is, and whether nothing else needs what lies between."""
+    value, alone = 1.0, True
+    numbers: tuple[Number, ...] = ()
+    while True:
+        node = recurrence.nodes[x]
+        if node.rule == "scaled":
+            if node.number.value is None or node.number.function:
+                numbers = (*numbers, node.number)
+            else:
+                value *= node.number.value
+            below = node.operand
+        elif (
+            node.rule == "sum"
+            and len(node.terms) == 1
+            and not node.products
+            and isinstance(node.terms[0][1], int)
+        ):
+            value *= node.terms[0][0]
+            below = node.terms[0][1]
+        else:
+            return value, numbers, x, alone
+        alone = alone and uses is not None and uses[x] == 1
+        x = below
+
+
+def times(recurrence: Recurrence, x: int, value: float, numbers: tuple[Number, ...]) -> tuple[int, int]:
+    """A sign and a series: a series times numbers."""
+    for number in numbers:
+        x = recurrence.product(x, number)
+    if abs(value) != 1:
+        x = recurrence.product(x, recurrence.number(abs(value)))
+    return (1 if value > 0 else -1), x
 
 
 class _Factoring:
@@ -56,36 +94,11 @@ class _Factoring:
                 self._place(x)
             self.placed[i] = None
 
-    def _unscaled(self, x: int) -> tuple[float, tuple[Number, ...], int, bool]:
-        """Numbers and a series whose product node ``x`` is, and whether nothing else needs what lies between."""
-        value, alone = 1.0, True
-        numbers: tuple[Number, ...] = ()
-        while True:
-            node = self.nodes[x]
-            if node.rule == "scaled":
-                if node.number.value is None or node.number.function:
-                    numbers = (*numbers, node.number)
-                else:
-                    value *= node.number.value
-                below = node.operand
-            elif (
-                node.rule == "sum"
-                and len(node.terms) == 1
-                and not node.products
-                and isinstance(node.terms[0][1], int)
-            ):
-                value *= node.terms[0][0]
-                below = node.terms[0][1]
-            else:
-                return value, numbers, x, alone
-            alone = alone and self.uses[x] == 1
-            x = below
-
     def _multiplied(
         self, sign: float, numbers: tuple[Number, ...], a: int, b: int, was: tuple[Any, ...]
     ) -> _Product:
-        one, more, x, _ = self._unscaled(a)
-        two, others, y, _ = self._unscaled(b)
+        one, more, x, _ = unscaled(self.recurrence, a)
+        two, others, y, _ = unscaled(self.recurrence, b)
         return _Product(
             sign * one * two, tuple(sorted((*numbers, *more, *others), key=repr)), (min(x, y), max(x, y)), was
         )
@@ -96,7 +109,7 @@ class _Factoring:
         for term in self.nodes[i].terms:
             sign, x = term
             if isinstance(x, int):
-                value, numbers, base, alone = self._unscaled(x)
+                value, numbers, base, alone = unscaled(self.recurrence, x, self.uses)
                 below = self.nodes[base]
                 if (
                     alone
@@ -113,13 +126,13 @@ class _Factoring:
         left = self._collected(found)
         products: list[tuple[int, int, int]] = []
         while left:
-            (f, times), *_ = sorted(
+            (f, count), *_ = sorted(
                 Counter(x for p in left for x in set(p.pair)).items(), key=lambda one: (-one[1], one[0])
             )
-            group = [p for p in left if f in p.pair] if times > 1 else left
+            group = [p for p in left if f in p.pair] if count > 1 else left
             left = [p for p in left if p not in group]
-            if times > 1:
-                parts = [self._times(p.pair[p.pair[0] == f], p.value, p.numbers) for p in group]
+            if count > 1:
+                parts = [times(self.recurrence, p.pair[p.pair[0] == f], p.value, p.numbers) for p in group]
                 products.append((1, f, self.recurrence.sum(*parts)))
                 continue
             for p in group:
@@ -128,7 +141,7 @@ class _Factoring:
                 elif p.was:
                     products.append(p.was)
                 else:
-                    sign, x = self._times(p.pair[1], p.value, p.numbers)
+                    sign, x = times(self.recurrence, p.pair[1], p.value, p.numbers)
                     products.append((sign, p.pair[0], x))
         if len(products) == len(self.nodes[i].products) and len(terms) == len(self.nodes[i].terms):
             return False
@@ -144,11 +157,3 @@ class _Factoring:
                 p = _Product(result[key].value + p.value, p.numbers, p.pair, ())
             result[key] = p
         return [p for p in result.values() if p.value != 0]
-
-    def _times(self, x: int, value: float, numbers: tuple[Number, ...]) -> tuple[int, int]:
-        """A sign and a series: a series times numbers."""
-        for number in numbers:
-            x = self.recurrence.product(x, number)
-        if abs(value) != 1:
-            x = self.recurrence.product(x, self.recurrence.number(abs(value)))
-        return (1 if value > 0 else -1), x

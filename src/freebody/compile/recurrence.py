@@ -22,6 +22,7 @@ from ..errors import ExpressionError
 from ..scalar.trace import ADD, DIV, INPUT, MUL, NAMES, NEG, SUB
 from .factors import factored
 from .lower import FIXED, HOISTED, RECIPROCAL, TIME, VARYING, Program
+from .rewriting import divided, turned_back
 
 
 class Number(NamedTuple):
@@ -90,8 +91,10 @@ class Recurrence:
                 self._of[i] = self._series(i)
         self.outputs = [self._value(i) for i in body.outputs]
         self._forget()
-        while factored(self):
+        while factored(self) or turned_back(self):
             self._forget()
+        divided(self)
+        self._forget()
 
     def _wanted(self, outputs: list[int]) -> list[int]:
         """The varying nodes that the outputs need, operands first."""
