@@ -151,6 +151,11 @@ class Model:
         return tuple(speed.name for speed in self.speeds)
 
     @cached_property
+    def rest(self) -> tuple[float, ...]:
+        """The state (q, u) of zeros, and unit quaternions that are the identity."""
+        return tuple(float(i in self.quaternions) for i in range(self.n_q + self.n_u))
+
+    @cached_property
     def places(self) -> Mapping[str, int]:
         """Where each coordinate and speed stands in (q, u), by name."""
         return {name: i for i, name in enumerate((*self.coordinate_names, *self.speed_names))}

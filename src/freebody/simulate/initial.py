@@ -11,7 +11,6 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from ..dynamics import rest_coordinates
 from ..errors import ExpressionError, SimulationError, nearest
 from ..model import Model
 from ..scalar.algebra import floats
@@ -99,7 +98,7 @@ def named_numbers(
     if not isinstance(initial, (dict, Mapping)):  # the first is the quicker to be told
         raise SimulationError(f"Expected {where} values by name, such as {{'theta': 0.1}}, got {initial!r}.")
     places = model.places
-    y = [*map(float, rest_coordinates(model)), *[0.0] * model.n_u]
+    y = list(model.rest)
     given: dict[int, Any] = {}
     for key, value in initial.items():
         name = key if isinstance(key, str) else model.names.texts.get(key, str(key))

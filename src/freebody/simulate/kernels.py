@@ -200,7 +200,7 @@ class Kernels:
             self._names_dropped = tuple(left)
             return {**found, "dropped": self._checked_conditions(state, left)} if left else found
 
-        return self._large() or self._program("motion", functions)
+        return self._programs.get("motion") or self._large() or self._program("motion", functions)
 
     def at(self, values: Mapping[str, float]) -> tuple[Array, Rates]:
         """Parameters in their order, and the right-hand side with the constants of them; the last ones are kept."""
@@ -240,7 +240,7 @@ class Kernels:
         """Of each condition, 1 if it is one on speeds only."""
         return tuple(int(row.on_speeds) for row in rows(self.model))
 
-    @property
+    @cached_property
     def dropped(self) -> tuple[str, ...]:
         """Conditions that were redundant at the start, less those that hold identically."""
         self.motion()
@@ -344,15 +344,15 @@ _recent: OrderedDict[int, tuple[Any, tuple[Any, ...], Kernels]] = OrderedDict()
 
 def kernels_of(machine: System | Model) -> Kernels:
     """The programs of a system as it is described now, or of a model; those used last are kept."""
+    known = _recent.get(id(machine))
+    if known is not None and all(map(is_, known[1], _parts(machine))):
+        _recent.move_to_end(id(machine))
+        return known[2]
     if not isinstance(machine, (System, Model)):
         raise ModelError(
             f"Expected a System or a Model to simulate, got {machine!r}. "
             "A machine is described first: s = fb.System('name')."
         )
-    known = _recent.get(id(machine))
-    if known is not None and all(map(is_, known[1], _parts(machine))):
-        _recent.move_to_end(id(machine))
-        return known[2]
     kernels = Kernels(assemble(machine) if isinstance(machine, System) else machine)
     _recent[id(machine)] = (machine, tuple(_parts(machine)), kernels)
     while len(_recent) > _KEPT:

@@ -99,8 +99,8 @@ def block(method: str, n: int, m: int) -> tuple[dict[str, slice], NDArray[np.int
     """Of one block of memory for a run: where the arrays of `IN_BLOCK` lie, and ``told``; the distances of those arrays
     from its start in bytes; and its size in numbers."""
     sizes = (
-        rows(method, n) * padded(n), m, (PARTS + 3) * (m + 1), m, most_events(m) * FOUND, n, n, n, REALS, INTEGERS, m, m,
-        NUMBERS + len(IN_BLOCK) + len(BUFFERS),
+        rows(method, n) * padded(n), m, (PARTS + 3) * (m + 1), m, most_events(m) * FOUND, n, n, n, REALS, INTEGERS,
+        m, m, NUMBERS + len(IN_BLOCK) + len(BUFFERS),
     )  # fmt: skip
     ends = list(accumulate(sizes))
     begins = [end - size for size, end in zip(sizes, ends, strict=True)]
