@@ -90,6 +90,7 @@ class Kernels:
         self._names_dropped: tuple[str, ...] = ()
         self._defaults: dict[str, float] | None = None
         self._checked: dict[str, float] | None = None
+        self.spare: dict[str, Any] = {}  # memory for who takes it out
         self._at: tuple[dict[str, float], Array, Rates] | None = None
 
     def holding(self, active: tuple[int, ...]) -> Kernels:
