@@ -139,8 +139,8 @@ def named_numbers(
 
 def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
     """Whether a value of a parameter, or of the start, has an axis of lanes (the components of a quaternion do not)."""
-    given = values if isinstance(values, (dict, Mapping)) else {}
-    start = initial if isinstance(initial, (dict, Mapping)) else {}
+    given = values if values is not None and isinstance(values, (dict, Mapping)) else {}
+    start = initial if initial is not None and isinstance(initial, (dict, Mapping)) else {}
     if _SINGLE.issuperset(map(type, chain(given.values(), start.values()))):
         return False
 

@@ -340,35 +340,30 @@ def _is_zero(value: Any) -> bool:
 
 
 _KEPT, _END = 16, object()
-_recent: OrderedDict[int, tuple[Any, tuple[Any, ...], Kernels]] = OrderedDict()
+_recent: OrderedDict[int, tuple[Any, tuple[Any, ...], tuple[Any, ...], Kernels]] = OrderedDict()
 
 
 def kernels_of(machine: System | Model) -> Kernels:
     """The programs of a system as it is described now, or of a model; those used last are kept."""
     known = _recent.get(id(machine))
-    if known is not None and all(map(is_, known[1], _parts(machine))):
+    if known is not None and all(map(is_, known[2], _parts(machine, known[1]))):
         _recent.move_to_end(id(machine))
-        return known[2]
+        return known[3]
     if not isinstance(machine, (System, Model)):
         raise ModelError(
             f"Expected a System or a Model to simulate, got {machine!r}. "
             "A machine is described first: s = fb.System('name')."
         )
-    kernels = Kernels(assemble(machine) if isinstance(machine, System) else machine)
-    _recent[id(machine)] = (machine, tuple(_parts(machine)), kernels)
+    described = isinstance(machine, System)
+    kernels = Kernels(assemble(machine) if described else machine)
+    tables = tuple(map(dict.values, machine.tables)) if described else ()
+    _recent[id(machine)] = (machine, tables, tuple(_parts(machine, tables)), kernels)
     while len(_recent) > _KEPT:
         _recent.popitem(last=False)
     return kernels
 
 
-def _parts(machine: System | Model) -> Iterator[Any]:
+def _parts(machine: System | Model, tables: tuple[Any, ...]) -> Iterator[Any]:
     """Everything a description consists of, and what stands at no other place than the end; the parts themselves never
     change."""
-    if isinstance(machine, Model):
-        return iter((_END,))
-    tables = (
-        machine.declared, machine.bodies, machine.joints, machine.loads, machine.constraints, machine.contacts,
-        machine.controllers, machine.about,
-    )  # fmt: skip
-    parts = chain.from_iterable(map(dict.values, tables))
-    return chain(machine.parameter_list, parts, (machine.gravity, _END))
+    return chain(chain.from_iterable(tables), (machine.gravity, _END))
