@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Callable, Sequence
-from itertools import chain
 from time import perf_counter
 from typing import Any
 
@@ -172,12 +171,12 @@ def _joined(pieces: list[_Piece]) -> tuple[Array, Array, Array, tuple[Crossing, 
     if len(pieces) == 1:
         times, lengths, states, crossings, _ = pieces[0]
         return times, lengths, states, tuple(crossings)
-    times, lengths, states, crossings, _ = zip(*pieces, strict=True)
+    *before, (times, _, states, _, _) = pieces
     return (
-        np.concatenate([*(part[:-1] for part in times[:-1]), times[-1]]),
-        np.concatenate(lengths),
-        np.concatenate([*(part[:-1] for part in states[:-1]), states[-1]]),
-        tuple(chain.from_iterable(crossings)),
+        np.concatenate([*(piece[0][:-1] for piece in before), times]),
+        np.concatenate([piece[1] for piece in pieces]),
+        np.concatenate([*(piece[2][:-1] for piece in before), states]),
+        tuple(crossing for piece in pieces for crossing in piece[3]),
     )
 
 
@@ -198,7 +197,7 @@ class _Run:
 
     def __init__(self, *shape: Any) -> None:
         self.shape = shape
-        method, n, m = shape
+        _, n, m = shape
         place, starts, size = layout.block(*shape)
         # from the start of a line of the cache: rows that lie across two are read and written in two parts
         memory = np.zeros(size + 8)
@@ -219,7 +218,6 @@ class _Run:
         self.directions, self.terminal = whole[place["directions"]], whole[place["terminal"]]
         told = n, m, layout.padded(n), *(starts + base).tolist()
         self.told[layout.ROOM + 1 : -len(layout.BUFFERS)] = told
-        self.function = loop.use(method, m > 0)
         self.rates: Rates | None = None
         self.named = 0
         self.room = min(_FIRST, max(16, _MEMORY // (8 * (n + 2))))
@@ -235,11 +233,12 @@ class _Run:
         if watch is not None and self.m:
             self.watch = watch
             constants = rates.constants if watch.constants is None else watch.constants
-            self.told[layout.WATCHED] = watch.address, loop.passed(constants, "Reals")
+            self.told[layout.WATCHED] = watch.address, loop.passed(constants, "Reals") or 0
             self.directions[:], self.terminal[:] = watch.directions, watch.terminal
             self.named = self.m if watch.named is None else watch.named
         self.start[:], self.relative[:], self.absolute[:] = state, relative, absolute
         self.counts: Sequence[int] = _NOTHING
+        self.function = loop.use(self.shape[0], self.m > 0)
 
     def give_back(self) -> None:
         """The next run of this shape works here."""

@@ -90,7 +90,7 @@ class Kernels:
         self._names_dropped: tuple[str, ...] = ()
         self._defaults: dict[str, float] | None = None
         self._checked: dict[str, float] | None = None
-        self.spare: dict[str, Any] = {}  # memory for who takes it out
+        self.at_hand: dict[str, Any] = {}  # memory for who takes it out
         self._at: tuple[dict[str, float], Array, Rates] | None = None
 
     def holding(self, active: tuple[int, ...]) -> Kernels:
@@ -354,9 +354,10 @@ def kernels_of(machine: System | Model) -> Kernels:
             f"Expected a System or a Model to simulate, got {machine!r}. "
             "A machine is described first: s = fb.System('name')."
         )
-    described = isinstance(machine, System)
-    kernels = Kernels(assemble(machine) if described else machine)
-    tables = tuple(map(dict.values, machine.tables)) if described else ()
+    if isinstance(machine, System):
+        kernels, tables = Kernels(assemble(machine)), tuple(map(dict.values, machine.tables))
+    else:
+        kernels, tables = Kernels(machine), ()
     _recent[id(machine)] = (machine, tables, tuple(_parts(machine, tables)), kernels)
     while len(_recent) > _KEPT:
         _recent.popitem(last=False)

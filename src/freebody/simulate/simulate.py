@@ -197,7 +197,7 @@ def simulate(
         model, method, near=near, project=project, tolerance=tolerance, max_step=max_step, max_steps=max_steps,
         impacts=impacts, indeterminate=indeterminate,
     )  # fmt: skip
-    numbers = kernels.values(values)
+    numbers: Mapping[str, float] = kernels.values(values)
     begin = number(model, numbers, start, "start")
     numbers = at_time(model, numbers, begin)
     kernels.check(numbers)
