@@ -72,6 +72,7 @@ def evaluate(
             return expression
         if isinstance(expression, float):
             return exact(expression)
+        expression = sympy.sympify(expression)
     memo = {} if memo is None else memo
     get = lookup.__getitem__ if isinstance(lookup, (dict, Mapping)) else lookup
 
@@ -107,7 +108,7 @@ def evaluate(
         memo[e] = result
         return result
 
-    return value(sympy.sympify(expression))
+    return value(expression)
 
 
 def _power(e: Any, value: Callable[[Any], Any], field: Field) -> Any:
