@@ -106,7 +106,7 @@ def run(
         return integrate(equipped, *arguments, method=first, **options)
     control = {**options, "until_stiff": True, "budget": BUDGET}
     if first == "taylor" and options.get("halt") is None:
-        control["between"] = _compared(rates, *arguments[:2], options)
+        control["between"] = _compared(rates, arguments[0], arguments[1], options)
     try:
         path = integrate(equipped, *arguments, method=first, **control)
     except _Shortened:
