@@ -7,6 +7,7 @@ import pytest
 
 import freebody as fb
 from freebody.dynamics.constrained import DEPENDENT, POOR, closed_coordinates, independent_of
+from freebody.errors import SimulationError
 from freebody.simulate import layout, loop
 from freebody.simulate.closing import SOURCES, closed_start
 from freebody.simulate.kernels import kernels_of
@@ -119,6 +120,40 @@ def test_speeds_of_a_projected_start_lose_least_energy():
     state = float_state(kernels.model, y[:3].tolist(), y[3:].tolist())
     M = np.array([[float(x) for x in row] for row in mass_matrix(kernels.model, state)])
     assert y[3:] @ M @ (np.array([3.0, 1.0, -2.0]) - y[3:]) == pytest.approx(0, abs=1e-14)
+
+
+def test_a_search_leaves_nothing_to_the_next():
+    """In the memory of one of other parameters, of one that failed, and of one that was asked to move everything."""
+
+    def start(kernels, L=None, alpha=0.4, **options):
+        numbers = kernels.values(None if L is None else {"L": L})
+        given = {"alpha": alpha, "alpha'": 3.0}
+        return closed_start(
+            kernels, numbers, given, {"beta": 1.0, "psi": 1.8}, 0.0, options.get("project", False)
+        )
+
+    def scaled():
+        s = fb.System("four-bar")
+        L = s.parameters(L=0.1)
+        bars = [s.body(name, fb.slender_bar(1, k * L)) for name, k in (("a", 1), ("b", 3), ("c", 2))]
+        s.hinge("A", s.ground, bars[0], to=(-L / 2, 0, 0), coordinate="alpha")
+        s.hinge("B", bars[0], bars[1], at=(L / 2, 0, 0), to=(-3 * L / 2, 0, 0), coordinate="beta")
+        s.hinge("D", s.ground, bars[2], at=(0.3, 0, 0), to=(-L, 0, 0), coordinate="psi")
+        s.hinge("C", bars[2], bars[1], at=(L, 0, 0), to=(3 * L / 2, 0, 0))
+        return kernels_of(s)
+
+    kernels = scaled()
+    first, held = start(kernels)
+    kept = first.copy()
+    other, _ = start(kernels, L=0.12)
+    assert np.array_equal(other, start(scaled(), L=0.12)[0])
+    with pytest.raises(SimulationError, match="off the constraints"):
+        start(kernels, L=0.01)
+    start(kernels, alpha=0.5, project=True)
+    again, still = start(kernels)
+    assert np.array_equal(again, kept)
+    assert np.array_equal(first, kept)
+    assert held == still
 
 
 def test_memory_of_the_search():

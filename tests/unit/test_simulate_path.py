@@ -559,6 +559,12 @@ def test_a_run_leaves_nothing_to_the_next():
     assert [(c.time, c.sign) for c in after.crossings] == [(c.time, c.sign) for c in watched.crossings]
 
 
+def test_constants_are_read_where_they_lie():
+    """The loop is told their address, so they have to stand one behind the other."""
+    with pytest.raises(TypeError, match="Expected a contiguous array of float64"):
+        integrate(Rates(oscillator.address, 2, np.ones(4)[::2]), [1, 0], 0, 1)
+
+
 def test_a_run_between_two_pieces_of_another():
     rates = Rates(oscillator.address, 2, np.array([1e4]))
     alone, inner = integrate(rates, [1, 0], 0, 30), []

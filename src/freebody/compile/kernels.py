@@ -176,6 +176,8 @@ class KernelSet:
             if self._prologue.batch_address is None:
                 return np.stack([self._prologue(0.0, row, ()) for row in p])
             return self._prologue.batch(0.0, p, ())
+        if p.shape == (self._prologue.state,):
+            return self._prologue.unchecked(0.0, p, p)
         return self._prologue(0.0, p, ())
 
     @property

@@ -82,9 +82,8 @@ class Names:
             del self.kinds[text]
             atom = self.atoms.pop(text, None)
             self.texts.pop(atom, None)
-        self.signals = {
-            signal: placed for signal, placed in self.signals.items() if signal.name in self.kinds
-        }
+        for signal in [one for one in self.signals if one.name not in self.kinds]:
+            del self.signals[signal]
 
     def _claim(self, name: str, kind: str) -> None:
         if name in self.kinds:

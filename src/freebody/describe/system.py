@@ -311,6 +311,14 @@ class System:
         return name
 
     @property
+    def tables(self) -> tuple[dict[Any, Any], ...]:
+        """All that was described, by name; no other tables ever take their place."""
+        return (
+            self._parameters, self.names.signals, self.declared, self.bodies, self.joints, self.loads,
+            self.constraints, self.contacts, self.controllers, self.about,
+        )  # fmt: skip
+
+    @property
     def parameter_list(self) -> Sequence[Parameter]:
         """The parameters, in order of declaration; then the constants of the signals in use."""
         if not self.names.signals:

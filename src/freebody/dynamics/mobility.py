@@ -14,8 +14,10 @@ import numpy as np
 
 from ..errors import MassError, ModelError
 from ..model.model import Model
+from ..scalar.algebra import floats
+from ..scalar.expression import evaluate
 from .composite import mass_matrix
-from .state import State, float_state
+from .state import State
 
 # A scaled mass matrix of n bodies is known to about n eps; what is smaller is zero.
 EPSILONS = 1 << 10
@@ -72,13 +74,17 @@ def check_bodies(model: Model, values: Mapping[str, float]) -> None:
     MassError
         The body, the test that failed and by how much.
     """
-    state = float_state(model, values=values)
+    known = {parameter.symbol: values[parameter.name] for parameter in model.parameters}
+
+    def number(x: Any) -> float:
+        return float(evaluate(x, known, floats, known))
+
     for name, place in model.bodies.items():
         properties = place.properties
         if properties is None:
             continue
-        numbers = [float(state(x)) for x in (place.mass, *properties.positive)]
-        moments = np.linalg.eigvalsh([[float(x) for x in row] for row in state.matrix(place.inertia)])
+        numbers = [number(x) for x in (place.mass, *properties.positive)]
+        moments = np.linalg.eigvalsh([[number(x) for x in row] for row in place.inertia])
         # a quick look at floats; the message, and the last word, are those of the mass properties
         if min(numbers, default=0) < 0 or moments[0] < 0 or moments[0] + moments[1] < moments[2]:
             try:

@@ -151,6 +151,25 @@ class Model:
         return tuple(speed.name for speed in self.speeds)
 
     @cached_property
+    def rest(self) -> tuple[float, ...]:
+        """The state (q, u) of zeros, and unit quaternions that are the identity."""
+        return tuple(float(i in self.quaternions) for i in range(self.n_q + self.n_u))
+
+    @cached_property
+    def moved_by(self) -> tuple[tuple[int, ...], ...]:
+        """Of each coordinate the speeds along which it changes."""
+        result: list[tuple[int, ...]] = []
+        for i, coordinate in enumerate(self.coordinates):
+            if coordinate.kind == "scalar":
+                result.append((self.speed_names.index(coordinate.name + "'"),))
+                continue
+            sizes = {"free": 7, "ball": 4}
+            link = next(one for one in self.links if 0 <= one.q <= i < one.q + sizes.get(one.kind, 0))
+            start = link.u if coordinate.kind == "quaternion" else link.u + 3
+            result.append((start, start + 1, start + 2))
+        return tuple(result)
+
+    @cached_property
     def places(self) -> Mapping[str, int]:
         """Where each coordinate and speed stands in (q, u), by name."""
         return {name: i for i, name in enumerate((*self.coordinate_names, *self.speed_names))}

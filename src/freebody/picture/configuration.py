@@ -26,7 +26,6 @@ from ..equations.equations import Equations, equations
 from ..errors import FreebodyError, ModelError, SimulationError
 from ..model.contact import Touching, in_modes
 from ..model.model import Model
-from ..simulate.closing import _held
 from ..simulate.initial import named_state, number
 from ..simulate.path import observe
 from .shapes import machine_size
@@ -207,6 +206,7 @@ def configuration(
     inside: Configuration | None = None
     loose: Configuration | None = None
     stands = bool(model.contacts) and not _touched(model)
+    held = tuple(sorted({j for i in named if i < model.n_q for j in model.moved_by[i]}))
     for attempt in range(4):
         q = _telling(model, size, attempt)
         for i in range(model.n_q):
@@ -217,10 +217,8 @@ def configuration(
         count = 0
         try:
             if stands:
-                held = _held(model, {i for i in named if i < model.n_q})
                 q, count = _standing(model, q, t, numbers, held, size)
             if model.constraints:
-                held = _held(model, {i for i in named if i < model.n_q})
                 # what is near is so at the beginning; a drive takes it on from there
                 steps = 6 if guess_named and time is None and t > 0 else 0
                 for k in range(steps):

@@ -67,12 +67,14 @@ def evaluate(
     memo : dict, optional
         Values already known, by expression; filled on the way.
     """
-    if isinstance(expression, (int, Fraction)):
-        return expression
-    if isinstance(expression, float):
-        return exact(expression)
+    if not isinstance(expression, sympy.Basic):
+        if isinstance(expression, (int, Fraction)):
+            return expression
+        if isinstance(expression, float):
+            return exact(expression)
+        expression = sympy.sympify(expression)
     memo = {} if memo is None else memo
-    get = lookup.__getitem__ if isinstance(lookup, Mapping) else lookup
+    get = lookup.__getitem__ if isinstance(lookup, (dict, Mapping)) else lookup
 
     def value(e: Any) -> Any:
         if e in memo:
@@ -106,7 +108,7 @@ def evaluate(
         memo[e] = result
         return result
 
-    return value(sympy.sympify(expression))
+    return value(expression)
 
 
 def _power(e: Any, value: Callable[[Any], Any], field: Field) -> Any:

@@ -23,7 +23,7 @@ def largest_memory() -> float:
 
 
 def check_numbers(samples: Any, max_step: Any, max_steps: Any, held: int) -> None:
-    """Whether a number of samples (``held`` numbers are kept at each), a longest step and a number of steps are such."""
+    """Whether a number of samples, with ``held`` numbers at each, a longest step and a number of steps are such."""
     if samples is not None and not (_is_whole(samples) and samples >= 2):
         raise SimulationError(f"Expected a number of samples of at least 2, got {samples!r}.")
     if samples is not None and 8 * held * samples > largest_memory():

@@ -5,7 +5,8 @@ What the user names is held; what follows from the constraints is solved for.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import struct
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -47,30 +48,27 @@ def closed_start(
         guess, guessed = named_numbers(model, values, near, "near")
         for i in guessed.keys() - named:
             start[i] = guess[i]
-    n_q, n, m = model.n_q, model.n_u, len(kernels.on_speeds)
+    n_q, n = model.n_q, model.n_u
     held, fixed = [0] * n, [0] * n
     if not project:
-        for j in _held(model, named):
-            held[j] = 1
         for i in named:
+            for j in model.moved_by[i] if i < n_q else ():
+                held[j] = 1
             if i >= n_q:
                 fixed[i - n_q] = 1
+    search = kernels.at_hand.pop("closing", None) or _Search(kernels)
     largest = max(map(abs, start[:n_q]), default=0.0)
-    asked = (layout.MET, 0, 0, STEPS, *kernels.on_speeds, *[0] * m, *held, *fixed, *model.quaternions)
-    integers, numbers = (
-        np.array(asked, dtype=np.int64),
-        np.array([DEPENDENT * (1 + largest), DEPENDENT, POOR, light(n), 0.0, 0.0, t, *start]),
-    )
-    program = kernels.closing()
-    loop.code("gauss_newton", "close", SOURCES)(
-        program.address("conditions"), program.address("motion"), program.address("moved"), n_q, n, m,
-        len(model.quaternions), integers, numbers, program.constants(kernels.parameters(values)),
-        np.empty(layout.closing(n_q, n, m)),
+    search.given.pack_into(
+        search.memory, 0, layout.MET, 0, 0, STEPS, *search.on_speeds, *held, *fixed, *model.quaternions,
+        DEPENDENT * (1 + largest), DEPENDENT, POOR, light(n), 0.0, 0.0, t, *start,
     )  # fmt: skip
-    status, worst, heavy, _, *flags = integers.tolist()
-    state = numbers[layout.COORDINATES :]
-    q, u = state[:n_q].tolist(), state[n_q:].tolist()
+    search.run(values)
+    status, worst, heavy, *_ = search.integers.tolist()
+    active, state = search.active(), search.state.copy()
+    missed = float(search.numbers[layout.MISSED])
+    kernels.at_hand["closing"] = search
     if status in (layout.NOWHERE, layout.FAR):
+        q = state[:n_q].tolist()
         error = no_direction(model, q) if status == layout.NOWHERE else not_met(model, q, t, values, STEPS)[1]
         raise SimulationError(
             f"The initial state is off the constraints of '{model.name}'. {error} Coordinates that are named stay as "
@@ -78,15 +76,50 @@ def closed_start(
             f"to move all of them to the nearest closed position."
         )
     if not heavy:
-        masses = mass_matrix(model, float_state(model, q, u, t, values))
+        masses = mass_matrix(model, float_state(model, state[:n_q].tolist(), state[n_q:].tolist(), t, values))
         check_mobility(model, np.array([[float(x) for x in row] for row in masses]))
     if status == layout.TORN:
         raise SimulationError(
             f"The initial speeds contradict the constraints of '{model.name}': the rate of '{rows(model)[worst].name}' "
-            f"is {numbers[layout.MISSED]:.3g}, not 0. Name fewer speeds, so that the others can follow, or pass "
+            f"is {missed:.3g}, not 0. Name fewer speeds, so that the others can follow, or pass "
             "project=True."
         )
-    return state, tuple(i for i in range(m) if flags[m + i])
+    return state, active
+
+
+class _Search:
+    """What `gauss_newton.close` works on, for a machine: the next search works there too."""
+
+    def __init__(self, kernels: Kernels) -> None:
+        model, self.kernels, self.on_speeds = kernels.model, kernels, kernels.on_speeds
+        n_q, n, m, nq = model.n_q, model.n_u, len(self.on_speeds), len(model.quaternions)
+        integers, numbers = layout.BY_CONDITION + 2 * (m + n) + nq, layout.COORDINATES + n_q + n
+        flags = layout.BY_CONDITION + m
+        self.given = struct.Struct(f"{flags}q{8 * m}x{2 * n + nq}q{numbers}d")
+        size = integers + numbers
+        block = np.empty(size + layout.closing(n_q, n, m))
+        self.memory = block.data.cast("B")
+        self.integers, self.kept = block.view(np.int64)[:flags], block.view(np.int64)[flags : flags + m]
+        self.numbers, self.state = block[integers:size], block[size - n_q - n : size]
+        program, base = kernels.closing(), loop.address(block)
+        addresses = map(program.address, ("conditions", "motion", "moved"))
+        self.told = np.array(
+            [*addresses, n_q, n, m, nq, base, base + 8 * integers, base + 8 * size, 0], dtype=np.int64
+        )
+        self.function = loop.code("gauss_newton", "close", SOURCES).code
+        self.address = loop.address(self.told)
+        self.values: Mapping[str, float] | None = None
+
+    def run(self, values: Mapping[str, float]) -> None:
+        """From what is given, with these parameters."""
+        if self.values != values:
+            self.constants = self.kernels.closing().constants(self.kernels.parameters(values))
+            self.values, self.told[-1] = dict(values), loop.address(self.constants)
+        self.function(self.address)
+
+    def active(self) -> tuple[int, ...]:
+        """The conditions that were found independent."""
+        return tuple(i for i, kept in enumerate(self.kept.tolist()) if kept)
 
 
 NEARLY = 0.05
@@ -107,20 +140,3 @@ def nearly_dependent(model: Model, state: Any, active: tuple[int, ...]) -> tuple
     parts = np.abs(U[:, -1])
     names = [row.name for row in rows(model)]
     return tuple(names[active[k]] for k in np.flatnonzero(parts > 0.1 * parts.max()))
-
-
-def _held(model: Model, named: Iterable[int]) -> tuple[int, ...]:
-    """Speeds along which nothing may move, since their coordinates are named."""
-    held: set[int] = set()
-    for i in named:
-        if i >= model.n_q:
-            continue
-        coordinate = model.coordinates[i]
-        if coordinate.kind == "scalar":
-            held.add(model.speed_names.index(coordinate.name + "'"))
-            continue
-        sizes = {"free": 7, "ball": 4}
-        link = next(one for one in model.links if 0 <= one.q <= i < one.q + sizes.get(one.kind, 0))
-        start = link.u if coordinate.kind == "quaternion" else link.u + 3
-        held.update(range(start, start + 3))
-    return tuple(sorted(held))

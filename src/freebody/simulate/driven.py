@@ -48,8 +48,10 @@ def refuse_switched(model: Model, what: str) -> None:
         )
 
 
-def at_time(model: Model, numbers: Mapping[str, float], t: float) -> dict[str, float]:
+def at_time(model: Model, numbers: Mapping[str, float], t: float) -> Mapping[str, float]:
     """Values of all parameters with those that signals have at a time."""
+    if not model.names.signals:
+        return numbers
     result = dict(numbers)
     for placed in model.signals:
         try:
@@ -106,7 +108,7 @@ class Drives:
         check_forwards(begin, end, f"a run of '{model.name}'", "signals and controllers")
         self.kernels, self.model, self.begin, self.end = kernels, model, begin, end
         _check_inputs(model)
-        self.numbers = at_time(model, numbers, begin)
+        self.numbers = dict(at_time(model, numbers, begin))
         at_time(model, {}, end)
         self.periods = []
         for one in model.controllers:

@@ -96,12 +96,12 @@ def event(expression: Any, name: str | None = None, direction: int = 0, terminal
 
 def specs_of(events: Any) -> tuple[EventSpec, ...]:
     """The events asked for; a bare expression stands for an event of its text."""
+    if isinstance(events, (tuple, list)) and not events:
+        return ()
     if events is None or isinstance(events, Mapping):
         raise SimulationError(
             f"Expected a list of fb.event(...) or expressions for events=, got {events!r}. For none leave it out."
         )
-    if isinstance(events, (tuple, list)) and not events:
-        return ()
     if isinstance(events, EventSpec | str) or not isinstance(events, Iterable):
         events = [events]
     return tuple(one if isinstance(one, EventSpec) else event(one) for one in events)

@@ -36,7 +36,19 @@ from .layout import (
     TORN,
     WORST,
 )
-from .machine import Compiled, Integers, Reals, call, compiled, greater, root, shifted, whole
+from .machine import (
+    Compiled,
+    Integers,
+    Reals,
+    call,
+    compiled,
+    greater,
+    integers_at,
+    reals_at,
+    root,
+    shifted,
+    whole,
+)
 
 
 @compiled
@@ -316,20 +328,16 @@ def speeds(
 
 
 @compiled
-def close(
-    conditions: int, motion: int, moved: int, n_q: int, n: int, m: int, nq: int, integers: Integers, numbers: Reals,
-    c: Reals, room: Reals,
-) -> None:  # fmt: skip
+def close(told: Integers) -> None:
     """Coordinates and speeds on the constraints, and which of them are independent there.
 
-    Parameters
-    ----------
-    conditions, motion, moved    kernels: (φ, G); (ψ, G, M); q' of (q, u)
-    n_q, n, m, nq                coordinates, speeds, conditions, quaternions
-    integers, numbers            what is asked and told (`layout`)
-    c                            constants of the kernels
-    room                         memory (`layout.closing`)
+    ``told`` holds addresses of kernels, (φ, G), (ψ, G, M) and q' of (q, u); numbers of coordinates, speeds, conditions
+    and quaternions; addresses of integers and numbers, what is asked and told (`layout`), of memory (`layout.closing`)
+    and of the constants of the kernels.
     """
+    conditions, motion, moved, n_q, n, m, nq = told[0], told[1], told[2], told[3], told[4], told[5], told[6]
+    integers, numbers = integers_at(told[7]), reals_at(told[8])
+    room, c = reals_at(told[9]), reals_at(told[10])
     on_speeds = shifted(integers, BY_CONDITION)
     kept = shifted(on_speeds, m)
     held = shifted(kept, m)

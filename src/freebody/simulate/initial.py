@@ -11,7 +11,6 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from ..dynamics import rest_coordinates
 from ..errors import ExpressionError, SimulationError, nearest
 from ..model import Model
 from ..scalar.algebra import floats
@@ -99,7 +98,7 @@ def named_numbers(
     if not isinstance(initial, (dict, Mapping)):  # the first is the quicker to be told
         raise SimulationError(f"Expected {where} values by name, such as {{'theta': 0.1}}, got {initial!r}.")
     places = model.places
-    y = [*map(float, rest_coordinates(model)), *[0.0] * model.n_u]
+    y = list(model.rest)
     given: dict[int, Any] = {}
     for key, value in initial.items():
         name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
@@ -140,8 +139,8 @@ def named_numbers(
 
 def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
     """Whether a value of a parameter, or of the start, has an axis of lanes (the components of a quaternion do not)."""
-    given = values if isinstance(values, (dict, Mapping)) else {}
-    start = initial if isinstance(initial, (dict, Mapping)) else {}
+    given = values if values is not None and isinstance(values, (dict, Mapping)) else {}
+    start = initial if initial is not None and isinstance(initial, (dict, Mapping)) else {}
     if _SINGLE.issuperset(map(type, chain(given.values(), start.values()))):
         return False
 

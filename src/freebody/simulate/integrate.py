@@ -7,9 +7,10 @@ progress, notice an interruption, and make new buffers; within a step there is n
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import struct
+from collections.abc import Callable, Sequence
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -52,15 +53,9 @@ _FIRST = 1024  # steps of the first piece
 _SMALL, _SHAPES = 1 << 20, 16  # bytes of a buffer that is kept for the next run, and how many are
 
 
-class _Piece(NamedTuple):
-    """What one call of the compiled loop has done: its steps, with the state at the start of each and at the end of the
-    last, events, and why it ended."""
-
-    times: Array
-    lengths: Array
-    states: Array
-    crossings: list[Crossing]
-    code: int
+_Piece = tuple[Array, Array, Array, list[Crossing], int]
+"""What one call of the compiled loop has done: times, lengths and states of its steps, with the time and state of the
+end of the last; events; and why it ended."""
 
 
 def integrate(
@@ -104,15 +99,17 @@ def integrate(
     halt                 (times, states) of some steps -> the first of these states at which the run stops, with the
                          status RELEASED, if there is one
     """
-    run = _run_of(rates, watch, method, state, relative, absolute)
     span = abs(until - start)
     if step is not None:
         longest = min(step, max_step, span)
         first_step = span / math.ceil(span / longest * (1 - 1e-12)) if span else step
-        run.integers[layout.FIXED] = 1
-    if until_stiff:
-        run.integers[layout.ASKED] = 1
-    run.reals[:] = (start, first_step or 0.0, 0.0, until, max_step, start, layout.ORDERS[method])
+    shape = method, rates.size, 0 if watch is None else len(watch.directions)
+    run = _SPARE.pop(shape, None) or _Run(*shape)
+    run.begin(rates, watch, state, relative, absolute)
+    _CARRIED.pack_into(
+        run.carried, 0, start, first_step or 0.0, 0.0, until, max_step, start, layout.ORDERS[method],
+        until_stiff, step is not None, run.named,
+    )  # fmt: skip
     room = run.room if halt is None else min(64, run.room)  # what comes after a halt was for nothing
     left = math.inf if max_steps is None else max_steps
     steps, last = 0, None
@@ -124,20 +121,22 @@ def integrate(
             # a piece is appended whole: wherever the keyboard interrupts, the pieces fit together
             allowed = room if budget is None or steps >= budget else min(room, budget - steps)
             pieces.append(run.piece(int(min(allowed, left))))
+            times, lengths, states, _, code = pieces[-1]
             clock = perf_counter() - clock
-            done = pieces[-1].lengths.size
+            done = lengths.size
             left -= done
             steps += done
             if halt is not None:
-                found = halt(pieces[-1].times, pieces[-1].states)
-                if found is not None and (found < done or pieces[-1].code not in _ENDS):
+                found = halt(times, states)
+                if found is not None and (found < done or code not in _ENDS):
                     status, last = RELEASED, steps - done + found
                     break
             if steps == budget and done:
                 # the same place whatever the computer's speed: a run can be repeated to the last bit
                 _tighten(run, steps, start, until, layout.ORDERS[method])
-            if pieces[-1].code != layout.RUNNING:
-                status = _STATUS[pieces[-1].code]
+                relative, absolute = run.relative.copy(), run.absolute.copy()
+            if code != layout.RUNNING:
+                status = _STATUS[code]
             elif left <= 0:
                 status = TOO_MANY_STEPS
             else:
@@ -145,12 +144,12 @@ def integrate(
                 largest = max(16, _MEMORY // (8 * (rates.size + 2)))
                 room = int(min(largest, max(16, min(4 * room, _PIECE * pace))))
                 if between is not None:
-                    between(float(pieces[-1].times[-1]))
+                    between(float(times[-1]))
     except KeyboardInterrupt:
         status = INTERRUPTED
     if not pieces:
-        pieces.append(_Piece(np.array([start]), np.empty(0), np.array(state, dtype=float)[None], [], 0))
-    counts = run.integers.tolist()
+        pieces.append((np.array([start]), np.empty(0), np.array(state, dtype=float)[None], [], 0))
+    counts = run.counts
     path = Path(
         rates,
         *_joined(pieces),
@@ -159,8 +158,8 @@ def integrate(
         counts[layout.REJECTED],
         counts[layout.EVALUATED],
         method,
-        run.relative.copy(),
-        run.absolute.copy(),
+        relative,
+        absolute,
         counts[layout.STIFFNESS],
     )
     run.give_back()
@@ -169,14 +168,15 @@ def integrate(
 
 def _joined(pieces: list[_Piece]) -> tuple[Array, Array, Array, tuple[Crossing, ...]]:
     """Times, lengths, states and events of all."""
-    *before, last = pieces
-    if not before:
-        return last.times, last.lengths, last.states, tuple(last.crossings)
+    if len(pieces) == 1:
+        times, lengths, states, crossings, _ = pieces[0]
+        return times, lengths, states, tuple(crossings)
+    *before, (times, _, states, _, _) = pieces
     return (
-        np.concatenate([*(piece.times[:-1] for piece in before), last.times]),
-        np.concatenate([piece.lengths for piece in pieces]),
-        np.concatenate([*(piece.states[:-1] for piece in before), last.states]),
-        tuple(crossing for piece in pieces for crossing in piece.crossings),
+        np.concatenate([*(piece[0][:-1] for piece in before), times]),
+        np.concatenate([piece[1] for piece in pieces]),
+        np.concatenate([*(piece[2][:-1] for piece in before), states]),
+        tuple(crossing for piece in pieces for crossing in piece[3]),
     )
 
 
@@ -197,7 +197,7 @@ class _Run:
 
     def __init__(self, *shape: Any) -> None:
         self.shape = shape
-        method, n, _, _, m, _ = shape
+        _, n, m = shape
         place, starts, size = layout.block(*shape)
         # from the start of a line of the cache: rows that lie across two are read and written in two parts
         memory = np.zeros(size + 8)
@@ -212,36 +212,37 @@ class _Run:
             whole[place["integers"]],
             real[place["reals"]],
         )
+        self.carried = memory.data.cast("B")[8 * (shift + place["reals"].start) :]
         self.relative, self.absolute = real[place["relative"]], real[place["absolute"]]
-        self.state, self.constants = real[place["state"]], real[place["constants"]]
-        self.corrections = whole[place["quaternions"]]
-        self.watch_constants = real[place["watch_constants"]]
+        self.start = real[place["start"]]
         self.directions, self.terminal = whole[place["directions"]], whole[place["terminal"]]
-        self.all = real[: place["told"].start]
-        self.told[: layout.NUMBERS] = 0, n, layout.padded(n), 0, 0, 0, m
-        self.told[layout.NUMBERS : layout.NUMBERS + len(starts)] = starts + base
+        told = n, m, layout.padded(n), *(starts + base).tolist()
+        self.told[layout.ROOM + 1 : -len(layout.BUFFERS)] = told
+        self.rates: Rates | None = None
+        self.named = 0
         self.room = min(_FIRST, max(16, _MEMORY // (8 * (n + 2))))
         self._buffers(self.room)
+        self.small = self.buffer.nbytes <= _SMALL
 
     def begin(
         self, rates: Rates, watch: Watch | None, state: ArrayLike, relative: ArrayLike, absolute: ArrayLike
     ) -> None:
         """The start of a run in place of the end of another."""
-        self.all.fill(0.0)
-        self.state[:], self.relative[:], self.absolute[:] = state, relative, absolute
-        self.constants[:], self.corrections[:] = rates.constants, rates.corrections
-        self.told[layout.RATES], self.told[layout.QUATERNIONS] = rates.address, len(rates.quaternions)
-        if self.m:
-            assert watch is not None
-            self.told[layout.WATCHED] = watch.address
-            self.watch_constants[:] = rates.constants if watch.constants is None else watch.constants
+        if self.rates is not rates:
+            self.rates, self.told[layout.RATES] = rates, rates.told
+        if watch is not None and self.m:
+            self.watch = watch
+            constants = rates.constants if watch.constants is None else watch.constants
+            self.told[layout.WATCHED] = watch.address, loop.passed(constants, "Reals") or 0
             self.directions[:], self.terminal[:] = watch.directions, watch.terminal
-            self.integers[layout.NAMED] = self.m if watch.named is None else watch.named
+            self.named = self.m if watch.named is None else watch.named
+        self.start[:], self.relative[:], self.absolute[:] = state, relative, absolute
+        self.counts: Sequence[int] = _NOTHING
         self.function = loop.use(self.shape[0], self.m > 0)
 
     def give_back(self) -> None:
         """The next run of this shape works here."""
-        if self.room and self.buffer.nbytes <= _SMALL:
+        if self.room and self.small:
             if len(_SPARE) >= _SHAPES:
                 _SPARE.clear()
             _SPARE[self.shape] = self
@@ -255,8 +256,6 @@ class _Run:
         starts = (0, rows, 2 * rows, of_events, of_events + layout.LOGGED * logged)
         base = loop.address(memory)
         self.told[-len(starts) :] = [base + 8 * start for start in starts]
-        self.times, self.lengths = memory[:rows], memory[rows : 2 * rows]
-        self.states = memory[2 * rows : of_events].reshape(rows, n)
         self.log = memory[of_events : starts[4]].reshape(logged, layout.LOGGED)
         self.where = memory[starts[4] :].reshape(logged, n)
 
@@ -267,7 +266,8 @@ class _Run:
             self.room = 0
         self.told[layout.ROOM] = room
         code = self.function(self.address)
-        done, found = int(self.integers[layout.ACCEPTED]), int(self.integers[layout.EVENTS])
+        self.counts = counts = self.integers.tolist()
+        done, found = counts[layout.ACCEPTED], counts[layout.EVENTS]
         crossings = []
         if found:
             crossings = [
@@ -276,23 +276,22 @@ class _Run:
                     self.log[:found].tolist(), self.where[:found], strict=True
                 )
             ]
-        times, lengths, states = self.times[: done + 1], self.lengths[:done], self.states[: done + 1]
+        rows = done + 1
+        made = self.buffer[: rows * (2 + self.n) - 1]
         if self.room:
-            times, lengths, states = times.copy(), lengths.copy(), states.copy()
-        return _Piece(times, lengths, states, crossings, code)
+            made = made.copy()
+        return (
+            made[:rows],
+            made[rows : rows + done],
+            made[rows + done :].reshape(rows, self.n),
+            crossings,
+            code,
+        )
 
+
+_CARRIED = struct.Struct(f"{layout.REALS}d{8 * layout.ASKED}x{layout.INTEGERS - layout.ASKED}q")
+"""Real numbers and integers of a run, of which those before ASKED are zeros at its start."""
+_NOTHING = (0,) * layout.INTEGERS
 
 _SPARE: dict[tuple[Any, ...], _Run] = {}
 """Of runs that are over, by shape. A run that begins takes one out, so that no two ever share it."""
-
-
-def _run_of(
-    rates: Rates, watch: Watch | None, method: str, state: ArrayLike, relative: ArrayLike, absolute: ArrayLike
-) -> _Run:
-    c, m, watched = rates.constants.size, 0, 0
-    if watch is not None and watch.directions:
-        m, watched = len(watch.directions), c if watch.constants is None else watch.constants.size
-    shape = method, rates.size, c, rates.corrections.size, m, watched
-    run = _SPARE.pop(shape, None) or _Run(*shape)
-    run.begin(rates, watch, state, relative, absolute)
-    return run

@@ -90,6 +90,7 @@ class Kernels:
         self._names_dropped: tuple[str, ...] = ()
         self._defaults: dict[str, float] | None = None
         self._checked: dict[str, float] | None = None
+        self.at_hand: dict[str, Any] = {}  # memory for who takes it out
         self._at: tuple[dict[str, float], Array, Rates] | None = None
 
     def holding(self, active: tuple[int, ...]) -> Kernels:
@@ -200,7 +201,7 @@ class Kernels:
             self._names_dropped = tuple(left)
             return {**found, "dropped": self._checked_conditions(state, left)} if left else found
 
-        return self._large() or self._program("motion", functions)
+        return self._programs.get("motion") or self._large() or self._program("motion", functions)
 
     def at(self, values: Mapping[str, float]) -> tuple[Array, Rates]:
         """Parameters in their order, and the right-hand side with the constants of them; the last ones are kept."""
@@ -240,7 +241,7 @@ class Kernels:
         """Of each condition, 1 if it is one on speeds only."""
         return tuple(int(row.on_speeds) for row in rows(self.model))
 
-    @property
+    @cached_property
     def dropped(self) -> tuple[str, ...]:
         """Conditions that were redundant at the start, less those that hold identically."""
         self.motion()
@@ -339,35 +340,32 @@ def _is_zero(value: Any) -> bool:
 
 
 _KEPT, _END = 16, object()
-_recent: OrderedDict[int, tuple[Any, tuple[Any, ...], Kernels]] = OrderedDict()
+_recent: OrderedDict[int, tuple[Any, tuple[Any, ...], tuple[Any, ...], Kernels]] = OrderedDict()
 
 
 def kernels_of(machine: System | Model) -> Kernels:
     """The programs of a system as it is described now, or of a model; those used last are kept."""
+    known = _recent.get(id(machine))
+    if known is not None and all(map(is_, known[2], _parts(machine, known[1]))):
+        _recent.move_to_end(id(machine))
+        return known[3]
     if not isinstance(machine, (System, Model)):
         raise ModelError(
             f"Expected a System or a Model to simulate, got {machine!r}. "
             "A machine is described first: s = fb.System('name')."
         )
-    known = _recent.get(id(machine))
-    if known is not None and all(map(is_, known[1], _parts(machine))):
-        _recent.move_to_end(id(machine))
-        return known[2]
-    kernels = Kernels(assemble(machine) if isinstance(machine, System) else machine)
-    _recent[id(machine)] = (machine, tuple(_parts(machine)), kernels)
+    if isinstance(machine, System):
+        tables = (*map(dict.values, machine.tables), machine.positive)
+        kernels = Kernels(assemble(machine))
+    else:
+        kernels, tables = Kernels(machine), ()
+    _recent[id(machine)] = (machine, tables, tuple(_parts(machine, tables)), kernels)
     while len(_recent) > _KEPT:
         _recent.popitem(last=False)
     return kernels
 
 
-def _parts(machine: System | Model) -> Iterator[Any]:
+def _parts(machine: System | Model, tables: tuple[Any, ...]) -> Iterator[Any]:
     """Everything a description consists of, and what stands at no other place than the end; the parts themselves never
     change."""
-    if isinstance(machine, Model):
-        return iter((_END,))
-    tables = (
-        machine.declared, machine.bodies, machine.joints, machine.loads, machine.constraints, machine.contacts,
-        machine.controllers, machine.about,
-    )  # fmt: skip
-    parts = chain.from_iterable(map(dict.values, tables))
-    return chain(machine.parameter_list, parts, machine.positive, (machine.gravity, _END))
+    return chain(chain.from_iterable(tables), (machine.gravity, _END))

@@ -41,15 +41,17 @@ MANY = 10_000
 # program of the method: the place of its constants among those of the rates, and its kernels
 PROJECTION, PROJECTED, CONSTANTS, KERNELS = 0, 1, 2, 3
 
-# What `run` is told, a number or the address of an array each: rates, number of components, length of a row of the work
-# array, number of quaternions, steps that the buffers hold, event functions, their number; then arrays that last a run
-# (`IN_BLOCK`), and the buffers of a piece of it
-NUMBERS = 7
-RATES, QUATERNIONS, ROOM, WATCHED = 0, 3, 4, 5  # those among them that differ from run to run
+# What `run` is told, a number or the address of an array each: rates, number of quaternions, their places, constants,
+# event functions, their constants, and number of steps that the buffers hold, which differ from run to run; numbers of
+# components and of event functions, length of a row of the work array; then arrays that last a run (`IN_BLOCK`), of
+# which a run begins with zeros in the first `CLEARED`; and the buffers of a piece of it
+RATES, QUATERNIONS, WATCHED, ROOM = slice(0, 4), 1, slice(4, 6), 6
+NUMBERS = 10
 IN_BLOCK = (
-    "work", "constants", "quaternions", "relative", "absolute", "reals", "integers", "watch_constants", "directions",
-    "terminal", "last", "table", "values", "found",
+    "work", "last", "table", "values", "found", "start", "relative", "absolute", "reals", "integers", "directions",
+    "terminal",
 )  # fmt: skip
+CLEARED = 5
 BUFFERS = ("times", "lengths", "states", "event_log", "event_states")
 
 PARTS = 8  # of a step at which event functions are looked at, besides one point close to either end
@@ -93,19 +95,16 @@ SMALL, DEPENDENT, POOR, LIGHT, MISSED, SIZE, MOMENT, COORDINATES = 0, 1, 2, 3, 4
 
 
 @cache
-def block(
-    method: str, n: int, constants: int, quaternions: int, m: int, watched: int
-) -> tuple[dict[str, slice], NDArray[np.int64], int]:
-    """Of one block of memory for a run: where the arrays of `IN_BLOCK` lie, and ``state`` and ``told``; the distances
-    of those arrays from its start in bytes; and its size in numbers."""
+def block(method: str, n: int, m: int) -> tuple[dict[str, slice], NDArray[np.int64], int]:
+    """Of one block of memory for a run: where the arrays of `IN_BLOCK` lie, and ``told``; the distances of those arrays
+    from its start in bytes; and its size in numbers."""
     sizes = (
-        rows(method, n) * padded(n), constants, quaternions, n, n, REALS, INTEGERS, watched, m, m, m,
-        (PARTS + 3) * (m + 1), m, most_events(m) * FOUND, NUMBERS + len(IN_BLOCK) + len(BUFFERS),
+        rows(method, n) * padded(n), m, (PARTS + 3) * (m + 1), m, most_events(m) * FOUND, n, n, n, REALS, INTEGERS,
+        m, m, NUMBERS + len(IN_BLOCK) + len(BUFFERS),
     )  # fmt: skip
     ends = list(accumulate(sizes))
     begins = [end - size for size, end in zip(sizes, ends, strict=True)]
     places = dict(zip((*IN_BLOCK, "told"), map(slice, begins, ends), strict=True))
-    places["state"] = slice(STATE * padded(n), STATE * padded(n) + n)
     return places, 8 * np.array(begins[:-1], dtype=np.int64), ends[-1]
 
 

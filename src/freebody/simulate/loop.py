@@ -75,10 +75,10 @@ class Function:
 
     def __call__(self, *values: Any) -> Any:
         """None stands for an array that is not used. Other threads run meanwhile; the keyboard is heard afterwards."""
-        return self.code(*map(_passed, values, self.arguments))
+        return self.code(*map(passed, values, self.arguments))
 
 
-def _passed(value: Any, kind: str) -> int | None:
+def passed(value: Any, kind: str) -> int | None:
     """What C gets of a value: an integer, or the address of the first number."""
     if value.__class__ is not np.ndarray:
         return value

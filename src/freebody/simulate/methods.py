@@ -16,7 +16,7 @@ Only what a run asks for is loaded or compiled.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -96,15 +96,17 @@ def run(
     **options: Any,
 ) -> Path:  # fmt: skip
     """`integrate` by a method."""
-    first = first_method(kernels, method, options["relative"])
-    equipped = _equipped(kernels, parameters, first, rates)
     if method != "auto":
-        return integrate(equipped, *arguments, method=first, step=step, **options)
-    if _finest(options["relative"]) < FINE:
+        equipped = _equipped(kernels, parameters, method, rates)
+        return integrate(equipped, *arguments, method=method, step=step, **options)
+    finest = _finest(options["relative"])
+    first = _of_accuracy(kernels, finest)
+    equipped = _equipped(kernels, parameters, first, rates)
+    if finest < FINE:
         return integrate(equipped, *arguments, method=first, **options)
     control = {**options, "until_stiff": True, "budget": BUDGET}
     if first == "taylor" and options.get("halt") is None:
-        control["between"] = _compared(rates, *arguments[:2], **options)
+        control["between"] = _compared(rates, arguments[0], arguments[1], options)
     try:
         path = integrate(equipped, *arguments, method=first, **control)
     except _Shortened:
@@ -117,9 +119,10 @@ def run(
 
 def first_method(kernels: Kernels, method: str, relative: NDArray[np.float64], batch: bool = False) -> str:
     """What a run begins with, or every lane of a batch."""
-    if method != "auto":
-        return method
-    finest = _finest(relative)
+    return _of_accuracy(kernels, _finest(relative), batch) if method == "auto" else method
+
+
+def _of_accuracy(kernels: Kernels, finest: float, batch: bool = False) -> str:
     accurate, products = (ACCURATE_OF_EIGHT, PRODUCTS_OF_EIGHT) if batch else (ACCURATE, PRODUCTS)
     if finest <= accurate and _has_short_series(kernels, products):
         return "taylor"
@@ -144,29 +147,28 @@ class _Shortened(Exception):
 
 
 def _compared(
-    rates: Rates, state: ArrayLike, start: float, *, between: Callable[[float], None] | None = None,
-    watch: Any = None, **options: Any,
-) -> Callable[[float], None]:  # fmt: skip
+    rates: Rates, state: ArrayLike, start: float, options: Mapping[str, Any]
+) -> Callable[[float], None]:
     """``between`` for a run by series, which sees once whether its steps are shortened by round-off.
 
     A rotor that is driven, or symmetric, turns many times in a step that its slow precession allows. The angle, and
     what is in body axes, cancels from the rates but for round-off, of which the terms of the series grow as those of
     the turning do.
     """
-    del watch
     seen = False
 
     def look(t: float) -> None:
         nonlocal seen
         if not seen:
             seen = True
-            other = integrate(rates, state, start, t, method="dop853", **{**options, "max_steps": COMPARED})
+            alone = {**options, "max_steps": COMPARED, "watch": None, "between": None}
+            other = integrate(rates, state, start, t, method="dop853", **alone)
             if other.status == INTERRUPTED:
                 raise KeyboardInterrupt
             if other.status == FINISHED:
                 raise _Shortened
-        if between is not None:
-            between(t)
+        if options["between"] is not None:
+            options["between"](t)
 
     return look
 

@@ -58,6 +58,12 @@ class Rates:
     equipped: dict[str, Rates] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @cached_property
+    def told(self) -> tuple[int, int, int, int]:
+        """What a run is told of them, in the order of `layout`."""
+        constants = loop.passed(self.constants, "Reals")
+        return self.address, len(self.quaternions), loop.address(self.corrections), constants or 0
+
+    @cached_property
     def corrections(self) -> NDArray[np.int64]:
         """What the compiled loop is told of the corrections of a state."""
         kernels = (self.projection, self.projected, self.others_constants, *self.others)
@@ -109,8 +115,8 @@ class Path:
     rejected: int
     evaluations: int
     method: str = "dop853"
-    relative: Array | None = None
-    absolute: Array | None = None
+    relative: ArrayLike | None = None
+    absolute: ArrayLike | None = None
     stiff: int = 0
 
     @property
@@ -146,7 +152,7 @@ class Path:
         result = np.empty((wanted.size, self.rates.size))
         n, width = self.rates.size, padded(self.rates.size)
         quaternions = self.rates.corrections
-        relative, absolute = (np.ones(n) if x is None else x for x in (self.relative, self.absolute))
+        relative, absolute = (np.full(n, 1.0 if x is None else x) for x in (self.relative, self.absolute))
         loop.sample(
             self.method, self.rates.address, n, self.rates.constants, work_room(self.method, n), width,
             quaternions, len(self.rates.quaternions), self.steps, self.times, self.lengths, self.states, int(dense),

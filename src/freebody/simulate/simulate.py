@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -196,7 +197,7 @@ def simulate(
         model, method, near=near, project=project, tolerance=tolerance, max_step=max_step, max_steps=max_steps,
         impacts=impacts, indeterminate=indeterminate,
     )  # fmt: skip
-    numbers = kernels.values(values)
+    numbers: Mapping[str, float] = kernels.values(values)
     begin = number(model, numbers, start, "start")
     numbers = at_time(model, numbers, begin)
     kernels.check(numbers)
@@ -266,10 +267,10 @@ def simulate(
         # the loop of the run observes too: no other has to be compiled
         loop.use(first_method(kernels, method, tolerances), bool(specs or impulses or model.switched))
         energies = kernels.motion().address("energy")
-        first = observe(energies, 2, np.array([begin]), state[None], rates.constants)[0]
-        energy = float(np.max(np.abs(first)))
+        first = observe(energies, 2, np.array([begin]), state[None], rates.constants)[0].tolist()
+        energy = max(map(abs, first))
         absolute = tolerances.copy()
-        absolute[-1] *= energy if 0 < energy < math.inf else 1.0
+        absolute[-1] *= energy if energy > 0 and all(map(math.isfinite, first)) else 1.0
     blows = blows_of(impulses)
     if blows:
         watch = watching_blows(kernels, parameters, specs, blows)
@@ -311,9 +312,11 @@ def simulate(
         else:
             path = advance(state, begin, end)
     parts = (kernels, numbers, path, specs, tolerances, wanted, samples)
-    phased = isinstance(path, Phases)
-    happened = sorted((*happenings, *holding.told), key=lambda one: one.time)
-    trajectory = PhasedTrajectory(*parts, happenings=happened) if phased else Trajectory(*parts)
+    if isinstance(path, Phases):
+        happened = sorted((*happenings, *holding.told), key=lambda one: one.time)
+        trajectory: Trajectory = PhasedTrajectory(*parts, happenings=happened)
+    else:
+        trajectory = Trajectory(*parts)
     if path.status in runs.FAILED:
         raise failure(trajectory, path, holding.now, end, watching_specs(kernels, specs, blows))
     if model.constraints:
@@ -343,7 +346,7 @@ def _times(times: ArrayLike | None, begin: float, end: float) -> Any:
 def _tolerances(kernels: Kernels, tolerance: Any, method: str) -> Any:
     finest = FINEST_OF_SERIES if method == "taylor" else FINEST
     if isinstance(tolerance, float) or not isinstance(tolerance, Mapping):
-        return np.array([_tolerance(tolerance, finest)] * kernels.size)
+        return _equal(_tolerance(tolerance, finest), kernels.size)
     names = kernels.names
     texts = kernels.model.names.texts
     by_name = {key if isinstance(key, str) else texts.get(key, str(key)): v for key, v in tolerance.items()}
@@ -353,8 +356,16 @@ def _tolerances(kernels: Kernels, tolerance: Any, method: str) -> Any:
     return np.array([_tolerance(by_name.get(name, 1e-9), finest) for name in names])
 
 
+@lru_cache(maxsize=64)
+def _equal(number: float, n: int) -> Any:
+    """``n`` times the same number, for all who ask for them."""
+    result = np.full(n, number)
+    result.setflags(write=False)
+    return result
+
+
 def _tolerance(value: Any, finest: float) -> float:
-    if np.ndim(value):
+    if not is_number(value) and np.ndim(value):
         raise SimulationError(
             f"Expected one number for tolerance=, or numbers by name, such as {{'theta': 1e-9}}, got {value!r}."
         )

@@ -43,6 +43,7 @@ from .layout import (
     ASKED,
     BLAME,
     CALM,
+    CLEARED,
     COLLAPSED,
     CULPRIT,
     DENSE,
@@ -60,6 +61,7 @@ from .layout import (
     MAX_STEP,
     NAMED,
     NOT_FINITE,
+    NUMBERS,
     OF_ORDER,
     OLD_ERROR,
     PARTS,
@@ -866,30 +868,36 @@ def advance(
 def run(told: Integers) -> int:
     """A run, or its next part: `advance` with its arguments in memory, numbers or addresses, in the order of `layout`.
 
-    A run that can not begin has its start in the buffers, and no steps.
+    A run that can not begin has its start in the buffers, and no steps. In the buffers the lengths follow upon the
+    times, and the states upon the lengths, without a gap.
     """
-    rates, n, w, nq, room, events, m = told[0], told[1], told[2], told[3], told[4], told[5], told[6]
-    work, c, quaternions = reals_at(told[7]), reals_at(told[8]), integers_at(told[9])
-    relative, absolute, reals = reals_at(told[10]), reals_at(told[11]), reals_at(told[12])
-    integers, ce, directions = integers_at(told[13]), reals_at(told[14]), integers_at(told[15])
-    terminal, last, table = integers_at(told[16]), integers_at(told[17]), reals_at(told[18])
-    g, found, times = reals_at(told[19]), reals_at(told[20]), reals_at(told[21])
-    lengths, states = reals_at(told[22]), reals_at(told[23])
+    rates, nq, quaternions, c = told[0], told[1], integers_at(told[2]), reals_at(told[3])
+    events, ce, room, n, m, w = told[4], reals_at(told[5]), told[6], told[7], told[8], told[9]
+    work, last, table = reals_at(told[10]), integers_at(told[11]), reals_at(told[12])
+    g, found, start = reals_at(told[13]), reals_at(told[14]), reals_at(told[15])
+    relative, absolute, reals = reals_at(told[16]), reals_at(told[17]), reals_at(told[18])
+    integers, directions, terminal = integers_at(told[19]), integers_at(told[20]), integers_at(told[21])
+    times, lengths, states = reals_at(told[22]), reals_at(told[23]), reals_at(told[24])
+    status = RUNNING
     if integers[TAKEN] == 0:
+        for i in range((told[NUMBERS + CLEARED] - told[NUMBERS]) // 8):
+            work[i] = 0.0
+        _copy(start, 0, work, STATE * w, n)
         normalise(work, STATE * w, quaternions, nq)
         times[0] = reals[TIME]
         _copy(work, STATE * w, states, 0, n)
         status = launch(rates, work, w, n, c, relative, absolute, reals, integers)
-        if status != RUNNING:
-            return status
-        if WATCHED != 0 and m > 0:
+        if WATCHED != 0 and m > 0 and status == RUNNING:
             status = look(events, reals[TIME], work, w, m, ce, table, last, integers)
-            if status != RUNNING:
-                return status
-    return advance(
-        rates, n, c, work, w, quaternions, nq, relative, absolute, reals, integers, room, times, lengths, states,
-        events, m, ce, directions, terminal, last, table, g, found, reals_at(told[24]), reals_at(told[25]),
-    )  # fmt: skip
+    if status == RUNNING:
+        status = advance(
+            rates, n, c, work, w, quaternions, nq, relative, absolute, reals, integers, room, times, lengths, states,
+            events, m, ce, directions, terminal, last, table, g, found, reals_at(told[25]), reals_at(told[26]),
+        )  # fmt: skip
+    done = integers[ACCEPTED]
+    _copy(lengths, 0, times, done + 1, done)
+    _copy(states, 0, times, 2 * done + 1, (done + 1) * n)
+    return status
 
 
 @part
