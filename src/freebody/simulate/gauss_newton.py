@@ -36,7 +36,7 @@ from .layout import (
     TORN,
     WORST,
 )
-from .machine import Compiled, Integers, Reals, call, compiled, greater, root, shifted, whole
+from .machine import Integers, Reals, call, compiled, greater, root, shifted, whole
 
 
 @compiled
@@ -361,6 +361,4 @@ def close(
     integers[STATUS] = speeds(shifted(state, n_q), G, psi, M, m, n, fixed, numbers, integers, rest)
 
 
-FUNCTIONS: dict[str, Compiled] = {
-    name: value for name, value in globals().items() if isinstance(value, Compiled)
-}
+FUNCTIONS = {"close": close}

@@ -237,7 +237,7 @@ class _Run:
             self.watch_constants[:] = rates.constants if watch.constants is None else watch.constants
             self.directions[:], self.terminal[:] = watch.directions, watch.terminal
             self.integers[layout.NAMED] = self.m if watch.named is None else watch.named
-        self.function = loop.use(self.shape[0], self.m > 0)
+        self.function = loop.use(self.shape[0])
 
     def give_back(self) -> None:
         """The next run of this shape works here."""

@@ -10,17 +10,13 @@ import math
 from typing import Any
 
 from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
 from .layout import WIDTH
 from .rows import Eight, all_of, bits_of
+from .translation import REAL, WHOLE, called, counted, instruction, variable
 
-_double, _integer = ir.DoubleType(), ir.IntType(64)
-_eight = ir.VectorType(_double, WIDTH)
-_wholes = ir.VectorType(_integer, WIDTH)
-_index = types.int64
+_eight = ir.VectorType(REAL, WIDTH)
+_wholes = ir.VectorType(WHOLE, WIDTH)
 
 
 class _Eight:
@@ -41,11 +37,7 @@ class _Eight:
 
     def called(self, name: str, *arguments: Any) -> Any:
         """An intrinsic of LLVM."""
-        function = ir.FunctionType(_eight, [_eight] * len(arguments))
-        name = f"llvm.{name}.v{WIDTH}f64"
-        return self.builder.call(
-            cgutils.get_or_insert_function(self.builder.module, function, name), arguments
-        )
+        return called(self.builder, f"llvm.{name}.v{WIDTH}f64", _eight, *arguments)
 
     def fused(self, a: Any, b: Any, c: Any) -> Any:
         return self.called("fmuladd", a, b, c)
@@ -54,16 +46,16 @@ class _Eight:
         return Eight(self.builder, a).greater(Eight(self.builder, b)).value
 
     def variable(self, value: Any) -> Any:
-        return cgutils.alloca_once_value(self.builder, value)
+        return variable(self.builder, value)
 
     def rows(self, w: Any) -> Any:
         """Goes through the components of a row: `with` gives their places."""
-        return cgutils.for_range_slice(self.builder, _integer(0), w, _integer(WIDTH))
+        return counted(self.builder, w, WIDTH)
 
     def plus(self, place: Any, offset: Any, rows: int = 0, w: Any = None) -> Any:
         """``place`` + ``offset`` + ``rows`` w."""
         place = self.builder.add(place, offset)
-        return place if rows == 0 else self.builder.add(place, self.builder.mul(_integer(rows), w))
+        return place if rows == 0 else self.builder.add(place, self.builder.mul(WHOLE(rows), w))
 
     def logarithm2(self, x: Any) -> Any:
         return Eight(self.builder, x).logarithm2().value
@@ -78,25 +70,14 @@ class _Eight:
         return builder.fmul(power, self.fused(r, bend, all_of(1.0)))
 
 
-@intrinsic
-def call_wide(typing: Any, address: Any, t: Any, i: Any, y: Any, j: Any, c: Any, out: Any, k: Any) -> Any:
+@instruction("int", "Reals", "int", "Reals", "int", "Reals", "Reals", "int")
+def call_wide(builder: Any, address: Any, t: Any, i: Any, y: Any, j: Any, c: Any, out: Any, k: Any) -> None:
     """Call the kernel for eight lanes on times ``t[i:]`` and states ``y[j:]``; it writes ``out[k:]``."""
-    del typing
-    signature = types.void(types.int64, t, types.int64, y, types.int64, c, out, types.int64)
-    del address, i, j, k
-
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        del signature
-        kernel, t_, i_, y_, j_, c_, out_, k_ = arguments
-        pointer = _double.as_pointer()
-        function = ir.FunctionType(ir.VoidType(), [pointer] * 4)
-        builder.call(
-            builder.inttoptr(kernel, function.as_pointer()),
-            [builder.gep(t_, [i_]), builder.gep(y_, [j_]), c_, builder.gep(out_, [k_])],
-        )
-        return context.get_dummy_value()
-
-    return signature, write
+    kernel = ir.FunctionType(ir.VoidType(), [REAL.as_pointer()] * 4)
+    builder.call(
+        builder.inttoptr(address, kernel.as_pointer()),
+        [builder.gep(t, [i]), builder.gep(y, [j]), c, builder.gep(out, [k])],
+    )
 
 
 def lengths(order: int, terms: int, tiny: float) -> Any:
@@ -107,47 +88,38 @@ def lengths(order: int, terms: int, tiny: float) -> Any:
     stands log₂ r / p.
     """
 
-    @intrinsic
+    @instruction("Reals", "int", "int", "int", "Reals", "int", "int")
     def lengths(
-        typing: Any, wide: Any, w: Any, series: Any, state: Any, tolerances: Any, rates: Any, result: Any
-    ) -> Any:
-        del typing, w, series, state, rates, result
-
-        def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            del signature
-            wide_, w_, series_, state_, tolerances_, rates_, result_ = arguments
-            v = _Eight(builder, wide_)
-            maxima = [v.variable(all_of(tiny)) for _ in range(terms)]
-            total = v.variable(all_of(0.0))
-            with v.rows(w_) as (offset, _):
-                size = v.called("fabs", v.load(v.plus(state_, offset)))
-                relative = v.load(builder.add(w_, offset), tolerances_)
-                allowed = builder.fadd(v.load(offset, tolerances_), builder.fmul(relative, size))
-                scale = builder.fdiv(all_of(1.0), allowed)
-                for j, most in enumerate(maxima):
-                    part = v.called("fabs", v.load(v.plus(series_, offset, order - j, w_)))
-                    part = builder.fmul(part, scale)
-                    builder.store(v.greater(builder.load(most), part), most)
-                    builder.store(builder.fadd(builder.load(total), part), total)
-            none = all_of(-1e300)
-            slowest, rate = none, v.load(rates_)
+        builder: Any, wide: Any, w: Any, series: Any, state: Any, tolerances: Any, rates: Any, result: Any
+    ) -> None:
+        v = _Eight(builder, wide)
+        maxima = [v.variable(all_of(tiny)) for _ in range(terms)]
+        total = v.variable(all_of(0.0))
+        with v.rows(w) as offset:
+            size = v.called("fabs", v.load(v.plus(state, offset)))
+            relative = v.load(builder.add(w, offset), tolerances)
+            allowed = builder.fadd(v.load(offset, tolerances), builder.fmul(relative, size))
+            scale = builder.fdiv(all_of(1.0), allowed)
             for j, most in enumerate(maxima):
-                size = builder.load(most)
-                log = v.logarithm2(size)
-                if j > 1:
-                    log = builder.fadd(log, builder.fmul(all_of(j - 1.0), rate))
-                log = builder.fmul(log, all_of(1.0 / (order - j)))
-                some = builder.fcmp_ordered(">", size, all_of(tiny))
-                slowest = builder.select(some, v.greater(slowest, log), slowest)
-            found = v.power2(builder.fneg(slowest))
-            infinite = all_of(math.inf)
-            found = builder.select(builder.fcmp_ordered("==", slowest, none), infinite, found)
-            finite = builder.fcmp_ordered("<", builder.load(total), infinite)
-            v.store(builder.select(finite, found, all_of(math.nan)), result_)
-            return context.get_dummy_value()
-
-        places = [_index] * 3
-        return types.void(wide, *places, tolerances, _index, _index), write
+                part = v.called("fabs", v.load(v.plus(series, offset, order - j, w)))
+                part = builder.fmul(part, scale)
+                builder.store(v.greater(builder.load(most), part), most)
+                builder.store(builder.fadd(builder.load(total), part), total)
+        none = all_of(-1e300)
+        slowest, rate = none, v.load(rates)
+        for j, most in enumerate(maxima):
+            size = builder.load(most)
+            log = v.logarithm2(size)
+            if j > 1:
+                log = builder.fadd(log, builder.fmul(all_of(j - 1.0), rate))
+            log = builder.fmul(log, all_of(1.0 / (order - j)))
+            some = builder.fcmp_ordered(">", size, all_of(tiny))
+            slowest = builder.select(some, v.greater(slowest, log), slowest)
+        found = v.power2(builder.fneg(slowest))
+        infinite = all_of(math.inf)
+        found = builder.select(builder.fcmp_ordered("==", slowest, none), infinite, found)
+        finite = builder.fcmp_ordered("<", builder.load(total), infinite)
+        v.store(builder.select(finite, found, all_of(math.nan)), result)
 
     return lengths
 
@@ -159,40 +131,40 @@ def series_end(order: int) -> Any:
     ``errors`` stands 0, or nan where it is not finite.
     """
 
-    @intrinsic
+    @instruction("Reals", "int", "int", "int", "int", "int", "int", "int", "int")
     def series_end(
-        typing: Any, wide: Any, w: Any, series: Any, state: Any, lost: Any, loses: Any, raw: Any, steps: Any,
+        builder: Any,
+        wide: Any,
+        w: Any,
+        series: Any,
+        state: Any,
+        lost: Any,
+        loses: Any,
+        raw: Any,
+        steps: Any,
         errors: Any,
-    ) -> Any:  # fmt: skip
-        del typing, w, series, state, lost, loses, raw, steps, errors
-
-        def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            del signature
-            wide_, w_, series_, state_, lost_, loses_, raw_, steps_, errors_ = arguments
-            v = _Eight(builder, wide_)
-            h = v.load(steps_)
-            twice = builder.fmul(h, h)
-            sizes = v.variable(all_of(0.0))
-            with v.rows(w_) as (offset, _):
-                # Σ y_(k+1) h^k: the odd and the even powers side by side, since one addition waits for the other
-                sides: dict[int, Any] = {}
-                for k in range(order, 0, -1):
-                    term, side = v.load(v.plus(series_, offset, k, w_)), k % 2
-                    sides[side] = v.fused(sides[side], twice, term) if side in sides else term
-                change = builder.fmul(h, v.fused(sides[0], h, sides[1]))
-                change = builder.fadd(change, v.load(v.plus(lost_, offset)))
-                start = v.load(v.plus(state_, offset))
-                end = builder.fadd(start, change)
-                part = builder.fsub(end, start)
-                error = builder.fsub(start, builder.fsub(end, part))
-                v.store(builder.fadd(error, builder.fsub(change, part)), v.plus(loses_, offset))
-                v.store(end, v.plus(raw_, offset))
-                builder.store(builder.fadd(builder.load(sizes), v.called("fabs", end)), sizes)
-            finite = builder.fcmp_ordered("<", builder.load(sizes), all_of(math.inf))
-            v.store(builder.select(finite, all_of(0.0), all_of(math.nan)), errors_)
-            return context.get_dummy_value()
-
-        return types.void(wide, *[_index] * 8), write
+    ) -> None:
+        v = _Eight(builder, wide)
+        h = v.load(steps)
+        twice = builder.fmul(h, h)
+        sizes = v.variable(all_of(0.0))
+        with v.rows(w) as offset:
+            # Σ y_(k+1) h^k: the odd and the even powers side by side, since one addition waits for the other
+            sides: dict[int, Any] = {}
+            for k in range(order, 0, -1):
+                term, side = v.load(v.plus(series, offset, k, w)), k % 2
+                sides[side] = v.fused(sides[side], twice, term) if side in sides else term
+            change = builder.fmul(h, v.fused(sides[0], h, sides[1]))
+            change = builder.fadd(change, v.load(v.plus(lost, offset)))
+            start = v.load(v.plus(state, offset))
+            end = builder.fadd(start, change)
+            part = builder.fsub(end, start)
+            error = builder.fsub(start, builder.fsub(end, part))
+            v.store(builder.fadd(error, builder.fsub(change, part)), v.plus(loses, offset))
+            v.store(end, v.plus(raw, offset))
+            builder.store(builder.fadd(builder.load(sizes), v.called("fabs", end)), sizes)
+        finite = builder.fcmp_ordered("<", builder.load(sizes), all_of(math.inf))
+        v.store(builder.select(finite, all_of(0.0), all_of(math.nan)), errors)
 
     return series_end
 
@@ -202,98 +174,67 @@ def decaying(order: int, bound: float) -> Any:
 
     At ``result`` stands 1 or 0; row ``last`` is y_p."""
 
-    @intrinsic
-    def decaying(typing: Any, wide: Any, w: Any, last: Any, steps: Any, result: Any) -> Any:
-        del typing, w, last, steps, result
-
-        def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            del signature
-            wide_, w_, last_, steps_, result_ = arguments
-            v = _Eight(builder, wide_)
-            sums = [v.variable(all_of(0.0)) for _ in range(3)]
-            with v.rows(w_) as (offset, _):
-                place = v.plus(last_, offset)
-                a = builder.fmul(all_of(float(order)), v.load(place))
-                b = v.load(builder.sub(place, w_))
-                for total, (x, y) in zip(sums, ((a, a), (b, b), (a, b)), strict=True):
-                    builder.store(v.fused(x, y, builder.load(total)), total)
-            above, below, across = (builder.load(total) for total in sums)
-            h, zero = v.load(steps_), all_of(0.0)
-            fast = builder.fmul(builder.fmul(h, h), above)
-            square = builder.fmul(all_of(4.0), builder.fmul(across, across))
-            some = builder.fcmp_ordered(">", below, zero)
-            for less, more in (
-                (builder.fmul(h, across), zero),
-                (builder.fmul(above, below), square),
-                (builder.fmul(all_of(bound * bound), below), fast),
-            ):
-                some = builder.and_(some, builder.fcmp_ordered("<", less, more))
-            v.store(builder.select(some, all_of(1.0), zero), result_)
-            return context.get_dummy_value()
-
-        return types.void(wide, *[_index] * 4), write
+    @instruction("Reals", "int", "int", "int", "int")
+    def decaying(builder: Any, wide: Any, w: Any, last: Any, steps: Any, result: Any) -> None:
+        v = _Eight(builder, wide)
+        sums = [v.variable(all_of(0.0)) for _ in range(3)]
+        with v.rows(w) as offset:
+            place = v.plus(last, offset)
+            a = builder.fmul(all_of(float(order)), v.load(place))
+            b = v.load(builder.sub(place, w))
+            for total, (x, y) in zip(sums, ((a, a), (b, b), (a, b)), strict=True):
+                builder.store(v.fused(x, y, builder.load(total)), total)
+        above, below, across = (builder.load(total) for total in sums)
+        h, zero = v.load(steps), all_of(0.0)
+        fast = builder.fmul(builder.fmul(h, h), above)
+        square = builder.fmul(all_of(4.0), builder.fmul(across, across))
+        some = builder.fcmp_ordered(">", below, zero)
+        for less, more in (
+            (builder.fmul(h, across), zero),
+            (builder.fmul(above, below), square),
+            (builder.fmul(all_of(bound * bound), below), fast),
+        ):
+            some = builder.and_(some, builder.fcmp_ordered("<", less, more))
+        v.store(builder.select(some, all_of(1.0), zero), result)
 
     return decaying
 
 
-@intrinsic
-def unit_at(typing: Any, wide: Any, place: Any) -> Any:
+@instruction("Reals", "int")
+def unit_at(builder: Any, wide: Any, place: Any) -> None:
     """The quaternions at ``place`` divided by their norms: see `stepping.normalise`."""
-    del typing, place
-
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        del signature
-        v = _Eight(builder, arguments[0])
-        places = [v.plus(arguments[1], _integer(WIDTH * j)) for j in range(4)]
-        parts = [v.load(place) for place in places]
-        total = builder.fmul(parts[0], parts[0])
-        for x in parts[1:]:
-            total = builder.fadd(total, builder.fmul(x, x))
-        norm = v.called("sqrt", total)
-        for x, place in zip(parts, places, strict=True):
-            v.store(builder.fdiv(x, norm), place)
-        return context.get_dummy_value()
-
-    return types.void(wide, _index), write
+    v = _Eight(builder, wide)
+    places = [v.plus(place, WHOLE(WIDTH * j)) for j in range(4)]
+    parts = [v.load(place) for place in places]
+    total = builder.fmul(parts[0], parts[0])
+    for x in parts[1:]:
+        total = builder.fadd(total, builder.fmul(x, x))
+    norm = v.called("sqrt", total)
+    for x, place in zip(parts, places, strict=True):
+        v.store(builder.fdiv(x, norm), place)
 
 
-@intrinsic
-def blend(typing: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any) -> Any:
+@instruction("Reals", "int", "int", "int", "int")
+def blend(builder: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any) -> None:
     """Row ``target`` becomes row ``source`` in the lanes in which the number at ``wanted`` is not 0."""
-    del typing, w, source, target, wanted
-
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        del signature
-        wide_, w_, source_, target_, wanted_ = arguments
-        v = _Eight(builder, wide_)
-        some = builder.fcmp_unordered("!=", v.load(wanted_), all_of(0.0))
-        with v.rows(w_) as (offset, _):
-            place = v.plus(target_, offset)
-            v.store(builder.select(some, v.load(v.plus(source_, offset)), v.load(place)), place)
-        return context.get_dummy_value()
-
-    return types.void(wide, *[_index] * 4), write
+    v = _Eight(builder, wide)
+    some = builder.fcmp_unordered("!=", v.load(wanted), all_of(0.0))
+    with v.rows(w) as offset:
+        place = v.plus(target, offset)
+        v.store(builder.select(some, v.load(v.plus(source, offset)), v.load(place)), place)
 
 
-@intrinsic
-def moved(typing: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any, result: Any) -> Any:
+@instruction("Reals", "int", "int", "int", "int", "int")
+def moved(builder: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any, result: Any) -> None:
     """`blend`; at ``result`` stands the greatest change, relative to 1 + |value|: see `stepping.project`."""
-    del typing, w, source, target, wanted, result
-
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        del signature
-        wide_, w_, source_, target_, wanted_, result_ = arguments
-        v = _Eight(builder, wide_)
-        some = builder.fcmp_unordered("!=", v.load(wanted_), all_of(0.0))
-        most = v.variable(all_of(0.0))
-        with v.rows(w_) as (offset, _):
-            place = v.plus(target_, offset)
-            old, new = v.load(place), v.load(v.plus(source_, offset))
-            size = builder.fadd(all_of(1.0), v.called("fabs", new))
-            change = builder.fdiv(v.called("fabs", builder.fsub(new, old)), size)
-            builder.store(v.greater(builder.load(most), change), most)
-            v.store(builder.select(some, new, old), place)
-        v.store(builder.load(most), result_)
-        return context.get_dummy_value()
-
-    return types.void(wide, *[_index] * 5), write
+    v = _Eight(builder, wide)
+    some = builder.fcmp_unordered("!=", v.load(wanted), all_of(0.0))
+    most = v.variable(all_of(0.0))
+    with v.rows(w) as offset:
+        place = v.plus(target, offset)
+        old, new = v.load(place), v.load(v.plus(source, offset))
+        size = builder.fadd(all_of(1.0), v.called("fabs", new))
+        change = builder.fdiv(v.called("fabs", builder.fsub(new, old)), size)
+        builder.store(v.greater(builder.load(most), change), most)
+        v.store(builder.select(some, new, old), place)
+    v.store(builder.load(most), result)
