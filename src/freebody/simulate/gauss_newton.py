@@ -359,6 +359,3 @@ def close(
     integers[HEAVY] = 1 if inverse_trace(rest, n, shifted(rest, n * n)) * numbers[LIGHT] < 1.0 else 0
     independent(G, M, m, n, kept, numbers[POOR], numbers[DEPENDENT], rest)
     integers[STATUS] = speeds(shifted(state, n_q), G, psi, M, m, n, fixed, numbers, integers, rest)
-
-
-FUNCTIONS = {"close": close}

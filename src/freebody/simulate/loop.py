@@ -103,14 +103,14 @@ def _loop(method: str = "dop853") -> Loop:
 
 
 def code(module: str, name: str, sources: Sequence[str]) -> Function:
-    """Another compiled function, of a module whose ``FUNCTIONS`` are made from these sources."""
+    """Another compiled function, of a module, made from these sources."""
     with _ONE:
         return _code(module, name, tuple(sources)).functions[name]
 
 
 @cache
 def _code(module: str, name: str, sources: tuple[str, ...]) -> Loop:
-    return _made(_hash(module, sources), (name,), lambda: _module(module).FUNCTIONS)
+    return _made(_hash(f"{module} {name}", sources), (name,), lambda: vars(_module(module)))
 
 
 def _module(name: str) -> Any:

@@ -320,6 +320,3 @@ def march(
             states[done * (n_q + n) + i] = z[i]
         done += 1
     return done
-
-
-FUNCTIONS = {"march": march}
