@@ -256,7 +256,7 @@ s.hinge("pin", s.ground, bar, to=(0, L / 2, 0), axis="z", coordinate="theta")
 motion = fb.simulate(s, 2, initial={"theta": 1}, events=["theta'"])
 value, events = motion["theta"][-1], len(motion.events)
 from freebody.simulate.loop import loop
-heavy = ("numba", "scipy", "xarray", "pandas", "matplotlib", "rich", "flint", "trimesh", "click")
+heavy = ("scipy", "xarray", "pandas", "matplotlib", "rich", "flint", "trimesh", "click")
 print(json.dumps([value, events, loop().from_disk, [name for name in heavy if name in sys.modules]]))
 """
 

@@ -24,8 +24,6 @@ LIBRARY = (
 
 @lru_cache(maxsize=1)
 def _initialize() -> None:
-    if tuple(map(int, llvmlite.__version__.split(".")[:2])) < (0, 45):
-        llvm.initialize()
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     missing = [name for name in LIBRARY if not llvm.address_of_symbol(name)]
