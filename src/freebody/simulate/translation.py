@@ -11,6 +11,8 @@ follows from them alone is computed here, and a branch that they close is not tr
 are what a function may call; anything else is refused.
 
 Arithmetic is that of the processor: divisions by zero are infinite or not numbers, and integers have 64 bits.
+
+The file is longer than others: it is one language, whose words stand together.
 """
 
 from __future__ import annotations
@@ -103,9 +105,9 @@ def variable(builder: Any, value: Any) -> Any:
 
 
 @contextmanager
-def counted(builder: Any, stop: Any, step: int, start: Any = None) -> Iterator[Any]:
-    """Write a loop: its body, with the number that goes from ``start`` (0) below ``stop`` in steps."""
-    with _loop(builder, start if start is not None else WHOLE(0), stop, step) as (number, _, _):
+def counted(builder: Any, stop: Any, step: int) -> Iterator[Any]:
+    """Write a loop: its body, with the number that goes from 0 in steps while it is below ``stop``."""
+    with _loop(builder, WHOLE(0), stop, step) as (number, _, _):
         yield number
 
 
