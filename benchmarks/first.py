@@ -1,4 +1,4 @@
-"""(d) The first minute: importing, and from ``fb.System()`` to a finished gyroscope trajectory.
+"""(d) The first minute: importing, from ``fb.System()`` to a finished gyroscope trajectory, and compiling each loop.
 
 Every figure comes from a process of its own. "cold" has an empty cache folder (the first run ever), "unseen" a cache
 that holds what is common to all models but not this one, "seen" a cache that holds this model too. Modules are
@@ -54,6 +54,25 @@ except SystemExit:
 print(time.perf_counter() - begin)
 """
 
+LOOP = """
+import sys, time
+from freebody.simulate import closing, loop, timestepping
+begin = time.perf_counter()
+if sys.argv[1] == "moreau":
+    loop.code("moreau", "march", timestepping.SOURCES)
+elif sys.argv[1] == "gauss_newton":
+    loop.code("gauss_newton", "close", closing.SOURCES)
+else:
+    loop.loop(sys.argv[1])
+print(time.perf_counter() - begin)
+"""
+LOOPS = {
+    "dop853": "dop853", "dop54": "dop54", "radau": "radau", "gauss": "gauss", "taylor": "taylor",
+    "structure": "structure", "dop853 lanes": "lanes of dop853", "radau lanes": "lanes of radau",
+    "dop853 lanes_wide": "lanes of dop853, eight at once", "taylor lanes_wide": "lanes of taylor, eight at once",
+    "gauss_newton": "start of a closed loop", "moreau": "time stepping",
+}  # fmt: skip
+
 TITLES = {
     "import": "import freebody",
     "cold": "gyroscope, first run ever (empty caches)",
@@ -73,7 +92,6 @@ def run(code: str, folder: str, *arguments: str) -> tuple[float, float]:
     import time
 
     environment = dict(os.environ, FREEBODY_CACHE=os.path.join(folder, "freebody"))
-    environment["NUMBA_CACHE_DIR"] = os.path.join(folder, "numba")
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
     paths = [path for path in sys.path if path]
     environment["PYTHONPATH"] = os.pathsep.join([os.getcwd(), *paths])
@@ -120,3 +138,11 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
             "Spin 300 rad/s, let go from rest at 60°. The whole process includes starting Python and all imports."
         ],
     )
+    seconds = []
+    for name, title in LOOPS.items():
+        taken = []
+        for _ in range(repeats):
+            with tempfile.TemporaryDirectory() as folder:
+                taken.append(run(LOOP, folder, name)[0])
+        seconds.append([title, time_text(statistics.median(taken))])
+    show("First use of a compiled loop, with empty caches", ["", "time"], seconds, [])

@@ -70,7 +70,7 @@ def python(code: str) -> str:
 
 
 def test_import_loads_nothing_heavy() -> None:
-    heavy = ["numpy", "scipy", "sympy", "flint", "numba", "llvmlite", "matplotlib", "xarray", "click", "rich"]
+    heavy = ["numpy", "scipy", "sympy", "flint", "llvmlite", "matplotlib", "xarray", "click", "rich"]
     loaded = python(f"import sys, freebody; print([m for m in {heavy} if m in sys.modules])")
     assert loaded == "[]"
 
@@ -85,7 +85,7 @@ SHARED = ("compile", "equations", "simulate")
 
 
 ORDERS = """
-import flint, llvmlite, matplotlib, numba, numpy, os, scipy, sympy, sys
+import flint, llvmlite, matplotlib, numpy, os, scipy, sympy, sys
 for case, code in cases:
     child = os.fork()
     if not child:

@@ -10,32 +10,40 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from numba import cfunc, types
 
+from freebody.compile import native
 from freebody.simulate import path as runs
 from freebody.simulate import tableau
 from freebody.simulate.integrate import integrate
+from freebody.simulate.machine import Reals, compiled, root
 from freebody.simulate.path import Rates, Watch
-
-POINTER = types.CPointer(types.float64)
-KERNEL = types.void(types.float64, POINTER, POINTER, POINTER)
+from freebody.simulate.translation import translated
 
 
-@cfunc(KERNEL)
-def oscillator(t, y, c, out):
+class kernel:
+    """A kernel written by hand."""
+
+    def __init__(self, function):
+        code, _ = native.optimised_code(translated({"kernel": compiled(function)}))
+        self.library = native.Library(code)
+        self.address = self.library.addresses(["kernel"])["kernel"]
+
+
+@kernel
+def oscillator(t: float, y: Reals, c: Reals, out: Reals) -> None:
     out[0] = y[1]
     out[1] = -c[0] * y[0]
 
 
-@cfunc(KERNEL)
-def oscillator_and_work(t, y, c, out):
+@kernel
+def oscillator_and_work(t: float, y: Reals, c: Reals, out: Reals) -> None:
     out[0] = y[1]
     out[1] = -c[0] * y[0]
     out[2] = y[1] * y[1]
 
 
-@cfunc(KERNEL)
-def kepler(t, y, c, out):
+@kernel
+def kepler(t: float, y: Reals, c: Reals, out: Reals) -> None:
     r3 = (y[0] * y[0] + y[1] * y[1]) ** 1.5
     out[0] = y[2]
     out[1] = y[3]
@@ -43,8 +51,8 @@ def kepler(t, y, c, out):
     out[3] = -y[1] / r3
 
 
-@cfunc(KERNEL)
-def symmetric_body(t, y, c, out):
+@kernel
+def symmetric_body(t: float, y: Reals, c: Reals, out: Reals) -> None:
     """q' = q ∘ (0, ω)/2 and Euler's equations, c = (I1, I3)."""
     w, x, y_, z, p, q, r = y[0], y[1], y[2], y[3], y[4], y[5], y[6]
     out[0] = 0.5 * (-x * p - y_ * q - z * r)
@@ -57,41 +65,41 @@ def symmetric_body(t, y, c, out):
     out[6] = 0.0
 
 
-@cfunc(KERNEL)
-def blow_up(t, y, c, out):
+@kernel
+def blow_up(t: float, y: Reals, c: Reals, out: Reals) -> None:
     out[0] = 1.0
     out[1] = y[1] * y[1]
 
 
-@cfunc(KERNEL)
-def square_root(t, y, c, out):
-    out[0] = math.sqrt(c[0] - t) if t <= c[0] else math.nan
+@kernel
+def square_root(t: float, y: Reals, c: Reals, out: Reals) -> None:
+    out[0] = root(c[0] - t) if t <= c[0] else math.nan
 
 
-@cfunc(KERNEL)
-def constant_rate(t, y, c, out):
+@kernel
+def constant_rate(t: float, y: Reals, c: Reals, out: Reals) -> None:
     out[0] = 1.0
 
 
-@cfunc(KERNEL)
-def position_and_speed(t, y, c, out):
+@kernel
+def position_and_speed(t: float, y: Reals, c: Reals, out: Reals) -> None:
     out[0] = y[0]
     out[1] = y[1]
 
 
-@cfunc(KERNEL)
-def position_twice(t, y, c, out):
+@kernel
+def position_twice(t: float, y: Reals, c: Reals, out: Reals) -> None:
     out[0] = y[0]
     out[1] = -3.0 * y[0]
 
 
-@cfunc(KERNEL)
-def above_bottom(t, y, c, out):
+@kernel
+def above_bottom(t: float, y: Reals, c: Reals, out: Reals) -> None:
     out[0] = y[0] + c[1]
 
 
-@cfunc(KERNEL)
-def clock(t, y, c, out):
+@kernel
+def clock(t: float, y: Reals, c: Reals, out: Reals) -> None:
     out[0] = t - c[0]
 
 
@@ -350,8 +358,8 @@ def test_direction(direction, count):
         assert {c.sign for c in path.crossings} == {direction}
 
 
-@cfunc(KERNEL)
-def shifted_zero(t, y, c, out):
+@kernel
+def shifted_zero(t: float, y: Reals, c: Reals, out: Reals) -> None:
     out[0] = y[0]
 
 

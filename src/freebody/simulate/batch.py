@@ -529,8 +529,7 @@ class _Loop:
         backwards = job.end < job.begin
         self.order = np.argsort(-job.wanted if backwards else job.wanted, kind="stable")
         self.wanted = job.wanted[self.order]
-        kind = loop.LANES if not self.wide else loop.WIDE if watched else loop.WIDE + loop.UNWATCHED
-        made = loop.loop(method + kind)
+        made = loop.loop(method + (loop.WIDE if self.wide else loop.LANES))
         self.function = made.functions["lanes_wide" if self.wide else "lanes"]
         self.given = given
 

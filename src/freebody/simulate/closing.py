@@ -23,7 +23,7 @@ from . import layout, loop
 from .initial import named_numbers
 from .kernels import Kernels
 
-SOURCES = ("loop.py", "gauss_newton.py", "machine.py", "layout.py")
+SOURCES = ("loop.py", "gauss_newton.py", "machine.py", "translation.py", "rows.py", "layout.py")
 """Modules that the search is made of."""
 
 

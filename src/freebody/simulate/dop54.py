@@ -108,7 +108,6 @@ FUNCTIONS = stepping.functions(
         "prepare": nothing_to_prepare,
         "attempt": attempt,
         "judge": judge,
-        "cubic": cubic,
         "densify": densify,
         "interpolate": interpolate,
         "hold": nothing_to_keep,

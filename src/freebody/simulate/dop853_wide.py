@@ -135,10 +135,8 @@ def lift(lane: int, n: int, wide: Reals, w: int, work: Reals, w1: int) -> None:
 FUNCTIONS = {
     "HEIGHT": HEIGHT,
     "prepare_wide": prepare_wide,
-    "stage": stage,
     "attempt_wide": attempt_wide,
     "judge_wide": judge_wide,
-    "_judge": _judge,
     "limit_wide": limit_wide,
     "begin_wide": begin_wide,
     "tune_wide": tune_wide,

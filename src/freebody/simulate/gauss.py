@@ -99,7 +99,6 @@ def accept(work: Reals, w: int, n: int) -> None:
 
 FUNCTIONS = stepping.functions(
     {
-        **_bound,
         "EXPONENT": 1.0 / (2 * STAGES),
         "SAFETY": 0.85,
         "SMALLEST": 0.2,

@@ -37,7 +37,6 @@ from .layout import (
     WORST,
 )
 from .machine import (
-    Compiled,
     Integers,
     Reals,
     call,
@@ -367,8 +366,3 @@ def close(told: Integers) -> None:
     integers[HEAVY] = 1 if inverse_trace(rest, n, shifted(rest, n * n)) * numbers[LIGHT] < 1.0 else 0
     independent(G, M, m, n, kept, numbers[POOR], numbers[DEPENDENT], rest)
     integers[STATUS] = speeds(shifted(state, n_q), G, psi, M, m, n, fixed, numbers, integers, rest)
-
-
-FUNCTIONS: dict[str, Compiled] = {
-    name: value for name, value in globals().items() if isinstance(value, Compiled)
-}

@@ -238,7 +238,7 @@ class _Run:
             self.named = self.m if watch.named is None else watch.named
         self.start[:], self.relative[:], self.absolute[:] = state, relative, absolute
         self.counts: Sequence[int] = _NOTHING
-        self.function = loop.use(self.shape[0], self.m > 0)
+        self.function = loop.use(self.shape[0])
 
     def give_back(self) -> None:
         """The next run of this shape works here."""

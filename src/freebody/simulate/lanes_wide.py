@@ -95,7 +95,7 @@ from .layout import (
 )
 from .machine import Compiled, Integers, Reals, call, greater, lesser, shifted, whole
 from .machine_wide import blend, call_wide, moved, unit_at
-from .stepping import _EPS, _TINY, BETA, EXPONENT, GIVEN, GREATEST, SAFETY, SMALLEST, WATCHED
+from .stepping import _EPS, _TINY, BETA, EXPONENT, GIVEN, GREATEST, SAFETY, SMALLEST
 
 _PARTS: list[Any] = []
 
@@ -142,11 +142,10 @@ def part(function: Any) -> Any:
     return function
 
 
-def functions(method: str, watched: bool = True) -> dict[str, Compiled]:
-    """The compiled loop over eight lanes of a method, and what it calls; with the search for events or without."""
+def functions(method: str) -> dict[str, Compiled]:
+    """The compiled loop over eight lanes of a method, and what it calls."""
     numbers = importlib.import_module(f".{method}", __package__).FUNCTIONS.method
     control = {name: numbers[name] for name in ("GIVEN", "EXPONENT", "BETA") if name in numbers}
-    control["WATCHED"] = int(watched)
     given = of_one(method)
     wide = importlib.import_module(f".{method}_wide", __package__).FUNCTIONS
     made = {name: function for name, function in wide.items() if isinstance(function, Compiled)}
@@ -291,7 +290,7 @@ def enter_leg(
     own = shifted(alone, lane * hoisted)
     counts[BLAMED] = 0
     counts[TAKEN + lane] = counts[SUSPECT + lane] = counts[CALM + lane] = counts[AFTER + lane] = 0
-    if WATCHED != 0 and leg > 0 and sizes[N_EVENTS] > 0:
+    if leg > 0 and sizes[N_EVENTS] > 0:
         if jumped(
             run, leg, kernels, sizes, options[T0], start, work, parameters, legs, columns, directions, terminal, mine,
             own, shifted(table, lane * (PARTS + 3) * (m + 1)), g, happened, event_times,
@@ -325,7 +324,7 @@ def enter_leg(
             control[SIZE + lane] = greater(abs(spare[0]), abs(spare[1]))
         if 0.0 < control[SIZE + lane] < math.inf:
             single[n - 1] *= control[SIZE + lane]
-    if WATCHED != 0 and m > 0:
+    if m > 0:
         spare_integers[NAMED] = sizes[N_EVENTS]
         seen = look(
             kernels[EVENTS], start, work, w1, m, own, shifted(table, lane * (PARTS + 3) * (m + 1)),
@@ -385,7 +384,7 @@ def seek(
     t, h, first = wide[more + TIMES + lane], wide[more + STEPS + lane], control[FIRST + lane]
     place, stop = run * many * EXTREMES, -1.0
     counts[BLAMED] = 0
-    if WATCHED != 0 and m > 0:
+    if m > 0:
         densify(kernels[RATES], t, h, work, w1, n, own, quaternions, nq)
         count = find_events(
             kernels[EVENTS], t, h, work, w1, own, quaternions, nq, m, asked,

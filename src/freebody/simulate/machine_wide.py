@@ -11,16 +11,11 @@ from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
 from .lanes_layout import WIDE_PLACES
 from .layout import WIDTH
-from .rows import Eight, Rows, all_of, named
-
-_double, _integer = ir.DoubleType(), ir.IntType(64)
-_index = types.int64
+from .rows import Eight, Rows, all_of, arguments_of
+from .translation import REAL, WHOLE, Instruction, counted, instruction, variable
 
 
 class _Memory:
@@ -31,7 +26,7 @@ class _Memory:
 
     def _at(self, place: Any, memory: Any) -> Any:
         pointer = self.builder.gep(self.memory if memory is None else memory, [place])
-        return self.builder.bitcast(pointer, ir.VectorType(_double, WIDTH).as_pointer())
+        return self.builder.bitcast(pointer, ir.VectorType(REAL, WIDTH).as_pointer())
 
     def load(self, place: Any, memory: Any = None) -> Eight:
         return Eight(self.builder, self.builder.load(self._at(place, memory), align=8))
@@ -44,19 +39,19 @@ class _Memory:
 
     def rows(self, w: Any) -> Any:
         """Goes through the components of a row: `with` gives their places."""
-        return cgutils.for_range_slice(self.builder, _integer(0), w, _integer(WIDTH))
+        return counted(self.builder, w, WIDTH)
 
     def plus(self, place: Any, offset: Any, rows: int = 0, w: Any = None) -> Any:
         """``place`` + ``offset`` + ``rows`` w."""
         place = self.builder.add(place, offset)
-        return place if rows == 0 else self.builder.add(place, self.builder.mul(_integer(rows), w))
+        return place if rows == 0 else self.builder.add(place, self.builder.mul(WHOLE(rows), w))
 
 
 class _Variable:
     """Eight numbers that change."""
 
     def __init__(self, builder: Any, number: float) -> None:
-        self.builder, self.place = builder, cgutils.alloca_once_value(builder, all_of(number))
+        self.builder, self.place = builder, variable(builder, all_of(number))
 
     @property
     def now(self) -> Eight:
@@ -66,25 +61,14 @@ class _Variable:
         self.builder.store(eight.value, self.place)
 
 
-@intrinsic
-def call_wide(typing: Any, address: Any, t: Any, i: Any, y: Any, j: Any, c: Any, out: Any, k: Any) -> Any:
+@instruction("int", "Reals", "int", "Reals", "int", "Reals", "Reals", "int")
+def call_wide(builder: Any, address: Any, t: Any, i: Any, y: Any, j: Any, c: Any, out: Any, k: Any) -> None:
     """Call the kernel for eight lanes on times ``t[i:]`` and states ``y[j:]``; it writes ``out[k:]``."""
-    del typing
-    signature = types.void(types.int64, t, types.int64, y, types.int64, c, out, types.int64)
-    del address, i, j, k
-
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        del signature
-        kernel, t_, i_, y_, j_, c_, out_, k_ = arguments
-        pointer = _double.as_pointer()
-        function = ir.FunctionType(ir.VoidType(), [pointer] * 4)
-        builder.call(
-            builder.inttoptr(kernel, function.as_pointer()),
-            [builder.gep(t_, [i_]), builder.gep(y_, [j_]), c_, builder.gep(out_, [k_])],
-        )
-        return context.get_dummy_value()
-
-    return signature, write
+    kernel = ir.FunctionType(ir.VoidType(), [REAL.as_pointer()] * 4)
+    builder.call(
+        builder.inttoptr(address, kernel.as_pointer()),
+        [builder.gep(t, [i]), builder.gep(y, [j]), c, builder.gep(out, [k])],
+    )
 
 
 class _Lanes(Rows):
@@ -96,7 +80,7 @@ class _Lanes(Rows):
 
     def index(self, row: Any) -> Any:
         found = super().index(row)
-        return self.builder.add(found, _integer(WIDE_PLACES)) if row >= self.height else found
+        return self.builder.add(found, WHOLE(WIDE_PLACES)) if row >= self.height else found
 
 
 def lanewise(formula: Callable[..., Eight], height: int) -> Any:
@@ -106,28 +90,18 @@ def lanewise(formula: Callable[..., Eight], height: int) -> Any:
     ``result`` stands the largest of the results of each run, nan if one of them is.
     """
 
-    def over_lanes(typing: Any, wide: Any, w: Any, result: Any, *more: Any) -> Any:
-        del typing, w, result
-        kinds = [_index if isinstance(kind, types.Integer) else kind for kind in more]
+    def over_lanes(builder: Any, wide: Any, w: Any, result: Any, *more: Any) -> None:
+        v = _Memory(builder, wide)
+        largest, doubt = v.variable(-math.inf), v.variable(0.0)
+        of_runs = {k: v.load(x) for k, x in enumerate(more) if x.type == WHOLE}
+        with v.rows(w) as offset:
+            given = [of_runs.get(k) or v.load(offset, x) for k, x in enumerate(more)]
+            found = formula(_Lanes(height, builder, wide, w, offset), *given)
+            largest.become(found.greater(largest.now))
+            doubt.become(found * 0.0 + doubt.now)
+        v.store(largest.now + doubt.now, result)
 
-        def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            del signature
-            wide_, w_, result_, *more_ = arguments
-            v = _Memory(builder, wide_)
-            largest, doubt = v.variable(-math.inf), v.variable(0.0)
-            of_runs = {k: v.load(x) for k, x in enumerate(more_) if kinds[k] is _index}
-            with v.rows(w_) as (offset, _):
-                given = [of_runs.get(k) or v.load(offset, x) for k, x in enumerate(more_)]
-                found = formula(_Lanes(height, builder, wide_, w_, offset), *given)
-                largest.become(found.greater(largest.now))
-                doubt.become(found * 0.0 + doubt.now)
-            v.store(largest.now + doubt.now, result_)
-            return context.get_dummy_value()
-
-        return types.void(wide, _index, _index, *kinds), write
-
-    named(over_lanes, ("typing", "wide", "w", "result"), formula)
-    return intrinsic(over_lanes)
+    return Instruction(over_lanes, "Reals", "int", "int", *arguments_of(formula))
 
 
 def lengths(order: int, terms: int, tiny: float) -> Any:
@@ -138,41 +112,32 @@ def lengths(order: int, terms: int, tiny: float) -> Any:
     stands log₂ r / p.
     """
 
-    @intrinsic
+    @instruction("Reals", "int", "int", "int", "Reals", "int", "int")
     def lengths(
-        typing: Any, wide: Any, w: Any, series: Any, state: Any, tolerances: Any, rates: Any, result: Any
-    ) -> Any:
-        del typing, w, series, state, rates, result
-
-        def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            del signature
-            wide_, w_, series_, state_, tolerances_, rates_, result_ = arguments
-            v = _Memory(builder, wide_)
-            maxima = [v.variable(tiny) for _ in range(terms)]
-            total = v.variable(0.0)
-            with v.rows(w_) as (offset, _):
-                relative = v.load(builder.add(w_, offset), tolerances_)
-                size = abs(v.load(v.plus(state_, offset)))
-                scale = 1.0 / (v.load(offset, tolerances_) + relative * size)
-                for j, most in enumerate(maxima):
-                    part = abs(v.load(v.plus(series_, offset, order - j, w_))) * scale
-                    most.become(most.now.greater(part))
-                    total.become(total.now + part)
-            rate, none = v.load(rates_), Eight(builder, all_of(-1e300))
-            slowest = none
+        builder: Any, wide: Any, w: Any, series: Any, state: Any, tolerances: Any, rates: Any, result: Any
+    ) -> None:
+        v = _Memory(builder, wide)
+        maxima = [v.variable(tiny) for _ in range(terms)]
+        total = v.variable(0.0)
+        with v.rows(w) as offset:
+            relative = v.load(builder.add(w, offset), tolerances)
+            size = abs(v.load(v.plus(state, offset)))
+            scale = 1.0 / (v.load(offset, tolerances) + relative * size)
             for j, most in enumerate(maxima):
-                log = most.now.logarithm2()
-                if j > 1:
-                    log = log + rate * (j - 1.0)
-                log = log * (1.0 / (order - j))
-                slowest = slowest.greater(log).where(most.now.compared(">", tiny), slowest)
-            found = (slowest * -1.0).power2()
-            found = Eight(builder, all_of(math.inf)).where(slowest.compared("==", none), found)
-            v.store(found.where(total.now.compared("<", math.inf), math.nan), result_)
-            return context.get_dummy_value()
-
-        places = [_index] * 3
-        return types.void(wide, *places, tolerances, _index, _index), write
+                part = abs(v.load(v.plus(series, offset, order - j, w))) * scale
+                most.become(most.now.greater(part))
+                total.become(total.now + part)
+        rate, none = v.load(rates), Eight(builder, all_of(-1e300))
+        slowest = none
+        for j, most in enumerate(maxima):
+            log = most.now.logarithm2()
+            if j > 1:
+                log = log + rate * (j - 1.0)
+            log = log * (1.0 / (order - j))
+            slowest = slowest.greater(log).where(most.now.compared(">", tiny), slowest)
+        found = (slowest * -1.0).power2()
+        found = Eight(builder, all_of(math.inf)).where(slowest.compared("==", none), found)
+        v.store(found.where(total.now.compared("<", math.inf), math.nan), result)
 
     return lengths
 
@@ -182,91 +147,60 @@ def decaying(order: int, bound: float) -> Any:
 
     At ``result`` stands 1 or 0; row ``last`` is y_p."""
 
-    @intrinsic
-    def decaying(typing: Any, wide: Any, w: Any, last: Any, steps: Any, result: Any) -> Any:
-        del typing, w, last, steps, result
-
-        def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            del signature
-            wide_, w_, last_, steps_, result_ = arguments
-            v = _Memory(builder, wide_)
-            sums = [v.variable(0.0) for _ in range(3)]
-            with v.rows(w_) as (offset, _):
-                place = v.plus(last_, offset)
-                a, b = v.load(place) * float(order), v.load(builder.sub(place, w_))
-                for total, (x, y) in zip(sums, ((a, a), (b, b), (a, b)), strict=True):
-                    total.become(x.times_plus(y, total.now))
-            above, below, across = (total.now for total in sums)
-            h = v.load(steps_)
-            some = below.compared(">", 0.0)
-            for less, more in (
-                (h * across, 0.0),
-                (above * below, across * across * 4.0),
-                (below * (bound * bound), h * h * above),
-            ):
-                some = builder.and_(some, less.compared("<", more))
-            v.store(Eight(builder, all_of(1.0)).where(some, 0.0), result_)
-            return context.get_dummy_value()
-
-        return types.void(wide, *[_index] * 4), write
+    @instruction("Reals", "int", "int", "int", "int")
+    def decaying(builder: Any, wide: Any, w: Any, last: Any, steps: Any, result: Any) -> None:
+        v = _Memory(builder, wide)
+        sums = [v.variable(0.0) for _ in range(3)]
+        with v.rows(w) as offset:
+            place = v.plus(last, offset)
+            a, b = v.load(place) * float(order), v.load(builder.sub(place, w))
+            for total, (x, y) in zip(sums, ((a, a), (b, b), (a, b)), strict=True):
+                total.become(x.times_plus(y, total.now))
+        above, below, across = (total.now for total in sums)
+        h = v.load(steps)
+        some = below.compared(">", 0.0)
+        for less, more in (
+            (h * across, 0.0),
+            (above * below, across * across * 4.0),
+            (below * (bound * bound), h * h * above),
+        ):
+            some = builder.and_(some, less.compared("<", more))
+        v.store(Eight(builder, all_of(1.0)).where(some, 0.0), result)
 
     return decaying
 
 
-@intrinsic
-def unit_at(typing: Any, wide: Any, place: Any) -> Any:
+@instruction("Reals", "int")
+def unit_at(builder: Any, wide: Any, place: Any) -> None:
     """The quaternions at ``place`` divided by their norms: see `stepping.normalise`."""
-    del typing, place
-
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        del signature
-        v = _Memory(builder, arguments[0])
-        places = [v.plus(arguments[1], _integer(WIDTH * j)) for j in range(4)]
-        a, b, c, d = parts = [v.load(place) for place in places]
-        norm = (a * a + b * b + c * c + d * d).root()
-        for x, place in zip(parts, places, strict=True):
-            v.store(x / norm, place)
-        return context.get_dummy_value()
-
-    return types.void(wide, _index), write
+    v = _Memory(builder, wide)
+    places = [v.plus(place, WHOLE(WIDTH * j)) for j in range(4)]
+    a, b, c, d = parts = [v.load(place) for place in places]
+    norm = (a * a + b * b + c * c + d * d).root()
+    for x, place in zip(parts, places, strict=True):
+        v.store(x / norm, place)
 
 
-@intrinsic
-def blend(typing: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any) -> Any:
+@instruction("Reals", "int", "int", "int", "int")
+def blend(builder: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any) -> None:
     """Row ``target`` becomes row ``source`` in the lanes in which the number at ``wanted`` is 1, not 0."""
-    del typing, w, source, target, wanted
-
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        del signature
-        wide_, w_, source_, target_, wanted_ = arguments
-        v = _Memory(builder, wide_)
-        some = v.load(wanted_).compared("!=", 0.0)
-        with v.rows(w_) as (offset, _):
-            place = v.plus(target_, offset)
-            v.store(v.load(v.plus(source_, offset)).where(some, v.load(place)), place)
-        return context.get_dummy_value()
-
-    return types.void(wide, *[_index] * 4), write
+    v = _Memory(builder, wide)
+    some = v.load(wanted).compared("!=", 0.0)
+    with v.rows(w) as offset:
+        place = v.plus(target, offset)
+        v.store(v.load(v.plus(source, offset)).where(some, v.load(place)), place)
 
 
-@intrinsic
-def moved(typing: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any, result: Any) -> Any:
+@instruction("Reals", "int", "int", "int", "int", "int")
+def moved(builder: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any, result: Any) -> None:
     """`blend`; at ``result`` stands the greatest change, relative to 1 + |value|: see `stepping.project`."""
-    del typing, w, source, target, wanted, result
-
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        del signature
-        wide_, w_, source_, target_, wanted_, result_ = arguments
-        v = _Memory(builder, wide_)
-        some = v.load(wanted_).compared("!=", 0.0)
-        most = v.variable(0.0)
-        with v.rows(w_) as (offset, _):
-            place = v.plus(target_, offset)
-            old, new = v.load(place), v.load(v.plus(source_, offset))
-            change = abs(new - old) / (abs(new) + 1.0)
-            most.become(most.now.greater(change))
-            v.store(new.where(some, old), place)
-        v.store(most.now, result_)
-        return context.get_dummy_value()
-
-    return types.void(wide, *[_index] * 5), write
+    v = _Memory(builder, wide)
+    some = v.load(wanted).compared("!=", 0.0)
+    most = v.variable(0.0)
+    with v.rows(w) as offset:
+        place = v.plus(target, offset)
+        old, new = v.load(place), v.load(v.plus(source, offset))
+        change = abs(new - old) / (abs(new) + 1.0)
+        most.become(most.now.greater(change))
+        v.store(new.where(some, old), place)
+    v.store(most.now, result)

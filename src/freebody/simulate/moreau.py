@@ -17,8 +17,7 @@ from __future__ import annotations
 
 import math
 
-from . import moreau_problem, moreau_rows
-from .machine import Compiled, Integers, Reals, call, compiled, greater, root
+from .machine import Integers, Reals, call, compiled, greater, root
 from .moreau_problem import solve
 from .moreau_rows import along, answer, back, dot, factor, met
 
@@ -321,11 +320,3 @@ def march(
             states[done * (n_q + n) + i] = z[i]
         done += 1
     return done
-
-
-FUNCTIONS = {
-    name: value
-    for module in (vars(moreau_rows), vars(moreau_problem), globals())
-    for name, value in module.items()
-    if isinstance(value, Compiled)
-}

@@ -182,10 +182,10 @@ def solve_complex(work: Reals, w: int, n: int, b: int, d: int) -> None:
     """((α + iβ)/h - J) x = b + id in place."""
     X, Y, two = (ROWS + MATRICES + 2 * n) * w, (ROWS + MATRICES + 3 * n) * w, (ROWS + PIVOTS_C) * w
     for k in range(n):
-        p = whole(work[two + k])
-        x, y = work[b + p], work[d + p]
-        work[b + p] = work[b + k]
-        work[d + p] = work[d + k]
+        row = whole(work[two + k])
+        x, y = work[b + row], work[d + row]
+        work[b + row] = work[b + k]
+        work[d + row] = work[d + k]
         work[b + k] = x
         work[d + k] = y
     for i in range(n):
@@ -438,16 +438,6 @@ FUNCTIONS = stepping.functions(
         "interpolate": interpolate,
         "hold": hold,
         "accept": accept,
-        "derivative": derivative,
-        "factorize": factorize,
-        "solve_real": solve_real,
-        "solve_complex": solve_complex,
-        "first": first,
-        "second": second,
-        "third": third,
-        "guess": guess,
-        "newton": newton,
-        "weight": weight,
         "EXPONENT": 0.25,
         "SMALLEST": 0.125,
         "GREATEST": 8.0,

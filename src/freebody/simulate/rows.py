@@ -14,14 +14,9 @@ from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
 from .layout import WIDTH
-
-_double = ir.DoubleType()
-_integer = ir.IntType(64)
+from .translation import REAL, WHOLE, Instruction, called, counted, instruction, variable
 
 
 class Eight:
@@ -62,18 +57,13 @@ class Eight:
     def _bitwise(self, of: Callable[[Any, Any], Any]) -> Eight:
         """What a function of their bits makes."""
         b = self.builder
-        result = of(b, b.bitcast(self.value, ir.VectorType(_integer, WIDTH)))
-        return Eight(b, b.bitcast(result, ir.VectorType(_double, WIDTH)))
+        result = of(b, b.bitcast(self.value, ir.VectorType(WHOLE, WIDTH)))
+        return Eight(b, b.bitcast(result, ir.VectorType(REAL, WIDTH)))
 
     def _called(self, name: str, *others: Any) -> Eight:
         """An intrinsic of LLVM."""
-        vector, arguments = self.value.type, [self.value, *map(self._of, others)]
-        function = cgutils.get_or_insert_function(
-            self.builder.module,
-            ir.FunctionType(vector, [vector] * len(arguments)),
-            f"llvm.{name}.v{WIDTH}f64",
-        )
-        return Eight(self.builder, self.builder.call(function, arguments))
+        values = [self.value, *map(self._of, others)]
+        return Eight(self.builder, called(self.builder, f"llvm.{name}.v{WIDTH}f64", self.value.type, *values))
 
     def times_plus(self, factor: Any, more: Any) -> Eight:
         """The product with more added, with one rounding where the machine can."""
@@ -105,7 +95,7 @@ class Eight:
     def power2(self) -> Eight:
         """`taylor.power2`."""
         b = self.builder
-        exponent = b.fptosi((self + 1023.0).value, ir.VectorType(_integer, WIDTH))
+        exponent = b.fptosi((self + 1023.0).value, ir.VectorType(WHOLE, WIDTH))
         r = self - Eight(b, b.sitofp(b.sub(exponent, bits_of(1023)), self.value.type))
         power = Eight(b, b.bitcast(b.shl(exponent, bits_of(52)), self.value.type))
         return power * r.times_plus(r.times_plus(1.0 / 3.0, 2.0 / 3.0), 1.0)
@@ -122,16 +112,16 @@ class Eight:
 
 
 def all_of(number: float) -> Any:
-    return ir.Constant(ir.VectorType(_double, WIDTH), [_double(number)] * WIDTH)
+    return ir.Constant(ir.VectorType(REAL, WIDTH), [REAL(number)] * WIDTH)
 
 
 def bits_of(number: int) -> Any:
-    return ir.Constant(ir.VectorType(_integer, WIDTH), [_integer(number)] * WIDTH)
+    return ir.Constant(ir.VectorType(WHOLE, WIDTH), [WHOLE(number)] * WIDTH)
 
 
 def splat(builder: Any, scalar: Any) -> Any:
     """A number eight times."""
-    nothing = ir.Constant(ir.VectorType(_double, WIDTH), ir.Undefined)
+    nothing = ir.Constant(ir.VectorType(REAL, WIDTH), ir.Undefined)
     one = builder.insert_element(nothing, scalar, ir.IntType(32)(0))
     zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
     return builder.shuffle_vector(one, nothing, zeros)
@@ -146,11 +136,11 @@ class Rows:
     def index(self, row: Any) -> Any:
         """Where they stand."""
         b = self.builder
-        return b.add(b.mul(self.w, _integer(row) if isinstance(row, int) else row), self.offset)
+        return b.add(b.mul(self.w, WHOLE(row) if isinstance(row, int) else row), self.offset)
 
     def _place(self, row: Any) -> Any:
         b = self.builder
-        return b.bitcast(b.gep(self.work, [self.index(row)]), ir.VectorType(_double, WIDTH).as_pointer())
+        return b.bitcast(b.gep(self.work, [self.index(row)]), ir.VectorType(REAL, WIDTH).as_pointer())
 
     def __getitem__(self, row: Any) -> Eight:
         return Eight(self.builder, self.builder.load(self._place(row), align=8))
@@ -166,76 +156,46 @@ def rowwise(formula: Callable[..., Eight | None]) -> Any:
     The largest of its results is that of the whole, nan if one of them is.
     """
 
-    def over_rows(typing: Any, work: Any, w: Any, n: Any, *more: Any) -> Any:
-        del typing, w, n
+    def over_rows(builder: Any, work: Any, w: Any, n: Any, *more: Any) -> Any:
+        largest = variable(builder, all_of(-math.inf))
+        doubt = variable(builder, all_of(0.0))
+        places = ir.Constant(ir.VectorType(WHOLE, WIDTH), [WHOLE(k) for k in range(WIDTH)])
+        with counted(builder, w, WIDTH) as offset:
 
-        def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            del context, signature
-            work_, w_, n_, *more_ = arguments
-            vector = ir.VectorType(_double, WIDTH)
-            largest = cgutils.alloca_once_value(builder, all_of(-math.inf))
-            doubt = cgutils.alloca_once_value(builder, all_of(0.0))
-            places = ir.Constant(ir.VectorType(_integer, WIDTH), [_integer(k) for k in range(WIDTH)])
-            with cgutils.for_range_slice(builder, _integer(0), w_, _integer(WIDTH)) as (offset, _):
+            def given(value: Any) -> Eight:
+                if value.type == REAL:
+                    return Eight(builder, splat(builder, value))
+                left = builder.bitcast(builder.sub(n, offset), REAL)  # only its bits
+                left = builder.bitcast(splat(builder, left), places.type)
+                nothing = all_of(1.0)
+                pointer = builder.bitcast(builder.gep(value, [offset]), nothing.type.as_pointer())
+                there = builder.icmp_signed("<", places, left)
+                name = f"llvm.masked.load.v{WIDTH}f64.p0"
+                return Eight(
+                    builder, called(builder, name, nothing.type, pointer, ir.IntType(32)(8), there, nothing)
+                )
 
-                def given(kind: Any, value: Any) -> Eight:
-                    if kind is types.float64:
-                        return Eight(builder, splat(builder, value))
-                    left = builder.bitcast(builder.sub(n_, offset), _double)  # only its bits
-                    left = builder.bitcast(splat(builder, left), places.type)
-                    load = cgutils.get_or_insert_function(
-                        builder.module,
-                        ir.FunctionType(
-                            vector,
-                            [
-                                vector.as_pointer(),
-                                ir.IntType(32),
-                                ir.VectorType(ir.IntType(1), WIDTH),
-                                vector,
-                            ],
-                        ),
-                        f"llvm.masked.load.v{WIDTH}f64.p0",
-                    )
-                    pointer = builder.bitcast(builder.gep(value, [offset]), vector.as_pointer())
-                    there = builder.icmp_signed("<", places, left)
-                    return Eight(
-                        builder, builder.call(load, [pointer, ir.IntType(32)(8), there, all_of(1.0)])
-                    )
+            rows = Rows(builder, work, w, offset)
+            result = formula(rows, *map(given, more))
+            if result is not None:
+                builder.store(result.greater(Eight(builder, builder.load(largest))).value, largest)
+                builder.store((result * 0.0 + Eight(builder, builder.load(doubt))).value, doubt)
+        if result is None:
+            return None
+        most = Eight(builder, builder.load(largest)).total(Eight.greater)
+        return builder.fadd(most, Eight(builder, builder.load(doubt)).total(Eight.__add__))
 
-                rows = Rows(builder, work_, w_, offset)
-                result = formula(rows, *(given(kind, value) for kind, value in zip(more, more_, strict=True)))
-                if result is not None:
-                    builder.store(result.greater(Eight(builder, builder.load(largest))).value, largest)
-                    builder.store((result * 0.0 + Eight(builder, builder.load(doubt))).value, doubt)
-            if result is None:
-                return _double(0.0)
-            most = Eight(builder, builder.load(largest)).total(Eight.greater)
-            return builder.fadd(most, Eight(builder, builder.load(doubt)).total(Eight.__add__))
-
-        return types.float64(work, types.int64, types.int64, *more), write
-
-    named(over_rows, ("typing", "work", "w", "n"), formula)
-    return intrinsic(over_rows)
+    return Instruction(over_rows, "Reals", "int", "int", *arguments_of(formula))
 
 
-def named(writer: Any, first: tuple[str, ...], formula: Callable[..., Any]) -> None:
-    """Name the arguments of a writer, which numba asks for: after the first those of the formula but its rows."""
-    names = (*first, *list(inspect.signature(formula).parameters)[1:])
-    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
-    writer.__signature__ = inspect.Signature([inspect.Parameter(name, kind) for name in names])
+def arguments_of(formula: Callable[..., Any]) -> list[str]:
+    """Of any kind each, but for its rows."""
+    return [""] * (len(inspect.signature(formula).parameters) - 1)
 
 
-@intrinsic
-def copied(typing: Any, work: Any, w: Any, source: Any, target: Any) -> Any:
+@instruction("Reals", "int", "int", "int")
+def copied(builder: Any, work: Any, w: Any, source: Any, target: Any) -> None:
     """Row ``target`` of ``work`` becomes row ``source``."""
-    del typing, source, target
-
-    def write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        del signature
-        work_, w_, source_, target_ = arguments
-        with cgutils.for_range_slice(builder, _integer(0), w_, _integer(WIDTH)) as (offset, _):
-            rows = Rows(builder, work_, w_, offset)
-            rows[target_] = rows[source_]
-        return context.get_dummy_value()
-
-    return types.void(work, types.int64, types.int64, types.int64), write
+    with counted(builder, w, WIDTH) as offset:
+        rows = Rows(builder, work, w, offset)
+        rows[target] = rows[source]

@@ -265,7 +265,7 @@ def simulate(
     absolute = tolerances
     if kernels.works:
         # the loop of the run observes too: no other has to be compiled
-        loop.use(first_method(kernels, method, tolerances), bool(specs or impulses or model.switched))
+        loop.use(first_method(kernels, method, tolerances))
         energies = kernels.motion().address("energy")
         first = observe(energies, 2, np.array([begin]), state[None], rates.constants)[0].tolist()
         energy = max(map(abs, first))

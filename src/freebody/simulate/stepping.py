@@ -20,9 +20,8 @@ from the same start: of the order of the method, and at the end of the step the 
 n numbers per step.
 
 Kernels are called by address (`machine.call`). Arrays are pointers to their first number, so that no step allocates,
-counts references, tests a bound or raises: the machine code stands alone, without numba and without Python. `loop`
-takes it from here once and keeps it on the disk; this module is imported only to compile. Each function becomes one
-function of C, with arguments of the types it is annotated with.
+counts references, tests a bound or raises. `loop` compiles it once and keeps it on the disk; this module is imported
+only for that. Each function becomes one of C (`translation`), with arguments of the types it is annotated with.
 
 The file is longer than others: it is the one loop, which no Python may interrupt.
 """
@@ -116,9 +115,6 @@ GIVEN = 0
 """1: the lengths of the steps follow from the state at their start, by the method's function of this name, and no
 error is left to be judged; the rates at the end of a step are not needed."""
 
-WATCHED = 1
-"""0: event functions are not looked for."""
-
 prepare: Any = None
 """(rates, t, work, w, n, c, q, nq, integers): before the first step from a new start."""
 given: Any = None
@@ -180,10 +176,6 @@ class Functions(dict[str, Compiled]):
         given = {name: value for name, value in method.items() if isinstance(value, Compiled)}
         super().__init__({**given, **bound(_PARTS, {**globals(), **method})})
         self.method = method
-
-    def unwatched(self) -> Functions:
-        """The same without the search for events, which is a good part of what there is to compile."""
-        return Functions({**self.method, "WATCHED": 0})
 
 
 functions = Functions
@@ -308,7 +300,7 @@ def _root(
     low, high = lesser(a, b), greater(a, b)
     under = abs(_value(kernel, e, greater(before, low - half), t, h, work, w, c, quaternions, nq, g))
     over = abs(_value(kernel, e, lesser(after, high + half), t, h, work, w, c, quaternions, nq, g))
-    at_low, at_high = (abs(ga), abs(gb)) if a < b else (abs(gb), abs(ga))
+    at_low, at_high = abs(ga) if a < b else abs(gb), abs(gb) if a < b else abs(ga)
     grown, peak = at_low > 4.0 * under or at_high > 4.0 * over, greater(at_low, at_high)
     return -1.0 if peak == math.inf or (grown and (peak > size or size == math.inf)) else high
 
@@ -817,7 +809,7 @@ def advance(
             integers[STIFFNESS] += 1
             if integers[ASKED] != 0:
                 status = STIFF
-        if WATCHED != 0 and m > 0:
+        if m > 0:
             densify(rates, t, h, work, w, n, c, quaternions, nq)
             integers[EVALUATED] += COST_DENSE
             count = find_events(
@@ -887,7 +879,7 @@ def run(told: Integers) -> int:
         times[0] = reals[TIME]
         _copy(work, STATE * w, states, 0, n)
         status = launch(rates, work, w, n, c, relative, absolute, reals, integers)
-        if WATCHED != 0 and m > 0 and status == RUNNING:
+        if m > 0 and status == RUNNING:
             status = look(events, reals[TIME], work, w, m, ce, table, last, integers)
     if status == RUNNING:
         status = advance(
@@ -957,6 +949,3 @@ def observe(
     """Row k of ``result`` (length ``outputs``): what ``kernel`` gives at ``times[k]`` and row k of ``states``."""
     for k in range(count):
         call(kernel, times[k], states, k * n, c, result, k * outputs)
-
-
-FUNCTIONS = {name: value for name, value in globals().items() if isinstance(value, Compiled)}

@@ -122,11 +122,9 @@ def accept(work: Reals, w: int, n: int) -> None:
 
 FUNCTIONS = stepping.functions(
     {
-        **_bound,
         "prepare": prepare,
         "attempt": attempt,
         "judge": judge,
-        "cubic": cubic,
         "densify": densify,
         "interpolate": interpolate,
         "hold": hold,

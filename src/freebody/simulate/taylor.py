@@ -267,8 +267,5 @@ FUNCTIONS = stepping.functions(
         "hold": hold,
         "accept": accept,
         "limited": limited,
-        "expand": expand,
-        "blamed": blamed,
-        "power2": power2,
     }
 )

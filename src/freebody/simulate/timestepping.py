@@ -43,7 +43,16 @@ SWEEPS = 3_000
 MOST_SWEEPS = 100_000
 PAST = 4 + 2 * 12
 """Rows of the memory of `moreau_problem.solve`."""
-SOURCES = ("loop.py", "moreau.py", "moreau_problem.py", "moreau_rows.py", "machine.py", "layout.py")
+SOURCES = (
+    "loop.py",
+    "moreau.py",
+    "moreau_problem.py",
+    "moreau_rows.py",
+    "machine.py",
+    "translation.py",
+    "rows.py",
+    "layout.py",
+)
 """Modules that the loop is made of."""
 BLOCK = 1000
 """Steps between two looks at events, progress and the keyboard."""
