@@ -184,6 +184,14 @@ def an_integer_becomes_real(a: int) -> int:
     return a
 
 
+def otherwise(a: int) -> int:
+    while a > 0:
+        a -= 1
+    else:
+        a = 7
+    return a
+
+
 def no_truth(a: int) -> int:
     return 1 if a else 0
 
@@ -275,6 +283,7 @@ def nothing(a: int) -> int:
     [
         (an_integer_becomes_real, r"a value of type i64 in 'an_integer_becomes_real'.* got double of"),
         (no_truth, "a value of type i1 in 'no_truth'.* got i64 of 'a'"),
+        (otherwise, "a loop without else in 'otherwise'"),
         (unknown, "a name that has a value in 'unknown'.* got 'nowhere'"),
         (late, "a name that has a value, .* got 'b'"),
         (python, "a function that is compiled in 'python'"),

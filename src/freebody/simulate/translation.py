@@ -320,6 +320,8 @@ class _Body:
         self.builder.position_at_end(after)
 
     def _While(self, node: ast.While) -> None:
+        if node.orelse:
+            raise self.refused(node, "a loop without else")
         head, body, done = (self.builder.append_basic_block() for _ in range(3))
         self.builder.branch(head)
         self.builder.position_at_end(head)
