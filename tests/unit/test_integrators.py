@@ -796,6 +796,14 @@ def test_auto_tightens_a_long_run_and_can_be_repeated():
     np.testing.assert_array_equal(again.path.states, motion.path.states)
 
 
+@pytest.mark.parametrize("tolerance", [1e-7, 1e-8, 1e-10])
+def test_a_pole_is_no_decay(tolerance):
+    """Terms of a pendulum fall as those of a decay do where its pole in complex time is nearest: it is not stiff."""
+    for theta in np.linspace(1, 2.8, 10):
+        motion = fb.simulate(pendulum(), 12_000, initial={"theta": theta}, tolerance=tolerance, samples=2)
+        assert motion.path.method == "taylor"
+
+
 def test_auto_leaves_a_short_run_alone():
     one = fb.simulate(pendulum(), 20, initial={"theta": 2})
     two = fb.simulate(pendulum(), 20, initial={"theta": 2}, method="taylor")

@@ -142,7 +142,7 @@ def lengths(order: int, terms: int, tiny: float) -> Any:
     return lengths
 
 
-def decaying(order: int, bound: float) -> Any:
+def decaying(order: int, bound: float, early: int, grown: float) -> Any:
     """Compiled ``(wide, w, last, steps, result)``: see `taylor.limited`.
 
     At ``result`` stands 1 or 0; row ``last`` is y_p."""
@@ -150,14 +150,18 @@ def decaying(order: int, bound: float) -> Any:
     @instruction("Reals", "int", "int", "int", "int")
     def decaying(builder: Any, wide: Any, w: Any, last: Any, steps: Any, result: Any) -> None:
         v = _Memory(builder, wide)
-        sums = [v.variable(0.0) for _ in range(3)]
+        sums = [v.variable(0.0) for _ in range(4)]
         with v.rows(w) as offset:
             place = v.plus(last, offset)
             a, b = v.load(place) * float(order), v.load(builder.sub(place, w))
-            for total, (x, y) in zip(sums, ((a, a), (b, b), (a, b)), strict=True):
+            c = v.load(v.plus(place, WHOLE(0), early - order, w))
+            for total, (x, y) in zip(sums, ((a, a), (b, b), (a, b), (c, c)), strict=True):
                 total.become(x.times_plus(y, total.now))
-        above, below, across = (total.now for total in sums)
+        above, below, across, first = (total.now for total in sums)
         h = v.load(steps)
+        growth = above.root() * grown
+        for _ in range(order - early):
+            growth = growth * abs(h)
         some = below.compared(">", 0.0)
         for less, more in (
             (h * across, 0.0),
@@ -165,6 +169,7 @@ def decaying(order: int, bound: float) -> Any:
             (below * (bound * bound), h * h * above),
         ):
             some = builder.and_(some, less.compared("<", more))
+        some = builder.and_(some, first.root().compared("<=", growth))
         v.store(Eight(builder, all_of(1.0)).where(some, 0.0), result)
 
     return decaying

@@ -13,12 +13,12 @@ from .lanes_layout import CHANGES, ERRORS, LENGTHS, LIMITED, LOGARITHMS, MOMENTS
 from .layout import RAW, STATE
 from .machine import Reals, compiled, greater, shifted
 from .machine_wide import blend, call_wide, decaying, lanewise, lengths
-from .taylor import BOUND, LOSES, LOST, SERIES, SLOPES, TERMS, P, distance, sum_of_series
+from .taylor import BOUND, EARLY, GROWN, LOSES, LOST, SERIES, SLOPES, TERMS, P, distance, sum_of_series
 
 HEIGHT = SERIES
 TINY = 1e-300
 """A part of the tolerance that counts as nothing."""
-_lengths, _decaying = lengths(P, TERMS, TINY), decaying(P, BOUND)
+_lengths, _decaying = lengths(P, TERMS, TINY), decaying(P, BOUND, EARLY, GROWN)
 _added, _missed = lanewise(sum_of_series, HEIGHT), lanewise(distance, HEIGHT)
 
 
