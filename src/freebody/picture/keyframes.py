@@ -317,8 +317,7 @@ class _Source:
             # of a spin with a bend, mean + 4 s (1 - s) δ, the error δ Δt (s - 3 s² + 2 s³) 2/3 is 0 in the middle
             bend = np.linalg.norm((middle.spin[:, i] - mean) * lasting, axis=1) * math.sqrt(3) / 27
             # and where its axis moves by an angle, the body goes round the mean axis in place of the axes on the way
-            size = np.linalg.norm(mean, axis=1)
-            size = np.where(size > 0, size, 1)
+            size = np.maximum(np.linalg.norm(mean, axis=1), 1e-150)  # its square is no zero
             rounds = np.minimum(1, size * lasting[:, 0] / (2 * np.pi))
             sway = np.linalg.norm(np.cross(w_a, w_b), axis=1) / size**2 * rounds
             turn = np.max([turn, 2 * away, bend, sway], axis=0)
