@@ -85,7 +85,8 @@ class Fit:
         return self.covariance / np.outer(scale, scale)
 
     def __repr__(self) -> str:
-        lines = [f"Fit of {', '.join(self.residuals)} by {len(self.values)} unknowns"]
+        count = len(self.values)
+        lines = [f"Fit of {', '.join(self.residuals)} by {count} unknown{'s' if count > 1 else ''}"]
         for name, value in self.values.items():
             lines.append(f"  {name} = {value:.8g} ± {self.errors[name]:.2g}")
         return "\n".join(lines)
