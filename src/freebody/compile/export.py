@@ -127,9 +127,6 @@ def _order(model: Model) -> list[str]:
     return [f"{name} = ({', '.join(entries)})" for name, entries in lists.items()]
 
 
-# --- C ---------------------------------------------------------------------------------------
-
-
 class Written(Mapping[str, Any]):
     """Functions by the names of their products."""
 
@@ -149,6 +146,9 @@ class Written(Mapping[str, Any]):
 
     def __len__(self) -> int:
         return len(self._functions)
+
+
+# --- C ---------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

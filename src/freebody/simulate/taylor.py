@@ -279,19 +279,15 @@ def limited(work: Reals, w: int, n: int, h: float) -> int:
         return 0
     above, below, across, early = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
-        a, b, c = (
-            P * work[(SERIES + P) * w + i],
-            work[(SERIES + P - 1) * w + i],
-            work[(SERIES + EARLY) * w + i],
-        )
-        early += c * c
+        a, b = P * work[(SERIES + P) * w + i], work[(SERIES + P - 1) * w + i]
+        early += work[(SERIES + EARLY) * w + i] * work[(SERIES + EARLY) * w + i]
         above += a * a
         below += b * b
         across += a * b
     decays = h * across < 0.0 and 4.0 * across * across > above * below
-    if root(early) > GROWN * abs(h) ** (P - EARLY) * root(above):
+    if not decays or not (h * h * above > BOUND * BOUND * below and below > 0.0):
         return 0
-    return 1 if decays and h * h * above > BOUND * BOUND * below and below > 0.0 else 0
+    return 1 if root(early) <= GROWN * abs(h) ** (P - EARLY) * root(above) else 0
 
 
 FUNCTIONS = stepping.functions(
