@@ -11,9 +11,10 @@ whose first entry then is complete and is shifted out. So nothing is summed acro
 are the two products with a_0 and b_0 only. Of p coefficients half stand in the vectors: a_i b_j with i + j < p has
 the smaller index below p/2.
 
-A short recurrence is a loop whose vectors stay in registers, or where these do not suffice on the stack; it is written
-twice, since the vectors are complete at order p/2 and only read from there on. A long one is cut into pieces, and keeps
-them in memory.
+Sums stay in memory, which the code of an order touches twice, where it begins and ends them: registers are fewer. A
+short recurrence is a loop whose other vectors stay in registers, or where these do not suffice on the stack; it is
+written twice, since the vectors are complete at order p/2 and only read from there on. A long one is cut into pieces,
+and keeps them in memory too.
 
 The file is longer than others: what is known when, and so the order of the text, is one matter.
 
@@ -37,7 +38,7 @@ STRETCHES = (1, LANES, True), (LANES, ORDER, False)
 """Orders from and to, and whether their coefficients go into the vectors."""
 
 _V, _B = f"<{LANES} x double>", f"<{LANES} x i1>"
-_SHIFT = "<" + ", ".join(f"i32 {k + 1}" for k in range(LANES)) + ">"
+_TURN = "<" + ", ".join(f"i32 {(k + 1) % LANES}" for k in range(LANES)) + ">"
 _PLACES = "<" + ", ".join(f"i64 {k}" for k in range(LANES)) + ">"
 _LANE = (
     f"  %k0 = insertelement <{LANES} x i64> poison, i64 %k, i32 0",
@@ -46,11 +47,19 @@ _LANE = (
     f"  %below = icmp ugt <{LANES} x i64> %kk, {_PLACES}",
 )
 """Which lane is the k-th, and which come before."""
+_REST = (
+    "  %last = load i64, ptr @jet.last",
+    f"  %last0 = insertelement <{LANES} x i64> poison, i64 %last, i32 0",
+    f"  %lasts = shufflevector <{LANES} x i64> %last0, <{LANES} x i64> poison, <{LANES} x i32> zeroinitializer",
+    f"  %rest = icmp ugt <{LANES} x i64> %lasts, {_PLACES}",
+)
+"""All lanes but the last, in a register: what LLVM knows for a constant it shifts in by two instructions, not one."""
 INVERSES = (
     f"@jet.inverse = private constant [{ORDER + 1} x double] "
     f"[{', '.join(f'double {literal(1 / max(k, 1))}' for k in range(ORDER + 1))}]"
 )
 """1 / k, and what is not read for k = 0."""
+LAST = f"@jet.last = internal global i64 {LANES - 1}"
 
 
 def jet(module: Module, program: Program, body: str, name: str, stride: int, piece: int = PIECE) -> None:
@@ -97,6 +106,7 @@ class _Writer(Lines):
         self.direct = {i: x for i in order if (x := self._directly(i)) >= 0}
         self.given = {self.nodes[i].operand for i in self.direct}
         self.after = self._after(order)
+        self.ends = {i: self.owner[j] for j, found in self.after.items() for i in found}
         self.ready = self._ready(order)
         self.divisors = {
             i: j for j, i in enumerate(i for i in order if self.nodes[i].rule in ("quotient", "root"))
@@ -236,15 +246,11 @@ class _Writer(Lines):
             f"  %frame = alloca {_V}, i64 {max(1, len(self.vectors) + len(self.sums))}, align 64",
             f"  %slots = alloca double, i64 {max(1, len(self.divisors) + len(self.slots))}, align 64",
         ]
-        self.module.helpers["@jet.inverse"] = INVERSES
+        self.module.helpers |= {"@jet.inverse": INVERSES, "@jet.last": LAST}
         if self.single:
             self._zero(0)
-            main += self.lines
-            last = (
-                [self._value(x) for x in self.outputs],
-                self.held,
-                dict.fromkeys(self.sums, "zeroinitializer"),
-            )
+            main += [*_REST, *self.lines]
+            last = [self._value(x) for x in self.outputs], self.held
             for stretch in STRETCHES:
                 lines, last = self._stretch(*stretch, *last)
                 main += lines
@@ -259,7 +265,7 @@ class _Writer(Lines):
                 self._start()
                 self._order(j)
                 head = f"define internal void @{self.name}.k{j}({orders}) nounwind noinline {{"
-                result.append("\n".join([head, *_LANE, *self.lines, "  ret void", "}", ""]))
+                result.append("\n".join([head, *_REST, *_LANE, *self.lines, "  ret void", "}", ""]))
                 loop.append(f"  call void @{self.name}.k{j}({names(orders)})")
             main += self._around(1, ORDER, [], loop)
         return "\n".join([*result, *main, "  ret void", "}", ""])
@@ -301,16 +307,14 @@ class _Writer(Lines):
         self.following: list[str] = []
 
     def _stretch(
-        self, first: int, end: int, grows: bool, states: list[str], held: dict[int, str], rows: dict[int, str]
-    ) -> tuple[list[str], tuple[list[str], dict[int, str], dict[int, str]]]:
-        """The loop over a stretch of orders, in registers, from what goes into it: states, vectors and sums; and what
-        comes out."""
+        self, first: int, end: int, grows: bool, states: list[str], held: dict[int, str]
+    ) -> tuple[list[str], tuple[list[str], dict[int, str]]]:
+        """The loop over a stretch of orders, in registers, from what goes into it: states and vectors; and what comes
+        out."""
         self._start()
         self.grows, self.tag = grows, "" if grows else ".late"
         t = self.tag
         self.states = [f"%y{place}{t}" for place in range(len(states))]
-        sums = self.rows = {i: f"%s{i}{t}" for i in rows}
-        self.rows = dict(sums)
         self.held = {i: f"%h{i}" for i in held} if grows else held
         renewed = {i: f"%h{i}.new" for i in held}
         self._order(0)
@@ -318,12 +322,10 @@ class _Writer(Lines):
         def phi(name: str, T: str, first: str, later: str) -> str:
             return f"  {name} = phi {T} [ {first}, %enter{t} ], [ {later}, %loop{t} ]"
 
-        moved = {i: f"%s{i}.new{t}" for i in rows}
         phis = [phi(f"%y{k}{t}", "double", x, self.following[k]) for k, x in enumerate(states)]
         phis += [phi(f"%h{i}", _V, x, renewed[i]) for i, x in held.items() if grows]
-        phis += [phi(sums[i], _V, x, moved[i]) for i, x in rows.items()]
         loop = [*(_LANE if grows else ()), *self.lines]
-        return self._around(first, end, phis, loop), (self.following, renewed, moved)
+        return self._around(first, end, phis, loop), (self.following, renewed)
 
     def _pointer(self, base: str, place: int, T: str) -> str:
         return base if place == 0 else self._new(f"getelementptr {T}, ptr {base}, i64 {place}")
@@ -372,8 +374,8 @@ class _Writer(Lines):
                 self.held[i] = self._new(f"insertelement {_V} zeroinitializer, double {value}, i32 0")
                 if not self.single:
                     self._store(self.held[i], "%frame", self.vectors[i], _V)
-            if i in self.sums and not self.single:
-                self._store("zeroinitializer", "%frame", len(self.vectors) + self.sums[i], _V)
+            if i in self.sums:
+                self._keep(i, "zeroinitializer")
             if i in self.slots:
                 self._store(value, "%slots", self.slots[i])
         for place, x in self._mine(j):
@@ -435,13 +437,12 @@ class _Writer(Lines):
         """Coefficients of a piece at order k, and what follows from them for later orders."""
         for i in self.pieces[j]:
             if i in self.sums:
-                if not self.single:
-                    self.rows[i] = self._load("%frame", len(self.vectors) + self.sums[i], _V)
+                turned = f"shufflevector {_V} {self._kept(i)}, {_V} poison, <{LANES} x i32> {_TURN}"
+                self.rows[i] = self._new(f"select {_B} %rest, {_V} {self._new(turned)}, {_V} zeroinitializer")
                 if i not in self.given:
                     self.rows[i] = self._added(self.rows[i], self._early(i))
-                    if not self.single:
-                        place = len(self.vectors) + self.sums[i]
-                        self._store(self.rows[i], "%frame", place, _V)
+                if self.ends[i] != j:
+                    self._keep(i, self.rows[i])
             value = self.values[i] = self._later(i)
             if i in self.vectors:
                 old = self.held[i] if self.single else self._load("%frame", self.vectors[i], _V)
@@ -498,15 +499,16 @@ class _Writer(Lines):
         return total
 
     def _add_products(self, i: int) -> None:
-        """Products that are known now to the sums of node ``i``, which then move on by an order."""
-        place = len(self.vectors) + self.sums[i]
-        total = self.rows[i] if i in self.rows else self._load("%frame", place, _V)
-        total = self._added(total, [*(self._early(i) if i in self.given else ()), *self._late(i)])
-        moved = f"shufflevector {_V} {total}, {_V} zeroinitializer, <{LANES} x i32> {_SHIFT}"
-        if self.single:
-            self.lines.append(f"  %s{i}.new{self.tag} = {moved}")
-        else:
-            self._store(self._new(moved), "%frame", place, _V)
+        """Products that are known now to the sums of node ``i``, which an order later move on by one."""
+        total = self.rows[i] if i in self.rows else self._kept(i)
+        self._keep(i, self._added(total, [*(self._early(i) if i in self.given else ()), *self._late(i)]))
+
+    def _kept(self, i: int) -> str:
+        """The sums of node ``i``."""
+        return self._load("%frame", len(self.vectors) + self.sums[i], _V)
+
+    def _keep(self, i: int, total: str) -> None:
+        self._store(total, "%frame", len(self.vectors) + self.sums[i], _V)
 
     def _at_start(self, i: int) -> str:
         """The value of a node at order 0."""
@@ -536,8 +538,7 @@ class _Writer(Lines):
                 return self._divided(i, node.operand, known)
             case "integral" if i in self.direct:
                 sign, _, other = self.nodes[node.operand].products[0]
-                place = len(self.vectors) + self.sums[node.operand]
-                row = self.rows.get(node.operand) or self._load("%frame", place, _V)
+                row = self.rows.get(node.operand) or self._kept(node.operand)
                 known = self._arithmetic(
                     "fmul", self._new(f"extractelement {_V} {row}, i32 0"), f"%by{self.tag}"
                 )
