@@ -48,8 +48,8 @@ def _massless(path: Path, kernels: Kernels, trajectory: Trajectory) -> tuple[str
     return massless_motion(kernels.model, _last(path, kernels, trajectory))
 
 
-def _locked(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
-    """What is said of constraints where the step collapsed: which of them depend on each other there, if any do.
+def _singular(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
+    """What is said of constraints where the step collapsed: which of them depend on each other there, if any.
 
     Others that could take over have done so, but for derivatives."""
     from .sensitivity import SensitiveTrajectory
@@ -68,10 +68,12 @@ def _locked(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
         )
     found = nearly_dependent(kernels.model, _last(path, kernels, trajectory), kernels.active)
     if not found:
-        return " So do constraints that end: bars that come into line, points of a rope that meet."
+        return ""
+    what = "are all but dependent on each other" if len(found) > 1 else "holds all but nothing"
     return (
-        f" The machine locks up there: {' and '.join(map(repr, found))} are all but dependent on each other, as where "
-        "bars come into line, and no motion goes on from it. Stop before with a terminal event, or change the lengths."
+        f" The position is all but singular there: {' and '.join(map(repr, found))} {what}, as where bars come into "
+        "line. The machine locks up, or can go on in more ways than one. Stop before with a terminal event, or change "
+        "the lengths; where it passes through such positions, steps of one length (step=) pass them too."
     )
 
 
@@ -116,14 +118,19 @@ def failure(
         )
     elif path.status == runs.COLLAPSED:
         what = (
-            f"the step collapsed at t = {path.end:.9g} s: '{name}' changes faster than any step can follow. A "
-            "quantity that grows without bound, or a load that jumps, does this; stop before with a terminal "
-            "event, or loosen the tolerance."
+            f"the step collapsed at t = {path.end:.9g} s: '{name}' changes faster than any step can follow."
         )
-        if kernels.model.constraints:
-            what += _locked(path, kernels, trajectory)
-        if path.method in ("dop853", "dop54"):
-            what += ' If a spring or damper is very stiff, method="radau" follows it.'
+        if singular := kernels.model.constraints and _singular(path, kernels, trajectory):
+            what += singular
+        else:
+            what += (
+                " A quantity that grows without bound, or a load that jumps, does this; stop before with a terminal "
+                "event, or loosen the tolerance."
+            )
+            if kernels.model.constraints:
+                what += " So do constraints that end: bars that come into line, points of a rope that meet."
+            if path.method in ("dop853", "dop54"):
+                what += ' If a spring or damper is very stiff, method="radau" follows it.'
     elif path.status == runs.DIVERGED:
         what = (
             f"the step from t = {path.end:.9g} s is too long for its iteration to converge. A smaller step= converges; "
