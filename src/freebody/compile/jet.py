@@ -98,11 +98,9 @@ class _Writer(Lines):
         self.single = len(self.pieces) == 1
         self.owner = {i: j for j, part in enumerate(self.pieces) for i in part}
         self.pairs = {i: self._pairs(i) for i in order}
-        self.vectors = {
-            i: j
-            for j, i in enumerate(dict.fromkeys(x for p in self.pairs.values() for _, *ab in p for x in ab))
-        }
         self.sums = {i: j for j, i in enumerate(i for i in order if self.pairs[i])}
+        factors = dict.fromkeys(x for p in self.pairs.values() for _, *ab in p for x in ab)
+        self.vectors = {i: len(self.sums) + j for j, i in enumerate(factors)}
         self.direct = {i: x for i in order if (x := self._directly(i)) >= 0}
         self.given = {self.nodes[i].operand for i in self.direct}
         self.after = self._after(order)
@@ -241,9 +239,10 @@ class _Writer(Lines):
         result: list[str] = []
         shared = "ptr noalias %y, ptr noalias %c, ptr noalias %out, ptr noalias %frame, ptr noalias %slots"
         orders = f"i64 %k, double %x, double %by, double %next, ptr noalias %from, ptr noalias %to, {shared}"
+        room = len(self.sums) + (0 if self.single else len(self.vectors))
         main = [
             f"define void @{self.name}(double %t, ptr noalias %y, ptr noalias %c, ptr noalias %out) nounwind {{",
-            f"  %frame = alloca {_V}, i64 {max(1, len(self.vectors) + len(self.sums))}, align 64",
+            f"  %frame = alloca {_V}, i64 {max(1, room)}, align 64",
             f"  %slots = alloca double, i64 {max(1, len(self.divisors) + len(self.slots))}, align 64",
         ]
         self.module.helpers |= {"@jet.inverse": INVERSES, "@jet.last": LAST}
@@ -505,10 +504,10 @@ class _Writer(Lines):
 
     def _kept(self, i: int) -> str:
         """The sums of node ``i``."""
-        return self._load("%frame", len(self.vectors) + self.sums[i], _V)
+        return self._load("%frame", self.sums[i], _V)
 
     def _keep(self, i: int, total: str) -> None:
-        self._store(total, "%frame", len(self.vectors) + self.sums[i], _V)
+        self._store(total, "%frame", self.sums[i], _V)
 
     def _at_start(self, i: int) -> str:
         """The value of a node at order 0."""
