@@ -144,8 +144,7 @@ class Module:
 
     def add_batch(self, name: str, state: int, hoisted: int, outputs: int, lanes: int = WIDTH) -> None:
         """The loop over a batch: rows in, 8 lanes at a time through ``name.lanes``, rows out."""
-        if "@gather" not in self.helpers:
-            self.helpers["@gather"], self.helpers["@scatter"] = gather(lanes), scatter(lanes)
+        self.helpers["@gather"], self.helpers["@scatter"] = gather(lanes), scatter(lanes)
         self.functions.append(loop(name, state, hoisted, outputs, lanes))
 
 

@@ -737,7 +737,7 @@ class Program:
         rows = [np.broadcast_to(x, (count, x.shape[-1])) for x in arrays.values()]
         if isinstance(program, LoopedKernel):
             kernel = program.of_rows(shared=c.ndim == 1)
-        out = kernel.batch(time, np.concatenate(rows, axis=1), c, threads=self.threads)
+        out = kernel.batch_of_parts(time, rows, c, threads=self.threads)
         return out.reshape(count, *shape)
 
     def _hoisted(self, key: Any, program: KernelSet | LoopedKernel, parameters: Mapping[str, Any]) -> Array:
