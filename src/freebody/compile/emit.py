@@ -234,6 +234,8 @@ class _Writer:
                 *(f"ptr noalias {x}" for x in self.written[1:]),
             ]
         )
+        # what does not fit in registers goes to whole lines of the cache
+        kept = "nounwind" if lanes == 1 else f"nounwind alignstack({self.align})"
         frame = f"  %frame = alloca {T}, i64 {self.frame_size}, align 64" if self.frame_size else ""
         stored: dict[int, list[int]] = {}
         runs = self._runs_of_zeros()
@@ -245,18 +247,18 @@ class _Writer:
             self._start()
             self._zeros(runs)
             self._piece(0, stored.get(0, []))
-            head = f"define void @{self.name}({arguments}) nounwind {{"
+            head = f"define void @{self.name}({arguments}) {kept} {{"
             return "\n".join([head, frame, *self.lines, "  ret void", "}", ""])
         result = []
         call = "double %t" if lanes == 1 else "ptr %t"
-        main = [f"define void @{self.name}({arguments}) nounwind {{", frame]
+        main = [f"define void @{self.name}({arguments}) {kept} {{", frame]
         for k in range(len(self.pieces)):
             self._start()
             if k == 0:
                 self._zeros(runs)
             self._piece(k, stored.get(k, []))
             frames = "ptr noalias readonly %frame, ptr noalias %left"
-            head = f"define internal void @{self.name}.{k}({arguments}, {frames}) nounwind noinline {{"
+            head = f"define internal void @{self.name}.{k}({arguments}, {frames}) {kept} noinline {{"
             result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
             passed = ", ".join(
                 f"ptr {x}" for x in ("%y", "%c", "%out", *[*self.read.values()][1:], *self.written[1:])
