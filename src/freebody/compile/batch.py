@@ -101,6 +101,7 @@ class _Transposition(Lines):
             inside = self._new(f"icmp slt i64 {row}, {last}")
             row = self._new(f"select i1 {inside}, i64 {row}, i64 {last}")
             self.rows.append(self._address("double", f"%{array}", self._new(f"mul i64 {row}, {stride}")))
+        self.following = self._address("double", self.rows[0], self._new(f"mul i64 {stride}, {lanes}"))
 
     def function(self, name: str, given: str, columns: Callable[[_Transposition, str, int], None]) -> str:
         """As many ``columns`` as are transposed at once, again and again, then those left over."""
@@ -126,6 +127,7 @@ class _Transposition(Lines):
         """Columns j, j + 1, ... of the rows, to vectors."""
         R, width = f"<{count} x double>", count
         parts = [self._load(R, self._address("double", row, j), 8) for row in self.rows]
+        self._ahead(j, count, 0)
         while width < self.lanes:
             side_by_side = range(2 * width)
             parts = [
@@ -158,6 +160,16 @@ class _Transposition(Lines):
             x = self._shuffle(self.lanes, vectors[k % count], "poison", range(start, start + count))
             target = self._address("double", self.rows[k], j)
             self.lines.append(f"  store <{count} x double> {x}, ptr {target}, align 8")
+        self._ahead(j, count, 1)
+
+    def _ahead(self, j: str, count: int, written: int) -> None:
+        """Bring as many vectors' worth of the next rows near, so that nothing waits for them then: a hint, no more."""
+        if self.lanes == 1:
+            return
+        for k in range(count):
+            place = self._new(f"mul i64 {self._new(f'add i64 {j}, {k}')}, {self.lanes}")
+            address = self._address("double", self.following, place)
+            self.lines.append(f"  call void @llvm.prefetch(ptr {address}, i32 {written}, i32 3, i32 1)")
 
     def _transposed(self, vectors: Sequence[str]) -> list[str]:
         """Squares in vectors of which there are 1, 2, 4, ..., turned about their diagonals."""
@@ -185,7 +197,8 @@ class _Transposition(Lines):
         return self._new(f"shufflevector {T} {a}, {T} {b}, <{len(places)} x i32> <{mask}>")
 
 
-_PARTS = """define internal void @gather_parts.LANES(
+_PARTS = """declare void @llvm.prefetch(ptr, i32, i32, i32)
+define internal void @gather_parts.LANES(
   ptr %parts, i64 %row, i64 %n, i64 %state, ptr %target) nounwind noinline {
 entry:
   br label %test
