@@ -18,6 +18,8 @@ from collections.abc import Callable, Sequence
 
 from .text import Lines
 
+DECLARATION = "declare void @llvm.prefetch(ptr, i32, i32, i32)"
+"""What the functions here call."""
 COLUMNS = (4, 2, 1)
 """How many are transposed at once, as long as so many are left."""
 
@@ -197,8 +199,7 @@ class _Transposition(Lines):
         return self._new(f"shufflevector {T} {a}, {T} {b}, <{len(places)} x i32> <{mask}>")
 
 
-_PARTS = """declare void @llvm.prefetch(ptr, i32, i32, i32)
-define internal void @gather_parts.LANES(
+_PARTS = """define internal void @gather_parts.LANES(
   ptr %parts, i64 %row, i64 %n, i64 %state, ptr %target) nounwind noinline {
 entry:
   br label %test

@@ -19,7 +19,7 @@ from itertools import accumulate, groupby
 
 from ..scalar.trace import ADD, CODES, DIV, INPUT, MUL, NAMES, NEG, SUB
 from . import sincos, vector_math
-from .batch import gather, loop, scatter
+from .batch import DECLARATION, gather, loop, scatter
 from .lower import COS, FIXED, HOISTED, PROLOGUE, RECIPROCAL, SIN, TIME, WIDTH, Body, Group, Program
 from .text import FLAGS, ZEROS, literal, splat
 
@@ -144,6 +144,7 @@ class Module:
 
     def add_batch(self, name: str, state: int, hoisted: int, outputs: int, lanes: int = WIDTH) -> None:
         """The loop over a batch: rows in, 8 lanes at a time through ``name.lanes``, rows out."""
+        self.declarations.add(DECLARATION)
         self.helpers["@gather"], self.helpers["@scatter"] = gather(lanes), scatter(lanes)
         self.functions.append(loop(name, state, hoisted, outputs, lanes))
 

@@ -278,7 +278,7 @@ class Kernel:
                 f"Expected a kernel compiled for batches, got '{self.name}'. Name it in batch= of compile_tape."
             )
         n = len(parts[0])
-        C = np.ascontiguousarray(C, dtype=float)
+        C = np.asarray(C, dtype=float)
         C = self._checked(C, (self.hoisted,) if C.ndim < 2 else (n, self.hoisted), "C")
         t = np.asarray(t, dtype=float)
         if t.ndim:
@@ -315,7 +315,11 @@ class Kernel:
         table: list[int] = []
         for part in parts:
             step = part.strides[0]
-            table += (part.ctypes.data + start * step, part.shape[1], step // part.itemsize)
+            table += (
+                part.__array_interface__["data"][0] + start * step,
+                part.shape[1],
+                step // part.itemsize,
+            )
         self._batch(
             stop - start,
             _pointer(t[start:stop] if t.ndim else t),

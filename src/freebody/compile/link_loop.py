@@ -85,7 +85,7 @@ class Driver:
             functions = [self._function(name) for name in self.parts.outputs]
         helpers = HELPERS.format(**self.fill)
         rows = [*map(batch.gather, sorted(widths)), batch.deliver(self.lanes)]
-        return "\n".join([head + helpers, *rows, *self._loops(), *functions])
+        return "\n".join([head + helpers, batch.DECLARATION, *rows, *self._loops(), *functions])
 
     def _function(self, name: str) -> str:
         """The kernel of one state (or of as many as there are lanes) and of rows."""
