@@ -253,7 +253,7 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
         rows,
         [
             f"freebody: kernel called by address in a compiled loop; batch: {BATCH} states by fb.compile, per state;",
-            f"limit: operations (sincos as {WEIGHTS['sincos']}) / additions per second, {lanes()} at once, none waiting;",
+            f"limit: operations (sincos as {WEIGHTS['sincos']}) / additions per second, {lanes()} at a time;",
             "above: batch over limit, measured in turns; it can be below 1, as fused products and sums count twice;",
             "tree: a flying body with six limbs of five hinges, 36 degrees of freedom.",
             "compile: from the description, nothing cached; to simulate: to fb.simulate's first step.",

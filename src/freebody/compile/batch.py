@@ -20,47 +20,126 @@ from .text import Lines
 
 DECLARATION = "declare void @llvm.prefetch(ptr, i32, i32, i32)"
 """What the functions here call."""
+BLOCKS = 2
+"""Of as many rows as there are lanes, that each piece of a function takes in turn, if it has more than LONG pieces:
+code that does not fit into the first-level cache is fetched as often less."""
+LONG = 6
 COLUMNS = (4, 2, 1)
 """How many are transposed at once, as long as so many are left."""
 
 
-def loop(name: str, state: int, hoisted: int, outputs: int, lanes: int) -> str:
-    """``void name.batch(n, t, t_step, parts, c, c_step, out)`` around ``name.lanes``; a step of 0 shares t or c."""
+def loop(name: str, state: int, hoisted: int, outputs: int, lanes: int, blocks: int = 1) -> str:
+    """``void name.batch(n, t, t_step, parts, c, c_step, out)`` around ``name.lanes``, or ``name.blocks`` (`tiled`).
+
+    The steps are 1 and the length of c; or 0, where all rows share t or c.
+    """
     T = f"<{lanes} x double>"
+    call = f"@{name}.lanes(ptr %tt, ptr %yy, ptr %cc, ptr %oo)"
+    if blocks > 1:
+        call = f"@{name}.blocks(i64 %b1, ptr %tt, i64 %ts, ptr %yy, ptr %cc, i64 %cs, ptr %oo)"
     return f"""define void @{name}.batch(i64 %n, ptr %t, i64 %ts, ptr %parts, ptr %c, i64 %cs, ptr %out) nounwind {{
 entry:
-  %tt = alloca {T}, align 64
-  %yy = alloca {T}, i64 {max(state, 1)}, align 64
-  %cc = alloca {T}, i64 {max(hoisted, 1)}, align 64
-  %oo = alloca {T}, i64 {max(outputs, 1)}, align 64
+  %tt = alloca {T}, i64 {blocks}, align 64
+  %yy = alloca {T}, i64 {blocks * max(state, 1)}, align 64
+  %cc = alloca {T}, i64 {blocks * max(hoisted, 1)}, align 64
+  %oo = alloca {T}, i64 {blocks * max(outputs, 1)}, align 64
   %some = icmp sgt i64 %n, 0
   br i1 %some, label %first, label %done
 first:
   call void @gather.{lanes}(ptr %t, i64 0, i64 %n, i64 1, i64 %ts, ptr %tt)
   call void @gather.{lanes}(ptr %c, i64 0, i64 %n, i64 {hoisted}, i64 %cs, ptr %cc)
-  br label %block
-block:
-  %row = phi i64 [0, %first], [%next, %advance]
-  call void @gather_parts.{lanes}(ptr %parts, i64 %row, i64 %n, i64 {state}, ptr %yy)
-  call void @{name}.lanes(ptr %tt, ptr %yy, ptr %cc, ptr %oo)
-  call void @scatter.{lanes}(ptr %oo, i64 %row, i64 %n, i64 {outputs}, ptr %out)
-  %next = add i64 %row, {lanes}
-  %more = icmp slt i64 %next, %n
-  br i1 %more, label %time, label %done
-time:
   %timed = icmp ne i64 %ts, 0
-  br i1 %timed, label %times, label %constants
-times:
-  call void @gather.{lanes}(ptr %t, i64 %next, i64 %n, i64 1, i64 %ts, ptr %tt)
+  %varied = icmp ne i64 %cs, 0
+  br label %begin
+begin:
+  %row = phi i64 [0, %first], [%end, %written]
+  %full = add i64 %row, {lanes * blocks}
+  %over = icmp sgt i64 %full, %n
+  %end = select i1 %over, i64 %n, i64 %full
+  br label %read
+read:
+  %i = phi i64 [%row, %begin], [%i1, %on]
+  %b = phi i64 [0, %begin], [%b1, %on]
+  %yi = mul i64 %b, {state}
+  %yb = getelementptr {T}, ptr %yy, i64 %yi
+  call void @gather_parts.{lanes}(ptr %parts, i64 %i, i64 %n, i64 {state}, ptr %yb)
+  br i1 %timed, label %time, label %constants
+time:
+  %ti = mul i64 %b, %ts
+  %tb = getelementptr {T}, ptr %tt, i64 %ti
+  call void @gather.{lanes}(ptr %t, i64 %i, i64 %n, i64 1, i64 %ts, ptr %tb)
   br label %constants
 constants:
-  %varied = icmp ne i64 %cs, 0
-  br i1 %varied, label %vary, label %advance
+  br i1 %varied, label %vary, label %on
 vary:
-  call void @gather.{lanes}(ptr %c, i64 %next, i64 %n, i64 {hoisted}, i64 %cs, ptr %cc)
-  br label %advance
-advance:
-  br label %block
+  %ci = mul i64 %b, %cs
+  %cb = getelementptr {T}, ptr %cc, i64 %ci
+  call void @gather.{lanes}(ptr %c, i64 %i, i64 %n, i64 {hoisted}, i64 %cs, ptr %cb)
+  br label %on
+on:
+  %b1 = add i64 %b, 1
+  %i1 = add i64 %i, {lanes}
+  %again = icmp slt i64 %i1, %end
+  br i1 %again, label %read, label %compute
+compute:
+  call void {call}
+  br label %write
+write:
+  %j = phi i64 [%row, %compute], [%j1, %write]
+  %w = phi i64 [0, %compute], [%w1, %write]
+  %wk = mul i64 %w, {outputs}
+  %ow = getelementptr {T}, ptr %oo, i64 %wk
+  call void @scatter.{lanes}(ptr %ow, i64 %j, i64 %n, i64 {outputs}, ptr %out)
+  %w1 = add i64 %w, 1
+  %j1 = add i64 %j, {lanes}
+  %left = icmp slt i64 %j1, %end
+  br i1 %left, label %write, label %written
+written:
+  %more = icmp slt i64 %end, %n
+  br i1 %more, label %begin, label %done
+done:
+  ret void
+}}
+"""
+
+
+def tiled(name: str, state: int, outputs: int, lanes: int, pieces: Sequence[str], frame: int) -> str:
+    """``void name.blocks(n, t, t_step, y, c, c_step, out)``: each piece of a long function for n blocks in turn.
+
+    Pieces leave ``frame`` vectors to each other.
+    """
+    T = f"<{lanes} x double>"
+    return f"""@{name}.pieces = private constant [{len(pieces)} x ptr] [{", ".join(f"ptr {x}" for x in pieces)}]
+define internal void @{name}.blocks(
+  i64 %n, ptr %t, i64 %ts, ptr %y, ptr %c, i64 %cs, ptr %out) nounwind noinline {{
+entry:
+  %ff = alloca {T}, i64 {BLOCKS * frame}, align 64
+  br label %piece
+piece:
+  %p = phi i64 [0, %entry], [%p1, %computed]
+  %pp = getelementptr ptr, ptr @{name}.pieces, i64 %p
+  %function = load ptr, ptr %pp, align 8
+  br label %compute
+compute:
+  %e = phi i64 [0, %piece], [%e1, %compute]
+  %yk = mul i64 %e, {state}
+  %ck = mul i64 %e, %cs
+  %ok = mul i64 %e, {outputs}
+  %fk = mul i64 %e, {frame}
+  %tk = mul i64 %e, %ts
+  %te = getelementptr {T}, ptr %t, i64 %tk
+  %ye = getelementptr {T}, ptr %y, i64 %yk
+  %ce = getelementptr {T}, ptr %c, i64 %ck
+  %oe = getelementptr {T}, ptr %out, i64 %ok
+  %fe = getelementptr {T}, ptr %ff, i64 %fk
+  call void %function(ptr %te, ptr %ye, ptr %ce, ptr %oe, ptr %fe, ptr %fe)
+  %e1 = add i64 %e, 1
+  %next = icmp slt i64 %e1, %n
+  br i1 %next, label %compute, label %computed
+computed:
+  %p1 = add i64 %p, 1
+  %further = icmp slt i64 %p1, {len(pieces)}
+  br i1 %further, label %piece, label %done
 done:
   ret void
 }}

@@ -19,7 +19,7 @@ from itertools import accumulate, groupby
 
 from ..scalar.trace import ADD, CODES, DIV, INPUT, MUL, NAMES, NEG, SUB
 from . import sincos, vector_math
-from .batch import DECLARATION, gather, loop, scatter
+from .batch import BLOCKS, DECLARATION, LONG, gather, loop, scatter, tiled
 from .lower import COS, FIXED, HOISTED, PROLOGUE, RECIPROCAL, SIN, TIME, WIDTH, Body, Group, Program
 from .text import FLAGS, ZEROS, literal, splat
 
@@ -69,6 +69,7 @@ class Module:
         self.functions: list[str] = []
         self.declarations: set[str] = set()
         self.helpers: dict[str, str] = {}
+        self.made: dict[str, tuple[list[str], int]] = {}
 
     def text(self) -> str:
         """The module."""
@@ -134,9 +135,9 @@ class Module:
 
     def add(self, program: Program, body: Body, name: str, lanes: int = 1, piece: int | None = None) -> None:
         """The function ``name``: of the kernel's signature for one lane, of pointers to vectors for 8."""
-        self.functions.append(
-            _Writer(self, program, body, name, Form(lanes, shared=False), 0, piece or PIECE).text()
-        )
+        writer = _Writer(self, program, body, name, Form(lanes, shared=False), 0, piece or PIECE)
+        self.functions.append(writer.text())
+        self.made[writer.name] = writer.parts()
 
     def add_formed(self, program: Program, body: Body, name: str, form: Form, k: int) -> None:
         """A function that a loop calls, number ``k`` of the form's."""
@@ -146,7 +147,11 @@ class Module:
         """The loop over a batch: rows in, 8 lanes at a time through ``name.lanes``, rows out."""
         self.declarations.add(DECLARATION)
         self.helpers["@gather"], self.helpers["@scatter"] = gather(lanes), scatter(lanes)
-        self.functions.append(loop(name, state, hoisted, outputs, lanes))
+        pieces, frame = self.made[f"{name}.lanes"]
+        blocks = BLOCKS if len(pieces) > LONG else 1
+        if blocks > 1:
+            self.functions.append(tiled(name, state, outputs, lanes, pieces, frame))
+        self.functions.append(loop(name, state, hoisted, outputs, lanes, blocks))
 
 
 class _Writer:
@@ -267,6 +272,12 @@ class _Writer:
             main.append(f"  call void @{self.name}.{k}({call}, {passed}, ptr %frame, ptr %frame)")
         result.append("\n".join([*main, "  ret void", "}", ""]))
         return "\n".join(result)
+
+    def parts(self) -> tuple[list[str], int]:
+        """What is called one after the other, and how many vectors these leave to each other; 0 if it is one."""
+        if len(self.pieces) == 1:
+            return [f"@{self.name}"], 0
+        return [f"@{self.name}.{k}" for k in range(len(self.pieces))], max(self.frame_size, 1)
 
     def _runs_of_zeros(self) -> list[tuple[int, int]]:
         """(first place, length) of long runs of outputs that are 0 whatever the inputs."""
