@@ -28,22 +28,45 @@ body:
 end:
   ret void
 }
-define i64 @chain(i64 %n, i64 %x) {
+define void @add(i64 %n, ptr %sums) {
 entry:
   br label %body
 body:
   %i = phi i64 [0, %entry], [%next, %body]
-  %y0 = phi i64 [%x, %entry], [%y8, %body]
-MULTIPLY
+BEGIN
+ADD
   %next = add i64 %i, 1
   %more = icmp slt i64 %next, %n
   br i1 %more, label %body, label %end
 end:
-  ret i64 %y8
+STORE
+  ret void
 }
 """
-_IR = _IR.replace("MULTIPLY", "\n".join(f"  %y{k + 1} = mul i64 %y{k}, %y{k}" for k in range(8)))
-LATENCY = 3  # cycles of an integer product, on all x86-64 processors since 2008 and on those of Arm
+SUMS = 16
+"""Of vectors, side by side: more than wait for each other on any processor (latency x pipes), as many as all have."""
+
+
+def lanes() -> int:
+    """Doubles in a vector register of this processor."""
+    from freebody.compile import native
+
+    features = native.processor()[2].split(",")
+    return 8 if "+avx512f" in features else 4 if "+avx" in features else 2
+
+
+def _text() -> str:
+    T = f"<{lanes()} x double>"
+    one = ", ".join(["double 1.0"] * lanes())
+    parts = {
+        "BEGIN": f"  %x{{k}} = phi {T} [zeroinitializer, %entry], [%y{{k}}, %body]",
+        "ADD": f"  %y{{k}} = fadd {T} %x{{k}}, <{one}>",
+        "STORE": f"  %p{{k}} = getelementptr {T}, ptr %sums, i64 {{k}}\n  store {T} %y{{k}}, ptr %p{{k}}, align 8",
+    }
+    text = _IR
+    for name, line in parts.items():
+        text = text.replace(name, "\n".join(line.format(k=k) for k in range(SUMS)))
+    return text
 
 
 @cache
@@ -55,12 +78,13 @@ def _engine() -> tuple[Any, Any]:
         llvm.initialize_native_asmprinter()
     except RuntimeError:
         pass  # newer LLVM starts by itself
-    machine = llvm.Target.from_default_triple().create_target_machine(opt=2)
-    parsed = llvm.parse_assembly(_IR)
+    name, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+    machine = llvm.Target.from_default_triple().create_target_machine(cpu=name, features=features, opt=2)
+    parsed = llvm.parse_assembly(_text())
     engine = llvm.create_mcjit_compiler(parsed, machine)
     engine.finalize_object()
-    chain = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_int64)
-    engine.chain = chain(engine.get_function_address("chain"))
+    add = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_void_p)
+    engine.add = add(engine.get_function_address("add"))
     pointer = ctypes.c_void_p
     prototype = ctypes.CFUNCTYPE(
         None, ctypes.c_int64, ctypes.c_int64, ctypes.c_double, pointer, pointer, pointer
@@ -79,13 +103,14 @@ def repeater(address: int, y: np.ndarray, c: np.ndarray, out: np.ndarray) -> Any
     return loop
 
 
-def clock(repeats: int = 7) -> float:
-    """Cycles per second of this core while it works: a chain of integer products, each waiting for the last."""
+def additions() -> float:
+    """Additions of doubles that this core does in a second of this thread, if none waits for another: its limit now."""
     engine, _ = _engine()
-    n = 400_000
-    best = float("inf")
-    for _ in range(repeats):
-        start = time.perf_counter()
-        engine.chain(n, 3)
-        best = min(best, time.perf_counter() - start)
-    return 8 * LATENCY * n / best
+    n = 40_000
+    sums = np.zeros(SUMS * lanes())
+    start = time.thread_time()
+    engine.add(n, sums.ctypes.data)
+    elapsed = time.thread_time() - start
+    if not (sums == n).all():
+        raise ArithmeticError(f"{n} additions of 1 gave {sums}")
+    return n * len(sums) / elapsed

@@ -67,8 +67,10 @@ def test_scalar_and_batch_agree_with_the_tape(monkeypatch, n, piece):
     assert np.array_equal(kernels["rates"].batch(0.3, Y, c), one)
 
 
-@pytest.mark.parametrize("N", [0, 1, 7, 8, 9, 24])
-def test_batch_with_own_time_and_parameters(N):
+@pytest.mark.parametrize("piece", [3, 10_000])
+@pytest.mark.parametrize("N", [0, 1, 7, 8, 9, 16, 17, 25])
+def test_batch_with_own_time_and_parameters(monkeypatch, N, piece):
+    monkeypatch.setattr(emit, "PIECE", piece)
     tape, t, state, parameters, rates = pendulum(2)
     kernels = compile_tape(tape, {"rates": rates}, t, state, parameters, batch=["rates"])
     random = np.random.default_rng(N)

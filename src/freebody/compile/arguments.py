@@ -159,9 +159,9 @@ def place_of(model: Model, point: Any) -> Any:
     return place
 
 
-def is_plain(x: Any, size: int) -> bool:
-    """Whether x is a contiguous array of doubles of shape (size,)."""
-    return type(x) is np.ndarray and x.shape == (size,) and x.dtype == np.float64 and x.flags.c_contiguous
+def is_plain(x: Any, shape: tuple[int, ...]) -> bool:
+    """Whether x is a contiguous array of doubles of this shape."""
+    return type(x) is np.ndarray and x.shape == shape and x.dtype == np.float64 and x.flags.c_contiguous
 
 
 def array(value: ArrayLike, name: str) -> Array:

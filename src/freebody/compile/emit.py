@@ -19,7 +19,7 @@ from itertools import accumulate, groupby
 
 from ..scalar.trace import ADD, CODES, DIV, INPUT, MUL, NAMES, NEG, SUB
 from . import sincos, vector_math
-from .batch import gather, loop, scatter
+from .batch import BLOCKS, DECLARATION, LONG, gather, loop, scatter, tiled
 from .lower import COS, FIXED, HOISTED, PROLOGUE, RECIPROCAL, SIN, TIME, WIDTH, Body, Group, Program
 from .text import FLAGS, ZEROS, literal, splat
 
@@ -69,6 +69,7 @@ class Module:
         self.functions: list[str] = []
         self.declarations: set[str] = set()
         self.helpers: dict[str, str] = {}
+        self.made: dict[str, tuple[list[str], int]] = {}
 
     def text(self) -> str:
         """The module."""
@@ -134,9 +135,9 @@ class Module:
 
     def add(self, program: Program, body: Body, name: str, lanes: int = 1, piece: int | None = None) -> None:
         """The function ``name``: of the kernel's signature for one lane, of pointers to vectors for 8."""
-        self.functions.append(
-            _Writer(self, program, body, name, Form(lanes, shared=False), 0, piece or PIECE).text()
-        )
+        writer = _Writer(self, program, body, name, Form(lanes, shared=False), 0, piece or PIECE)
+        self.functions.append(writer.text())
+        self.made[writer.name] = writer.parts()
 
     def add_formed(self, program: Program, body: Body, name: str, form: Form, k: int) -> None:
         """A function that a loop calls, number ``k`` of the form's."""
@@ -144,9 +145,13 @@ class Module:
 
     def add_batch(self, name: str, state: int, hoisted: int, outputs: int, lanes: int = WIDTH) -> None:
         """The loop over a batch: rows in, 8 lanes at a time through ``name.lanes``, rows out."""
-        if "@gather" not in self.helpers:
-            self.helpers["@gather"], self.helpers["@scatter"] = gather(lanes), scatter(lanes)
-        self.functions.append(loop(name, state, hoisted, outputs, lanes))
+        self.declarations.add(DECLARATION)
+        self.helpers["@gather"], self.helpers["@scatter"] = gather(lanes), scatter(lanes)
+        pieces, frame = self.made[f"{name}.lanes"]
+        blocks = BLOCKS if len(pieces) > LONG else 1
+        if blocks > 1:
+            self.functions.append(tiled(name, state, outputs, lanes, pieces, frame))
+        self.functions.append(loop(name, state, hoisted, outputs, lanes, blocks))
 
 
 class _Writer:
@@ -235,6 +240,8 @@ class _Writer:
                 *(f"ptr noalias {x}" for x in self.written[1:]),
             ]
         )
+        # what does not fit in registers goes to whole lines of the cache
+        kept = "nounwind" if lanes == 1 else f"nounwind alignstack({self.align})"
         frame = f"  %frame = alloca {T}, i64 {self.frame_size}, align 64" if self.frame_size else ""
         stored: dict[int, list[int]] = {}
         runs = self._runs_of_zeros()
@@ -246,18 +253,18 @@ class _Writer:
             self._start()
             self._zeros(runs)
             self._piece(0, stored.get(0, []))
-            head = f"define void @{self.name}({arguments}) nounwind {{"
+            head = f"define void @{self.name}({arguments}) {kept} {{"
             return "\n".join([head, frame, *self.lines, "  ret void", "}", ""])
         result = []
         call = "double %t" if lanes == 1 else "ptr %t"
-        main = [f"define void @{self.name}({arguments}) nounwind {{", frame]
+        main = [f"define void @{self.name}({arguments}) {kept} {{", frame]
         for k in range(len(self.pieces)):
             self._start()
             if k == 0:
                 self._zeros(runs)
             self._piece(k, stored.get(k, []))
             frames = "ptr noalias readonly %frame, ptr noalias %left"
-            head = f"define internal void @{self.name}.{k}({arguments}, {frames}) nounwind noinline {{"
+            head = f"define internal void @{self.name}.{k}({arguments}, {frames}) {kept} noinline {{"
             result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
             passed = ", ".join(
                 f"ptr {x}" for x in ("%y", "%c", "%out", *[*self.read.values()][1:], *self.written[1:])
@@ -265,6 +272,12 @@ class _Writer:
             main.append(f"  call void @{self.name}.{k}({call}, {passed}, ptr %frame, ptr %frame)")
         result.append("\n".join([*main, "  ret void", "}", ""]))
         return "\n".join(result)
+
+    def parts(self) -> tuple[list[str], int]:
+        """What is called one after the other, and how many vectors these leave to each other; 0 if it is one."""
+        if len(self.pieces) == 1:
+            return [f"@{self.name}"], 0
+        return [f"@{self.name}.{k}" for k in range(len(self.pieces))], max(self.frame_size, 1)
 
     def _runs_of_zeros(self) -> list[tuple[int, int]]:
         """(first place, length) of long runs of outputs that are 0 whatever the inputs."""

@@ -194,8 +194,9 @@ class Kernel:
     address : int
         Of ``void f(double t, const double *y, const double *c, double *out)``, valid while this object lives.
     batch_address : int or None
-        Of ``void f(int64 n, const double *t, int64 t_step, const double *y, const double *c, int64 c_step,
-        double *out)`` over rows; a step of 0 shares t or c between all.
+        Of ``void f(int64 n, const double *t, int64 t_step, const int64 *parts, const double *c, int64 c_step,
+        double *out)`` over rows; a step of 0 shares t or c between all. The table ``parts`` says where the arrays
+        stand of which, side by side, the rows y are: address, width, numbers from one row to the next.
     lanes_address : int or None
         Of ``void f(const double *t, const double *y, const double *c, double *out)`` over 8 lanes: entry i of lane l at
         8 i + l, every pointer a multiple of 64.
@@ -265,14 +266,19 @@ class Kernel:
         threads : int
             How many threads share the rows; the results are the same bits.
         """
+        Y = np.ascontiguousarray(Y, dtype=float)
+        return self.batch_of_parts(t, [self._checked(Y, (len(Y), self.state), "Y")], C, out, threads)
+
+    def batch_of_parts(
+        self, t: Any, parts: Sequence[np.ndarray], C: Any, out: np.ndarray | None = None, threads: int = 1
+    ) -> np.ndarray:
+        """The same of states that stand side by side in arrays of doubles, each of shape (N, part of the state)."""
         if self._batch is None:
             raise ExpressionError(
                 f"Expected a kernel compiled for batches, got '{self.name}'. Name it in batch= of compile_tape."
             )
-        Y = np.ascontiguousarray(Y, dtype=float)
-        n = len(Y)
-        Y = self._checked(Y, (n, self.state), "Y")
-        C = np.ascontiguousarray(C, dtype=float)
+        n = len(parts[0])
+        C = np.asarray(C, dtype=float)
         C = self._checked(C, (self.hoisted,) if C.ndim < 2 else (n, self.hoisted), "C")
         t = np.asarray(t, dtype=float)
         if t.ndim:
@@ -281,13 +287,14 @@ class Kernel:
             out = np.empty((n, self.outputs))
         else:
             self._check_out(out, (n, self.outputs))
+        parts = [*map(_readable, parts)]
         rows = -(-n // threads)
         rows = max(-(-rows // WIDTH) * WIDTH, SHARE)
         if n <= rows:
-            self._rows(0, n, t, Y, C, out)
+            self._rows(0, n, t, parts, C, out)
             return out
         work = [
-            _pool(threads).submit(self._rows, start, min(start + rows, n), t, Y, C, out)
+            _pool(threads).submit(self._rows, start, min(start + rows, n), t, parts, C, out)
             for start in range(0, n, rows)
         ]
         for part in work:
@@ -295,15 +302,29 @@ class Kernel:
         return out
 
     def _rows(
-        self, start: int, stop: int, t: np.ndarray, Y: np.ndarray, C: np.ndarray, out: np.ndarray
+        self,
+        start: int,
+        stop: int,
+        t: np.ndarray,
+        parts: Sequence[np.ndarray],
+        C: np.ndarray,
+        out: np.ndarray,
     ) -> None:
         """Some rows of a batch; other threads run meanwhile."""
         assert self._batch is not None
+        table: list[int] = []
+        for part in parts:
+            step = part.strides[0]
+            table += (
+                part.__array_interface__["data"][0] + start * step,
+                part.shape[1],
+                step // part.itemsize,
+            )
         self._batch(
             stop - start,
             _pointer(t[start:stop] if t.ndim else t),
             int(t.ndim),
-            _pointer(Y[start:stop]),
+            (ctypes.c_int64 * len(table))(*table),
             _pointer(C[start:stop] if C.ndim == 2 else C),
             self.hoisted if C.ndim == 2 else 0,
             _pointer(out[start:stop]),
@@ -330,6 +351,14 @@ class Kernel:
                 f"Expected out to be a writeable contiguous array of doubles of shape {shape} for kernel "
                 f"'{self.name}', got {got}."
             )
+
+
+def _readable(rows: np.ndarray) -> np.ndarray:
+    """The rows, or a copy if the numbers of one do not follow each other."""
+    apart, step = rows.strides
+    size = rows.itemsize
+    whole = rows.flags.aligned and apart % size == 0 and (step == size or rows.shape[1] < 2)
+    return rows if whole else np.ascontiguousarray(rows)
 
 
 def _pointer(values: np.ndarray) -> int:

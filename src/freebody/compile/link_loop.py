@@ -74,15 +74,18 @@ class Driver:
         """The module."""
         triple = native.processor()[0]
         head = f'target triple = "{triple}"\ntarget datalayout = "{native.layout()}"\n'
+        widths = {self.lanes}
         if "column" in self.parts.outputs:
             functions = [self._mass_matrix()]
+            widths.add(1)
         elif self.moved:
             functions = [self._derivative()]
+            widths = {1}
         else:
             functions = [self._function(name) for name in self.parts.outputs]
         helpers = HELPERS.format(**self.fill)
-        rows = batch.gather(self.lanes) + batch.deliver(self.lanes)
-        return head + helpers + rows + "\n".join([*self._loops(), *functions])
+        rows = [*map(batch.gather, sorted(widths)), batch.deliver(self.lanes)]
+        return "\n".join([head + helpers, batch.DECLARATION, *rows, *self._loops(), *functions])
 
     def _function(self, name: str) -> str:
         """The kernel of one state (or of as many as there are lanes) and of rows."""
@@ -260,8 +263,8 @@ on:"""
             "begin": BY.format(first=first, count=count, lanes=self.lanes) if count else ALONG.format(first=first),
         }  # fmt: skip
         of = 2 * first if count == 0 else self.parts.states[base]
-        fill["kernel"] = "f" if count else "tangent"
-        rows = ROWS.format(name=fill["kernel"], state=of, outputs=len(outputs) * (count or 1))
+        kernel = fill["kernel"] = "f" if count else "tangent"
+        rows = self._rows(kernel, of, len(outputs) * (count or 1))
         return f"{self._core(base)}\n{DERIVATIVE.format(**fill)}\n{rows}"
 
     def _mass_matrix(self) -> str:
@@ -283,4 +286,7 @@ on:"""
             **self.fill, n_u=n_u, first=2 + n_q + n_u, bytes=8 * self.lanes * parts.size + 64, state=n_q,
             column="\n".join(column), lanes=self.lanes, table=self.owner.table(outputs),
         )  # fmt: skip
-        return begun + columns + ROWS.format(name="mass_matrix", state=n_q, outputs=n_u * n_u)
+        return begun + columns + self._rows("mass_matrix", n_q, n_u * n_u)
+
+    def _rows(self, name: str, state: int, outputs: int) -> str:
+        return ROWS.format(name=name, state=state, room=max(state, 1), outputs=outputs)

@@ -67,7 +67,7 @@ define void @{name}(double %t, ptr %y, ptr %c, ptr %out) nounwind {{
 define void @{name}.lanes(ptr %t, ptr %y, ptr %c, ptr %out) nounwind {{
   ret void
 }}
-define void @{name}.batch(i64 %n, ptr %t, i64 %ts, ptr %y, ptr %c, i64 %cs, ptr %out) nounwind {{
+define void @{name}.batch(i64 %n, ptr %t, i64 %ts, ptr %parts, ptr %c, i64 %cs, ptr %out) nounwind {{
   ret void
 }}
 """
@@ -88,7 +88,7 @@ define void @{symbol}({given}, ptr %y, ptr %c, ptr %out) nounwind {{
 """
 
 BATCH = """
-define void @{name}.batch(i64 %n, ptr %t, i64 %ts, ptr %y, ptr %c, i64 %cs, ptr %out) nounwind {{
+define void @{name}.batch(i64 %n, ptr %t, i64 %ts, ptr %parts, ptr %c, i64 %cs, ptr %out) nounwind {{
 entry:
   %room = call ptr @malloc(i64 {bytes})
   %S = call ptr @aligned(ptr %room)
@@ -98,11 +98,11 @@ entry:
   br i1 %some, label %block, label %done
 block:
   %row = phi i64 [0, %entry], [%next, %on]
-  call void @gather(ptr %t, i64 %row, i64 %n, i64 1, i64 %ts, ptr %S1)
-  call void @gather(ptr %y, i64 %row, i64 %n, i64 {state}, i64 {state}, ptr %S2)
+  call void @gather.{lanes}(ptr %t, i64 %row, i64 %n, i64 1, i64 %ts, ptr %S1)
+  call void @gather_parts.{lanes}(ptr %parts, i64 %row, i64 %n, i64 {state}, ptr %S2)
 {vary}
   call void @{name}.core(ptr %S, ptr %C)
-  call void @deliver(ptr %S, ptr inttoptr (i64 {table} to ptr), i64 %row, i64 %n, i64 {outputs}, ptr %out)
+  call void @deliver.{lanes}(ptr %S, ptr inttoptr (i64 {table} to ptr), i64 %row, i64 %n, i64 {outputs}, ptr %out)
   br label %on
 on:
   %next = add i64 %row, {lanes}
@@ -124,7 +124,7 @@ VARY = """  %C = getelementptr {T}, ptr %S, i64 {constants}
   %anew = or i1 %begin, %differ
   br i1 %anew, label %vary, label %go
 vary:
-  call void @gather(ptr %c, i64 %row, i64 %n, i64 {hoisted}, i64 %cs, ptr %C)
+  call void @gather.{lanes}(ptr %c, i64 %row, i64 %n, i64 {hoisted}, i64 %cs, ptr %C)
   br label %go
 go:"""
 
@@ -168,15 +168,15 @@ begin:
   %S = call ptr @aligned(ptr %room)
   %S1 = getelementptr {T}, ptr %S, i64 1
   %S2 = getelementptr {T}, ptr %S, i64 2
-  call void @gather(ptr %tt, i64 0, i64 1, i64 1, i64 0, ptr %S1)
-  call void @gather(ptr %y, i64 0, i64 1, i64 {state}, i64 0, ptr %S2)
+  call void @gather.{lanes}(ptr %tt, i64 0, i64 1, i64 1, i64 0, ptr %S1)
+  call void @gather.{lanes}(ptr %y, i64 0, i64 1, i64 {state}, i64 0, ptr %S2)
   call void @mass_matrix.begun(ptr %S, ptr %c)
   br label %block
 block:
   %j = phi i64 [0, %begin], [%next, %block]
   call void @units(ptr %S, i64 %j, double 1.0)
   call void @columns(ptr %S, ptr %c)
-  call void @deliver(ptr %S, ptr inttoptr (i64 {table} to ptr), i64 %j, i64 {n_u}, i64 {n_u}, ptr %out)
+  call void @deliver.{lanes}(ptr %S, ptr inttoptr (i64 {table} to ptr), i64 %j, i64 {n_u}, i64 {n_u}, ptr %out)
   call void @units(ptr %S, i64 %j, double 0.0)
   %next = add i64 %j, {lanes}
   %more = icmp slt i64 %next, {n_u}
@@ -189,22 +189,22 @@ done:
 
 # one row after another
 ROWS = """
-define void @{name}.batch(i64 %n, ptr %t, i64 %ts, ptr %y, ptr %c, i64 %cs, ptr %out) nounwind {{
+define void @{name}.batch(i64 %n, ptr %t, i64 %ts, ptr %parts, ptr %c, i64 %cs, ptr %out) nounwind {{
 entry:
+  %y = alloca double, i64 {room}, align 8
   %some = icmp sgt i64 %n, 0
   br i1 %some, label %loop, label %done
 loop:
   %i = phi i64 [0, %entry], [%next, %loop]
   %it = mul i64 %i, %ts
-  %iy = mul i64 %i, {state}
   %ic = mul i64 %i, %cs
   %io = mul i64 %i, {outputs}
   %pt = getelementptr double, ptr %t, i64 %it
-  %py = getelementptr double, ptr %y, i64 %iy
   %pc = getelementptr double, ptr %c, i64 %ic
   %po = getelementptr double, ptr %out, i64 %io
   %time = load double, ptr %pt, align 8
-  call void @{name}(double %time, ptr %py, ptr %pc, ptr %po)
+  call void @gather_parts.1(ptr %parts, i64 %i, i64 %n, i64 {state}, ptr %y)
+  call void @{name}(double %time, ptr %y, ptr %pc, ptr %po)
   %next = add i64 %i, 1
   %more = icmp slt i64 %next, %n
   br i1 %more, label %loop, label %done

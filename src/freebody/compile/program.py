@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,6 +52,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _KEPT = 8  # sets of parameters whose hoisted constants are remembered
+
+
+_Plain: TypeAlias = tuple[Kernel, Array | None, tuple[tuple[int, ...], ...], tuple[int, ...]]
+"""Kernel, its constants unless parameters were given, shapes of the parts of a state, and of a result."""
 
 
 class Reaction(NamedTuple):
@@ -178,7 +182,7 @@ class Program:
         self._large: dict[str, LoopedSet] = {}
         self._sets: dict[Any, tuple[KernelSet | LoopedKernel, bool]] = {}
         self._constants: dict[Any, OrderedDict[Any, Array]] = {}
-        self._plain: dict[Any, tuple[Kernel, Array | None, tuple[int, ...], tuple[int, ...]]] = {}
+        self._plain: tuple[dict[Any, _Plain], dict[Any, _Plain]] = {}, {}  # of one state, of a batch
 
     def __repr__(self) -> str:
         return (
@@ -691,7 +695,8 @@ class Program:
                 batch,
             )
             self._constants.pop(key, None)
-            self._plain.pop(key, None)
+            for plain in self._plain:
+                plain.pop(key, None)
         return kept[0]
 
     def _looped(self, key: Any, product: Product) -> tuple[Any, bool] | None:
@@ -710,13 +715,19 @@ class Program:
     ) -> Any:
         """Result of a product, in its shape."""
         parameters = parameters_given(self.model, values, named)
-        if key in self._plain and type(t) is float:
-            kernel, c, expected, shape = self._plain[key]
-            state = tuple(given.values())
-            if all(map(is_plain, state, expected)) and NUMBERS.issuperset(map(type, parameters.values())):
+        state = tuple(given.values())
+        batch = type(state[0]) is np.ndarray and state[0].ndim == 2
+        plain = self._plain[batch].get(key) if type(t) is float else None
+        if plain is not None:
+            kernel, c, widths, shape = plain
+            shapes = [state[0].shape[:1] + width for width in widths] if batch else widths
+            if all(map(is_plain, state, shapes)) and NUMBERS.issuperset(map(type, parameters.values())):
                 # the most common calls in a third of the time
                 if c is None or parameters:
                     c = self._hoisted(key, self._sets[key][0], parameters)
+                if batch:
+                    out = kernel.batch_of_parts(t, state, c, threads=self.threads)
+                    return out if len(shape) == 1 else out.reshape(len(out), *shape)
                 out = kernel.unchecked(t, state[0] if len(state) == 1 else np.concatenate(state), c)
                 return out if len(shape) == 1 else out.reshape(shape) if shape else float(out[0])
         if self.model.signals:
@@ -728,16 +739,16 @@ class Program:
         shape = product.shape(self.model)
         c = self._hoisted(key, program, parameters)
         kernel = program["f"]
+        if isinstance(program, LoopedKernel) and count is not None:
+            kernel = program.of_rows(shared=c.ndim == 1)
+        if c.ndim == 1 and not self.model.signals:
+            widths = tuple(x.shape[-1:] for x in arrays.values())
+            self._plain[count is not None][key] = (kernel, None if parameters else c, widths, shape)
         if count is None:
-            if not self.model.signals:
-                sizes = tuple(len(x) for x in arrays.values())
-                self._plain[key] = (kernel, None if parameters else c, sizes, shape)
             out = kernel(float(time), np.concatenate(list(arrays.values())), c)
             return out.reshape(shape) if shape else float(out[0])
-        rows = [np.broadcast_to(x, (count, x.shape[-1])) for x in arrays.values()]
-        if isinstance(program, LoopedKernel):
-            kernel = program.of_rows(shared=c.ndim == 1)
-        out = kernel.batch(time, np.concatenate(rows, axis=1), c, threads=self.threads)
+        parts = [x if x.ndim == 2 else np.broadcast_to(x, (count, len(x))) for x in arrays.values()]
+        out = kernel.batch_of_parts(time, parts, c, threads=self.threads)
         return out.reshape(count, *shape)
 
     def _hoisted(self, key: Any, program: KernelSet | LoopedKernel, parameters: Mapping[str, Any]) -> Array:
