@@ -137,6 +137,27 @@ def named_numbers(
     return y, given
 
 
+def plain_state(model: Model, initial: Any) -> list[float] | None:
+    """The state (q, u), if numbers alone are named, and no part of a quaternion; else None: there is more to it."""
+    y = list(model.rest)
+    if initial is None:
+        return y
+    if initial.__class__ is not dict:
+        return None
+    places = model.single_places
+    for name, value in initial.items():
+        i = places.get(name)
+        if i is None or value.__class__ not in _NUMBERS or not math.isfinite(value):
+            return None
+        y[i] = float(value)
+    return y
+
+
+def are_single(values: Any) -> bool:
+    """Whether values by name have no axis of lanes, as their types tell."""
+    return values.__class__ is dict and _SINGLE.issuperset(map(type, values.values()))
+
+
 def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
     """Whether a value of a parameter, or of the start, has an axis of lanes (the components of a quaternion do not)."""
     given = values if values is not None and isinstance(values, (dict, Mapping)) else {}
