@@ -44,7 +44,7 @@ def kept():
     """A system of which a run is kept."""
     s = oscillator()
     fb.simulate(s, 3, **USUAL)
-    assert kernels_of(s).plain is not None
+    assert kernels_of(s).plain
     return s
 
 

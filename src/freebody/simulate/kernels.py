@@ -92,7 +92,7 @@ class Kernels:
         self._checked: dict[str, float] | None = None
         self.at_hand: dict[str, Any] = {}  # memory for who takes it out
         self._at: tuple[dict[str, float], Array, Rates] | None = None
-        self.plain: Any = None  # the last plain run (`plain`)
+        self.plain: dict[Any, Any] = {}  # runs for calls to come (`plain`)
 
     def holding(self, active: tuple[int, ...]) -> Kernels:
         """The programs of a constrained model with these independent conditions."""

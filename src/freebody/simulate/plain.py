@@ -27,6 +27,7 @@ from .trajectory import Trajectory
 
 _FIXED = (type(None), bool, int, float, str, sympy.Basic, EventSpec)
 """Types of arguments that nobody can change."""
+_KEPT = 32  # runs of a machine
 
 
 @dataclass(eq=False, slots=True)
@@ -49,21 +50,14 @@ class PlainRun:
     wanted: Array | None
     samples: int | None
 
-    def is_for(self, asked: tuple[Any, ...], given: Any) -> bool:
-        """Whether a call with these arguments is of this run."""
-        return (
-            len(asked) == len(self.asked)
-            and all(map(is_, asked, self.asked))
-            and (given is self.given or are_single(given) and given == self.given)
-            and not self.kernels.model.names.signals
-        )
-
     def keep(self) -> None:
-        """For the next call, if nobody can change what this one was made of."""
+        """For calls to come, if nobody can change what this one was made of."""
         fixed = all(isinstance(x, _FIXED) or (type(x), x) == (tuple, ()) for x in self.asked)
         if fixed and (self.given is None or are_single(self.given)):
             self.given = None if self.given is None else dict(self.given)
-            self.kernels.plain = self
+            if len(self.kernels.plain) >= _KEPT:
+                self.kernels.plain.clear()
+            self.kernels.plain[self.asked] = self
 
     def start(self, initial: Any) -> list[float] | None:
         """The state (q, u) that is named; None for a start of lanes."""
@@ -90,6 +84,22 @@ class PlainRun:
         if path.status in runs.FAILED:
             raise failure(motion, path, kernels, end, self.specs)
         return motion
+
+
+def plain_run(kernels: Kernels, asked: tuple[Any, ...], given: Any) -> PlainRun | None:
+    """The run that a call with these arguments asks for, if it was kept."""
+    try:
+        found: PlainRun | None = kernels.plain.get(asked)
+    except TypeError:  # one that can be changed
+        return None
+    if (
+        found is None
+        or not (all(map(is_, asked, found.asked)) or all(map(is_, map(type, asked), map(type, found.asked))))
+        or not (given is found.given or are_single(given) and given == found.given)
+        or kernels.model.names.signals
+    ):
+        return None
+    return found
 
 
 def scaled(kernels: Kernels, tolerances: Array, begin: float, y: Any, rates: Rates) -> Array:

@@ -30,7 +30,7 @@ from .kernels import Kernels, kernels_of
 from .methods import Way, check_method, check_method_of_contacts, first_method
 from .path import Path, Rates
 from .phases import PhasedTrajectory, Phases
-from .plain import PlainRun, scaled
+from .plain import PlainRun, plain_run, scaled
 from .progress import Progress
 from .trajectory import Trajectory
 
@@ -176,8 +176,8 @@ def simulate(
         max_step, max_steps, outputs, store, threads, executor, sensitivities,
         *(events if isinstance(events, (list, tuple)) else (events,)),
     )  # fmt: skip
-    plain: PlainRun | None = kernels.plain
-    if plain is not None and plain.is_for(asked, values):
+    plain = plain_run(kernels, asked, values)
+    if plain is not None:
         y = plain.start(initial)
         if y is not None:
             return plain.motion(y, progress)
