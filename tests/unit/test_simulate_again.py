@@ -206,3 +206,58 @@ def test_a_run_that_fails_fails_again():
             fb.simulate(s, 2, initial={"x'": 1.0})
         assert found.value.trajectory.path.end == pytest.approx(1, abs=1e-6)
     assert fb.simulate(s, 2, initial={"x'": 0.25}).at(2)["x'"] == pytest.approx(0.5, rel=1e-7)
+
+
+# --- with constraints ------------------------------------------------------------------------------
+
+
+def four_bar():
+    s = fb.System("four-bar")
+    s.gravity = (0, -9.81, 0)
+    lengths = {"crank": 1, "rod": 2, "rocker": 1.5}
+    crank, rod, rocker = (s.body(name, fb.slender_bar(x, x)) for name, x in lengths.items())
+    s.hinge("A", s.ground, crank, to=(-0.5, 0, 0), coordinate="a")
+    s.hinge("B", crank, rod, at=(0.5, 0, 0), to=(-1, 0, 0), coordinate="b")
+    s.hinge("D", s.ground, rocker, at=(2, 0, 0), to=(-0.75, 0, 0), coordinate="d")
+    s.hinge("C", rocker, rod, at=(0.75, 0, 0), to=(1, 0, 0))
+    return s
+
+
+def test_another_start_of_a_loop_is_closed_as_it_would_be_alone():
+    s, near = four_bar(), {"b": 0.4, "d": 0.9}
+    for start in (
+        {"initial": {"a": 0.3}, "near": near},
+        {"initial": {"a": 0.9, "a'": 1.0}, "near": near},
+        {"initial": {"a": "1/2"}, "near": {"b": -0.4, "d": -0.9}},
+        {"initial": {"a": 0.3, "b": 0.4, "d": 0.9}, "project": True},
+    ):
+        again, alone = (fb.simulate(one, 0.5, **start) for one in (s, four_bar()))
+        assert same(again, alone)
+    assert len(kernels_of(s).plain) == 1
+    for _ in range(2):
+        with pytest.raises(SimulationError, match="constraint"):
+            fb.simulate(s, 0.5, initial={"a": 0.3, "b": 0.4, "d": 0.9})
+        with pytest.raises(SimulationError, match="Unknown name 'e' in near"):
+            fb.simulate(s, 0.5, initial={"a": 0.3}, near={"e": 0.4})
+    assert "lane" in fb.simulate(s, 0.5, initial={"a": [0.3, 0.5]}, near=near).dims
+
+
+def test_a_loop_that_begins_with_other_conditions():
+    """A parallelogram in line has one independent condition less than beside that position."""
+
+    def parallelogram():
+        s = fb.System("parallelogram")
+        one, rod, two = (s.body(name, fb.slender_bar(1, 1)) for name in ("one", "rod", "two"))
+        s.hinge("A", s.ground, one, to=(-0.5, 0, 0), coordinate="a")
+        s.hinge("B", one, rod, at=(0.5, 0, 0), to=(-0.5, 0, 0), coordinate="b")
+        s.hinge("D", s.ground, two, at=(1, 0, 0), to=(-0.5, 0, 0), coordinate="d")
+        s.hinge("C", two, rod, at=(0.5, 0, 0), to=(0.5, 0, 0))
+        return s
+
+    s = parallelogram()
+    beside = {"initial": {"a": 1.0, "a'": 0.5}, "near": {"b": -1.0, "d": 1.0}}
+    fb.simulate(s, 0.1, **beside)
+    for one in (s, parallelogram()):
+        with pytest.raises(SimulationError, match="followed from the others at the start"):
+            fb.simulate(one, 0.1, initial={"a": 0.0, "a'": 0.5})
+    assert same(fb.simulate(s, 0.1, **beside), fb.simulate(parallelogram(), 0.1, **beside))

@@ -142,12 +142,13 @@ def plain_state(model: Model, initial: Any) -> list[float] | None:
     y = list(model.rest)
     if initial is None:
         return y
-    if initial.__class__ is not dict:
+    if type(initial) is not dict:
         return None
     places = model.single_places
+    value: Any
     for name, value in initial.items():
         i = places.get(name)
-        if i is None or value.__class__ not in _NUMBERS or not math.isfinite(value):
+        if i is None or type(value) not in _NUMBERS or not math.isfinite(value):
             return None
         y[i] = float(value)
     return y
@@ -155,7 +156,7 @@ def plain_state(model: Model, initial: Any) -> list[float] | None:
 
 def are_single(values: Any) -> bool:
     """Whether values by name have no axis of lanes, as their types tell."""
-    return values.__class__ is dict and _SINGLE.issuperset(map(type, values.values()))
+    return type(values) is dict and _SINGLE.issuperset(map(type, values.values()))
 
 
 def asks_for_many(model: Model, initial: Any, values: Any) -> bool:

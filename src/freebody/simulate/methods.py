@@ -107,15 +107,16 @@ class Way:
     ) -> None:  # fmt: skip
         self.kernels, self.parameters, self.rates = kernels, parameters, rates
         self.options = {"relative": relative, **options}
-        self.turns = method == "auto" and _finest(relative) >= FINE
-        control = {"until_stiff": True, "budget": BUDGET} if self.turns else {}
-        first = first_method(kernels, method, relative)
-        self.first = self._by(first, **control)
-        self.explicit = self._by("dop853", **control) if self.turns and first == "taylor" else None
+        finest = _finest(relative)
+        self.turns = method == "auto" and finest >= FINE
+        self.first = self.by(_of_accuracy(kernels, finest) if method == "auto" else method)
 
-    def _by(self, method: str, **control: Any) -> Integration:
+    def by(self, method: str, turns: bool | None = None) -> Integration:
+        """The integration by a method."""
         equipped = _equipped(self.kernels, self.parameters, method, self.rates)
-        return Integration(equipped, method=method, **{**self.options, **control})
+        if self.turns if turns is None else turns:
+            return Integration(equipped, method=method, until_stiff=True, budget=BUDGET, **self.options)
+        return Integration(equipped, method=method, **self.options)
 
     def _compared(
         self, state: Any, start: float, absolute: ArrayLike, between: Callable[[float], None] | None
@@ -148,18 +149,17 @@ class Way:
         between: Callable[[float], None] | None = None, halt: Callable[[Any, Any], int | None] | None = None,
     ) -> Path:  # fmt: skip
         """`integrate`."""
-        explicit, seen = self.explicit, between
-        if explicit is not None and halt is None:
+        seen = between
+        if self.turns and self.first.method == "taylor" and halt is None:
             seen = self._compared(state, start, absolute, between)
         try:
             path = self.first.path(state, start, until, absolute, seen, halt)
         except _Shortened:
-            assert explicit is not None
-            path = explicit.path(state, start, until, absolute, between)
+            path = self.by("dop853").path(state, start, until, absolute, between)
         if path.status != STIFF or not self.turns:
             return path
         # from the start again: a path is of one method, and the little that was done tells nothing
-        return self._by("radau").path(state, start, until, absolute, between, halt)
+        return self.by("radau", turns=False).path(state, start, until, absolute, between, halt)
 
 
 def first_method(kernels: Kernels, method: str, relative: NDArray[np.float64], batch: bool = False) -> str:

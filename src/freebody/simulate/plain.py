@@ -7,7 +7,7 @@ they, the machine and the values of its parameters do.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import is_
 from typing import Any
@@ -15,18 +15,20 @@ from typing import Any
 import numpy as np
 import sympy
 
+from . import loop
 from . import path as runs
+from .closing import closed_start
 from .event import EventSpec
 from .failure import failure
 from .initial import are_single, asks_for_many, named_numbers, plain_state
 from .kernels import Kernels
-from .methods import Way
-from .path import Array, Rates, observe
+from .methods import Way, first_method
+from .path import Array, Rates
 from .progress import Progress
 from .trajectory import Trajectory
 
-_FIXED = (type(None), bool, int, float, str, sympy.Basic, EventSpec)
-"""Types of arguments that nobody can change."""
+_FIXED = frozenset((type(None), bool, int, float, np.float64, str, tuple, EventSpec))
+"""Types of arguments that nobody can change, if they have a hash; expressions are others."""
 _KEPT = 32  # runs of a machine
 
 
@@ -34,14 +36,15 @@ _KEPT = 32  # runs of a machine
 class PlainRun:
     """A run but for its start.
 
-    ``asked``  the arguments that it was made of, events last, and ``given``, the values of parameters
+    ``machine``   the kernels of the machine, of which ``kernels`` hold the conditions that are independent at the start
+    ``asked``     the arguments that it was made of, events last, and ``given``, the values of parameters
     """
 
+    machine: Kernels
     asked: tuple[Any, ...]
-    given: dict[Any, Any] | None
+    given: Mapping[Any, Any] | None
     kernels: Kernels
     numbers: Mapping[str, float]
-    rates: Rates
     way: Way
     begin: float
     end: float
@@ -52,30 +55,39 @@ class PlainRun:
 
     def keep(self) -> None:
         """For calls to come, if nobody can change what this one was made of."""
-        fixed = all(isinstance(x, _FIXED) or (type(x), x) == (tuple, ()) for x in self.asked)
+        kept = self.machine.plain
+        fixed = all(type(x) in _FIXED or isinstance(x, sympy.Basic) for x in self.asked)
         if fixed and (self.given is None or are_single(self.given)):
             self.given = None if self.given is None else dict(self.given)
-            if len(self.kernels.plain) >= _KEPT:
-                self.kernels.plain.clear()
-            self.kernels.plain[self.asked] = self
+            if len(kept) >= _KEPT:
+                kept.clear()
+            kept[self.asked] = self
 
-    def start(self, initial: Any) -> list[float] | None:
-        """The state (q, u) that is named; None for a start of lanes."""
+    def start(self, initial: Any, near: Any, project: Any) -> list[float] | None:
+        """The state (q, u) that is named; None where this run does not begin so."""
         model = self.kernels.model
-        y = plain_state(model, initial)
-        if y is None and not asks_for_many(model, initial, None):
-            y, _ = named_numbers(model, self.numbers, initial)
-        return y
+        if not model.constraints:
+            y = None if near or project else plain_state(model, initial)
+            if y is not None or near or project:
+                return y
+        if asks_for_many(model, initial, None):
+            return None
+        if not model.constraints:
+            return named_numbers(model, self.numbers, initial)[0]
+        state, active = closed_start(
+            self.machine, self.numbers, initial or {}, near or {}, self.begin, project
+        )
+        return state.tolist() if active == self.kernels.active else None
 
     def motion(self, y: list[float], progress: bool | Callable[[float], Any] | None) -> Trajectory:
         """The motion from a state (q, u)."""
-        kernels, begin, end, absolute = self.kernels, self.begin, self.end, self.tolerances
+        kernels, way, begin, end, absolute = self.kernels, self.way, self.begin, self.end, self.tolerances
         if kernels.works:
             y.append(0.0)
-            absolute = scaled(kernels, absolute, begin, y, self.rates)
+            absolute = scaled(kernels, absolute, begin, y, way.rates, way.first.method)
         between = Progress(begin, end, progress)
         try:
-            path = self.way.path(y, begin, end, absolute, between)
+            path = way.path(y, begin, end, absolute, between)
         finally:
             between.close()
         motion = Trajectory(
@@ -102,11 +114,13 @@ def plain_run(kernels: Kernels, asked: tuple[Any, ...], given: Any) -> PlainRun 
     return found
 
 
-def scaled(kernels: Kernels, tolerances: Array, begin: float, y: Any, rates: Rates) -> Array:
+def scaled(
+    kernels: Kernels, tolerances: Array, begin: float, y: Sequence[float] | Array, rates: Rates, method: str
+) -> Array:
     """Absolute tolerances: that of the work in parts of the energy at the start."""
-    first = observe(kernels.motion().address("energy"), 2, np.array([begin]), np.array([y]), rates.constants)[
-        0
-    ].tolist()
+    loop.use(first_method(kernels, method, tolerances))  # which observes too: no other has to be compiled
+    energies = kernels.motion().address("energy")
+    first = loop.observed(energies, 2, begin, y, rates.told[-1])
     energy = max(map(abs, first))
     result = tolerances.copy()
     result[-1] *= energy if energy > 0 and all(map(math.isfinite, first)) else 1.0

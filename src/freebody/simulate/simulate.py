@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import SimulationError, nearest
-from . import loop
 from . import path as runs
 from .arguments import check_heeded, check_numbers, is_number
 from .blow import blows_of, struck_path, watching_blows, watching_specs
@@ -27,7 +26,7 @@ from .failure import failure
 from .holding import Holding, check_redundant
 from .initial import asks_for_many, initial_state, number
 from .kernels import Kernels, kernels_of
-from .methods import Way, check_method, check_method_of_contacts, first_method
+from .methods import Way, check_method, check_method_of_contacts
 from .path import Path, Rates
 from .phases import PhasedTrajectory, Phases
 from .plain import PlainRun, plain_run, scaled
@@ -172,16 +171,16 @@ def simulate(
     """
     kernels = kernels_of(s)
     asked = (
-        until, near, project, tolerance, impulses, impacts, indeterminate, method, step, times, samples, start,
+        until, tolerance, impulses, impacts, indeterminate, method, step, times, samples, start,
         max_step, max_steps, outputs, store, threads, executor, sensitivities,
         *(events if isinstance(events, (list, tuple)) else (events,)),
     )  # fmt: skip
     plain = plain_run(kernels, asked, values)
     if plain is not None:
-        y = plain.start(initial)
+        y = plain.start(initial, near, project)
         if y is not None:
             return plain.motion(y, progress)
-    model = kernels.model
+    machine, model = kernels, kernels.model
     if (
         outputs is not None
         or store is not None
@@ -262,23 +261,21 @@ def simulate(
             )  # fmt: skip
     parameters, rates = kernels.at(numbers)
     blows = blows_of(impulses)
-    loop.use(first_method(kernels, method, tolerances))  # which observes too: no other has to be compiled
     longest = math.inf if max_step is None else float(max_step)
-    if not (blows or model.constraints or model.switched):
-        watch = watching(kernels, parameters, specs, expressions)
+    if not (blows or model.switched or kernels.dropped):
         way = Way(
-            kernels, parameters, method, rates, tolerances, watch=watch, step=step, max_step=longest,
-            max_steps=max_steps,
+            kernels, parameters, method, rates, tolerances, step=step, max_step=longest, max_steps=max_steps,
+            watch=watching(kernels, parameters, specs, expressions),
         )  # fmt: skip
         plain = PlainRun(
-            asked, values, kernels, numbers, rates, way, begin, end, specs, tolerances, wanted, samples
+            machine, asked, values, kernels, numbers, way, begin, end, specs, tolerances, wanted, samples
         )
         plain.keep()
         return plain.motion(state.tolist(), progress)
     absolute = tolerances
     if kernels.works:
         state = np.append(state, 0.0)
-        absolute = scaled(kernels, tolerances, begin, state, rates)
+        absolute = scaled(kernels, tolerances, begin, state, rates, method)
     watch = watching_blows(kernels, parameters, specs, blows)
     with Progress(begin, end, progress) as between:
         left, holding = max_steps, Holding(kernels)
@@ -288,10 +285,10 @@ def simulate(
         ) -> Any:
             def part(held: Kernels, rates: Rates, y: Any, t0: float, t1: float, halt: Any) -> Path:
                 nonlocal left
-                way = Way(
+                one = Way(
                     held, p, how, rates, tolerances, step=step, max_step=longest, max_steps=left, **more
                 )
-                done = way.path(y, t0, t1, absolute, between, halt)
+                done = one.path(y, t0, t1, absolute, between, halt)
                 left = None if left is None else left - done.steps
                 return done
 
