@@ -1,5 +1,8 @@
 """A second call is what it would be alone, whatever changed since the first (`plain`)."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 import xarray
@@ -261,3 +264,44 @@ def test_a_loop_that_begins_with_other_conditions():
         with pytest.raises(SimulationError, match="followed from the others at the start"):
             fb.simulate(one, 0.1, initial={"a": 0.0, "a'": 0.5})
     assert same(fb.simulate(s, 0.1, **beside), fb.simulate(parallelogram(), 0.1, **beside))
+
+
+# --- what a description consists of ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda s: s.loads.pop("damper"),
+        lambda s: s.loads.popitem(),
+        lambda s: s.loads.clear(),
+        lambda s: s.loads.update(damper=s.loads["spring"]),
+        lambda s: s.loads.__ior__({"damper": s.loads["spring"]}),
+        lambda s: s.loads.__delitem__("damper"),
+        lambda s: s.loads.setdefault("third", s.loads["spring"]),
+        lambda s: s.describe("x", unit="m"),
+        lambda s: s.take_as_positive(s.expression("c")),
+        lambda s: setattr(s, "gravity", (1, 0, 0)),
+        lambda s: s.parameters(new=1.0),
+        lambda s: s.body("new", fb.particle(1)),
+    ],
+)
+def test_every_change_of_a_description_is_noticed(kept, change):
+    before = kernels_of(kept)
+    assert kernels_of(kept) is before
+    change(kept)
+    try:
+        assert kernels_of(kept) is not before
+    except FreebodyError as error:  # a body that no joint holds
+        assert "new" in str(error)
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda s: pickle.loads(pickle.dumps(s))])
+def test_a_copy_of_a_system_is_followed_on_its_own(kept, copied):
+    other = copied(kept)
+    before = kernels_of(other), kernels_of(kept)
+    other.gravity = (1, 0, 0)
+    other.loads.pop("damper")
+    assert kernels_of(kept) is before[1]
+    assert kernels_of(other) is not before[0]
+    assert list(kept.loads) == ["spring", "damper"] and list(other.loads) == ["spring"]
