@@ -108,6 +108,21 @@ def test_quaternions_and_rotations_of_a_kept_run():
         assert np.linalg.norm(again.path.states[:, :4], axis=1) == pytest.approx(1, abs=1e-15)
 
 
+def test_texts_of_a_start_are_read_as_at_first():
+    s = oscillator()
+    for start in (
+        {"x": "1/3", "x'": "2*k"},
+        {"x'": "1/3", "x": "2*k"},
+        {"x": "2*k"},
+        {"x": "1/4", "x'": "1/3"},
+    ):
+        for more in ({}, {"values": {"k": 9}}):
+            alone = fb.simulate(oscillator(), 1, initial=start, **more)
+            assert all(same(fb.simulate(s, 1, initial=start, **more), alone) for _ in range(3))
+    with pytest.raises(FreebodyError, match="Expected a known name"):
+        fb.simulate(s, 1, initial={"x": "1/4", "x'": "w"})
+
+
 def test_what_the_user_changes_in_place_is_read_again(kept):
     initial, values, events = {"x": 1.0}, {"c": 0.25}, ["x"]
     tolerance, times = {"x": 1e-9}, np.array([0.0, 1.0])

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from operator import is_
 from typing import Any
 
@@ -20,7 +20,7 @@ from . import path as runs
 from .closing import closed_start
 from .event import EventSpec
 from .failure import failure
-from .initial import are_single, asks_for_many, named_numbers, plain_state
+from .initial import are_single, asks_for_many, named_numbers, plain_state, texts_read
 from .kernels import Kernels
 from .methods import Way, first_method
 from .path import Array, Rates
@@ -38,6 +38,7 @@ class PlainRun:
 
     ``machine``   the kernels of the machine, of which ``kernels`` hold the conditions that are independent at the start
     ``asked``     the arguments that it was made of, events last, and ``given``, the values of parameters
+    ``read``      texts of the last start that had some, and the numbers that they stand for
     """
 
     machine: Kernels
@@ -52,6 +53,7 @@ class PlainRun:
     tolerances: Array
     wanted: Array | None
     samples: int | None
+    read: Mapping[str, float] = field(default_factory=dict)
 
     def keep(self) -> None:
         """For calls to come, if nobody can change what this one was made of."""
@@ -67,13 +69,15 @@ class PlainRun:
         """The state (q, u) that is named; None where this run does not begin so."""
         model = self.kernels.model
         if not model.constraints:
-            y = None if near or project else plain_state(model, initial)
+            y = None if near or project else plain_state(model, initial, self.read)
             if y is not None or near or project:
                 return y
         if asks_for_many(model, initial, None):
             return None
         if not model.constraints:
-            return named_numbers(model, self.numbers, initial)[0]
+            y, _ = named_numbers(model, self.numbers, initial)
+            self.read = texts_read(model, initial, y)
+            return y
         state, active = closed_start(
             self.machine, self.numbers, initial or {}, near or {}, self.begin, project
         )
