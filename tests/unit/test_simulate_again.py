@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+import sympy
 import xarray
 
 import freebody as fb
@@ -76,6 +77,9 @@ def kept():
         (3, {"method": "dop853", "step": 0.01}),
         (3, {"samples": 7}),
         (3, {"times": [0, 1, 2]}),
+        (3, {"times": (0, np.array(1.0), 2)}),
+        (3, {"impulses": []}),
+        (sympy.Integer(2), {"start": np.float64(1)}),
         (3, {"start": 1}),
         (3, {"max_step": 0.01}),
         (3, {"max_steps": 1000}),
@@ -86,12 +90,12 @@ def kept():
 )
 def test_another_call_is_as_it_would_be_alone(kept, until, changed):
     arguments = USUAL | changed
-    if "impulses" in changed:
+    if changed.get("impulses"):
         arguments["impulses"] = [fb.blow(1, at=kept.bodies["mass"].origin, impulse=(1, 0, 0))]
     again = [fb.simulate(kept, until, **arguments) for _ in range(2)]
     usual = fb.simulate(kept, 3, **USUAL)
     other = oscillator()
-    if "impulses" in changed:
+    if changed.get("impulses"):
         arguments["impulses"] = [fb.blow(1, at=other.bodies["mass"].origin, impulse=(1, 0, 0))]
     alone = fb.simulate(other, until, **arguments)
     assert all(same(one, alone) for one in again)

@@ -1,6 +1,6 @@
-"""A run in one leg, which nothing strikes, switches, closes or touches; kept for the next call, with another start.
+"""A run in one leg, which nothing strikes, switches or touches; kept for the next call, with another start.
 
-What `simulate` makes of its other arguments takes a small machine as long as a hundred steps. It stays as it is while
+What `simulate` makes of its other arguments takes as long as fifty steps of a small machine. It stays as it is while
 they, the machine and the values of its parameters do.
 """
 
@@ -27,8 +27,8 @@ from .path import Array, Rates
 from .progress import Progress
 from .trajectory import Trajectory
 
-_FIXED = frozenset((type(None), bool, int, float, np.float64, str, tuple, EventSpec))
-"""Types of arguments that nobody can change, if they have a hash; expressions are others."""
+_FIXED = frozenset((type(None), bool, int, float, np.float64, str, EventSpec))
+"""Types of arguments that nobody can change; expressions are others."""
 _KEPT = 32  # runs of a machine
 
 
@@ -58,7 +58,10 @@ class PlainRun:
     def keep(self) -> None:
         """For calls to come, if nobody can change what this one was made of."""
         kept = self.machine.plain
-        fixed = all(type(x) in _FIXED or isinstance(x, sympy.Basic) for x in self.asked)
+        fixed = all(
+            type(x) in _FIXED or isinstance(x, sympy.Basic) or (type(x) is tuple and not x)
+            for x in self.asked
+        )
         if fixed and (self.given is None or are_single(self.given)):
             self.given = None if self.given is None else dict(self.given)
             if len(kept) >= _KEPT:
@@ -68,20 +71,19 @@ class PlainRun:
     def start(self, initial: Any, near: Any, project: Any) -> list[float] | None:
         """The state (q, u) that is named; None where this run does not begin so."""
         model = self.kernels.model
-        if not model.constraints:
-            y = None if near or project else plain_state(model, initial, self.read)
-            if y is not None or near or project:
-                return y
-        if asks_for_many(model, initial, None):
+        if model.constraints:
+            if asks_for_many(model, initial, None):
+                return None
+            named, guessed = initial or {}, near or {}
+            state, active = closed_start(self.machine, self.numbers, named, guessed, self.begin, project)
+            return state.tolist() if active == self.kernels.active else None
+        if near or project:
             return None
-        if not model.constraints:
+        y = plain_state(model, initial, self.read)
+        if y is None and not asks_for_many(model, initial, None):
             y, _ = named_numbers(model, self.numbers, initial)
             self.read = texts_read(model, initial, y)
-            return y
-        state, active = closed_start(
-            self.machine, self.numbers, initial or {}, near or {}, self.begin, project
-        )
-        return state.tolist() if active == self.kernels.active else None
+        return y
 
     def motion(self, y: list[float], progress: bool | Callable[[float], Any] | None) -> Trajectory:
         """The motion from a state (q, u)."""
