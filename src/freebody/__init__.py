@@ -156,36 +156,20 @@ def __dir__() -> list[str]:
     return sorted({*_EXPORTS, "__version__", "__doc__", "__name__", "__file__", "__path__"})
 
 
-class _FunctionBesideFolder:
-    """A public function that shares its name with the folder it lives in.
+class _Freebody(ModuleType):
+    """The class of this module, in which a public function may share its name with the folder it lives in.
 
     Importing ``freebody.equations`` makes Python bind the folder as the attribute ``equations`` of this
-    module, whichever import comes first. A data descriptor on the module's class is asked before the
-    module's dictionary and receives that binding, so ``freebody.equations`` is the function in every
-    order. The folder stays what ``from freebody.equations import ...`` reads.
+    module, whichever import comes first. That binding is left out, so ``freebody.equations`` is the
+    function in every order. The folder stays what ``from freebody.equations import ...`` reads.
     """
 
-    def __init__(self, name: str) -> None:
-        self.name = name
-
-    def __get__(self, module: ModuleType, owner: type | None = None) -> Any:
-        value = vars(module).get(self.name)
-        return _resolve(self.name) if value is None else value
-
-    def __set__(self, module: ModuleType, value: Any) -> None:
-        if value is not sys.modules.get(f"{__name__}.{self.name}"):
-            vars(module)[self.name] = value
-
-    def __delete__(self, module: ModuleType) -> None:
-        vars(module).pop(self.name, None)
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name not in _BESIDE_FOLDERS or value is not sys.modules.get(f"{__name__}.{name}"):
+            super().__setattr__(name, value)
 
 
-class _Freebody(ModuleType):
-    """The class of this module."""
-
-    compile = _FunctionBesideFolder("compile")
-    equations = _FunctionBesideFolder("equations")
-    simulate = _FunctionBesideFolder("simulate")
+_BESIDE_FOLDERS = ("compile", "equations", "simulate")
 
 
 sys.modules[__name__].__class__ = _Freebody

@@ -19,6 +19,7 @@ from ..errors import ExpressionError, ModelError, nearest
 from ..scalar.expression import exact
 from ..scalar.parser import parse
 from .signal import Placed, Signal
+from .table import Changes, Table
 
 TIME = sympy.Symbol("t")
 _NOT_REAL = (sympy.I, sympy.oo, -sympy.oo, sympy.zoo, sympy.nan)
@@ -69,7 +70,8 @@ class Names:
         self.kinds: dict[str, str] = {"t": "time"}
         self.atoms: dict[str, Any] = {"t": TIME}
         self.texts: dict[Any, str] = {TIME: "t"}
-        self.signals: dict[Any, Placed] = {}
+        self.changes = Changes()
+        self.signals: dict[Any, Placed] = Table(self.changes)
         self._accelerations: set[Any] = set()
 
     def mark(self) -> int:

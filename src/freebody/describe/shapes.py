@@ -394,7 +394,7 @@ def _length(body: Body, value: Any, what: str) -> Any:
     if value_now is not None and value_now <= 0:
         raise ModelError(f"Expected a size of more than 0 for {what}, got {value_now:g}.")
     if isinstance(expression, sympy.Symbol):
-        body.system.positive.add(expression)
+        body.system.take_as_positive(expression)
     return expression
 
 

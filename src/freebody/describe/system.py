@@ -23,6 +23,7 @@ from .joint import Joint
 from .load import Load
 from .looks import drawn_as
 from .names import TIME, Names, check_name, finite
+from .table import Table
 
 
 @dataclass(frozen=True)
@@ -57,17 +58,18 @@ class System:
         self.name = name
         self.names = Names()
         self.ground = Body(self, "ground")
-        self.bodies: dict[str, Body] = {}
-        self.joints: dict[str, Joint] = {}
+        self.changes = changes = self.names.changes
+        self.bodies: dict[str, Body] = Table(changes)
+        self.joints: dict[str, Joint] = Table(changes)
         self.hung: set[str] = set()  # bodies that are the child of a joint
-        self.loads: dict[str, Load] = {}
-        self.constraints: dict[str, Constraint] = {}
-        self.contacts: dict[str, ContactPair] = {}
-        self.controllers: dict[str, Controller] = {}
-        self.declared: dict[str, Any] = {}  # coordinates by name, in order of declaration
-        self.about: dict[str, tuple[str, str]] = {}  # name -> (unit, what it is)
-        self.positive: set[Any] = set()
-        self._parameters: dict[str, Parameter] = {}
+        self.loads: dict[str, Load] = Table(changes)
+        self.constraints: dict[str, Constraint] = Table(changes)
+        self.contacts: dict[str, ContactPair] = Table(changes)
+        self.controllers: dict[str, Controller] = Table(changes)
+        self.declared: dict[str, Any] = Table(changes)  # coordinates by name, in order of declaration
+        self.about: dict[str, tuple[str, str]] = Table(changes)  # name -> (unit, what it is)
+        self._positive: dict[Any, None] = Table(changes)
+        self._parameters: dict[str, Parameter] = Table(changes)
         self._of_signals: dict[Any, tuple[Parameter, ...]] = {}
         self._gravity: tuple[Any, Any, Any] = (0, 0, 0)
 
@@ -177,11 +179,20 @@ class System:
         """
         for condition in conditions:
             if isinstance(condition, sympy.StrictGreaterThan | sympy.StrictLessThan):
-                self.positive.add(
+                self.take_as_positive(
                     self.expression(condition.gts - condition.lts, f"the condition {condition}")
                 )
             elif condition is not sympy.true and condition is not True:
                 raise ModelError(f"Expected a condition such as k > 0, got {condition!r}.")
+
+    @property
+    def positive(self) -> frozenset[Any]:
+        """Expressions known to be positive, by assumption or use."""
+        return frozenset(self._positive)
+
+    def take_as_positive(self, *expressions: Any) -> None:
+        """Note that expressions are positive."""
+        self._positive.update(dict.fromkeys(expressions))
 
     @property
     def gravity(self) -> tuple[Any, Any, Any]:
@@ -199,6 +210,7 @@ class System:
                     f"Describe a varying field as forces on the bodies."
                 )
         self._gravity = vector
+        self.changes.count += 1
 
     # -- joints and loads: one function each in `joints` and `loads` ---------------------------
 
@@ -261,7 +273,7 @@ class System:
                     f"Body '{name}' is rigid, but its mass properties depend on {', '.join(moving)}. "
                     f"Use parameters; a part that moves is a body of its own."
                 )
-        self.positive.update(mass.positive)
+        self.take_as_positive(*mass.positive)
         body = Body(self, name, mass)
         self.bodies[name] = body
         return body
@@ -309,14 +321,6 @@ class System:
             if name in names:
                 raise ModelError(f"There is already a {known} '{name}' in this system. Choose another name.")
         return name
-
-    @property
-    def tables(self) -> tuple[dict[Any, Any], ...]:
-        """All that was described, by name; no other tables ever take their place."""
-        return (
-            self._parameters, self.names.signals, self.declared, self.bodies, self.joints, self.loads,
-            self.constraints, self.contacts, self.controllers, self.about,
-        )  # fmt: skip
 
     @property
     def parameter_list(self) -> Sequence[Parameter]:

@@ -77,14 +77,16 @@ def check_bodies(model: Model, values: Mapping[str, float]) -> None:
     known = {parameter.symbol: values[parameter.name] for parameter in model.parameters}
 
     def number(x: Any) -> float:
-        return float(evaluate(x, known, floats, known))
+        return float(x if isinstance(x, int | float) else evaluate(x, known, floats, known))
 
     for name, place in model.bodies.items():
         properties = place.properties
         if properties is None:
             continue
         numbers = [number(x) for x in (place.mass, *properties.positive)]
-        moments = np.linalg.eigvalsh([[number(x) for x in row] for row in place.inertia])
+        inertia = [[number(x) for x in row] for row in place.inertia]
+        principal = not any(x for i, row in enumerate(inertia) for j, x in enumerate(row) if i != j)
+        moments = sorted(inertia[i][i] for i in range(3)) if principal else np.linalg.eigvalsh(inertia)
         # a quick look at floats; the message, and the last word, are those of the mass properties
         if min(numbers, default=0) < 0 or moments[0] < 0 or moments[0] + moments[1] < moments[2]:
             try:

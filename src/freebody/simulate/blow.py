@@ -14,7 +14,7 @@ import sympy
 
 from ..errors import ModelError, SimulationError
 from .arguments import check_forwards
-from .event import EventSpec, event, expressions_of
+from .event import EventSpec, event, expressions_of, watching
 from .initial import number
 from .kernels import Kernels
 from .path import FINISHED, TERMINAL, Array, Path, Watch
@@ -153,16 +153,7 @@ def watching_blows(
 ) -> Watch | None:
     """The compiled functions of these."""
     everything = watching_specs(kernels, specs, blows)
-    if not everything:
-        return None
-    observer = kernels.expressions(expressions_of(kernels.model, everything))
-    return Watch(
-        observer.address("values"),
-        tuple(spec.direction for spec in everything),
-        tuple(spec.terminal for spec in everything),
-        observer.constants(parameters),
-        observer,
-    )
+    return watching(kernels, parameters, everything, expressions_of(kernels.model, everything))
 
 
 def struck_path(

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import SimulationError
 from ..model import Model
+from .kernels import Kernels
+from .path import Watch
 
 
 @dataclass(frozen=True)
@@ -119,6 +122,18 @@ def expressions_of(model: Model, specs: Iterable[EventSpec]) -> tuple[Any, ...]:
             )
         result.append(value)
     return tuple(result)
+
+
+def watching(
+    kernels: Kernels, parameters: NDArray[np.float64], specs: Sequence[EventSpec], expressions: Sequence[Any]
+) -> Watch | None:
+    """The compiled functions of events; None if there are none."""
+    if not specs:
+        return None
+    observer = kernels.expressions(tuple(expressions))
+    directions, terminal = (tuple(spec.direction for spec in specs), tuple(spec.terminal for spec in specs))
+    constants = observer.constants(parameters)
+    return Watch(observer.address("values"), directions, terminal, constants, observer)
 
 
 def _called(function: Any) -> str:

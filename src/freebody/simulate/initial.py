@@ -137,6 +137,37 @@ def named_numbers(
     return y, given
 
 
+def plain_state(model: Model, initial: Any, read: Mapping[str, float]) -> list[float] | None:
+    """The state (q, u), if only numbers, and texts read before, are named, and no part of a quaternion; else None."""
+    y = list(model.rest)
+    if initial is None:
+        return y
+    if type(initial) is not dict:
+        return None
+    places = model.single_places
+    value: Any
+    for name, value in initial.items():
+        i = places.get(name)
+        if type(value) is str:
+            value = read.get(value)
+        if i is None or type(value) not in _NUMBERS or not math.isfinite(value):
+            return None
+        y[i] = float(value)
+    return y
+
+
+def texts_read(model: Model, initial: Any, y: Sequence[float]) -> dict[str, float]:
+    """What the texts that name a start stand for."""
+    places = model.single_places
+    named = initial.items() if type(initial) is dict else ()
+    return {value: y[places[name]] for name, value in named if type(value) is str and name in places}
+
+
+def are_single(values: Any) -> bool:
+    """Whether values by name have no axis of lanes, as their types tell."""
+    return type(values) is dict and _SINGLE.issuperset(map(type, values.values()))
+
+
 def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
     """Whether a value of a parameter, or of the start, has an axis of lanes (the components of a quaternion do not)."""
     given = values if values is not None and isinstance(values, (dict, Mapping)) else {}

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
@@ -60,7 +61,7 @@ end of the last; events; and why it ended."""
 
 def integrate(
     rates: Rates,
-    state: ArrayLike,
+    state: Sequence[float] | Array,
     start: float,
     until: float,
     *,
@@ -99,71 +100,89 @@ def integrate(
     halt                 (times, states) of some steps -> the first of these states at which the run stops, with the
                          status RELEASED, if there is one
     """
-    span = abs(until - start)
-    if step is not None:
-        longest = min(step, max_step, span)
-        first_step = span / math.ceil(span / longest * (1 - 1e-12)) if span else step
-    shape = method, rates.size, 0 if watch is None else len(watch.directions)
-    run = _SPARE.pop(shape, None) or _Run(*shape)
-    run.begin(rates, watch, state, relative, absolute)
-    _CARRIED.pack_into(
-        run.carried, 0, start, first_step or 0.0, 0.0, until, max_step, start, layout.ORDERS[method],
-        until_stiff, step is not None, run.named,
-    )  # fmt: skip
-    room = run.room if halt is None else min(64, run.room)  # what comes after a halt was for nothing
-    left = math.inf if max_steps is None else max_steps
-    steps, last = 0, None
-    pieces: list[_Piece] = []
-    status = ""
-    try:
-        while not status:
-            clock = perf_counter()
-            # a piece is appended whole: wherever the keyboard interrupts, the pieces fit together
-            allowed = room if budget is None or steps >= budget else min(room, budget - steps)
-            pieces.append(run.piece(int(min(allowed, left))))
-            times, lengths, states, _, code = pieces[-1]
-            clock = perf_counter() - clock
-            done = lengths.size
-            left -= done
-            steps += done
-            if halt is not None:
-                found = halt(times, states)
-                if found is not None and (found < done or code not in _ENDS):
-                    status, last = RELEASED, steps - done + found
+    common = Integration(
+        rates, relative, watch, max_step, first_step, max_steps, method, step, until_stiff, budget
+    )
+    return common.path(state, start, until, absolute, between, halt)
+
+
+@dataclass(eq=False, slots=True)
+class Integration:
+    """What paths from several starts have in common, as arguments of `integrate`."""
+
+    rates: Rates
+    relative: ArrayLike
+    watch: Watch | None = None
+    max_step: float = math.inf
+    first_step: float | None = None
+    max_steps: int | None = None
+    method: str = "dop853"
+    step: float | None = None
+    until_stiff: bool = False
+    budget: int | None = None
+
+    def path(
+        self, state: Sequence[float] | Array, start: float, until: float, absolute: ArrayLike,
+        between: Callable[[float], None] | None = None, halt: Callable[[Array, Array], int | None] | None = None,
+    ) -> Path:  # fmt: skip
+        """See `integrate`."""
+        rates, method, budget = self.rates, self.method, self.budget
+        shape = method, rates.size, 0 if self.watch is None else len(self.watch.directions)
+        run = _SPARE.pop(shape, None) or _Run(*shape)
+        run.begin(self, state, absolute, start, until)
+        room = run.room if halt is None else min(64, run.room)  # what comes after a halt was for nothing
+        left = math.inf if self.max_steps is None else self.max_steps
+        relative, steps, last = self.relative, 0, None
+        pieces: list[_Piece] = []
+        try:
+            while True:
+                clock = perf_counter()
+                # a piece is appended whole: wherever the keyboard interrupts, the pieces fit together
+                allowed = room if budget is None or steps >= budget else min(room, budget - steps)
+                pieces.append(run.piece(int(min(allowed, left))))
+                times, lengths, states, _, code = pieces[-1]
+                done = lengths.size
+                left -= done
+                steps += done
+                if halt is not None:
+                    found = halt(times, states)
+                    if found is not None and (found < done or code not in _ENDS):
+                        status, last = RELEASED, steps - done + found
+                        break
+                if code != layout.RUNNING:
+                    status = _STATUS[code]
                     break
-            if steps == budget and done:
-                # the same place whatever the computer's speed: a run can be repeated to the last bit
-                _tighten(run, steps, start, until, layout.ORDERS[method])
-                relative, absolute = run.relative.copy(), run.absolute.copy()
-            if code != layout.RUNNING:
-                status = _STATUS[code]
-            elif left <= 0:
-                status = TOO_MANY_STEPS
-            else:
-                pace = max(done, 1) / max(clock, 1e-6)
+                if steps == budget and done:
+                    # the same place whatever the computer's speed: a run can be repeated to the last bit
+                    _tighten(run, steps, start, until, layout.ORDERS[method])
+                    relative, absolute = run.relative.copy(), run.absolute.copy()
+                if left <= 0:
+                    status = TOO_MANY_STEPS
+                    break
+                pace = max(done, 1) / max(perf_counter() - clock, 1e-6)
                 largest = max(16, _MEMORY // (8 * (rates.size + 2)))
                 room = int(min(largest, max(16, min(4 * room, _PIECE * pace))))
                 if between is not None:
                     between(float(times[-1]))
-    except KeyboardInterrupt:
-        status = INTERRUPTED
-    if not pieces:
-        pieces.append((np.array([start]), np.empty(0), np.array(state, dtype=float)[None], [], 0))
-    counts = run.counts
-    path = Path(
-        rates,
-        *_joined(pieces),
-        status,
-        counts[layout.BLAME],
-        counts[layout.REJECTED],
-        counts[layout.EVALUATED],
-        method,
-        relative,
-        absolute,
-        counts[layout.STIFFNESS],
-    )
-    run.give_back()
-    return path if last is None else cut(path, last, status)
+        except KeyboardInterrupt:
+            status = INTERRUPTED
+        if not pieces:
+            pieces.append((np.array([start]), np.empty(0), np.array(state, dtype=float)[None], [], 0))
+        counts = run.counts
+        path = Path(
+            rates,
+            *_joined(pieces),
+            status,
+            counts[layout.BLAME],
+            counts[layout.REJECTED],
+            counts[layout.EVALUATED],
+            method,
+            relative,
+            absolute,
+            counts[layout.STIFFNESS],
+        )
+        run.give_back()
+        return path if last is None else cut(path, last, status)
 
 
 def _joined(pieces: list[_Piece]) -> tuple[Array, Array, Array, tuple[Crossing, ...]]:
@@ -188,6 +207,7 @@ def _tighten(run: _Run, steps: int, start: float, until: float, order: int) -> N
     factor = max(factor, min(1.0, FINEST_OF_SUMS / float(np.min(relative)) if relative.size else 1.0))
     relative *= factor
     run.absolute *= factor
+    run.common = None
     run.reals[layout.STEP] *= factor ** (1 / order)
 
 
@@ -212,33 +232,55 @@ class _Run:
             whole[place["integers"]],
             real[place["reals"]],
         )
-        self.carried = memory.data.cast("B")[8 * (shift + place["reals"].start) :]
+        # the state at the start, real numbers and integers, of which those before ASKED are zeros
+        self.memory, self.carried = memory.data.cast("B"), 8 * (shift + place["start"].start)
+        at_start = f"{n + layout.REALS}d{8 * layout.ASKED}x{layout.INTEGERS - layout.ASKED}q"
+        self.write = struct.Struct(at_start).pack_into
         self.relative, self.absolute = real[place["relative"]], real[place["absolute"]]
-        self.start = real[place["start"]]
         self.directions, self.terminal = whole[place["directions"]], whole[place["terminal"]]
         told = n, m, layout.padded(n), *(starts + base).tolist()
         self.told[layout.ROOM + 1 : -len(layout.BUFFERS)] = told
-        self.rates: Rates | None = None
-        self.named = 0
+        self.common: Integration | None = None
+        self.absolute_of: ArrayLike | None = None
+        self.named, self.order = 0, layout.ORDERS[shape[0]]
         self.room = min(_FIRST, max(16, _MEMORY // (8 * (n + 2))))
         self._buffers(self.room)
         self.small = self.buffer.nbytes <= _SMALL
 
     def begin(
-        self, rates: Rates, watch: Watch | None, state: ArrayLike, relative: ArrayLike, absolute: ArrayLike
+        self,
+        common: Integration,
+        state: Sequence[float] | Array,
+        absolute: ArrayLike,
+        start: float,
+        until: float,
     ) -> None:
-        """The start of a run in place of the end of another."""
-        if self.rates is not rates:
-            self.rates, self.told[layout.RATES] = rates, rates.told
-        if watch is not None and self.m:
-            self.watch = watch
-            constants = rates.constants if watch.constants is None else watch.constants
-            self.told[layout.WATCHED] = watch.address, loop.passed(constants, "Reals") or 0
-            self.directions[:], self.terminal[:] = watch.directions, watch.terminal
-            self.named = self.m if watch.named is None else watch.named
-        self.start[:], self.relative[:], self.absolute[:] = state, relative, absolute
+        """The start of a run in place of the end of another; what they have in common stays."""
+        if self.common is not common:
+            self.common, self.absolute_of = common, None
+            rates, watch = common.rates, common.watch
+            self.told[layout.RATES] = rates.told
+            if watch is not None and self.m:
+                constants = rates.constants if watch.constants is None else watch.constants
+                self.told[layout.WATCHED] = watch.address, loop.passed(constants, "Reals") or 0
+                self.directions[:], self.terminal[:] = watch.directions, watch.terminal
+                self.named = self.m if watch.named is None else watch.named
+            self.relative[:] = common.relative
+            self.function = loop.use(common.method)
+        if self.absolute_of is not absolute:
+            self.absolute[:] = absolute
+            kept = isinstance(absolute, np.ndarray) and not absolute.flags.writeable
+            self.absolute_of = absolute if kept else None
+        first = common.first_step or 0.0
+        if common.step is not None:
+            span = abs(until - start)
+            longest = min(common.step, common.max_step, span)
+            first = span / math.ceil(span / longest * (1 - 1e-12)) if span else common.step
+        self.write(
+            self.memory, self.carried, *state, start, first, 0.0, until, common.max_step, start, self.order,
+            common.until_stiff, common.step is not None, self.named,
+        )  # fmt: skip
         self.counts: Sequence[int] = _NOTHING
-        self.function = loop.use(self.shape[0])
 
     def give_back(self) -> None:
         """The next run of this shape works here."""
@@ -289,8 +331,6 @@ class _Run:
         )
 
 
-_CARRIED = struct.Struct(f"{layout.REALS}d{8 * layout.ASKED}x{layout.INTEGERS - layout.ASKED}q")
-"""Real numbers and integers of a run, of which those before ASKED are zeros at its start."""
 _NOTHING = (0,) * layout.INTEGERS
 
 _SPARE: dict[tuple[Any, ...], _Run] = {}

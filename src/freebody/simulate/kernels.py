@@ -12,12 +12,10 @@ The state of a run is y = (q, u) or (q, u, W).
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import chain
-from operator import is_
 from typing import Any
 
 import numpy as np
@@ -27,6 +25,7 @@ from ..compile.kernels import compile_tape
 from ..compile.looped import LoopedSet, is_large
 from ..describe.constraint import Rolling
 from ..describe.system import System
+from ..describe.table import Changes
 from ..dynamics import (
     State,
     coordinate_rates,
@@ -92,6 +91,7 @@ class Kernels:
         self._checked: dict[str, float] | None = None
         self.at_hand: dict[str, Any] = {}  # memory for who takes it out
         self._at: tuple[dict[str, float], Array, Rates] | None = None
+        self.plain: dict[Any, Any] = {}  # runs for calls to come (`plain`)
 
     def holding(self, active: tuple[int, ...]) -> Kernels:
         """The programs of a constrained model with these independent conditions."""
@@ -339,14 +339,14 @@ def _is_zero(value: Any) -> bool:
     return isinstance(value, int | Fraction) and value == 0
 
 
-_KEPT, _END = 16, object()
-_recent: OrderedDict[int, tuple[Any, tuple[Any, ...], tuple[Any, ...], Kernels]] = OrderedDict()
+_KEPT = 16
+_recent: OrderedDict[int, tuple[Any, Changes, int, Kernels]] = OrderedDict()
 
 
 def kernels_of(machine: System | Model) -> Kernels:
     """The programs of a system as it is described now, or of a model; those used last are kept."""
     known = _recent.get(id(machine))
-    if known is not None and all(map(is_, known[2], _parts(machine, known[1]))):
+    if known is not None and known[1].count == known[2]:
         _recent.move_to_end(id(machine))
         return known[3]
     if not isinstance(machine, (System, Model)):
@@ -355,17 +355,10 @@ def kernels_of(machine: System | Model) -> Kernels:
             "A machine is described first: s = fb.System('name')."
         )
     if isinstance(machine, System):
-        tables = (*map(dict.values, machine.tables), machine.positive)
-        kernels = Kernels(assemble(machine))
+        kernels, changes = Kernels(assemble(machine)), machine.changes
     else:
-        kernels, tables = Kernels(machine), ()
-    _recent[id(machine)] = (machine, tables, tuple(_parts(machine, tables)), kernels)
+        kernels, changes = Kernels(machine), Changes()
+    _recent[id(machine)] = (machine, changes, changes.count, kernels)
     while len(_recent) > _KEPT:
         _recent.popitem(last=False)
     return kernels
-
-
-def _parts(machine: System | Model, tables: tuple[Any, ...]) -> Iterator[Any]:
-    """Everything a description consists of, and what stands at no other place than the end; the parts themselves never
-    change."""
-    return chain(chain.from_iterable(tables), (machine.gravity, _END))

@@ -48,7 +48,7 @@ PROJECTION, PROJECTED, CONSTANTS, KERNELS = 0, 1, 2, 3
 RATES, QUATERNIONS, WATCHED, ROOM = slice(0, 4), 1, slice(4, 6), 6
 NUMBERS = 10
 IN_BLOCK = (
-    "work", "last", "table", "values", "found", "start", "relative", "absolute", "reals", "integers", "directions",
+    "work", "last", "table", "values", "found", "relative", "absolute", "start", "reals", "integers", "directions",
     "terminal",
 )  # fmt: skip
 CLEARED = 5

@@ -201,3 +201,13 @@ def sample(method: str, *arguments: Any) -> None:
 def observe(*arguments: Any) -> None:
     """`stepping.observe`: outputs of a kernel at given states; all methods have it."""
     loop(next(iter(_used), "dop853")).functions["observe"](*arguments)
+
+
+def observed(kernel: int, outputs: int, t: float, y: Any, constants: int) -> list[float]:
+    """Outputs of the kernel at an address at one state, with the constants at another."""
+    room = np.array([t, *y, *outputs * (0.0,)])
+    time, n = address(room), len(y)
+    state = time + room.itemsize
+    functions = loop(next(iter(_used), "dop853")).functions
+    functions["observe"].code(kernel, 1, time, state, n, constants, state + n * room.itemsize, outputs)
+    return list(room[1 + n :].tolist())

@@ -16,7 +16,7 @@ Only what a run asks for is loaded or compiled.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import SimulationError, nearest
-from .integrate import FINEST_OF_SUMS, integrate
+from .integrate import FINEST_OF_SUMS, Integration, integrate
 from .kernels import Kernels, Program
 from .path import FINISHED, INTERRUPTED, STIFF, Path, Rates
 
@@ -91,30 +91,75 @@ def check_method_of_contacts(method: str, step: Any) -> None:
         )
 
 
-def run(
-    kernels: Kernels, parameters: NDArray[np.float64], method: str, step: float | None, rates: Rates, *arguments: Any,
-    **options: Any,
-) -> Path:  # fmt: skip
-    """`integrate` by a method."""
-    if method != "auto":
-        equipped = _equipped(kernels, parameters, method, rates)
-        return integrate(equipped, *arguments, method=method, step=step, **options)
-    finest = _finest(options["relative"])
-    first = _of_accuracy(kernels, finest)
-    equipped = _equipped(kernels, parameters, first, rates)
-    if finest < FINE:
-        return integrate(equipped, *arguments, method=first, **options)
-    control = {**options, "until_stiff": True, "budget": BUDGET}
-    if first == "taylor" and options.get("halt") is None:
-        control["between"] = _compared(rates, arguments[0], arguments[1], options)
-    try:
-        path = integrate(equipped, *arguments, method=first, **control)
-    except _Shortened:
-        path = integrate(rates, *arguments, method="dop853", **{**control, "between": options["between"]})
-    if path.status != STIFF:
-        return path
-    # from the start again: a path is of one method, and the little that was done tells nothing
-    return integrate(_equipped(kernels, parameters, "radau", rates), *arguments, method="radau", **options)
+class _Shortened(Exception):
+    """The steps of a series are much shorter than those of an explicit method."""
+
+
+class Way:
+    """How runs from several starts are made: by a method, which "auto" may leave for another on the way.
+
+    ``options`` are those that `Integration` takes besides.
+    """
+
+    def __init__(
+        self, kernels: Kernels, parameters: NDArray[np.float64], method: str, rates: Rates,
+        relative: NDArray[np.float64], **options: Any,
+    ) -> None:  # fmt: skip
+        self.kernels, self.parameters, self.rates = kernels, parameters, rates
+        self.options = {"relative": relative, **options}
+        finest = _finest(relative)
+        self.turns = method == "auto" and finest >= FINE
+        self.first = self.by(_of_accuracy(kernels, finest) if method == "auto" else method)
+
+    def by(self, method: str, turns: bool | None = None) -> Integration:
+        """The integration by a method."""
+        equipped = _equipped(self.kernels, self.parameters, method, self.rates)
+        if self.turns if turns is None else turns:
+            return Integration(equipped, method=method, until_stiff=True, budget=BUDGET, **self.options)
+        return Integration(equipped, method=method, **self.options)
+
+    def _compared(
+        self, state: Any, start: float, absolute: ArrayLike, between: Callable[[float], None] | None
+    ) -> Callable[[float], None]:
+        """``between`` for a run by series, which sees once whether its steps are shortened by round-off.
+
+        A rotor that is driven, or symmetric, turns many times in a step that its slow precession allows. The angle, and
+        what is in body axes, cancels from the rates but for round-off, of which the terms of the series grow as those
+        of the turning do.
+        """
+        seen = False
+
+        def look(t: float) -> None:
+            nonlocal seen
+            if not seen:
+                seen = True
+                alone = {**self.options, "absolute": absolute, "max_steps": COMPARED, "watch": None}
+                other = integrate(self.rates, state, start, t, method="dop853", **alone)
+                if other.status == INTERRUPTED:
+                    raise KeyboardInterrupt
+                if other.status == FINISHED:
+                    raise _Shortened
+            if between is not None:
+                between(t)
+
+        return look
+
+    def path(
+        self, state: Sequence[float] | NDArray[np.float64], start: float, until: float, absolute: ArrayLike,
+        between: Callable[[float], None] | None = None, halt: Callable[[Any, Any], int | None] | None = None,
+    ) -> Path:  # fmt: skip
+        """`integrate`."""
+        seen = between
+        if self.turns and self.first.method == "taylor" and halt is None:
+            seen = self._compared(state, start, absolute, between)
+        try:
+            path = self.first.path(state, start, until, absolute, seen, halt)
+        except _Shortened:
+            path = self.by("dop853").path(state, start, until, absolute, between)
+        if path.status != STIFF or not self.turns:
+            return path
+        # from the start again: a path is of one method, and the little that was done tells nothing
+        return self.by("radau", turns=False).path(state, start, until, absolute, between, halt)
 
 
 def first_method(kernels: Kernels, method: str, relative: NDArray[np.float64], batch: bool = False) -> str:
@@ -140,37 +185,6 @@ def _has_short_series(kernels: Kernels, products: int) -> bool:
         return False  # a phase between two events, or between two samples, is short
     operations = kernels.operations
     return operations is not None and operations.get("mul", 0) <= products and not may_bend(kernels)
-
-
-class _Shortened(Exception):
-    """The steps of a series are much shorter than those of an explicit method."""
-
-
-def _compared(
-    rates: Rates, state: ArrayLike, start: float, options: Mapping[str, Any]
-) -> Callable[[float], None]:
-    """``between`` for a run by series, which sees once whether its steps are shortened by round-off.
-
-    A rotor that is driven, or symmetric, turns many times in a step that its slow precession allows. The angle, and
-    what is in body axes, cancels from the rates but for round-off, of which the terms of the series grow as those of
-    the turning do.
-    """
-    seen = False
-
-    def look(t: float) -> None:
-        nonlocal seen
-        if not seen:
-            seen = True
-            alone = {**options, "max_steps": COMPARED, "watch": None, "between": None}
-            other = integrate(rates, state, start, t, method="dop853", **alone)
-            if other.status == INTERRUPTED:
-                raise KeyboardInterrupt
-            if other.status == FINISHED:
-                raise _Shortened
-        if options["between"] is not None:
-            options["between"](t)
-
-    return look
 
 
 def _equipped(kernels: Kernels, parameters: NDArray[np.float64], method: str, rates: Rates) -> Rates:

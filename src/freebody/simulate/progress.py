@@ -19,17 +19,15 @@ class Progress:
     ``wanted`` None shows it on a terminal only; a function is called with the part that is done, 0 to 1.
     """
 
+    bar: Any = None
+    task: Any = None
+
     def __init__(self, start: float, until: float, wanted: bool | Callable[[float], Any] | None) -> None:
         if not (wanted is None or isinstance(wanted, bool) or callable(wanted)):
             raise SimulationError(
                 f"Expected True, False, or a function of the part that is done for progress=, got {wanted!r}."
             )
-        self.start, self.until = start, until
-        self.call = wanted if callable(wanted) else None
-        self.wanted = wanted
-        self.clock = perf_counter()
-        self.bar: Any = None
-        self.task: Any = None
+        self.start, self.until, self.wanted, self.clock = start, until, wanted, perf_counter()
 
     def __enter__(self) -> Progress:
         return self
@@ -39,12 +37,12 @@ class Progress:
         """Whether there is a bar, once the run lasts."""
         if self.wanted is None:
             return sys.stderr.isatty()
-        return bool(self.wanted) and self.call is None
+        return self.wanted is True
 
     def __call__(self, t: float) -> None:
         part = (t - self.start) / (self.until - self.start)
-        if self.call is not None:
-            self.call(part)
+        if callable(self.wanted):
+            self.wanted(part)
         if perf_counter() - self.clock < _PATIENCE or not self.shown:
             return
         if self.bar is None:
@@ -64,5 +62,9 @@ class Progress:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """At the end of the run, however it came."""
         if self.bar is not None:
             self.bar.stop()

@@ -33,12 +33,13 @@ from ..errors import ExpressionError, SimulationError, nearest
 from ..model import Model
 from ..scalar.derivative import forward
 from ..scalar.trace import Tape
+from .event import watching
 from .initial import named_state, quaternions_by_joint
 from .integrate import integrate
 from .kernels import Kernels, Program
 from .methods import FINE, with_series
 from .others import series_of
-from .path import Rates, Watch, observe
+from .path import Rates, observe
 from .trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -343,13 +344,7 @@ def sensitive_motion(
         first = observe(program.address("energy"), 2, np.array([begin]), y[None], rates.constants)[0]
         energy = float(np.max(np.abs(first)))
         absolute[n - 1 :: n] *= energy if 0 < energy < math.inf else 1.0
-    watch = None
-    if specs:
-        observer = kernels.expressions(tuple(expressions))
-        watch = Watch(
-            observer.address("values"), tuple(spec.direction for spec in specs),
-            tuple(spec.terminal for spec in specs), observer.constants(parameters), observer,
-        )  # fmt: skip
+    watch = watching(kernels, parameters, specs, expressions)
     path = integrate(
         rates, y, begin, end, relative=relative, absolute=absolute, watch=watch, method=method, step=step,
         max_step=math.inf if max_step is None else float(max_step), max_steps=max_steps, between=between,

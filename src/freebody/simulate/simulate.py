@@ -16,20 +16,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import SimulationError, nearest
-from . import loop
 from . import path as runs
 from .arguments import check_heeded, check_numbers, is_number
 from .blow import blows_of, struck_path, watching_blows, watching_specs
 from .closing import closed_start
 from .driven import Drives, at_time, check_signals, driven_path, refuse_switched
-from .event import expressions_of, specs_of
+from .event import expressions_of, specs_of, watching
 from .failure import failure
 from .holding import Holding, check_redundant
 from .initial import asks_for_many, initial_state, number
 from .kernels import Kernels, kernels_of
-from .methods import check_method, check_method_of_contacts, first_method, run
-from .path import Path, Rates, Watch, observe
+from .methods import Way, check_method, check_method_of_contacts
+from .path import Path, Rates
 from .phases import PhasedTrajectory, Phases
+from .plain import PlainRun, plain_run, scaled
 from .progress import Progress
 from .trajectory import Trajectory
 
@@ -170,7 +170,17 @@ def simulate(
     Trajectory of 'pendulum': t = 0 to 10 s, 1 coordinate, 9 events, finished
     """
     kernels = kernels_of(s)
-    model = kernels.model
+    asked = (
+        until, tolerance, impulses, impacts, indeterminate, method, step, times, samples, start,
+        max_step, max_steps, outputs, store, threads, executor, sensitivities,
+        *(events if isinstance(events, (list, tuple)) else (events,)),
+    )  # fmt: skip
+    plain = plain_run(kernels, asked, values)
+    if plain is not None:
+        y = plain.start(initial, near, project)
+        if y is not None:
+            return plain.motion(y, progress)
+    machine, model = kernels, kernels.model
     if (
         outputs is not None
         or store is not None
@@ -250,43 +260,35 @@ def simulate(
                 impulses=impulses, between=between,
             )  # fmt: skip
     parameters, rates = kernels.at(numbers)
-    if kernels.works:
-        state = np.append(state, 0.0)
-    watch = None
-    if specs:
-        observer = kernels.expressions(expressions)
-        watch = Watch(
-            observer.address("values"),
-            tuple(spec.direction for spec in specs),
-            tuple(spec.terminal for spec in specs),
-            observer.constants(parameters),
-            observer,
+    blows = blows_of(impulses)
+    longest = math.inf if max_step is None else float(max_step)
+    if not (blows or model.switched or kernels.dropped):
+        way = Way(
+            kernels, parameters, method, rates, tolerances, step=step, max_step=longest, max_steps=max_steps,
+            watch=watching(kernels, parameters, specs, expressions),
+        )  # fmt: skip
+        plain = PlainRun(
+            machine, asked, values, kernels, numbers, way, begin, end, specs, tolerances, wanted, samples
         )
+        plain.keep()
+        return plain.motion(state.tolist(), progress)
     absolute = tolerances
     if kernels.works:
-        # the loop of the run observes too: no other has to be compiled
-        loop.use(first_method(kernels, method, tolerances))
-        energies = kernels.motion().address("energy")
-        first = observe(energies, 2, np.array([begin]), state[None], rates.constants)[0].tolist()
-        energy = max(map(abs, first))
-        absolute = tolerances.copy()
-        absolute[-1] *= energy if energy > 0 and all(map(math.isfinite, first)) else 1.0
-    blows = blows_of(impulses)
-    if blows:
-        watch = watching_blows(kernels, parameters, specs, blows)
+        state = np.append(state, 0.0)
+        absolute = scaled(kernels, tolerances, begin, state, rates, method)
+    watch = watching_blows(kernels, parameters, specs, blows)
     with Progress(begin, end, progress) as between:
-        left, longest = max_steps, math.inf if max_step is None else float(max_step)
-        holding = Holding(kernels)
+        left, holding = max_steps, Holding(kernels)
 
         def leg(
             p: Any, how: str, here: Rates, y: Any, t0: float, t1: float, work: float = 0.0, **more: Any
         ) -> Any:
             def part(held: Kernels, rates: Rates, y: Any, t0: float, t1: float, halt: Any) -> Path:
                 nonlocal left
-                done = run(
-                    held, p, how, step, rates, y, t0, t1, relative=tolerances, absolute=absolute, max_step=longest,
-                    max_steps=left, between=between, halt=halt, **more,
-                )  # fmt: skip
+                one = Way(
+                    held, p, how, rates, tolerances, step=step, max_step=longest, max_steps=left, **more
+                )
+                done = one.path(y, t0, t1, absolute, between, halt)
                 left = None if left is None else left - done.steps
                 return done
 

@@ -866,8 +866,8 @@ def run(told: Integers) -> int:
     rates, nq, quaternions, c = told[0], told[1], integers_at(told[2]), reals_at(told[3])
     events, ce, room, n, m, w = told[4], reals_at(told[5]), told[6], told[7], told[8], told[9]
     work, last, table = reals_at(told[10]), integers_at(told[11]), reals_at(told[12])
-    g, found, start = reals_at(told[13]), reals_at(told[14]), reals_at(told[15])
-    relative, absolute, reals = reals_at(told[16]), reals_at(told[17]), reals_at(told[18])
+    g, found, relative = reals_at(told[13]), reals_at(told[14]), reals_at(told[15])
+    absolute, start, reals = reals_at(told[16]), reals_at(told[17]), reals_at(told[18])
     integers, directions, terminal = integers_at(told[19]), integers_at(told[20]), integers_at(told[21])
     times, lengths, states = reals_at(told[22]), reals_at(told[23]), reals_at(told[24])
     status = RUNNING
