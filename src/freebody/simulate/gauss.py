@@ -97,7 +97,7 @@ def accept(work: Reals, w: int, n: int) -> None:
     pass_step(work, ROWS * w, w, w)
 
 
-FUNCTIONS = stepping.functions(
+FUNCTIONS = stepping.Functions(
     {
         "EXPONENT": 1.0 / (2 * STAGES),
         "SAFETY": 0.85,

@@ -15,8 +15,10 @@ its address, so that one compiled integrator serves every model. The rows of ``w
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from types import FunctionType
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
 
 from .layout import WIDTH
@@ -25,11 +27,29 @@ from .translation import REAL, WHOLE, Compiled, Instruction, called, instruction
 
 Reals = Any  # the first of real numbers in memory
 Integers = Any  # the first of integers in memory
+EPS = float(np.finfo(float).eps)
 
 
 def compiled(function: Callable[..., Any]) -> Compiled:
     """A function for the compiled loop."""
     return Compiled(function)
+
+
+class Parts(list[Callable[..., Any]]):
+    """A decorator that collects functions, which are compiled when they are bound to a method."""
+
+    def __call__(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        self.append(function)
+        return function
+
+    def bound(self, space: dict[str, Any]) -> dict[str, Compiled]:
+        """The functions, with the names in ``space`` in place of the globals of their module; it gets them, too."""
+        result = {}
+        for given in self:
+            function = FunctionType(given.__code__, space, given.__name__)
+            function.__annotations__ = given.__annotations__
+            space[given.__name__] = result[given.__name__] = Compiled(function)
+        return result
 
 
 @instruction("int", "float", "Reals", "int", "Reals", "Reals", "int")

@@ -429,7 +429,7 @@ def accept(work: Reals, w: int, n: int) -> None:
     work[carried + GOOD] = 1.0 if work[carried + RATE] < 1e-3 else 0.0
 
 
-FUNCTIONS = stepping.functions(
+FUNCTIONS = stepping.Functions(
     {
         "prepare": prepare,
         "attempt": attempt,
