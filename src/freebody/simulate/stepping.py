@@ -143,6 +143,13 @@ def nothing_to_prepare(
 
 
 @compiled
+def nothing_to_densify(
+    rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int
+) -> None:
+    """`densify` of a method whose held stages are the dense output."""
+
+
+@compiled
 def cubic(work: Reals, w: int, h: float, last: int) -> None:
     """Rows DENSE to DENSE + 2 of the cubic through the states and rates at both ends; row ``last`` are those at the
     end."""
@@ -527,9 +534,8 @@ def advance(
             error = 1.0
         if error <= 1.0 and not project(after, work, END * w, w, quaternions, nq, c) <= allowed:
             error = 1e3  # not the error of a step, but another branch: the constraints end here, or bend too sharply
-        if (
-            GIVEN == 0 and error <= 1.0
-        ):  # also the rates at the end must be numbers: a state without rates is no state
+        # a state without rates is no state: those at the end must be numbers, too
+        if GIVEN == 0 and error <= 1.0:
             call(rates, after, work, END * w, c, work, 12 * w)
             integers[EVALUATED] += 1
             if _first_not_finite(work, w, n, 12, 1) >= 0:
