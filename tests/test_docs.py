@@ -143,14 +143,6 @@ def test_the_blocks_of_a_page_run(page: str, tmp_path: Path, monkeypatch: pytest
     run(page, {})
 
 
-def test_the_example_of_constraints(capsys: pytest.CaptureFixture[str]) -> None:
-    """Its last block; the first one lists calls."""
-    text = (ROOT / "docs" / "constraints.md").read_text(encoding="utf-8")
-    ((code, printed),) = re.findall(r"```python\n(import.*?)```\n\n```text\n(.*?)```", text, re.DOTALL)
-    exec(compile(code, "docs/constraints.md", "exec"), {})
-    assert capsys.readouterr().out == printed
-
-
 @pytest.mark.skipif(
     not all(map(find_spec, ("sphinx", "myst_parser", "furo"))), reason="needs the extra 'docs'"
 )

@@ -142,6 +142,12 @@ def test_slow_tippe_top_does_not_rise():
     assert found.answers["rises"].value == "no" and found.answers["t_half"].value == "none: it does not rise"
 
 
+def cross(a, b):
+    """a × b, ten times as fast as numpy's of two vectors."""
+    (a_x, a_y, a_z), (b_x, b_y, b_z) = a.tolist(), b.tolist()
+    return np.array([a_y * b_z - a_z * b_y, a_z * b_x - a_x * b_z, a_x * b_y - a_y * b_x])
+
+
 def sliding_top(p, y):
     """(rates of (v, w, e), N) of a ball on a floor that slides; e its axis, C at a below the middle; in ground axes.
 
@@ -151,16 +157,16 @@ def sliding_top(p, y):
     v, w, e = np.split(np.asarray(y), 3)
     z = np.array([0, 0, 1.0])
     r = p["a"] * e - p["R"] * z
-    slip = v + np.cross(w, r)
+    slip = v + cross(w, r)
     slip[2] = 0
     push = z - p["mu"] * slip / np.linalg.norm(slip)
     difference = p["I_3"] - p["I_1"]
-    turned = np.cross(w, e)
-    twist = np.cross(r, push)
+    turned = cross(w, e)
+    twist = cross(r, push)
     still = -difference * (w @ e) * turned / p["I_1"]
     per_N = (twist - difference * (twist @ e) / p["I_3"] * e) / p["I_1"]
-    free = -p["a"] * (np.cross(still, e) + np.cross(w, turned)) @ z
-    N = (p["g"] + free) / (1 / p["m"] + p["a"] * np.cross(per_N, e) @ z)
+    free = -p["a"] * (cross(still, e) + cross(w, turned)) @ z
+    N = (p["g"] + free) / (1 / p["m"] + p["a"] * cross(per_N, e) @ z)
     return [*(N * push / p["m"] - p["g"] * z), *(still + N * per_N), *turned], N
 
 
@@ -174,7 +180,7 @@ def test_the_hops_of_the_tippe_top_are_its_own():
     k = int(np.searchsorted(motion.t, begin))
     w, v = (R[k] @ [motion[f"air_{letter}{axis}"][k] for axis in "xyz"] for letter in "wv")
     e = R[k, :, 2]
-    start = [*(v - p["a"] * np.cross(w, e)), *w, *e]  # that of C
+    start = [*(v - p["a"] * cross(w, e)), *w, *e]  # that of C
     lifts = lambda _, y: sliding_top(p, y)[1]  # noqa: E731
     lifts.terminal = True
     end = solve_ivp(
@@ -202,12 +208,12 @@ def rolling_stone(p, spin, times):
         w, up = y[:3], y[3:]
         root = math.sqrt(up @ (squares * up))
         r = np.array([0, 0, p["h"]]) - squares * up / root
-        turning = np.cross(up, w)
+        turning = cross(up, w)
         r_rate = -squares * turning / root + squares * up * (up @ (squares * turning)) / root**3
         # F = m (-ω' × r - ω × r' - ω × (ω × r) + g γ)
-        free = p["m"] * (-np.cross(w, r_rate) - np.cross(w, np.cross(w, r)) + p["g"] * up)
+        free = p["m"] * (-cross(w, r_rate) - cross(w, cross(w, r)) + p["g"] * up)
         mass = inertia + p["m"] * (r @ r * np.eye(3) - np.outer(r, r))
-        return [*np.linalg.solve(mass, np.cross(r, free) - np.cross(w, inertia @ w)), *turning]
+        return [*np.linalg.solve(mass, cross(r, free) - cross(w, inertia @ w)), *turning]
 
     up = np.array([-math.sin(p["lean"]), 0, math.cos(p["lean"])])
     end = solve_ivp(rates, (0, times[-1]), [*(spin * up), *up], "DOP853", times, rtol=1e-12, atol=1e-13).y

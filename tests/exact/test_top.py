@@ -224,7 +224,8 @@ def test_the_plane_pendulum_swings_through_the_bottom_and_over_the_top():
     energy = I_xi * over.theta_rate(t) ** 2 / 2 + mgL * np.cos(theta)
     assert_allclose(energy, I_xi * 200 + mgL * np.cos(0.9), rtol=1e-13)
     for path in (swing, over):
-        assert_allclose(path.psi(t), 0) and assert_allclose(path.phi(t), 0)
+        assert_allclose(path.psi(t), 0)
+        assert_allclose(path.phi(t), 0)
 
 
 # -- upright ---------------------------------------------------------------------------------------

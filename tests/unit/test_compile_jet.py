@@ -32,16 +32,25 @@ EPS = np.finfo(float).eps
 
 def coefficients(tape, rates, t, y, parameters, time, state, values=()):
     """Rows y_0 ... y_P by the kernel."""
+    return series(tape, rates, t, y, parameters)(time, state, values)
+
+
+def series(tape, rates, t, y, parameters):
+    """The kernel as a function of time, state and parameters."""
     n = len(rates)
     width = padded(n)
     kernels = compile_tape(tape, {"series": rates}, t, y, parameters, series={"series": width})
-    out = np.zeros((P + 1) * width)
-    c = np.zeros(max(kernels.hoisted, 1))
-    c[: kernels.hoisted] = kernels.constants(np.array(values, dtype=float))
-    start = np.zeros(width)
-    start[: len(state)] = state
-    kernels["series"]._function(time, start.ctypes.data, c.ctypes.data, out.ctypes.data)
-    return out.reshape(P + 1, width)[:, :n]
+
+    def coefficients_at(time, state, values):
+        out = np.zeros((P + 1) * width)
+        c = np.zeros(max(kernels.hoisted, 1))
+        c[: kernels.hoisted] = kernels.constants(np.array(values, dtype=float))
+        start = np.zeros(width)
+        start[: len(state)] = state
+        kernels["series"]._function(time, start.ctypes.data, c.ctypes.data, out.ctypes.data)
+        return out.reshape(P + 1, width)[:, :n]
+
+    return coefficients_at
 
 
 def coefficients_of_eight(tape, rates, t, y, parameters, times, states, values):
@@ -417,10 +426,9 @@ def test_recurrence_of_eight(name, piece, monkeypatch):
     times, values = np.linspace(0, 0.7, 8), np.linspace(0.8, 1.5, 8)[:, None]
     states = np.stack([np.linspace(0.3, 1, 8), np.linspace(-0.6, -0.3, 8)], axis=1)
     found = coefficients_of_eight(tape, rates, t, [x, y], [p], times, states, values)
+    alone = series(tape, rates, t, [x, y], [p])
     for k in range(8):
-        compare(
-            found[k], coefficients(tape, rates, t, [x, y], [p], times[k], states[k], values[k]), units=400
-        )
+        compare(found[k], alone(times[k], states[k], values[k]), units=400)
     compare(found[5], reference(tape, rates, t, [x, y], [p], times[5], states[5], values[5]))
 
 
@@ -432,8 +440,9 @@ def test_random_machines_of_eight(joint):
     states = np.array([np.concatenate(random_state(model, seed)) for seed in range(8)])
     times, values = np.linspace(0, 0.7, 8), np.tile(list(model.values().values()), (8, 1))
     found = coefficients_of_eight(*given, times, states, values)
+    alone = series(*given)
     for k in range(8):
-        compare(found[k][:7], coefficients(*given, times[k], states[k], values[k])[:7], units=2000)
+        compare(found[k][:7], alone(times[k], states[k], values[k])[:7], units=2000)
     turned = coefficients_of_eight(*given, times[::-1], states[::-1], values)
     assert np.array_equal(found, turned[::-1])
     states[[0, 3]] = np.nan

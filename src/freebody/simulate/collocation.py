@@ -17,15 +17,13 @@ Source: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration (2006),
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
 
 from .layout import EVALUATED
-from .machine import Compiled, Integers, Reals, call, greater
-from .stepping import bound
+from .machine import Compiled, Integers, Parts, Reals, call, greater
 
 # Bound by a method: number of stages and tables; the change, in units of the tolerance, at which the iteration may
 # stop, and the number of turns after which it has failed.
@@ -35,13 +33,7 @@ C: Any = np.zeros(0)
 T: Any = np.zeros((0, 0))
 GOAL, MOST = 0.0, 0
 
-PARTS: list[Callable[..., Any]] = []
-
-
-def part(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A function that a method binds to its number of stages."""
-    PARTS.append(function)
-    return function
+part = Parts()
 
 
 def tables(s: int) -> dict[str, Any]:
@@ -57,7 +49,7 @@ def tables(s: int) -> dict[str, Any]:
 
 def bound_to(s: int, goal: float, most: int) -> dict[str, Compiled]:
     """The functions of this module for ``s`` stages."""
-    return bound(PARTS, {**globals(), **tables(s), "GOAL": goal, "MOST": most})
+    return part.bound({**globals(), **tables(s), "GOAL": goal, "MOST": most})
 
 
 def integrals(x: Any, s: int) -> Any:

@@ -116,7 +116,7 @@ def nudged(
 def leap(
     work: ContactRun, t: float, y: Array, t_after: float, y_after: Array, modes: Modes
 ) -> tuple[float, Array]:
-    phase, rates, _, _ = work.setup(modes, t_after, y_after, work.look(t_after, y_after))
+    phase, rates, _, _ = work.setup(modes, y_after, work.look(t_after, y_after))
     if phase.active:
         y_after = projected(rates, t_after, y_after)
     path = Leap(

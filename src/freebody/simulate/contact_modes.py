@@ -56,7 +56,7 @@ def modes_at(work: ContactRun, t: float, y: Array, current: Modes) -> tuple[Mode
     if len(groups) > 1 and work.least:
         groups = distinct(least_of(kept, A, contacts), responses, alike=alike)
     if len(groups) != 1:
-        raise paradox(work, t, y, seen, contacts, A, groups or distinct(found, responses), bool(groups))
+        raise paradox(work, t, y, contacts, A, groups or distinct(found, responses), bool(groups))
 
     def worth(one: Solution) -> tuple[Any, ...]:
         modes = named(work, chosen, contacts, one)
@@ -139,7 +139,6 @@ def paradox(
     work: ContactRun,
     t: float,
     y: Array,
-    seen: Snapshot,
     contacts: Sequence[Touching],
     A: Array,
     groups: Any,

@@ -101,7 +101,7 @@ def run(
             continue
         y = lifted(work, t, y)
         modes, one, seen = modes_at(work, t, y, current)
-        phase, rates, _, _ = work.setup(modes, t, y, seen)
+        phase, rates, _, _ = work.setup(modes, y, seen)
         low = LOW * (1 + work.size(y))
         flights = _flights(work, t, y, modes, phase)
         unseen = frozenset(k for k, (v, a) in flights.items() if v * v / (2 * a) < low)
@@ -123,9 +123,9 @@ def run(
         if t >= target:
             status = FINISHED
             continue
-        phase, rates, watch, endings = work.setup(modes, t, y, seen)
+        phase, rates, watch, endings = work.setup(modes, y, seen)
         y = lifted(work, t, projected(rates, t, y))
-        path, t, y, reasons, status = _phase(work, phase, rates, watch, endings, t, y, target, modes, between)
+        t, y, reasons, status = _phase(work, phase, rates, watch, endings, t, y, target, modes, between)
     for change in work.changes:
         if change[3] is None:
             change[3] = t
@@ -154,8 +154,8 @@ def _check_shared(work: ContactRun, phase: Phase, path: Path, modes: Modes) -> N
 def _phase(
     work: ContactRun, phase: Phase, rates: Rates, watch: Any, endings: Sequence[Ending], t: float, y: Array,
     end: float, modes: Modes, between: Any,
-) -> tuple[Path, float, Array, dict[int, str], str]:  # fmt: skip
-    """Integrate one phase to its end: path, time, state, reasons by contact, and the status if the run ends."""
+) -> tuple[float, Array, dict[int, str], str]:  # fmt: skip
+    """Integrate one phase to its end: time, state, reasons by contact, and the status if the run ends."""
     path = integrate(
         rates, y, t, end, relative=work.relative, absolute=work.absolute, watch=watch, between=between,
         # half of the shortest flight: a longer step could jump over the return of a contact
@@ -172,14 +172,14 @@ def _phase(
         Segment(replace(path, crossings=shown_), phase, work.impulses, phase.shown, phase.loose)
     )
     if path.status == FINISHED:
-        return path, path.end, path.states[-1], {}, FINISHED
+        return path.end, path.states[-1], {}, FINISHED
     if path.status != TERMINAL:
-        return path, path.end, path.states[-1], {}, path.status
+        return path.end, path.states[-1], {}, path.status
     t_new, y_new = path.end, path.states[-1].copy()
     if any(
         c.time == path.end and c.number < work.asked and work.specs[c.number].terminal for c in path.crossings
     ):
-        return path, t_new, y_new, {}, TERMINAL
+        return t_new, y_new, {}, TERMINAL
     reasons: dict[int, str] = {}
     for c in path.crossings:
         if work.asked <= c.number < asked and c.time == path.end:
@@ -200,7 +200,7 @@ def _phase(
             stopped.append(ending.contact)
     for k in stopped:
         t_new, y_new = halt(work, phase, rates, k, t_new, y_new, modes)
-    return path, t_new, y_new, reasons, ""
+    return t_new, y_new, reasons, ""
 
 
 def _quieted(work: ContactRun, t: float, y: Array) -> Array:
@@ -227,10 +227,10 @@ def _rest(
 ) -> tuple[float, Array, Modes, Modes, dict[int, str], str]:
     """The time that is left to bounces too low to follow, as motion in contact."""
     y, left, contacts = settled
-    modes, one, seen = modes_at(work, t, y, current)
+    modes, _, seen = modes_at(work, t, y, current)
     until = min(t + left, end)
     names = ", ".join(work.names[k] for k in sorted(contacts))
-    phase, rates, watch, endings = work.setup(modes, t, y, seen)
+    phase, rates, watch, endings = work.setup(modes, y, seen)
     _note_modes(
         work, t, y, past, phase.shown, dict.fromkeys(contacts, "bounces below what numbers resolve"), True
     )
@@ -238,7 +238,7 @@ def _rest(
     work.bounces.clear()
     reasons: dict[int, str] = {}
     if until > t:
-        _, t, y, reasons, stop = _phase(work, phase, rates, watch, endings, t, y, until, modes, between)
+        t, y, reasons, stop = _phase(work, phase, rates, watch, endings, t, y, until, modes, between)
         if stop and (stop != FINISHED or t >= end):
             return t, y, modes, phase.shown, {}, stop
     if not reasons:  # else another event came before the end of the bounces

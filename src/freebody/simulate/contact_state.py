@@ -281,9 +281,7 @@ class ContactRun:
 
     # -- phases ----------------------------------------------------------------------------------
 
-    def setup(
-        self, modes: Modes, t: float, y: Array, seen: Snapshot
-    ) -> tuple[Phase, Rates, Watch | None, Any]:
+    def setup(self, modes: Modes, y: Array, seen: Snapshot) -> tuple[Phase, Rates, Watch | None, Any]:
         """Compiled equations of the modes, and the functions to watch."""
         phase = self.scene.phase(modes, seen)
         dead = self.dead(modes, seen, y)

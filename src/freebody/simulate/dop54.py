@@ -96,7 +96,7 @@ def judge(
 
 
 _BETA = 0.04
-FUNCTIONS = stepping.functions(
+FUNCTIONS = stepping.Functions(
     {
         "EXPONENT": 0.2 - 0.75 * _BETA,
         "BETA": _BETA,

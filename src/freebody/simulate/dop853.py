@@ -118,7 +118,7 @@ _BETA = 0.04
 CONTROL = {
     "EXPONENT": 0.125 - 0.2 * _BETA, "BETA": _BETA, "COST": 11, "COST_DENSE": 3, "LAST": 11, "LIMIT": 6.1,
 }  # fmt: skip
-FUNCTIONS = stepping.functions(
+FUNCTIONS = stepping.Functions(
     {
         **CONTROL,
         "prepare": nothing_to_prepare,

@@ -73,13 +73,6 @@ def judge(
 
 
 @compiled
-def densify(
-    rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int
-) -> None:
-    """Nothing: the held coefficients are the dense output."""
-
-
-@compiled
 def interpolate(x: float, work: Reals, w: int) -> None:
     """Row POINT: the collocation polynomial at the part ``x`` (0 to 1) of the step."""
     along(x, work, STATE * w, ROWS * w, w, w, POINT * w)
@@ -97,7 +90,7 @@ def accept(work: Reals, w: int, n: int) -> None:
     pass_step(work, ROWS * w, w, w)
 
 
-FUNCTIONS = stepping.functions(
+FUNCTIONS = stepping.Functions(
     {
         "EXPONENT": 1.0 / (2 * STAGES),
         "SAFETY": 0.85,
@@ -106,7 +99,7 @@ FUNCTIONS = stepping.functions(
         "prepare": prepare,
         "attempt": attempt,
         "judge": judge,
-        "densify": densify,
+        "densify": stepping.nothing_to_densify,
         "interpolate": interpolate,
         "hold": hold,
         "accept": accept,

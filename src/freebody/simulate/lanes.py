@@ -16,10 +16,8 @@ from __future__ import annotations
 
 import importlib
 import math
-from collections.abc import Callable
 from typing import Any
 
-from . import stepping
 from .lanes_layout import (
     BUDGET,
     DROPPED,
@@ -80,12 +78,11 @@ from .layout import (
     TIME,
     UNTIL,
 )
-from .machine import Compiled, Integers, Reals, call, greater, lesser, shifted, whole
-from .stepping import _EPS
+from .machine import EPS, Compiled, Integers, Parts, Reals, call, greater, lesser, shifted, whole
 
 __all__ = ["functions"]
 
-_PARTS: list[Callable[..., Any]] = []
+part = Parts()
 
 # what `functions` puts in place: the compiled loop of a method
 normalise: Any = None
@@ -95,16 +92,10 @@ advance: Any = None
 sample: Any = None
 
 
-def part(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A function of the loop over lanes."""
-    _PARTS.append(function)
-    return function
-
-
 def functions(method: str) -> dict[str, Compiled]:
     """The compiled loop over lanes of a method, with the method's own functions."""
     given = importlib.import_module(f".{method}", __package__).FUNCTIONS
-    return {**given, **stepping.bound(_PARTS, {**globals(), **given})}
+    return {**given, **part.bound({**globals(), **given})}
 
 
 @part
@@ -161,7 +152,7 @@ def log_event(
     if terminal != 0 and t == start:
         return
     again = legs > 1 and counts[row] > 0 and abs(event_times[2 * row + 1] - t) <= 1e-12
-    if again and t - first <= 4.0 * _EPS * greater(1.0, abs(first)):
+    if again and t - first <= 4.0 * EPS * greater(1.0, abs(first)):
         return
     if counts[row] == 0:
         event_times[2 * row] = t

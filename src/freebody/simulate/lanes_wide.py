@@ -21,7 +21,6 @@ import importlib
 import math
 from typing import Any
 
-from . import stepping
 from .lanes import functions as of_one
 from .lanes_layout import (
     BUDGET,
@@ -93,11 +92,11 @@ from .layout import (
     TERMINAL,
     UNDEFINED,
 )
-from .machine import Compiled, Integers, Reals, call, greater, lesser, shifted, whole
+from .machine import Compiled, Integers, Parts, Reals, call, greater, lesser, shifted, whole
 from .machine_wide import blend, call_wide, moved, unit_at
 from .stepping import _EPS, _TINY, BETA, EXPONENT, GIVEN, GREATEST, SAFETY, SMALLEST
 
-_PARTS: list[Any] = []
+part = Parts()
 
 # what `functions` puts in place: of the loop over one lane, and of the method for eight
 normalise: Any = None
@@ -136,12 +135,6 @@ lift: Any = None
 """(lane, n, wide, w, work, w1): the step of a lane in a work array of its own."""
 
 
-def part(function: Any) -> Any:
-    """A function of the loop over lanes."""
-    _PARTS.append(function)
-    return function
-
-
 def functions(method: str) -> dict[str, Compiled]:
     """The compiled loop over eight lanes of a method, and what it calls."""
     numbers = importlib.import_module(f".{method}", __package__).FUNCTIONS.method
@@ -149,7 +142,7 @@ def functions(method: str) -> dict[str, Compiled]:
     given = of_one(method)
     wide = importlib.import_module(f".{method}_wide", __package__).FUNCTIONS
     made = {name: function for name, function in wide.items() if isinstance(function, Compiled)}
-    return {**given, **made, **stepping.bound(_PARTS, {**globals(), **control, **given, **wide})}
+    return {**given, **made, **part.bound({**globals(), **control, **given, **wide})}
 
 
 @part

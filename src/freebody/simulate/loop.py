@@ -22,7 +22,7 @@ import numpy as np
 from ..compile import cache as disk
 from ..compile import native
 
-SHARED = ("loop.py", "stepping.py", "machine.py", "translation.py", "rows.py", "layout.py")
+SHARED = ("loop.py", "stepping.py", "event_search.py", "machine.py", "translation.py", "rows.py", "layout.py")
 SOURCES = {
     "dop853": ("dop853.py", "tableau.py"),
     "dop54": ("dop54.py",),

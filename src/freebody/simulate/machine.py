@@ -15,21 +15,41 @@ its address, so that one compiled integrator serves every model. The rows of ``w
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from types import FunctionType
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
 
 from .layout import WIDTH
-from .rows import all_of, splat
-from .translation import REAL, WHOLE, Compiled, Instruction, called, instruction
+from .rows import Eight, Rows, splat
+from .translation import REAL, WHOLE, Compiled, Instruction, called, counted, instruction
 
 Reals = Any  # the first of real numbers in memory
 Integers = Any  # the first of integers in memory
+EPS = float(np.finfo(float).eps)
 
 
 def compiled(function: Callable[..., Any]) -> Compiled:
     """A function for the compiled loop."""
     return Compiled(function)
+
+
+class Parts(list[Callable[..., Any]]):
+    """A decorator that collects functions, which are compiled when they are bound to a method."""
+
+    def __call__(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        self.append(function)
+        return function
+
+    def bound(self, space: dict[str, Any]) -> dict[str, Compiled]:
+        """The functions, with the names in ``space`` in place of the globals of their module; it gets them, too."""
+        result = {}
+        for given in self:
+            function = FunctionType(given.__code__, space, given.__name__)
+            function.__annotations__ = given.__annotations__
+            space[given.__name__] = result[given.__name__] = Compiled(function)
+        return result
 
 
 @instruction("int", "float", "Reals", "int", "Reals", "Reals", "int")
@@ -73,61 +93,33 @@ def linear(row: Mapping[int, float], chained: bool = False, lanes: bool = False)
     ``work`` is one flat array of rows of length ``n``, a multiple of `WIDTH`; ``base`` < 0 stands for a row of zeros.
     """
     terms = sorted(row.items())
-    early = terms[:-1] if chained else terms
+    early, (late, weight) = terms[:-1] if chained else terms, terms[-1]
 
     def weighted_sum(builder: Any, work: Any, n: Any, target: Any, base: Any, h: Any) -> None:
-        vector = ir.VectorType(REAL, WIDTH)
-
-        def fused(a: Any, b: Any, c: Any) -> Any:
-            # one rounding where the machine can, two where it can not: never a call of a library
-            return called(builder, f"llvm.fmuladd.v{WIDTH}f64", vector, a, b, c)
-
-        def at(index: Any) -> Any:
-            return builder.bitcast(builder.gep(work, [index]), vector.as_pointer())
-
-        def place(number: Any, offset: Any) -> Any:
-            return at(builder.add(builder.mul(number, n), offset))
-
-        def load(number: int, offset: Any) -> Any:
-            return builder.load(place(WHOLE(number), offset), align=8)
-
-        step = builder.load(at(h), align=8) if lanes else splat(builder, h)
+        step = Rows(builder, work, n, h)[0] if lanes else Eight(builder, splat(builder, h))
         based = builder.icmp_signed(">=", base, WHOLE(0))
         safe_base = builder.select(based, base, WHOLE(0))
-        entry = builder.block
-        loop = builder.append_basic_block("rows")
-        done = builder.append_basic_block("rows_done")
-        builder.branch(loop)
-        builder.position_at_end(loop)
-        offset = builder.phi(WHOLE)
-        offset.add_incoming(WHOLE(0), entry)
-        total = None
-        for number, coefficient in early:
-            value, weight = load(number, offset), all_of(coefficient)
-            total = builder.fmul(weight, value) if total is None else fused(weight, value, total)
-        start = builder.select(based, builder.load(place(safe_base, offset), align=8), all_of(0))
-        result = start if total is None else fused(step, total, start)
-        if chained and not lanes:
-            number, coefficient = terms[-1]
-            weight = builder.fmul(h, REAL(coefficient))
-            late = builder.gep(work, [builder.add(builder.mul(WHOLE(number), n), offset)])
-            new = builder.gep(work, [builder.add(builder.mul(target, n), offset)])
-            for k in range(WIDTH):
-                # atomic, or LLVM makes them wide again; the instructions are those of any load and store
-                value = builder.load_atomic(builder.gep(late, [WHOLE(k)]), "monotonic", 8)
-                known = builder.extract_element(result, ir.IntType(32)(k))
-                value = called(builder, "llvm.fmuladd.f64", REAL, weight, value, known)
-                builder.store_atomic(value, builder.gep(new, [WHOLE(k)]), "monotonic", 8)
-        else:
-            if chained:
-                number, coefficient = terms[-1]
-                weight = builder.fmul(step, all_of(coefficient))
-                result = fused(weight, load(number, offset), result)
-            builder.store(result, place(target, offset), align=8)
-        following = builder.add(offset, WHOLE(WIDTH))
-        offset.add_incoming(following, builder.block)
-        builder.cbranch(builder.icmp_signed("<", following, n), loop, done)
-        builder.position_at_end(done)
+        with counted(builder, n, WIDTH) as offset:
+            rows, total = Rows(builder, work, n, offset), None
+            for number, coefficient in early:
+                row = rows[number]
+                total = row * coefficient if total is None else row.times_plus(coefficient, total)
+            result = rows[safe_base].where(based, 0.0)
+            if total is not None:
+                result = step.times_plus(total, result)
+            if not chained:
+                rows[target] = result
+            elif lanes:
+                rows[target] = (step * weight).times_plus(rows[late], result)
+            else:
+                factor = builder.fmul(h, REAL(weight))
+                old, new = (builder.gep(work, [rows.index(row)]) for row in (late, target))
+                for k in range(WIDTH):
+                    # atomic, or LLVM makes them wide again; the instructions are those of any load and store
+                    value = builder.load_atomic(builder.gep(old, [WHOLE(k)]), "monotonic", 8)
+                    known = builder.extract_element(result.value, ir.IntType(32)(k))
+                    value = called(builder, "llvm.fmuladd.f64", REAL, factor, value, known)
+                    builder.store_atomic(value, builder.gep(new, [WHOLE(k)]), "monotonic", 8)
 
     return Instruction(weighted_sum, "Reals", "int", "int", "int", "int" if lanes else "float")
 

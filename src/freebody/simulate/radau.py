@@ -393,13 +393,6 @@ def judge(
 
 
 @compiled
-def densify(
-    rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int
-) -> None:
-    """Nothing: the held stages are the dense output."""
-
-
-@compiled
 def interpolate(x: float, work: Reals, w: int) -> None:
     """Row POINT: the collocation polynomial at the part ``x`` (0 to 1) of the step."""
     a, b, d = first(x), second(x), third(x)
@@ -429,12 +422,12 @@ def accept(work: Reals, w: int, n: int) -> None:
     work[carried + GOOD] = 1.0 if work[carried + RATE] < 1e-3 else 0.0
 
 
-FUNCTIONS = stepping.functions(
+FUNCTIONS = stepping.Functions(
     {
         "prepare": prepare,
         "attempt": attempt,
         "judge": judge,
-        "densify": densify,
+        "densify": stepping.nothing_to_densify,
         "interpolate": interpolate,
         "hold": hold,
         "accept": accept,

@@ -120,7 +120,7 @@ def accept(work: Reals, w: int, n: int) -> None:
         work[own + BEGIN * v + i] = work[own + HELD * v + i]
 
 
-FUNCTIONS = stepping.functions(
+FUNCTIONS = stepping.Functions(
     {
         "prepare": prepare,
         "attempt": attempt,

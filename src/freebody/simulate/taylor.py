@@ -36,6 +36,7 @@ from typing import Any
 from . import stepping
 from .layout import BLAME, CONSTANTS, EVALUATED, KERNELS, ORDERS, POINT, RAW, ROWS, STATE
 from .machine import (
+    EPS,
     Integers,
     Reals,
     call,
@@ -47,7 +48,6 @@ from .machine import (
     with_bits,
 )
 from .rows import Eight, copied, rowwise
-from .stepping import _EPS
 
 P = ORDERS["taylor"]
 # After KERNELS stands the address of the kernel. Rows of the method: what the sum lost before this step, in it, and
@@ -205,7 +205,7 @@ def given(
         work[RATE * w + 1] = math.log2(coarsest) / P
     found = slowest(work, w, n, relative, absolute, work[RATE * w + 1])
     size = power2(-found) if math.isfinite(found) else math.nan
-    if quaternions[nq + KERNELS + BENDS] != 0 and not size > 8.0 * _EPS * abs(t):
+    if quaternions[nq + KERNELS + BENDS] != 0 and not size > 8.0 * EPS * abs(t):
         fast = fastest(work, w, n, relative, absolute)
         if 0.0 < fast < math.inf:
             straighten(work, w, n)
@@ -290,7 +290,7 @@ def limited(work: Reals, w: int, n: int, h: float) -> int:
     return 1 if root(early) <= GROWN * abs(h) ** (P - EARLY) * root(above) else 0
 
 
-FUNCTIONS = stepping.functions(
+FUNCTIONS = stepping.Functions(
     {
         "GIVEN": 1,
         "prepare": prepare,
