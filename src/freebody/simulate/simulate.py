@@ -223,9 +223,9 @@ def simulate(
             raise SimulationError("Expected a motion without impulses= for sensitivities=. Leave one out.")
         with Progress(begin, end, progress) as between:
             sensitive = sensitive_motion(
-                kernels, numbers, sensitivities, initial or {}, state, begin, end, specs, expressions, tolerances,
-                wanted, samples, method=method, step=step, max_step=max_step, max_steps=max_steps, project=project,
-                between=between,
+                kernels, numbers, sensitivities, initial or {}, near or {}, state, begin, end, specs, expressions,
+                tolerances, wanted, samples, method=method, step=step, max_step=max_step, max_steps=max_steps,
+                project=project, between=between,
             )  # fmt: skip
         if sensitive.path.status in runs.FAILED:
             raise failure(sensitive, sensitive.path, kernels, end, specs)
