@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import keyword
 import math
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -88,6 +89,8 @@ def own_parameters(model: Model) -> tuple[Any, ...]:
 
 
 def _write(folder: Any, files: Mapping[str, str]) -> list[Path]:
+    if not isinstance(folder, str | os.PathLike):
+        raise ModelError(f"Expected the path of a folder to write to, got {folder!r}.")
     where = Path(folder)
     if where.exists() and not where.is_dir():
         raise ModelError(f"Expected a folder to write to, and '{where}' is a file.")
@@ -191,7 +194,7 @@ def c_source(
 ) -> CSource:
     """See :meth:`Program.to_c`."""
     prefix = identifier(model.name) if name is None else name
-    if prefix != identifier(prefix):
+    if not isinstance(prefix, str) or prefix != identifier(prefix):
         raise ModelError(f"Expected name= to be an identifier of C, got '{prefix}'.")
     given = recorded(model, products, active)
     declared, defined, helpers = [], [], set()

@@ -93,6 +93,7 @@ class System:
         Symbol or tuple of Symbol
             Real SymPy symbols, in the order given.
         """
+        _check_text(names, "parameters", "m k")
         values: list[tuple[str, float | None]] = [(name, None) for name in names.replace(",", " ").split()]
         for name, value in defaults.items():
             number = self.names.expression(value, f"the default of parameter '{name}'")
@@ -122,9 +123,10 @@ class System:
         function of time, or tuple of them
             Their time derivatives, ``theta.diff(s.t)`` or the text ``"theta'"``, are the speeds.
         """
+        _check_text(names, "coordinates", "theta1 theta2")
         mark = self.names.mark()
         try:
-            atoms = [self.names.coordinate(name) for name in str(names).replace(",", " ").split()]
+            atoms = [self.names.coordinate(name) for name in names.replace(",", " ").split()]
         except ModelError:
             self.names.forget(mark)
             raise
@@ -356,3 +358,8 @@ class System:
         if self.contacts:
             parts = (*parts, count(len(self.contacts), "contact"))
         return f"System '{self.name}': {', '.join(parts)}"
+
+
+def _check_text(names: Any, what: str, such_as: str) -> None:
+    if not isinstance(names, str):
+        raise ModelError(f"Expected names of {what} as text, such as '{such_as}', got {names!r}.")

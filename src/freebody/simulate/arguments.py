@@ -60,8 +60,12 @@ def check_heeded(
 ) -> None:
     """Refuse what says nothing about the motion of this machine by this method."""
     usual = impacts == "simultaneous" and indeterminate == "refuse" and method != "timestepping"
-    if usual and not near and not project:
+    if usual and near is None and project is False:
         return
+    if not isinstance(near, Mapping | None):
+        raise SimulationError(f"Expected near values by name, such as {{'theta': 0.1}}, got {near!r}.")
+    if not isinstance(project, bool | np.bool_):
+        raise SimulationError(f"Expected project=True or False, got {project!r}.")
     of_constraints: dict[str, Any] = {"near": near, "project": project}
     of_contacts: dict[str, Any] = {
         "impacts": (impacts, "simultaneous"),

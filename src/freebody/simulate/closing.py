@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..dynamics import mass_matrix
-from ..dynamics.constrained import DEPENDENT, POOR, STEPS, no_direction, not_met
+from ..dynamics.constrained import DEPENDENT, POOR, STEPS, alike, no_direction, not_met
 from ..dynamics.constraints import linearized, rows
 from ..dynamics.mobility import check_mobility, light
 from ..dynamics.state import float_state
@@ -123,18 +123,21 @@ class _Search:
 
 
 NEARLY = 0.05
-"""Ratio of singular values of the conditions, at unit length, below which a run that stopped has locked up."""
+"""Ratio of singular values of the conditions, each constraint at unit length, below which a run that stopped has
+locked up."""
 
 
 def nearly_dependent(model: Model, state: Any, active: tuple[int, ...]) -> tuple[str, ...]:
     """Names of the conditions that are nearly dependent on each other at a state; none where all are well apart."""
-    G = np.array([[float(x) for x in row] for row in linearized(model, state).matrix])[list(active)]
+    G = np.array([[float(x) for x in row] for row in linearized(model, state).matrix])
     M = np.array([[float(x) for x in row] for row in mass_matrix(model, state)])
     if not (np.isfinite(G).all() and np.isfinite(M).all()):
         return ()
     W = G / np.sqrt(M.diagonal())
-    W /= np.linalg.norm(W, axis=1, keepdims=True)
-    U, s, _ = np.linalg.svd(W)
+    for group in alike(model):  # a row may vanish, its constraint does not
+        size = np.linalg.norm(W[group])
+        W[group] /= size if size > 0 else 1.0
+    U, s, _ = np.linalg.svd(W[list(active)])
     if not s.size or s[-1] > NEARLY * s[0]:
         return ()
     parts = np.abs(U[:, -1])

@@ -70,8 +70,9 @@ def _locked(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
     if not found:
         return " So do constraints that end: bars that come into line, points of a rope that meet."
     return (
-        f" The machine locks up there: {' and '.join(map(repr, found))} are all but dependent on each other, as where "
-        "bars come into line, and no motion goes on from it. Stop before with a terminal event, or change the lengths."
+        f" The machine locks up there, or could go on in more ways than one: {' and '.join(map(repr, found))} all but "
+        f"{'loses its' if len(found) == 1 else 'lose their'} hold, as where bars come into line. Stop before with a "
+        "terminal event, or change the lengths."
     )
 
 

@@ -64,11 +64,10 @@ def unknowns_of(model: Model, names: Any, initial: Mapping[Any, Any], what: str)
         raise SimulationError(f"Expected a list of names for {what}, got {names!r}.")
     texts = model.names.texts
     parameters = {p.name: p.symbol for p in model.parameters}
-    by_symbol = {p.symbol: p.name for p in model.parameters}
     starts = [*model.coordinate_names, *model.speed_names]
     result: list[Unknown] = []
     for key in names:
-        name = key if isinstance(key, str) else by_symbol.get(key, texts.get(key, str(key)))
+        name = model.names.text_of(key)
         if any(one.name == name for one in result):
             raise SimulationError(f"'{name}' is named twice in {what}. Leave one out.")
         if name in parameters:
@@ -314,11 +313,7 @@ class Sensitivity(Mapping[Any, Array]):
         return trajectory._observed(program, "values", trajectory.t, trajectory.states)
 
     def _place(self, unknown: Any) -> int:
-        model = self._trajectory.kernels.model
-        name = unknown
-        if not isinstance(unknown, str):
-            by_symbol = {p.symbol: p.name for p in model.parameters}
-            name = by_symbol.get(unknown, model.names.texts.get(unknown, str(unknown)))
+        name = self._trajectory.kernels.model.names.text_of(unknown)
         if name not in self.unknowns:
             raise SimulationError(
                 f"Unknown name '{name}' in trajectory.sensitivity; {nearest(name, self.unknowns)} "

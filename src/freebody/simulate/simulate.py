@@ -209,7 +209,9 @@ def simulate(
     expressions = expressions_of(model, specs)
     check_signals(model)
     if model.constraints:
-        state, active = closed_start(kernels, numbers, initial or {}, near or {}, begin, project)
+        state, active = closed_start(
+            kernels, numbers, {} if initial is None else initial, near or {}, begin, bool(project)
+        )
         kernels = kernels.holding(active)
     else:
         state = initial_state(model, numbers, {} if initial is None else initial)
@@ -365,7 +367,7 @@ def _equal(number: float, n: int) -> Any:
 
 
 def _tolerance(value: Any, finest: float) -> float:
-    if not is_number(value) and np.ndim(value):
+    if isinstance(value, list | tuple) or isinstance(value, np.ndarray) and value.ndim:
         raise SimulationError(
             f"Expected one number for tolerance=, or numbers by name, such as {{'theta': 1e-9}}, got {value!r}."
         )
