@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.errors import FormatError, FreebodyError, ModelError, SimulationError
+from freebody.errors import ArgumentError, FormatError, FreebodyError, ModelError, SimulationError
 
 G = 9.81
 
@@ -249,3 +249,32 @@ def test_every_error_is_of_one_kind_that_has_a_public_name():
     with pytest.raises(fb.FreebodyError, match="at least one parameter"):
         fb.System().parameters()
     assert issubclass(SimulationError, fb.FreebodyError)
+
+
+def test_arguments_that_a_function_does_not_have(pendulum):
+    s, _, rail = _described()
+    for call, text in (
+        (
+            lambda: s.spring("k", rail, stiffness=1, rst=1),
+            "argument of spring, got 'rst='; did you mean 'rest'?",
+        ),
+        (
+            lambda: s.spring("k", rail, stiffness=1, length=1),
+            "got 'length='; known names: coordinate, name, on, rest",
+        ),
+        (lambda: s.spring("k", rail), "Expected spring(name, on, to, stiffness, rest, coordinate): missing"),
+        (
+            lambda: s.body("b", fb.particle(1), colour="red"),
+            "argument of body, got 'colour='; did you mean 'color'?",
+        ),
+        (
+            lambda: fb.simulate(s, 1, tolerence=1),
+            "argument of simulate, got 'tolerence='; did you mean 'tolerance'?",
+        ),
+        (lambda: fb.sweep(s, {"x": [1]}, until=1, output="x"), "'output='; did you mean 'outputs'?"),
+        (lambda: fb.compile(s, thread=2), "argument of compile, got 'thread='; did you mean 'threads'?"),
+    ):
+        with pytest.raises(ArgumentError) as caught:
+            call()
+        assert text in str(caught.value)
+        assert isinstance(caught.value, TypeError) and isinstance(caught.value, fb.FreebodyError)

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..describe.system import System
 from ..dynamics import float_state
 from ..dynamics.constrained import closed_coordinates, independent_rows
-from ..errors import ModelError
+from ..errors import ModelError, arguments_named
 from ..model import Model, assemble
 from .arguments import (
     NUMBERS,
@@ -89,6 +89,7 @@ class Derivatives(NamedTuple):
     by_u: Array
 
 
+@arguments_named
 def compile_system(
     machine: System | Model, *, threads: int = 1, at: Sequence[float] | None = None
 ) -> Program:

@@ -17,7 +17,7 @@ import numpy as np
 import sympy
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import ModelError
+from ..errors import ModelError, arguments_named
 
 Array = NDArray[np.float64]
 
@@ -88,6 +88,7 @@ class Signal(sympy.Dummy):
         return KINDS[self.interpolation]
 
 
+@arguments_named
 def signal(
     times: ArrayLike,
     values: ArrayLike,

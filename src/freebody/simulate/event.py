@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import SimulationError
+from ..errors import SimulationError, arguments_named
 from ..model import Model
 
 
@@ -48,6 +48,7 @@ class Event:
         return f"t = {self.time:.6g} s: {self.name}: {how} zero"
 
 
+@arguments_named
 def event(expression: Any, name: str | None = None, direction: int = 0, terminal: bool = False) -> EventSpec:
     """An event to watch for in a simulation: ``expression`` passes through zero.
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import SimulationError, nearest
+from ..errors import SimulationError, arguments_named, nearest
 from . import loop
 from . import path as runs
 from .arguments import check_heeded, check_numbers, is_number
@@ -39,6 +39,7 @@ FINEST_OF_SERIES = 1e-16
 """Of "taylor", whose steps are not iterated."""
 
 
+@arguments_named
 def simulate(
     s: Any,
     until: Any,

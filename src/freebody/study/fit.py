@@ -24,7 +24,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from ..errors import FreebodyError, SimulationError
+from ..errors import FreebodyError, SimulationError, arguments_named
 from ..simulate.initial import number, quaternions_by_joint
 from ..simulate.kernels import kernels_of
 from ..simulate.sensitivity import unknowns_of
@@ -93,6 +93,7 @@ class Fit:
         return "\n".join(lines)
 
 
+@arguments_named
 def fit(
     s: Any,
     data: Any,
