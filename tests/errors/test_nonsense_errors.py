@@ -192,8 +192,9 @@ def test_descriptions(make, text):
             lambda p: p.forward_dynamics([0.1], [0.0], L=[[1, 2], [3]]),
             "Expected real numbers for parameter 'L'",
         ),
+        (lambda p: p.derivative(np.zeros(2), "q"), r"Unknown product '\[0\. 0\.\]'"),
         (lambda p: p.derivative([], "q"), r"Unknown product '\[\]'"),
-        (lambda p: p.derivative("bias", {}), "Expected what to differentiate by, .*got {}"),
+        (lambda p: p.derivative("bias", {}), "Expected what to differentiate by, .*got '{}'"),
         (lambda p: p.describe(np.zeros(1)), r"Unknown product '\[0\.\]'"),
         (lambda p: p.to_c("bias", name=[]), r"Expected name= to be an identifier of C, got '\[\]'"),
         (lambda p: p.to_c("bias").write(None), "Expected the path of a folder to write to, got None"),
@@ -229,6 +230,7 @@ def test_empty_and_misspelt_choices_are_not_taken_for_none():
         ({"near": ""}, "Expected near values by name, .*got ''"),
         ({"initial": []}, r"Expected initial values by name, .*got \[\]"),
         ({"project": "no"}, "Expected project=True or False, got 'no'"),
+        ({"impacts": np.zeros(2)}, "Expected impacts= and indeterminate= as words, got impacts=array"),
     ):
         with pytest.raises(SimulationError, match=text):
             fb.simulate(s, 0.1, **options)
@@ -238,6 +240,7 @@ def test_measurements(pendulum):
     data = {"time": [0.1, 0.2, 0.3], "a": [0.1, 0.2, 0.2]}
     for options, text in (
         ({"unknown": {1}}, "Expected names of unknowns, or first guesses by name, got {1}"),
+        ({"unknown": [["L"]]}, r"Unknown name '\['L'\]' in unknown"),
         ({"initial": 3}, "Expected initial values by name, .*got 3"),
         ({"sigma": {"a": "1 kg"}}, "Expected a standard deviation greater than 0 for 'a', .*got '1 kg'"),
     ):

@@ -131,7 +131,7 @@ def named_variable(model: Model, by: Any) -> Any:
     """The name of what is differentiated by, where a parameter may stand for its name."""
     if not isinstance(by, str | sympy.Basic):
         raise ModelError(
-            f"Expected what to differentiate by, such as 'q' or the name of a parameter, got {by!r}."
+            f"Expected what to differentiate by, such as 'q' or the name of a parameter, got '{by}'."
         )
     names = {p.symbol: p.name for p in model.parameters}
     if by in ("q", "u", "udot", "forces", "displacement", "parameters") and by in names.values():

@@ -59,6 +59,10 @@ def check_heeded(
     indeterminate: str,
 ) -> None:
     """Refuse what says nothing about the motion of this machine by this method."""
+    if not (isinstance(impacts, str) and isinstance(indeterminate, str)):
+        raise SimulationError(
+            f"Expected impacts= and indeterminate= as words, got impacts={impacts!r}, indeterminate={indeterminate!r}."
+        )
     usual = impacts == "simultaneous" and indeterminate == "refuse" and method != "timestepping"
     if usual and near is None and project is False:
         return

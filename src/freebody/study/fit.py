@@ -179,7 +179,11 @@ def fit(
         )
     if not isinstance(unknown, str | sympy.Basic | Mapping | list | tuple):
         raise SimulationError(f"Expected names of unknowns, or first guesses by name, got {unknown!r}.")
-    guesses = dict(unknown) if isinstance(unknown, Mapping) else {name: None for name in _listed(unknown)}
+    guesses = (
+        dict(unknown)
+        if isinstance(unknown, Mapping)
+        else dict.fromkeys(map(model.names.text_of, _listed(unknown)))
+    )
     chosen = unknowns_of(model, list(guesses), {}, "unknown")
     names = [one.name for one in chosen]
     guesses = dict(zip(names, guesses.values(), strict=True))
