@@ -350,9 +350,16 @@ DEFAULTS = {defaults!r}
 __all__ = {names!r}
 
 
+def _vector(name, x, n):
+    x = np.asarray(x)
+    if x.shape[-1:] != (n,):
+        raise ValueError(f"Expected {{name}} of shape ({{n}},), leading axes before it, got shape {{x.shape}}.")
+    return x
+
+
 def _given(p):
     if p is not None:
-        return np.asarray(p)
+        return _vector("p", p, len(PARAMETERS))
     missing = [name for name, value in zip(PARAMETERS, DEFAULTS) if value is None]
     if missing:
         raise ValueError("Expected p, since these parameters have no default value: " + ", ".join(missing))
@@ -405,7 +412,7 @@ def _python_tables(model: Model) -> str:
 def _python_body(name: str, product: Recorded) -> list[str]:
     vectors = [vector for vector, _ in product.inputs]
     lines = [f"def {name}({', '.join(vectors)}, t=0.0, p=None):", "    t, p = np.asarray(t), _given(p)"]
-    lines += [f"    {vector} = np.asarray({vector})" for vector in vectors]
+    lines += [f"    {vector} = _vector({vector!r}, {vector}, {n})" for vector, n in product.inputs]
     lines += [
         f'    s{k} = np.asarray(_ROWS_{k})[np.searchsorted(np.asarray(_BREAKS_{k}), t, side="right")]'
         for k in range(len(product.tables))
