@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from .equations.equations import equations as equations
     from .equations.linearize import linearize as linearize
     from .equations.steady import steady_motions as steady_motions
+    from .errors import FreebodyError as FreebodyError
     from .formats import read as read
     from .formats import write as write
     from .model.assemble import assemble as assemble
@@ -72,6 +73,7 @@ __version__ = "0.1.0"
 
 # public name -> module that holds it, "module:attribute" where the attribute is named otherwise
 _EXPORTS = {
+    "FreebodyError": "errors",
     "MassProperties": "space.mass",
     "Model": "model.model",
     "Pose": "space.pose",

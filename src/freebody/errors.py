@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import inspect
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from difflib import get_close_matches
+from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
 
 
 class FreebodyError(Exception):
     """Base of every error that freebody raises on purpose."""
+
+
+class ArgumentError(FreebodyError, TypeError):
+    """A call with arguments that the function does not have, or without those it needs."""
 
 
 class ModelError(FreebodyError, ValueError):
@@ -63,3 +72,41 @@ def nearest(name: str, known: Iterable[str], listed: str = "") -> str:
     if listed:
         return f"`{listed}` lists the known names."
     return "known names: " + ", ".join(names) + "."
+
+
+def arguments_named(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """The function, whose callers are told its arguments where theirs are others.
+
+    >>> @arguments_named
+    ... def spring(on, *, stiffness, rest=0):
+    ...     return stiffness
+    >>> spring("rail", stifness=3)
+    Traceback (most recent call last):
+    ...
+    freebody.errors.ArgumentError: Expected an argument of spring, got 'stifness='; did you mean 'stiffness'?
+    >>> spring("rail")
+    Traceback (most recent call last):
+    ...
+    freebody.errors.ArgumentError: Expected spring(on, stiffness, rest): missing a required argument: 'stiffness'.
+    """
+
+    @wraps(function)
+    def called(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+        try:
+            return function(*args, **kwargs)
+        except TypeError:
+            signature = inspect.signature(function)
+            try:
+                signature.bind(*args, **kwargs)
+            except TypeError as wrong:
+                names = [name for name in signature.parameters if name not in ("self", "system")]
+                title = function.__name__.removesuffix("_system").removesuffix("_batch")
+                for name in kwargs:
+                    if name not in names:
+                        raise ArgumentError(
+                            f"Expected an argument of {title}, got '{name}='; {nearest(name, names)}"
+                        ) from None
+                raise ArgumentError(f"Expected {title}({', '.join(names)}): {wrong}.") from None
+            raise
+
+    return called

@@ -419,7 +419,7 @@ def model(s):
         ({"lenght": 1}, ["Unknown parameter 'lenght'", "did you mean 'length'?"]),
         ({}, ["No value for parameter mass", "s.parameters", "values={'mass': ...}"]),
         ({"mass": "k"}, ["Expected a number for parameter 'mass', such as", "got 'k'"]),
-        ({"mass": 10**400}, ["Expected a finite number for parameter 'mass'"]),
+        ({"mass": 10**400}, ["Expected a finite number for the value of parameter 'mass'"]),
         ({"mass": float("nan")}, ["value of parameter 'mass'", "finite number, got nan"]),
         ({"mass": "2*massive"}, ["Expected a number for parameter 'mass'", "got '2*massive'"]),
     ],

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.errors import FormatError, FreebodyError, ModelError, SimulationError
+from freebody.errors import ArgumentError, FormatError, FreebodyError, ModelError, SimulationError
 
 G = 9.81
 
@@ -122,3 +122,162 @@ def test_laws_that_time_stepping_does_not_know():
         fb.simulate(
             s, 0.1, impulses=[fb.blow(0.05, at=body, normal=(1, 0, 0), restitution=0, name="wall")], **run
         )
+
+
+def _described():
+    s = fb.System("cart")
+    s.parameters(k=3.0)
+    cart = s.body("cart", fb.particle(1))
+    rail = s.slider("rail", s.ground, cart, axis="x", coordinate="x")
+    return s, cart, rail
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda s, b, j: s.parameters(1.5), "Expected names of parameters as text, such as 'm k', got 1.5"),
+        (lambda s, b, j: s.coordinates(float("nan")), "Expected names of coordinates as text.*got nan"),
+        (
+            lambda s, b, j: s.ball("p", s.ground, s.body("b", fb.particle(1)), coordinate=""),
+            r"Expected a prefix \(text\)",
+        ),
+        (
+            lambda s, b, j: s.free("p", s.ground, s.body("b", fb.particle(1)), coordinate=[]),
+            "Expected a prefix",
+        ),
+        (lambda s, b, j: s.rope(3, 1), "Expected a list of points for rope 'rope', got 3"),
+        (lambda s, b, j: s.rolling("r", b, radius=1, normal=-1), "for the normal of rolling 'r', got -1"),
+        (
+            lambda s, b, j: s.rolling("r", b, radius=0),
+            "Expected a radius greater than 0 m for rolling 'r', got 0",
+        ),
+        (lambda s, b, j: s.constrain("x", name=""), "'' can not be the name of a constraint"),
+        (lambda s, b, j: s.force("F", j, "1e400"), "Expected a finite number for force 'F', got 1000000"),
+        (lambda s, b, j: s.force("F", j, "1e400*x"), "Expected a finite number for force 'F', got 1000000"),
+        (
+            lambda s, b, j: s.controller(lambda t, x: 1, 0.1, {}),
+            "Expected parameters of this system as the inputs",
+        ),
+        (
+            lambda s, b, j: s.controller(lambda t, x: 1, 0.1, "k", sensors="x"),
+            "Expected sensors of controller 'controller' as expressions by name.*got 'x'",
+        ),
+        (lambda s, b, j: fb.signal([0, 1], [0, 1], ["linear"]), r"Expected kind .*got \['linear'\]"),
+        (lambda s, b, j: fb.tube(1, 1j, 2, 1), "Expected a inner radius of the tube that is a real number"),
+        (lambda s, b, j: fb.plate(1, (1, 1), normal=np.zeros(2)), "the normal of a plate as 'x', 'y' or 'z'"),
+        (lambda s, b, j: fb.revolve(1, (0, 1), [1], mass=1), "SymPy symbol as integration variables"),
+        (lambda s, b, j: fb.Rotation.quaternion(None), r"\(w, x, y, z\) of a quaternion, got None"),
+        (
+            lambda s, b, j: fb.Rotation.axis_angle("x", "1e400"),
+            "Expected a finite number for the angle, got one beyond",
+        ),
+    ],
+)
+def test_descriptions(make, text):
+    with pytest.raises(FreebodyError, match=text):
+        make(*_described())
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda p: p.forward_dynamics([None], [0.0]), r"Expected real numbers for q, got \[None\]"),
+        (lambda p: p.forward_dynamics(["0.1"], [0.0]), r"Expected real numbers for q, got \['0.1'\]"),
+        (lambda p: p.forward_dynamics([0.1], [0.0], None), "Expected real numbers for t, got None"),
+        (
+            lambda p: p.forward_dynamics([0.1], [0.0], values=[]),
+            r"Expected values of parameters by name.*got \[\]",
+        ),
+        (
+            lambda p: p.forward_dynamics([0.1], [0.0], L=[[1, 2], [3]]),
+            "Expected real numbers for parameter 'L'",
+        ),
+        (lambda p: p.derivative(np.zeros(2), "q"), r"Unknown product '\[0\. 0\.\]'"),
+        (lambda p: p.derivative([], "q"), r"Unknown product '\[\]'"),
+        (lambda p: p.derivative("bias", {}), "Expected what to differentiate by, .*got '{}'"),
+        (lambda p: p.describe(np.zeros(1)), r"Unknown product '\[0\.\]'"),
+        (lambda p: p.to_c("bias", name=[]), r"Expected name= to be an identifier of C, got '\[\]'"),
+        (lambda p: p.to_c("bias").write(None), "Expected the path of a folder to write to, got None"),
+    ],
+)
+def test_programs(pendulum, call, text):
+    with pytest.raises(ModelError, match=text):
+        call(fb.compile(pendulum))
+
+
+def test_names_of_what_has_no_name(pendulum, motion):
+    for found, what in ((motion.reactions, "joint"), (motion.poses, "body")):
+        with pytest.raises(SimulationError, match=rf"Unknown {what} '\[1\]'"):
+            found[[1]]
+    with pytest.raises(SimulationError, match=r"Unknown name '\[1\]'"):
+        motion.place([1])
+    with pytest.raises(SimulationError, match=r"Unknown name '\[1\]' in sensitivities"):
+        fb.simulate(pendulum, 0.1, sensitivities=[[1]])
+    with pytest.raises(SimulationError, match=r"Expected one number for tolerance=.*got \[\[1, 2\], \[3\]\]"):
+        fb.simulate(pendulum, 0.1, tolerance=[[1, 2], [3]])
+    with pytest.raises(ModelError, match="Expected the names of unknowns, such as 'pin_x', got None"):
+        fb.equations(pendulum).solve(None)
+    with pytest.raises(ModelError, match="Unknown reaction '3'"):
+        fb.equations(pendulum).eliminate(3)
+    with pytest.raises(FormatError, match="Expected the path of a file for a report, .*got None"):
+        fb.report(pendulum, motion, None)
+
+
+def test_empty_and_misspelt_choices_are_not_taken_for_none():
+    s, *_ = _described()
+    s.constrain("x", name="held")
+    for options, text in (
+        ({"near": ""}, "Expected near values by name, .*got ''"),
+        ({"initial": []}, r"Expected initial values by name, .*got \[\]"),
+        ({"project": "no"}, "Expected project=True or False, got 'no'"),
+        ({"impacts": np.zeros(2)}, "Expected impacts= and indeterminate= as words, got impacts=array"),
+    ):
+        with pytest.raises(SimulationError, match=text):
+            fb.simulate(s, 0.1, **options)
+
+
+def test_measurements(pendulum):
+    data = {"time": [0.1, 0.2, 0.3], "a": [0.1, 0.2, 0.2]}
+    for options, text in (
+        ({"unknown": {1}}, "Expected names of unknowns, or first guesses by name, got {1}"),
+        ({"unknown": [["L"]]}, r"Unknown name '\['L'\]' in unknown"),
+        ({"initial": 3}, "Expected initial values by name, .*got 3"),
+        ({"sigma": {"a": "1 kg"}}, "Expected a standard deviation greater than 0 for 'a', .*got '1 kg'"),
+    ):
+        with pytest.raises(SimulationError, match=text):
+            fb.fit(pendulum, data, **{"unknown": "L", **options})
+
+
+def test_every_error_is_of_one_kind_that_has_a_public_name():
+    with pytest.raises(fb.FreebodyError, match="at least one parameter"):
+        fb.System().parameters()
+    assert issubclass(SimulationError, fb.FreebodyError)
+
+
+def test_arguments_that_a_function_does_not_have(pendulum):
+    s, _, rail = _described()
+    for call, text in (
+        (
+            lambda: s.spring("k", rail, stiffness=1, rst=1),
+            "argument of spring, got 'rst='; did you mean 'rest'?",
+        ),
+        (
+            lambda: s.spring("k", rail, stiffness=1, length=1),
+            "got 'length='; known names: coordinate, name, on, rest",
+        ),
+        (lambda: s.spring("k", rail), "Expected spring(name, on, to, stiffness, rest, coordinate): missing"),
+        (
+            lambda: s.body("b", fb.particle(1), colour="red"),
+            "argument of body, got 'colour='; did you mean 'color'?",
+        ),
+        (
+            lambda: fb.simulate(s, 1, tolerence=1),
+            "argument of simulate, got 'tolerence='; did you mean 'tolerance'?",
+        ),
+        (lambda: fb.sweep(s, {"x": [1]}, until=1, output="x"), "'output='; did you mean 'outputs'?"),
+        (lambda: fb.compile(s, thread=2), "argument of compile, got 'thread='; did you mean 'threads'?"),
+    ):
+        with pytest.raises(ArgumentError) as caught:
+            call()
+        assert text in str(caught.value)
+        assert isinstance(caught.value, TypeError) and isinstance(caught.value, fb.FreebodyError)

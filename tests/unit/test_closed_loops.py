@@ -12,9 +12,7 @@ from freebody.dynamics import float_state
 from freebody.dynamics.along import state_along
 from freebody.dynamics.constraints import linearized, residuals
 from freebody.errors import ModelError, SimulationError
-from freebody.model import assemble
 from freebody.scalar.series import Series
-from freebody.simulate.closing import nearly_dependent
 
 
 def four_bar(lengths=(1.0, 3.0, 2.5), base=3.0, crank="a"):
@@ -173,32 +171,9 @@ def test_a_crank_that_can_not_turn_on_is_named():
     t = fb.System("x").t
     driven = four_bar(lengths, base, crank=0.5 + t)
     start = closed(0.5, lengths, base)
-    with pytest.raises(SimulationError, match="singular there.*C_.*locks up") as caught:
+    with pytest.raises(SimulationError, match="locks up.*C_") as caught:
         fb.simulate(driven, 2, near={"b": start[1], "d": start[2]})
     assert caught.value.trajectory.path.end == pytest.approx(limit - 0.5, abs=1e-3)
-
-
-@pytest.mark.parametrize("tilt", [0.0, 0.4])
-def test_a_parallelogram_that_is_almost_flat_is_named(tilt):
-    """Along an axis of the ground one condition of the loop vanishes; across, it depends on the other."""
-    s = fb.System("row")
-    along = (math.cos(tilt), math.sin(tilt), 0)
-    cranks = [s.body(f"crank{i}", fb.slender_bar(1, 1)) for i in range(2)]
-    coupler = s.body("coupler", fb.slender_bar(1, 1))
-    for i, crank in enumerate(cranks):
-        at = along if i else (0, 0, 0)
-        s.hinge(f"A{i}", s.ground, crank, at=at, to=(-0.5, 0, 0), axis="z", coordinate=f"q{i}")
-    s.hinge("B", cranks[0], coupler, at=(0.5, 0, 0), to=(-0.5, 0, 0), axis="z", coordinate="r")
-    s.hinge("C", coupler, cranks[1], at=(0.5, 0, 0), to=(0.5, 0, 0), axis="z")
-    model = assemble(s)
-    order = [model.coordinate_names.index(name) for name in ("q0", "q1", "r")]
-    for angle, found in ((1e-4, True), (1.0, False)):
-        q = np.zeros(3)
-        q[order] = tilt + angle, tilt + angle, -angle
-        state = float_state(model, q.tolist(), [0.0] * 3, 0.0, model.values())
-        names = nearly_dependent(model, state, (0, 1))
-        assert bool(names) == found and set(names) <= {"C_x", "C_y"}
-        assert tilt or not found or names == ("C_x",)
 
 
 def test_refused():

@@ -292,3 +292,19 @@ def test_wrong_requests(program, tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "casadi", None)
     with pytest.raises(ModelError, match=r"pip install freebody\[casadi\]"):
         program.to_casadi("bias")
+
+
+def test_numpy_functions_refuse_arrays_of_another_length() -> None:
+    s = fb.System("pendulum")
+    m, L = s.parameters(m=1.0, L=2.0)
+    s.gravity = (0, -9.81, 0)
+    s.hinge("pin", s.ground, s.body("bob", fb.particle(m)), to=(0, L, 0), axis="z")
+    bias = fb.compile(s).to_numpy("bias")["bias"]
+    assert bias([[0.1], [0.2]], [0.0], p=[1.0, 2.0]).shape == (2, 1)
+    for q, p, text in (
+        ([0.1, 0.2], None, r"Expected q of shape \(1,\), leading axes before it, got shape \(2,\)"),
+        (0.1, None, r"Expected q of shape \(1,\), .*got shape \(\)"),
+        ([0.1], [1.0, 2.0, 3.0], r"Expected p of shape \(2,\), .*got shape \(3,\)"),
+    ):
+        with pytest.raises(ValueError, match=text):
+            bias(q, [0.0], p=p)

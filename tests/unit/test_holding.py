@@ -194,3 +194,21 @@ def test_a_start_beside_a_place_where_a_condition_holds_nothing(linkage):
     assert motion.happenings[0].time == 0.0
     assert gaps(linkage, motion) < 1e-8
     assert motion.energy.relative_residual < 1e-8
+
+
+def test_conditions_that_vanish_are_named_where_a_run_ends() -> None:
+    """Bars in line: along them no condition holds, however their rows are scaled; beside the line all do."""
+    from freebody.dynamics.state import float_state
+    from freebody.simulate.closing import nearly_dependent
+
+    s = fb.System("parallelogram")
+    bars = [s.body(name, fb.slender_bar(1, 1, axis="x")) for name in "lr"]
+    coupler = s.body("coupler", fb.slender_bar(1, 2, axis="x"))
+    for bar, x in zip(bars, (0, 2), strict=True):
+        s.hinge(f"A{bar.name}", s.ground, bar, at=(x, 0, 0), to=(-0.5, 0, 0), axis="z", coordinate=bar.name)
+    s.hinge("B", bars[0], coupler, at=(0.5, 0, 0), to=(-1, 0, 0), axis="z", coordinate="c")
+    s.hinge("C", coupler, bars[1], at=(1, 0, 0), to=(0.5, 0, 0), axis="z")
+    model = fb.assemble(s)
+    for angle, found in ((0.8, ()), (1e-8, ("C_x",))):
+        state = float_state(model, [angle, angle, -angle], [0, 0, 0], 0, {})
+        assert nearly_dependent(model, state, (0, 1)) == found

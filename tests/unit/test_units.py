@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 import sympy
 
@@ -68,3 +70,26 @@ def test_values_of_a_model() -> None:
         (ModelError, ExpressionError), match="Expected parameter 'L' in mm or a unit of its kind"
     ):
         model.values({"L": "3 kg"})
+
+
+def test_a_unit_of_another_kind_is_refused_where_the_use_tells_the_kind() -> None:
+    """Nothing is described: a mass, a length and gravity are what they are used as; of c nothing is known."""
+    s = fb.System("pendulum")
+    m, L, d, g, c = s.parameters(m=1.0, L=2.0, d=0.1, g=9.81, c=0.2)
+    s.gravity = (0, -g, 0)
+    pin = s.hinge("pin", s.ground, s.body("bar", fb.slender_bar(m, 2 * L, axis="y")), to=(0, d / 2, 0))
+    s.damper("c", pin, damping=c)
+    model = fb.assemble(s)
+    given = {"m": "500 g", "L": "25 cm", "d": "3 mm", "g": "9.81 m/s^2", "c": "1 N m s"}
+    assert list(model.values(given).values()) == [0.5, 0.25, 0.003, 9.81, 1.0]
+    for name, wrong, unit_ in (
+        ("m", "1 m", "kg"),
+        ("L", "1 kg", "m"),
+        ("d", "1 s", "m"),
+        ("g", "1 m", "m/s^2"),
+    ):
+        wanted = re.escape(f"Expected parameter '{name}' in {unit_} or a unit of its kind, got '{wrong}'.")
+        with pytest.raises(ExpressionError, match=wanted):
+            model.values({name: wrong})
+        with pytest.raises(ExpressionError, match=wanted):
+            fb.compile(s).forward_dynamics([0.1], [0.0], **{name: wrong})

@@ -58,9 +58,9 @@ def parameters_given(
     model: Model, values: Mapping[Any, Any] | None, named: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Parameters by name; arrays are for a batch."""
-    if not values and not named:
+    if values is None and not named:
         return {}
-    if not isinstance(values or {}, Mapping):
+    if not isinstance(values, Mapping | None):
         raise ModelError(f"Expected values of parameters by name, such as {{'m': 2}}, got {values!r}.")
     known = model.defaults
     result: dict[str, Any] = {}
@@ -70,7 +70,7 @@ def parameters_given(
             raise ModelError(f"Unknown parameter '{key}'; {nearest(str(key), known)}")
         if name in result:
             raise ModelError(f"Parameter '{name}' is given twice. Leave one out.")
-        if isinstance(value, (np.ndarray, list, tuple)) and np.ndim(value) > 0:
+        if isinstance(value, list | tuple) or isinstance(value, np.ndarray) and value.ndim > 0:
             value = array(value, f"parameter '{name}'")
             if value.ndim != 1:
                 raise ModelError(
@@ -167,9 +167,12 @@ def is_plain(x: Any, shape: tuple[int, ...]) -> bool:
 def array(value: ArrayLike, name: str) -> Array:
     """Doubles of any shape."""
     try:
-        if np.iscomplexobj(value):
+        given = np.asarray(value)
+        kind = given.dtype.kind
+        # numpy would read None as nan, text as a number, and cut off what is imaginary
+        if kind == "c" or (kind not in "biuf" and any(x is None or isinstance(x, str) for x in given.flat)):
             raise TypeError
-        return np.asarray(value, dtype=float)
+        return given.astype(float, copy=False)
     except (TypeError, ValueError):
         raise ModelError(f"Expected real numbers for {name}, got {value!r}.") from None
 

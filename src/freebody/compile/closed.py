@@ -76,11 +76,7 @@ def chosen(model: Model, actuators: Any) -> list[int]:
     known |= {name[:-1]: i for name, i in known.items() if name.endswith("'")}
     result = []
     for one in actuators:
-        text = (
-            one
-            if isinstance(one, str)
-            else getattr(one, "name", None) or model.names.texts.get(one, str(one))
-        )
+        text = getattr(one, "name", None) or model.names.text_of(one)
         if text not in known and text in model.joints:
             links = [model.links[k] for k in model.joints[text].links]
             free = [j for link in links for j, _ in link.partials]

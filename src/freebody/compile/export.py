@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import keyword
 import math
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -88,6 +89,8 @@ def own_parameters(model: Model) -> tuple[Any, ...]:
 
 
 def _write(folder: Any, files: Mapping[str, str]) -> list[Path]:
+    if not isinstance(folder, str | os.PathLike):
+        raise ModelError(f"Expected the path of a folder to write to, got {folder!r}.")
     where = Path(folder)
     if where.exists() and not where.is_dir():
         raise ModelError(f"Expected a folder to write to, and '{where}' is a file.")
@@ -191,7 +194,7 @@ def c_source(
 ) -> CSource:
     """See :meth:`Program.to_c`."""
     prefix = identifier(model.name) if name is None else name
-    if prefix != identifier(prefix):
+    if not isinstance(prefix, str) or prefix != identifier(prefix):
         raise ModelError(f"Expected name= to be an identifier of C, got '{prefix}'.")
     given = recorded(model, products, active)
     declared, defined, helpers = [], [], set()
@@ -347,9 +350,16 @@ DEFAULTS = {defaults!r}
 __all__ = {names!r}
 
 
+def _vector(name, x, n):
+    x = np.asarray(x)
+    if x.shape[-1:] != (n,):
+        raise ValueError(f"Expected {{name}} of shape ({{n}},), leading axes before it, got shape {{x.shape}}.")
+    return x
+
+
 def _given(p):
     if p is not None:
-        return np.asarray(p)
+        return _vector("p", p, len(PARAMETERS))
     missing = [name for name, value in zip(PARAMETERS, DEFAULTS) if value is None]
     if missing:
         raise ValueError("Expected p, since these parameters have no default value: " + ", ".join(missing))
@@ -402,7 +412,7 @@ def _python_tables(model: Model) -> str:
 def _python_body(name: str, product: Recorded) -> list[str]:
     vectors = [vector for vector, _ in product.inputs]
     lines = [f"def {name}({', '.join(vectors)}, t=0.0, p=None):", "    t, p = np.asarray(t), _given(p)"]
-    lines += [f"    {vector} = np.asarray({vector})" for vector in vectors]
+    lines += [f"    {vector} = _vector({vector!r}, {vector}, {n})" for vector, n in product.inputs]
     lines += [
         f'    s{k} = np.asarray(_ROWS_{k})[np.searchsorted(np.asarray(_BREAKS_{k}), t, side="right")]'
         for k in range(len(product.tables))

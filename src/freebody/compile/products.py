@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import sympy
+
 from ..describe.constraint import Rolling
 from ..dynamics import (
     State,
@@ -110,7 +112,7 @@ def product_named(model: Model, name: Any) -> Product:
     if isinstance(name, str) and "_by_" in name:
         base, _, by = name.partition("_by_")
         return derivative_of(model, product_named(model, base), by)
-    if name not in PRODUCTS:
+    if not isinstance(name, str) or name not in PRODUCTS:
         raise ModelError(f"Unknown product '{name}'; {nearest(str(name), products_of(model))}")
     if name not in products_of(model):
         raise ModelError(
@@ -127,6 +129,10 @@ def products_of(model: Model) -> tuple[str, ...]:
 
 def named_variable(model: Model, by: Any) -> Any:
     """The name of what is differentiated by, where a parameter may stand for its name."""
+    if not isinstance(by, str | sympy.Basic):
+        raise ModelError(
+            f"Expected what to differentiate by, such as 'q' or the name of a parameter, got '{by}'."
+        )
     names = {p.symbol: p.name for p in model.parameters}
     if by in ("q", "u", "udot", "forces", "displacement", "parameters") and by in names.values():
         raise ModelError(

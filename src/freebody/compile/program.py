@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..describe.system import System
 from ..dynamics import float_state
 from ..dynamics.constrained import closed_coordinates, independent_rows
-from ..errors import ModelError
+from ..errors import ModelError, arguments_named
 from ..model import Model, assemble
 from .arguments import (
     NUMBERS,
@@ -93,6 +93,7 @@ class Derivatives(NamedTuple):
     by_u: Array
 
 
+@arguments_named
 def compile_system(
     machine: System | Model, *, threads: int = 1, at: Sequence[float] | None = None
 ) -> Program:
@@ -555,12 +556,12 @@ class Program:
         18.0
         """
         by = named_variable(self.model, by)
-        if product == "jacobian" and point is not None:
+        if isinstance(product, str) and product == "jacobian" and point is not None:
             place = place_of(self.model, point)
             base, key = jacobian_of(place), ("jacobian", place.body.name, place.components, by)
             found = derivative_of(self.model, base, by)
         else:
-            if point is not None or product == "jacobian":
+            if point is not None or isinstance(product, str) and product == "jacobian":
                 raise ModelError("Expected point= together with the product 'jacobian', and only there.")
             found = derivative_of(self.model, product_named(self.model, product), by)
             key = f"{product}_by_{by}"  # type: ignore[assignment]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -103,7 +103,7 @@ def gear(system: System, first: Joint, second: Joint, ratio: Any, *, name: str |
             )
     if first is second:
         raise ModelError(f"A gear couples two joints, got '{first.name}' twice.")
-    name = name or f"gear_{first.name}_{second.name}"
+    name = f"gear_{first.name}_{second.name}" if name is None else name
     system.claim(name, system.constraints, "constraint")
     factor = _fixed(system, ratio, f"the ratio of gear '{name}'", "coordinate", "speed", "time")
     return _store(system, Gear(name, first, second, factor))
@@ -120,6 +120,8 @@ def rope(system: System, points: Sequence[Any], length: Any, *, name: str = "rop
         Of parameters and, for a rope that is hauled in, of time.
     """
     system.claim(name, system.constraints, "constraint")
+    if not isinstance(points, Iterable):
+        raise ModelError(f"Expected a list of points for rope '{name}', got {points!r}.")
     places = tuple(system.own_point(point, f"rope '{name}'") for point in points)
     if len(places) < 2:
         raise ModelError(f"Rope '{name}' needs at least two points, got {len(places)}.")
@@ -166,11 +168,14 @@ def rolling(
     base = system.ground.origin if plane is None else system.own_point(plane, what)
     if not base.body.is_ground:
         raise ModelError(f"The plane of {what} must be fixed in the ground, got a {base!r}.")
-    sign, letter = (-1, normal[1:]) if str(normal).startswith("-") else (1, normal)
+    sign, letter = (-1, str(normal)[1:]) if str(normal).startswith("-") else (1, str(normal))
     if letter not in ("x", "y", "z"):
         raise ModelError(
             f"Expected 'x', 'y' or 'z', with or without a minus, for the normal of {what}, got {normal!r}."
         )
+    size = _fixed(system, radius, f"the radius of {what}", "coordinate", "speed", "time")
+    if not isinstance(size, sympy.Basic) and size <= 0:
+        raise ModelError(f"Expected a radius greater than 0 m for {what}, got {radius!r}.")
     k = "xyz".index(letter)
     i, j = (k + 1) % 3, (k + 2) % 3
     up = tuple(sign * c for c in UNIT[letter])
@@ -180,7 +185,7 @@ def rolling(
             name,
             center,
             None if axis is None else direction(system, axis, f"the axis of {what}"),
-            _fixed(system, radius, f"the radius of {what}", "coordinate", "speed", "time"),
+            size,
             base,
             (letter, up),
             ("xyz"[i], UNIT["xyz"[i]]),
@@ -207,7 +212,7 @@ def _fixed(system: System, value: Any, what: str, *kinds: str) -> Any:
 
 
 def _named(system: System, condition: Any, name: str | None, what: str) -> tuple[str, Any]:
-    name = name or f"constraint_{len(system.constraints) + 1}"
+    name = f"constraint_{len(system.constraints) + 1}" if name is None else name
     system.claim(name, system.constraints, "constraint")
     if isinstance(condition, sympy.Equality):
         condition = condition.lhs - condition.rhs

@@ -97,6 +97,10 @@ def controller(
         raise ModelError(f"Expected a period greater than 0 s for {what}, got {period}.")
     names = _inputs(system, inputs, what)
     told = []
+    if not isinstance(sensors, Mapping | None):
+        raise ModelError(
+            f"Expected sensors of {what} as expressions by name, such as {{'height': 'L*cos(theta)'}}, got {sensors!r}."
+        )
     for key, value in (sensors or {}).items():
         check_name(key, "sensor")
         if key in system.names.kinds:
@@ -117,7 +121,7 @@ def _inputs(system: System, inputs: Any, what: str) -> tuple[str, ...]:
     known = {parameter.name for parameter in system.parameter_list}
     result = []
     for one in inputs:
-        text = one if isinstance(one, str) else system.names.texts.get(one, str(one))
+        text = system.names.text_of(one)
         if text not in known or system.names.kinds[text] != "parameter":
             plain = sorted(name for name in known if system.names.kinds[name] == "parameter")
             raise ModelError(

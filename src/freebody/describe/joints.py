@@ -213,8 +213,10 @@ def ball(
     system.claim(name, system.joints, "joint")
     q: list[Any] = []
     if not closes_loop(system, child):
-        q = _components(system, coordinate or name, ["e0", "e1", "e2", "e3"], "coordinate")
-        _components(system, coordinate or name, ["wx", "wy", "wz"], "speed")
+        q = _components(
+            system, name if coordinate is None else coordinate, ["e0", "e1", "e2", "e3"], "coordinate"
+        )
+        _components(system, name if coordinate is None else coordinate, ["wx", "wy", "wz"], "speed")
     return _add(system, "ball", name, parent, child, at, to, parent_axes, child_axes,
                 [Primitive("ball", coordinate=tuple(q))], {"coordinate": coordinate})  # fmt: skip
 
@@ -236,7 +238,7 @@ def free(
             f"Free joint '{name}' would leave '{getattr(child, 'name', child)}', which another joint holds, free: "
             f"it does nothing. Leave it out."
         )
-    prefix = coordinate or name
+    prefix = name if coordinate is None else coordinate
     q = _components(system, prefix, ["x", "y", "z", "e0", "e1", "e2", "e3"], "coordinate")
     _components(system, prefix, ["wx", "wy", "wz", "vx", "vy", "vz"], "speed")
     return _add(system, "free", name, parent, child, at, to, parent_axes, child_axes,
@@ -346,7 +348,7 @@ def _in_use(system: System, atom: Any) -> bool:
 
 
 def _components(system: System, prefix: Any, endings: list[str], kind: str) -> list[Any]:
-    if not isinstance(prefix, str):
+    if not isinstance(prefix, str) or not prefix:
         raise ModelError(
             f"Expected a prefix (text) for the coordinates of a ball or free joint, got {prefix!r}."
         )

@@ -133,8 +133,10 @@ def torsion_spring(
             f"{on.type} '{on.name}' has no angle for {what}; a spring along it is made by s.spring."
         )
     index = angles[0] if coordinate is None else coordinate
-    if index not in angles:
-        raise ModelError(f"Displacement {index} of {on.type} '{on.name}' is not an angle; angles: {angles}.")
+    if not isinstance(index, int) or index not in angles:
+        raise ModelError(
+            f"Displacement {index!r} of {on.type} '{on.name}' is not an angle; angles: {angles}."
+        )
     return system.spring(name, on, stiffness=stiffness, rest=rest, coordinate=index)
 
 
@@ -148,7 +150,7 @@ def generalized_force(system: System, coordinate: Any, value: Any, *, name: str 
             f"Expected a coordinate of this system, got '{atom}'. Coordinates of ball and free joints take "
             f"forces and torques on the body instead."
         )
-    name = name or f"Q_{system.names.texts[atom]}"
+    name = f"Q_{system.names.texts[atom]}" if name is None else name
     system.claim(name, system.loads, "load")
     return _store(
         system, GeneralizedForce(name, atom, system.expression(value, f"generalized force '{name}'"))

@@ -63,6 +63,14 @@ def finite(number: Any, what: str) -> float:
     return value
 
 
+def _of_floats(expression: Any, what: str) -> Any:
+    """The expression, if its numbers are within the range of floats."""
+    numbers = expression.atoms(sympy.Rational) if isinstance(expression, sympy.Basic) else (expression,)
+    for one in numbers:
+        finite(one, what)
+    return expression
+
+
 class Names:
     """Symbols by name: what each is, and the text of the user read against them."""
 
@@ -73,6 +81,12 @@ class Names:
         self.changes = Changes()
         self.signals: dict[Any, Placed] = Table(self.changes)
         self._accelerations: set[Any] = set()
+
+    def text_of(self, key: Any) -> str:
+        """The name that a text or an atom stands for; of anything else, what it prints as."""
+        if isinstance(key, str):
+            return key
+        return self.texts.get(key, str(key)) if isinstance(key, sympy.Basic) else repr(key)
 
     def mark(self) -> int:
         """How many names there are, to return to by :meth:`forget`."""
@@ -170,7 +184,7 @@ class Names:
         """
         if isinstance(value, str):
             try:
-                return exact(parse(value, self.atoms))
+                return _of_floats(exact(parse(value, self.atoms)), what)
             except ExpressionError as error:
                 raise ExpressionError(f"In {what}: {error}") from None
         try:
@@ -183,7 +197,7 @@ class Names:
             ) from None
         result = self._placed(result)
         if not isinstance(result, sympy.Basic):
-            return result
+            return _of_floats(result, what)
         if not isinstance(result, sympy.Expr) or result.has(*_NOT_REAL):
             raise ExpressionError(f"In {what}: expected a real expression, got '{result}'.")
         self._check_atoms(result, what)

@@ -17,7 +17,7 @@ import numpy as np
 import sympy
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import ModelError
+from ..errors import ModelError, arguments_named
 
 Array = NDArray[np.float64]
 
@@ -88,6 +88,7 @@ class Signal(sympy.Dummy):
         return KINDS[self.interpolation]
 
 
+@arguments_named
 def signal(
     times: ArrayLike,
     values: ArrayLike,
@@ -141,11 +142,11 @@ def signal(
 
     Reference: de Boor, A Practical Guide to Splines (1978), chapter IV.
     """
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         raise ModelError(f"Expected kind 'linear', 'previous' or 'cubic' for a signal, got {kind!r}.")
-    if outside not in ("error", "hold"):
+    if not isinstance(outside, str) or outside not in ("error", "hold"):
         raise ModelError(f"Expected outside='error' or 'hold' for a signal, got {outside!r}.")
-    if ends not in ENDS or (ends != "not-a-knot" and kind != "cubic"):
+    if not isinstance(ends, str) or ends not in ENDS or (ends != "not-a-knot" and kind != "cubic"):
         raise ModelError(
             f"Expected ends= to be one of {', '.join(map(repr, ENDS))}, and of a signal of kind 'cubic' only; got "
             f"{ends!r} with kind {kind!r}."

@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy
 
-from ..errors import ModelError, nearest
+from ..errors import ModelError, arguments_named, nearest
 from ..space.mass import MassProperties
 from . import constraints as _constraints
 from . import contacts as _contacts
@@ -95,6 +95,7 @@ class System:
         Symbol or tuple of Symbol
             Real SymPy symbols, in the order given.
         """
+        _check_text(names, "parameters", "m k")
         values: list[tuple[str, float | None]] = [(name, None) for name in names.replace(",", " ").split()]
         for name, value in defaults.items():
             number = self.names.expression(value, f"the default of parameter '{name}'")
@@ -124,9 +125,10 @@ class System:
         function of time, or tuple of them
             Their time derivatives, ``theta.diff(s.t)`` or the text ``"theta'"``, are the speeds.
         """
+        _check_text(names, "coordinates", "theta1 theta2")
         mark = self.names.mark()
         try:
-            atoms = [self.names.coordinate(name) for name in str(names).replace(",", " ").split()]
+            atoms = [self.names.coordinate(name) for name in names.replace(",", " ").split()]
         except ModelError:
             self.names.forget(mark)
             raise
@@ -214,32 +216,33 @@ class System:
 
     # -- joints and loads: one function each in `joints` and `loads` ---------------------------
 
-    hinge = _joints.hinge
-    slider = _joints.slider
-    cylindrical = _joints.cylindrical
-    screw = _joints.screw
-    universal = _joints.universal
-    gimbal = _joints.gimbal
-    planar = _joints.planar
-    ball = _joints.ball
-    free = _joints.free
-    weld = _joints.weld
-    force = _loads.force
-    torque = _loads.torque
-    spring = _loads.spring
-    damper = _loads.damper
-    torsion_spring = _loads.torsion_spring
-    generalized_force = _loads.generalized_force
-    constrain = _constraints.constrain
-    constrain_speed = _constraints.constrain_speed
-    gear = _constraints.gear
-    rope = _constraints.rope
-    rolling = _constraints.rolling
-    contact = _contacts.contact
-    controller = _controller.controller
+    hinge = arguments_named(_joints.hinge)
+    slider = arguments_named(_joints.slider)
+    cylindrical = arguments_named(_joints.cylindrical)
+    screw = arguments_named(_joints.screw)
+    universal = arguments_named(_joints.universal)
+    gimbal = arguments_named(_joints.gimbal)
+    planar = arguments_named(_joints.planar)
+    ball = arguments_named(_joints.ball)
+    free = arguments_named(_joints.free)
+    weld = arguments_named(_joints.weld)
+    force = arguments_named(_loads.force)
+    torque = arguments_named(_loads.torque)
+    spring = arguments_named(_loads.spring)
+    damper = arguments_named(_loads.damper)
+    torsion_spring = arguments_named(_loads.torsion_spring)
+    generalized_force = arguments_named(_loads.generalized_force)
+    constrain = arguments_named(_constraints.constrain)
+    constrain_speed = arguments_named(_constraints.constrain_speed)
+    gear = arguments_named(_constraints.gear)
+    rope = arguments_named(_constraints.rope)
+    rolling = arguments_named(_constraints.rolling)
+    contact = arguments_named(_contacts.contact)
+    controller = arguments_named(_controller.controller)
 
     # -- bodies ---------------------------------------------------------------------------------
 
+    @arguments_named
     def body(
         self, name: str, mass_properties: MassProperties, *, shape: Any = None, color: str | None = None
     ) -> Body:
@@ -360,3 +363,8 @@ class System:
         if self.contacts:
             parts = (*parts, count(len(self.contacts), "contact"))
         return f"System '{self.name}': {', '.join(parts)}"
+
+
+def _check_text(names: Any, what: str, such_as: str) -> None:
+    if not isinstance(names, str):
+        raise ModelError(f"Expected names of {what} as text, such as '{such_as}', got {names!r}.")

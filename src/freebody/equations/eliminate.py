@@ -171,7 +171,7 @@ def _names(e: Equations, vocabulary: Vocabulary, reactions: Any) -> list[str]:
     """Component names from those of components, joints and constraints."""
     if reactions is None:
         return list(vocabulary.reactions)
-    given = [reactions] if isinstance(reactions, str | sympy.Basic) else list(reactions)
+    given = list(reactions) if isinstance(reactions, list | tuple | set) else [reactions]
     result: list[str] = []
     for one in given:
         name = one if isinstance(one, str) else str(getattr(one, "name", one))

@@ -35,7 +35,7 @@ from ..dynamics.loading import loading
 from ..dynamics.momentum import momentum
 from ..dynamics.newton_euler import inverse_dynamics, reactions
 from ..dynamics.state import State, polynomial_state
-from ..errors import ModelError, nearest
+from ..errors import ModelError, arguments_named, nearest
 from ..model.assemble import assemble
 from ..model.model import Model
 from ..scalar.algebra import ZERO, Vector, add, apply
@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from .routh import Routh
 
 
+@arguments_named
 def equations(system: System | Model, *, modes: Mapping[str, Any] | None = None) -> Equations:
     """The equations of a system: free bodies, motion, reactions, energy, momentum.
 

@@ -23,7 +23,7 @@ from ..describe.system import System
 from ..dynamics.articulated import forward_dynamics
 from ..dynamics.newton_euler import inverse_dynamics
 from ..dynamics.state import State
-from ..errors import ModelError, nearest
+from ..errors import ModelError, arguments_named, nearest
 from ..model.assemble import assemble
 from ..model.model import Model
 from ..model.values import check_assumptions
@@ -51,6 +51,7 @@ SMALL = 10**-9
 """A balance is off when it is missed by more than this part of its terms, of the size of one unit of motion."""
 
 
+@arguments_named
 def linearize(
     s: Any,
     about: Any = None,

@@ -47,6 +47,8 @@ class Request:
     def ask(self, unknowns: Any) -> None:
         """Read what is asked for: names, atoms, ``theta'^2``, ``cos(theta)``; one or a sequence."""
         one = isinstance(unknowns, str | sympy.Basic) and not isinstance(unknowns, sympy.Tuple)
+        if not one and not isinstance(unknowns, Iterable):
+            raise ModelError(f"Expected the names of unknowns, such as 'pin_x', got {unknowns!r}.")
         for given in [unknowns] if one else list(unknowns):
             if isinstance(given, sympy.Symbol) and given.name not in self.vocabulary.names:
                 self.vocabulary.also({given.name: given})

@@ -83,8 +83,26 @@ def _number(value: Any, name: str, model: Model) -> float:
     if type(value) in _NUMBERS and abs(value) <= sys.float_info.max:
         return float(value) + 0  # an expression of -0 is 0
     if isinstance(value, str):
-        value = quantity(value, model.about.get(name, ("", ""))[0], f"parameter '{name}'")
+        declared = model.about.get(name, ("", ""))[0]
+        value = quantity(value, declared or _unit_by_use(model, name), f"parameter '{name}'")
     expression = model.names.expression(value, f"the value of parameter '{name}'")
     if isinstance(expression, sympy.Basic) and expression.free_symbols:
         raise ModelError(f"Expected a number for parameter '{name}', got '{value}'.")
     return finite(expression, f"parameter '{name}'")
+
+
+def _unit_by_use(model: Model, name: str) -> str:
+    """The unit of a parameter that is, but for a number, a mass, a length of a solid, a component of a joint's point
+    or of gravity; none where it stands nowhere alone, or as one and as another."""
+    used: list[tuple[str, Any]] = [("m/s^2", g) for g in model.gravity]
+    for place in model.bodies.values():
+        used.append(("kg", place.mass))
+        shapes = [place.properties.shape] if place.properties and place.properties.shape else []
+        while shapes:
+            shape = shapes.pop()
+            shapes += shape.parts
+            if shape.kind not in ("mesh", "revolved"):
+                used += [("m", length) for _, length in shape.dimensions]
+    used += [("m", x) for joint in model.joints.values() for x in (*joint.at, *joint.to)]
+    alone = {unit for unit, x in used if isinstance(x, sympy.Expr) and str(x.as_coeff_Mul()[1]) == name}
+    return alone.pop() if len(alone) == 1 else ""

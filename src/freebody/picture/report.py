@@ -13,7 +13,7 @@ from ..describe.system import System
 from ..dynamics.state import float_state
 from ..equations.equations import Equations
 from ..equations.equations import equations as equations_of
-from ..errors import FormatError, ModelError, SimulationError
+from ..errors import FormatError, ModelError, SimulationError, path_of
 from ..formats.files import replacing
 from ..model.assemble import assemble
 from ..model.model import Model
@@ -95,7 +95,7 @@ def report(
     ...     fb.report(s, motion, pathlib.Path(folder, "pendulum.html")).stat().st_size < 300_000
     True
     """
-    target = Path(path)
+    target = path_of(path, "a report", FormatError)
     if target.suffix.lower() not in (".html", ".htm"):
         raise FormatError(f"Expected a file name that ends in .html for a report, got '{target.name}'.")
     text = document(

@@ -59,9 +59,17 @@ def check_heeded(
     indeterminate: str,
 ) -> None:
     """Refuse what says nothing about the motion of this machine by this method."""
+    if not (isinstance(impacts, str) and isinstance(indeterminate, str)):
+        raise SimulationError(
+            f"Expected impacts= and indeterminate= as words, got impacts={impacts!r}, indeterminate={indeterminate!r}."
+        )
     usual = impacts == "simultaneous" and indeterminate == "refuse" and method != "timestepping"
-    if usual and not near and not project:
+    if usual and near is None and project is False:
         return
+    if not isinstance(near, Mapping | None):
+        raise SimulationError(f"Expected near values by name, such as {{'theta': 0.1}}, got {near!r}.")
+    if not isinstance(project, bool | np.bool_):
+        raise SimulationError(f"Expected project=True or False, got {project!r}.")
     of_constraints: dict[str, Any] = {"near": near, "project": project}
     of_contacts: dict[str, Any] = {
         "impacts": (impacts, "simultaneous"),

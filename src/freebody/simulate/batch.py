@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ..compile.looped import is_large
 from ..dynamics.mobility import check_bodies
-from ..errors import ModelError, SimulationError, nearest
+from ..errors import ModelError, SimulationError, arguments_named, nearest
 from ..model.values import check_assumptions
 from . import lanes_layout as at
 from . import layout, loop
@@ -80,6 +80,7 @@ _SECONDS = 3.0  # between two writes to a store
 _BLOCK = 1 << 26  # bytes of results that are held before they go to the store
 
 
+@arguments_named
 def simulate_batch(
     s: Any,
     until: Any,

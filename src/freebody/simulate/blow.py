@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from ..errors import ModelError, SimulationError
+from ..errors import ModelError, SimulationError, arguments_named
 from .arguments import check_forwards
 from .event import EventSpec, event, expressions_of, watching
 from .initial import number
@@ -31,6 +31,7 @@ class Blow:
     times: int | None
 
 
+@arguments_named
 def blow(
     when: Any,
     *,

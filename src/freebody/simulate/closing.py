@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..dynamics import mass_matrix
-from ..dynamics.constrained import DEPENDENT, POOR, STEPS, no_direction, not_met
+from ..dynamics.constrained import DEPENDENT, POOR, STEPS, alike, no_direction, not_met
 from ..dynamics.constraints import linearized, rows
 from ..dynamics.mobility import check_mobility, light
 from ..dynamics.state import float_state
@@ -123,26 +123,23 @@ class _Search:
 
 
 NEARLY = 0.05
-"""Ratio of singular values of the conditions below which a run that stopped did so at a singular position."""
+"""Ratio of singular values of the conditions, each constraint at unit length, below which a run that stopped did so
+at a singular position."""
 
 
 def nearly_dependent(model: Model, state: Any, active: tuple[int, ...]) -> tuple[str, ...]:
-    """Names of the conditions that are nearly dependent on each other at a state, or of one that nearly vanishes; none
-    where all are well apart."""
-    G = np.array([[float(x) for x in row] for row in linearized(model, state).matrix])[list(active)]
+    """Names of the conditions that are nearly dependent on each other at a state; none where all are well apart."""
+    G = np.array([[float(x) for x in row] for row in linearized(model, state).matrix])
     M = np.array([[float(x) for x in row] for row in mass_matrix(model, state)])
     if not (np.isfinite(G).all() and np.isfinite(M).all()):
         return ()
     W = G / np.sqrt(M.diagonal())
-    held = [rows(model)[i] for i in active]
-    # conditions of one kind of one constraint have one measure, or one that vanishes would look like any other
-    kinds = [(row.owner, row.name.startswith(f"{row.owner}_M")) for row in held]
-    lengths = np.linalg.norm(W, axis=1)
-    greatest = [max(x for x, other in zip(lengths, kinds, strict=True) if other == kind) for kind in kinds]
-    if not all(greatest):
-        return tuple(row.name for row, x in zip(held, greatest, strict=True) if not x)
-    U, s, _ = np.linalg.svd(W / np.array(greatest)[:, None])
+    for group in alike(model):  # a row may vanish, its constraint does not
+        size = np.linalg.norm(W[group])
+        W[group] /= size if size > 0 else 1.0
+    U, s, _ = np.linalg.svd(W[list(active)])
     if not s.size or s[-1] > NEARLY * s[0]:
         return ()
     parts = np.abs(U[:, -1])
-    return tuple(held[k].name for k in np.flatnonzero(parts > 0.1 * parts.max()))
+    names = [row.name for row in rows(model)]
+    return tuple(names[active[k]] for k in np.flatnonzero(parts > 0.1 * parts.max()))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import SimulationError
+from ..errors import SimulationError, arguments_named
 from ..model import Model
 from .kernels import Kernels
 from .path import Watch
@@ -51,6 +51,7 @@ class Event:
         return f"t = {self.time:.6g} s: {self.name}: {how} zero"
 
 
+@arguments_named
 def event(expression: Any, name: str | None = None, direction: int = 0, terminal: bool = False) -> EventSpec:
     """An event to watch for in a simulation: ``expression`` passes through zero.
 

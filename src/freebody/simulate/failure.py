@@ -69,11 +69,11 @@ def _singular(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
     found = nearly_dependent(kernels.model, _last(path, kernels, trajectory), kernels.active)
     if not found:
         return ""
-    what = "are all but dependent on each other" if len(found) > 1 else "holds all but nothing"
     return (
-        f" The position is all but singular there: {' and '.join(map(repr, found))} {what}, as where bars come into "
-        "line. The machine locks up, or can go on in more ways than one. Stop before with a terminal event, or change "
-        "the lengths; where it passes through such positions, steps of one length (step=) pass them too."
+        f" The machine locks up there, or could go on in more ways than one: {' and '.join(map(repr, found))} all but "
+        f"{'loses its' if len(found) == 1 else 'lose their'} hold, as where bars come into line. Stop before with a "
+        "terminal event, or change the lengths; a machine that passes such positions does with steps of one length, "
+        "step=, too."
     )
 
 

@@ -17,7 +17,7 @@ from ..equations.free_body import own_body
 from ..equations.impulse import Struck
 from ..equations.impulse_jumps import exact_jumps, float_jumps, percussion, restituted
 from ..equations.vocabulary import Vocabulary
-from ..errors import ModelError, nearest
+from ..errors import ModelError, arguments_named, nearest
 from ..model.assemble import assemble
 from ..model.model import Model
 from ..model.values import check_assumptions
@@ -28,6 +28,7 @@ from .initial import initial_state, number
 from .kernels import kernels_of
 
 
+@arguments_named
 def impulse(
     s: Any,
     *,

@@ -96,8 +96,7 @@ def outputs_of(model: Model, outputs: Any, timeline: bool = False) -> Output:
     else:
         if isinstance(outputs, str | sympy.Basic) or not isinstance(outputs, Sequence):
             outputs = [outputs]
-        texts = model.names.texts
-        items = [(x if isinstance(x, str) else texts.get(x, str(x)), x) for x in outputs]
+        items = [(model.names.text_of(x), x) for x in outputs]
     if not items:
         raise SimulationError("Expected at least one output, got none.")
     timed: dict[str, Any] = {}
@@ -109,7 +108,7 @@ def outputs_of(model: Model, outputs: Any, timeline: bool = False) -> Output:
             raise SimulationError(
                 f"The output '{name}' is asked for twice. Leave one out, or name it otherwise."
             )
-        if value == TIMELINE and value not in model.names.atoms and model.contacts:
+        if isinstance(value, str) and value == TIMELINE and value not in model.names.atoms and model.contacts:
             if not timeline:
                 raise SimulationError(
                     "method='timestepping' keeps no timeline of modes. Ask for the mode at the output times, "

@@ -6,12 +6,9 @@ f and its derivatives along the s_j come from one trace and are one kernel. The 
 control of the step covers them, with the same tolerance, |error| <= ε (1 + |s|). Of a quaternion the four components
 have derivatives, tangent to the unit sphere: e · ∂e/∂p = 0.
 
-Of a machine with constraints s_j begins on the linearized constraints, Φ_q δq + Φ_p = 0 and so for the speeds, where
-what the user named stays as named.
+The s_j at the start are found in `start_slopes`.
 
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), section I.14.
-
-The file is longer than others: the variational equations, their start and what a user asks of them are one idea.
 """
 
 from __future__ import annotations
@@ -34,12 +31,12 @@ from ..model import Model
 from ..scalar.derivative import forward
 from ..scalar.trace import Tape
 from .event import watching
-from .initial import named_state, quaternions_by_joint
 from .integrate import integrate
 from .kernels import Kernels, Program
 from .methods import FINE, with_series
 from .others import series_of
 from .path import Rates, observe
+from .start_slopes import start_slopes
 from .trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -68,11 +65,10 @@ def unknowns_of(model: Model, names: Any, initial: Mapping[Any, Any], what: str)
         raise SimulationError(f"Expected a list of names for {what}, got {names!r}.")
     texts = model.names.texts
     parameters = {p.name: p.symbol for p in model.parameters}
-    by_symbol = {p.symbol: p.name for p in model.parameters}
     starts = [*model.coordinate_names, *model.speed_names]
     result: list[Unknown] = []
     for key in names:
-        name = key if isinstance(key, str) else by_symbol.get(key, texts.get(key, str(key)))
+        name = model.names.text_of(key)
         if any(one.name == name for one in result):
             raise SimulationError(f"'{name}' is named twice in {what}. Leave one out.")
         if name in parameters:
@@ -188,104 +184,6 @@ class Variation:
             programs[key] = Program(compile_tape(tape, given, state.t, inputs, parameters))
         return programs[key]
 
-    def start(self, y: Array, values: Mapping[str, float], initial: Mapping[Any, Any]) -> Array:
-        """The s_j at the start of a machine without constraints, shape (unknowns, n)."""
-        model = self.kernels.model
-        result = np.zeros((len(self.unknowns), self.kernels.size))
-        names = [*model.coordinate_names, *model.speed_names]
-        texts, turned = model.names.texts, quaternions_by_joint(model)
-        symbols = {p.symbol: values[p.name] for p in model.parameters}
-        raw = y.copy()  # quaternions as they were given, before they were made unit
-        for key, value in initial.items():
-            name = key if isinstance(key, str) else texts.get(key, str(key))
-            parts = [(names.index(name), value)] if name in names else []
-            if name in turned and not hasattr(value, "as_quaternion"):
-                parts = [(turned[name] + k, x) for k, x in enumerate(value)]
-            for i, part in parts:
-                expression = model.names.expression(part, f"the initial value of '{name}'")
-                if not isinstance(expression, sympy.Basic):
-                    raw[i] = float(expression)
-                    continue
-                raw[i] = float(expression.subs(symbols))
-                for j, one in enumerate(self.unknowns):
-                    if one.symbol is not None:
-                        result[j, i] = float(expression.diff(one.symbol).subs(symbols))
-        for j, one in enumerate(self.unknowns):
-            if one.symbol is None:
-                result[j, one.place] = 1.0
-        for i in model.quaternions:  # e = r/|r|: de = (1 - e eᵀ) dr/|r|
-            e, length = y[i : i + 4], np.linalg.norm(raw[i : i + 4])
-            turn = result[:, i : i + 4]
-            result[:, i : i + 4] = (turn - np.outer(turn @ e, e)) / length
-        return result
-
-    def closed_start(
-        self, y: Array, values: Mapping[str, float], initial: Mapping[Any, Any], t: float, project: bool
-    ) -> Array:
-        """The s_j at the start of a machine with constraints.
-
-        What is named moves as asked; the rest follows, moving least, from the linearized constraints.
-        """
-        from ..dynamics.constraints import linearized
-
-        if project:
-            raise SimulationError(
-                "Expected a start on the constraints for sensitivities=, got project=True, which moves what was named. "
-                "Name fewer coordinates and speeds: the others follow."
-            )
-        model, kernels = self.kernels.model, self.kernels
-        key = ("conditions", tuple(one.name for one in self.unknowns))
-        if key not in kernels._programs:
-            tape, state, inputs, rows, parameters = self._traced()
-            given = linearized(model, state)
-            missed = [*given.residual, *given.rate]
-            along = self._along(tape, state, inputs, rows, missed)
-            listed = [*inputs, *(x for row in rows for x in row)]
-            kernels._programs[key] = Program(
-                compile_tape(tape, {"missed": [x for row in along for x in row]}, state.t, listed, parameters)
-            )
-        program = kernels._programs[key]
-        constants = program.constants(kernels.parameters(values))
-        begun = self.start(y, values, initial)
-        _, named = named_state(model, values, initial)
-        n, k = kernels.size, len(self.unknowns)
-        held = named | {one.place for one in self.unknowns if one.symbol is None}
-        free = [i for i in range(model.n_q + model.n_u) if i not in held]
-        count = program.outputs("missed") // k
-
-        def missed_by(rows: Array) -> Array:
-            full = np.concatenate([y, np.zeros(n - y.size), rows.ravel()])
-            found = observe(program.address("missed"), k * count, np.array([t]), full[None], constants)
-            return found[0].reshape(k, count)
-
-        # the conditions are linear in s: their matrix, column by column
-        offset = missed_by(begun)
-        zero = missed_by(np.zeros((k, n)))
-        columns = []
-        for i in free:
-            unit = np.zeros((k, n))
-            unit[:, i] = 1.0
-            columns.append((missed_by(unit) - zero)[0])
-        extra = []  # quaternions keep their length
-        for i in model.quaternions:
-            row = np.zeros(n)
-            row[i : i + 4] = y[i : i + 4]
-            extra.append(row)
-        E = np.array(extra).reshape(-1, n)
-        A = np.concatenate([np.array(columns).reshape(len(free), count).T, E[:, free]])
-        result = begun.copy()
-        for j, one in enumerate(self.unknowns):
-            b = -np.concatenate([offset[j], E @ begun[j]])
-            step, *_ = np.linalg.lstsq(A, b, rcond=1e-11)
-            if np.abs(A @ step - b).max(initial=0) > 1e-7 * (1 + np.abs(b).max(initial=0)):
-                raise SimulationError(
-                    f"The start can not follow a change of '{one.name}': the constraints of '{model.name}' hold what "
-                    f"is named in initial ({', '.join(map(str, initial)) or 'nothing'}). Name less, so that the rest "
-                    "can follow, or use near=."
-                )
-            result[j, free] += step
-        return result
-
 
 METHODS = ("auto", "dop853", "dop54", "gauss", "taylor")
 
@@ -295,6 +193,7 @@ def sensitive_motion(
     numbers: Mapping[str, float],
     given: Any,
     initial: Mapping[Any, Any],
+    near: Mapping[Any, Any],
     state: Array,
     begin: float,
     end: float,
@@ -324,10 +223,12 @@ def sensitive_motion(
         )
     variation = Variation(kernels, unknowns_of(model, given, initial, "sensitivities"))
     program, parameters = variation.program(), kernels.parameters(numbers)
-    if model.constraints:
-        rows = variation.closed_start(state, numbers, initial, begin, project)
-    else:
-        rows = variation.start(state, numbers, initial)
+    if model.constraints and project:
+        raise SimulationError(
+            "Expected a start on the constraints for sensitivities=, got project=True, which moves what was named. "
+            "Name fewer coordinates and speeds: the others follow."
+        )
+    rows = start_slopes(kernels, variation.unknowns, state, numbers, initial, near, begin)
     n, k = kernels.size, len(variation.unknowns)
     y = np.concatenate([state, np.zeros(n - state.size), rows.ravel()])
     rates = Rates(
@@ -407,11 +308,7 @@ class Sensitivity(Mapping[Any, Array]):
         return trajectory._observed(program, "values", trajectory.t, trajectory.states)
 
     def _place(self, unknown: Any) -> int:
-        model = self._trajectory.kernels.model
-        name = unknown
-        if not isinstance(unknown, str):
-            by_symbol = {p.symbol: p.name for p in model.parameters}
-            name = by_symbol.get(unknown, model.names.texts.get(unknown, str(unknown)))
+        name = self._trajectory.kernels.model.names.text_of(unknown)
         if name not in self.unknowns:
             raise SimulationError(
                 f"Unknown name '{name}' in trajectory.sensitivity; {nearest(name, self.unknowns)} "

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import SimulationError, nearest
+from ..errors import SimulationError, arguments_named, nearest
 from . import path as runs
 from .arguments import check_heeded, check_numbers, is_number
 from .blow import blows_of, struck_path, watching_blows, watching_specs
@@ -39,6 +39,7 @@ FINEST_OF_SERIES = 1e-16
 """Of "taylor", whose steps are not iterated."""
 
 
+@arguments_named
 def simulate(
     s: Any,
     until: Any,
@@ -219,7 +220,9 @@ def simulate(
     expressions = expressions_of(model, specs)
     check_signals(model)
     if model.constraints:
-        state, active = closed_start(kernels, numbers, initial or {}, near or {}, begin, project)
+        state, active = closed_start(
+            kernels, numbers, {} if initial is None else initial, near or {}, begin, bool(project)
+        )
         kernels = kernels.holding(active)
     else:
         state = initial_state(model, numbers, {} if initial is None else initial)
@@ -233,9 +236,9 @@ def simulate(
             raise SimulationError("Expected a motion without impulses= for sensitivities=. Leave one out.")
         with Progress(begin, end, progress) as between:
             sensitive = sensitive_motion(
-                kernels, numbers, sensitivities, initial or {}, state, begin, end, specs, expressions, tolerances,
-                wanted, samples, method=method, step=step, max_step=max_step, max_steps=max_steps, project=project,
-                between=between,
+                kernels, numbers, sensitivities, initial or {}, near or {}, state, begin, end, specs, expressions,
+                tolerances, wanted, samples, method=method, step=step, max_step=max_step, max_steps=max_steps,
+                project=project, between=between,
             )  # fmt: skip
         if sensitive.path.status in runs.FAILED:
             raise failure(sensitive, sensitive.path, kernels, end, specs)
@@ -367,7 +370,7 @@ def _equal(number: float, n: int) -> Any:
 
 
 def _tolerance(value: Any, finest: float) -> float:
-    if not is_number(value) and np.ndim(value):
+    if isinstance(value, list | tuple) or isinstance(value, np.ndarray) and value.ndim:
         raise SimulationError(
             f"Expected one number for tolerance=, or numbers by name, such as {{'theta': 1e-9}}, got {value!r}."
         )

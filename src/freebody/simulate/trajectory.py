@@ -186,7 +186,7 @@ class Trajectory:
 
     def place(self, name: Any) -> int:
         """Where a coordinate or speed, by name or SymPy atom, stands in the state."""
-        text = name if isinstance(name, str) else self.kernels.model.names.texts.get(name, str(name))
+        text = self.kernels.model.names.text_of(name)
         if text not in self.names:
             raise SimulationError(f"Unknown name '{text}'; {nearest(text, self.names)}")
         return self.names.index(text)
@@ -417,6 +417,9 @@ class _ByName(dict[str, Any]):
 
     def __missing__(self, name: Any) -> Any:
         raise SimulationError(f"Unknown {self.what} '{name}'; {nearest(str(name), self)}")
+
+    def __getitem__(self, name: Any) -> Any:
+        return super().__getitem__(name) if isinstance(name, str) else self.__missing__(name)
 
 
 def _picture(module: str) -> Any:

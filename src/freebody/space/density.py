@@ -276,7 +276,7 @@ def _has(entry: Any, name: Any) -> bool:
 
 def _symbols(variables: Any, count: int) -> tuple[Any, ...]:
     found = tuple(variables)
-    if len(set(found)) != count or not all(isinstance(s, sympy.Symbol) for s in found):
+    if not all(isinstance(s, sympy.Symbol) for s in found) or len(set(found)) != count:
         raise MassError(
             f"Expected {count} different SymPy symbol{'s' if count > 1 else ''} as integration variables, "
             f"got {found}."

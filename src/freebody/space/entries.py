@@ -48,7 +48,7 @@ def number(value: Any, what: str = "a number", error: type[ModelError] = ModelEr
     if isinstance(value, bool) or value is None or getattr(value, "ndim", False):
         raise error(f"Expected {what} as a number or a SymPy expression, got {value!r}.")
     if isinstance(value, (int, Fraction)):
-        return exact(value)
+        return _of_floats(exact(value), what, error)
     if isinstance(value, Integral) and not isinstance(value, sympy.Basic):
         return int(value)
     if isinstance(value, Real) and not isinstance(value, sympy.Basic) or type(value).__module__ == "numpy":
@@ -63,7 +63,15 @@ def number(value: Any, what: str = "a number", error: type[ModelError] = ModelEr
         return _finite(float(expression), what, error)
     if expression.is_number and expression.is_finite is False or expression is sympy.nan:
         raise error(f"Expected {what} to be finite, got {expression}.")
-    return exact(expression) if expression.is_Rational else expression
+    return _of_floats(exact(expression), what, error) if expression.is_Rational else expression
+
+
+def _of_floats(value: Any, what: str, error: type[ModelError]) -> Any:
+    try:
+        float(value)
+    except OverflowError:
+        raise error(f"Expected a finite number for {what}, got one beyond the range of floats.") from None
+    return value
 
 
 def _finite(value: float, what: str, error: type[ModelError]) -> float:

@@ -120,8 +120,9 @@ class Rotation:
             For a zero quaternion, and for one that is not of unit length unless ``normalize=True``.
         """
         given = q[0] if len(q) == 1 and not isinstance(q[0], (str, int, float, sympy.Expr)) else q
-        if len(given) != 4:
-            raise ModelError(f"Expected the four components (w, x, y, z) of a quaternion, got {len(given)}.")
+        if not hasattr(given, "__len__") or len(given) != 4:
+            got = len(given) if hasattr(given, "__len__") else repr(given)
+            raise ModelError(f"Expected the four components (w, x, y, z) of a quaternion, got {got}.")
         items = [number(c, f"component {x} of the quaternion") for c, x in zip(given, "wxyz", strict=True)]
         field, entries = common_field(*items)
         square = sum(c * c for c in entries)

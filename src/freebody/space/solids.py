@@ -100,7 +100,7 @@ def plate(m: Any, sizes: Sequence[Any], normal: str = "z") -> MassProperties:
     m = _mass(m)
     if isinstance(sizes, str) or not hasattr(sizes, "__len__") or len(sizes) != 2:
         raise MassError(f"Expected the two edges (a, b) of a plate, got {sizes!r}.")
-    if normal not in ("x", "y", "z"):
+    if not isinstance(normal, str) or normal not in ("x", "y", "z"):
         raise MassError(
             f"Expected the normal of a plate as 'x', 'y' or 'z', got {normal!r}. Turn it with .rotated(R)."
         )
@@ -191,6 +191,8 @@ def _mass(m: Any) -> Any:
 
 def _length(value: Any, what: str, kind: str) -> Any:
     entry = exact_number(value, f"the {what} of the {kind}")
+    if isinstance(entry, sympy.Basic) and entry.has(sympy.I):
+        raise MassError(f"Expected a {what} of the {kind} that is a real number, got {entry}.")
     if negative(entry):
         raise MassError(
             f"Expected a {what} of the {kind} that is not negative, got {text(entry)}. "

@@ -21,9 +21,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import sympy
 from numpy.typing import NDArray
 
-from ..errors import FreebodyError, SimulationError
+from ..errors import FreebodyError, SimulationError, arguments_named
 from ..simulate.initial import number, quaternions_by_joint
 from ..simulate.kernels import kernels_of
 from ..simulate.sensitivity import unknowns_of
@@ -92,6 +93,7 @@ class Fit:
         return "\n".join(lines)
 
 
+@arguments_named
 def fit(
     s: Any,
     data: Any,
@@ -161,12 +163,27 @@ def fit(
     kernels = kernels_of(s)
     model = kernels.model
     runs = list(data) if isinstance(data, list | tuple) else [data]
-    starts = [initial or {}] * len(runs) if initial is None or isinstance(initial, Mapping) else list(initial)
+    starts = (
+        list(initial)
+        if isinstance(initial, list | tuple)
+        else [{} if initial is None else initial] * len(runs)
+    )
+    for begun in starts:
+        if not isinstance(begun, Mapping):
+            raise SimulationError(
+                f"Expected initial values by name, such as {{'theta': 0.1}}, got {begun!r}."
+            )
     if len(starts) != len(runs):
         raise SimulationError(
             f"Expected one initial= for each of the {len(runs)} measurements, got {len(starts)}."
         )
-    guesses = dict(unknown) if isinstance(unknown, Mapping) else {name: None for name in _listed(unknown)}
+    if not isinstance(unknown, str | sympy.Basic | Mapping | list | tuple):
+        raise SimulationError(f"Expected names of unknowns, or first guesses by name, got {unknown!r}.")
+    guesses = (
+        dict(unknown)
+        if isinstance(unknown, Mapping)
+        else dict.fromkeys(map(model.names.text_of, _listed(unknown)))
+    )
     chosen = unknowns_of(model, list(guesses), {}, "unknown")
     names = [one.name for one in chosen]
     guesses = dict(zip(names, guesses.values(), strict=True))
@@ -290,7 +307,7 @@ def _listed(unknown: Any) -> list[Any]:
 
 
 def _name(model: Any, key: Any) -> str:
-    return key if isinstance(key, str) else model.names.texts.get(key, str(key))
+    return model.names.text_of(key)
 
 
 def _given(chosen: Sequence[Any], guesses: Mapping[str, Any]) -> dict[str, Any]:
@@ -388,7 +405,10 @@ def _weights(sigma: Any, quantities: list[str], measured: Any) -> list[dict[str,
     for times, columns in measured:
         mine = {}
         for name in columns:
-            array = np.asarray(given.get(name, 1.0), dtype=float)
+            try:
+                array = np.asarray(given.get(name, 1.0), dtype=float)
+            except (TypeError, ValueError):
+                array = np.array(math.nan)
             if array.ndim and array.shape != times.shape or not (array > 0).all():
                 raise SimulationError(
                     f"Expected a standard deviation greater than 0 for '{name}', one number or {times.size}, got "

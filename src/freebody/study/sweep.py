@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import SimulationError, nearest
+from ..errors import SimulationError, arguments_named, nearest
 from ..simulate.batch import simulate_batch
 from ..simulate.kernels import kernels_of
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import xarray
 
 
+@arguments_named
 def sweep(
     s: Any,
     vary: Mapping[Any, Any],
