@@ -29,6 +29,7 @@ from .trajectory import Trajectory
 
 _FIXED = frozenset((type(None), bool, int, float, np.float64, str, EventSpec))
 """Types of arguments that nobody can change; expressions are others."""
+_NAMED = frozenset((dict, type(None)))
 _KEPT = 32  # runs of a machine
 
 
@@ -71,6 +72,8 @@ class PlainRun:
     def start(self, initial: Any, near: Any, project: Any) -> list[float] | None:
         """The state (q, u) that is named; None where this run does not begin so."""
         model = self.kernels.model
+        if type(project) is not bool or type(initial) not in _NAMED or type(near) not in _NAMED:
+            return None  # other words for these, or what is refused
         if model.constraints:
             if asks_for_many(model, initial, None):
                 return None
