@@ -132,6 +132,8 @@ accept_wide: Any = None
 """(wide, w, wanted): the lanes in which the number at ``wanted`` is not 0 took their steps."""
 blame_wide: Any = None
 """(lane, n, wide, w) -> the component of a lane to blame where there is no length."""
+straight_wide: Any = None
+"""(lane, n, wide, w, tolerances) -> the length of a straight step where a bend is closer than the time resolves."""
 lift: Any = None
 """(lane, n, wide, w, work, w1): the step of a lane in a work array of its own."""
 
@@ -459,6 +461,10 @@ def lanes_wide(
             fixed = legs[counts[AT + lane] * settings + 2]
             if GIVEN != 0:
                 size = wide[more + LENGTHS + lane]
+                if kernels[RATES_WIDE] != 0 and not size > 8.0 * _EPS * abs(t):  # a bend is closer
+                    straight = straight_wide(lane, n, wide, w, tolerances)
+                    if straight == straight:
+                        size = straight
                 if size != size:
                     blame = blame_wide(lane, n, wide, w)
                     leave(lane, NOT_FINITE, blame, t, counts, kept, ends)

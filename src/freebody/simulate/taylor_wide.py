@@ -8,18 +8,48 @@ a length that only it knows.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from .lanes_layout import CHANGES, ERRORS, LENGTHS, LIMITED, LOGARITHMS, MOMENTS, STEPS, TIMES, WIDE_PLACES
-from .layout import RAW, STATE
+from .layout import POINT, RAW, STATE
 from .machine import Reals, compiled, greater, shifted
 from .machine_wide import blend, call_wide, decaying, lanewise, lengths
-from .taylor import BOUND, EARLY, GROWN, LOSES, LOST, SERIES, SLOPES, TERMS, P, distance, sum_of_series
+from .taylor import (
+    BEND,
+    BOUND,
+    EARLY,
+    GROWN,
+    LOSES,
+    LOST,
+    SERIES,
+    SLOPES,
+    TERMS,
+    P,
+    distance,
+    polynomial,
+    sum_of_series,
+)
 
 HEIGHT = SERIES
 TINY = 1e-300
 """A part of the tolerance that counts as nothing."""
 _lengths, _decaying = lengths(P, TERMS, TINY), decaying(P, BOUND, EARLY, GROWN)
-_added, _missed = lanewise(sum_of_series, HEIGHT), lanewise(distance, HEIGHT)
+
+
+def _halfway(row: Any, h: Any) -> Any:
+    """Row POINT: the series in the middle of the step."""
+    row[POINT] = polynomial([row[SERIES + k] for k in range(P + 1)], 0.5 * h)
+    return row[POINT] * 0.0
+
+
+def _at_half(row: Any, h: Any, relative: Any, absolute: Any) -> Any:
+    """`taylor.distance` in the middle of the step."""
+    return distance(row, 0.5 * h, relative, absolute)
+
+
+_added, _summed, _missed, _missed_halfway = (
+    lanewise(formula, HEIGHT) for formula in (sum_of_series, _halfway, distance, _at_half)
+)
 
 
 @compiled
@@ -42,6 +72,25 @@ def blame_wide(lane: int, n: int, wide: Reals, w: int) -> int:
 
 
 @compiled
+def straight_wide(lane: int, n: int, wide: Reals, w: int, tolerances: Reals) -> float:
+    """The series of a lane becomes that of a straight line, as long as the comparison of rates allows, if it has rates:
+    see `taylor.given`. Its length, nan if it has none."""
+    fast, doubt, place = 0.0, 0.0, (HEIGHT + 1) * w + WIDE_PLACES + lane
+    for i in range(n):
+        k = 8 * i + lane
+        size = abs(wide[STATE * w + k])
+        rate = abs(wide[place + 8 * i]) / (tolerances[k] + tolerances[w + k] * size)
+        fast = greater(fast, rate)
+        doubt += 0.0 * rate
+    if not 0.0 < fast + doubt < math.inf:
+        return math.nan
+    for i in range(n):
+        for k in range(1, P):
+            wide[place + k * w + 8 * i] = 0.0
+    return BEND / fast
+
+
+@compiled
 def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
     """The states at the ends of the steps; the error of one is 0, or nan if the state is not finite."""
     more = HEIGHT * w
@@ -51,14 +100,26 @@ def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
 
 
 @compiled
+def _rates_at(part: float, rates: int, place: int, wide: Reals, w: int, c: Reals) -> None:
+    """Row SLOPES: the rates of the states at ``place``, at the part ``part`` of every step."""
+    more = HEIGHT * w
+    for lane in range(8):
+        wide[more + MOMENTS + lane] = wide[more + TIMES + lane] + part * wide[more + STEPS + lane]
+    call_wide(rates, wide, more + MOMENTS, wide, place, c, wide, SLOPES * w)
+
+
+@compiled
 def judge_wide(rates: int, n: int, wide: Reals, w: int, c: Reals, tolerances: Reals) -> None:
     """How far the steps have gone on behind a bend, where there may be one: see `taylor.attempt`."""
     if rates != 0:
-        more = HEIGHT * w
+        more, relative = HEIGHT * w, shifted(tolerances, w)
+        _summed(wide, w, more + CHANGES, more + STEPS)
+        _rates_at(0.5, rates, POINT * w, wide, w, c)
+        _missed_halfway(wide, w, more + CHANGES, more + STEPS, relative, tolerances)
         for lane in range(8):
-            wide[more + MOMENTS + lane] = wide[more + TIMES + lane] + wide[more + STEPS + lane]
-        call_wide(rates, wide, more + MOMENTS, wide, RAW * w, c, wide, SLOPES * w)
-        _missed(wide, w, more + CHANGES, more + STEPS, shifted(tolerances, w), tolerances)
+            wide[more + ERRORS + lane] += wide[more + CHANGES + lane]
+        _rates_at(1.0, rates, RAW * w, wide, w, c)
+        _missed(wide, w, more + CHANGES, more + STEPS, relative, tolerances)
         for lane in range(8):
             wide[more + ERRORS + lane] += wide[more + CHANGES + lane]
 
@@ -105,6 +166,7 @@ FUNCTIONS = {
     "HEIGHT": HEIGHT,
     "prepare_wide": prepare_wide,
     "blame_wide": blame_wide,
+    "straight_wide": straight_wide,
     "attempt_wide": attempt_wide,
     "judge_wide": judge_wide,
     "limit_wide": limit_wide,
