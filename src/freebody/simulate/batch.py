@@ -569,7 +569,7 @@ class _Loop:
         rows = _aligned(layout.rows(self.method, n) * eight + at.WIDE_PLACES + room)
         return (
             np.zeros(size), np.zeros(largest), self._mine(), rows, _aligned(8 * max(1, hoisted)),
-            np.zeros(8 * max(1, hoisted)), _aligned(2 * eight), np.zeros(n), np.zeros(at.WIDE_NUMBERS), np.zeros(8),
+            np.zeros(8 * max(1, hoisted)), _aligned(2 * eight), np.zeros(n), np.zeros(at.WIDE_NUMBERS),
             np.zeros(at.WIDE_COUNTS, dtype=np.int64), np.zeros(8 * max(m, 1), dtype=np.int64),
             np.zeros(8 * (layout.PARTS + 3) * (m + 1)), np.zeros(max(m, 1)),
             np.zeros(max(1, events) * layout.FOUND), np.zeros((events + 1) * layout.LOGGED), np.zeros((events + 1) * n),

@@ -93,10 +93,7 @@ def straight_wide(lane: int, n: int, wide: Reals, w: int, tolerances: Reals) -> 
 @compiled
 def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
     """The states at the ends of the steps; the error of one is 0, or nan if the state is not finite."""
-    more = HEIGHT * w
-    series = more + WIDE_PLACES
-    _added(wide, w, more + ERRORS, more + STEPS)
-    _decaying(wide, w, series + P * w, more + STEPS, more + LIMITED)
+    _added(wide, w, HEIGHT * w + ERRORS, HEIGHT * w + STEPS)
 
 
 @compiled
@@ -125,8 +122,10 @@ def judge_wide(rates: int, n: int, wide: Reals, w: int, c: Reals, tolerances: Re
 
 
 @compiled
-def limit_wide(n: int, wide: Reals, w: int) -> None:
-    """Nothing: `attempt_wide` has seen it."""
+def limit_wide(wide: Reals, w: int) -> None:
+    """Which steps are as long as the region of stability allows, with λ of a decay."""
+    more = HEIGHT * w
+    _decaying(wide, w, more + WIDE_PLACES + P * w, more + STEPS, more + LIMITED)
 
 
 @compiled
