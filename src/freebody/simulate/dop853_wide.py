@@ -8,7 +8,7 @@ from . import dop853, tableau
 from .lanes_layout import ERRORS, LIMITED, MOMENTS, STEPS, TIMES
 from .layout import ARGUMENT, END, ERROR3, ERROR5, RAW, ROWS, STATE
 from .machine import Reals, compiled, linear
-from .machine_wide import Memory, blend, call_wide
+from .machine_wide import Memory, blend, call_wide, lifted
 from .rows import Eight, all_of
 from .translation import WHOLE, instruction
 
@@ -140,14 +140,6 @@ def accept_wide(wide: Reals, w: int, wanted: int) -> None:
     blend(wide, w, 12 * w, 0, wanted)
 
 
-@compiled
-def lift(lane: int, n: int, wide: Reals, w: int, work: Reals, w1: int) -> None:
-    """The step of one lane in a work array of its own."""
-    for k in range(END + 1):
-        for i in range(n):
-            work[k * w1 + i] = wide[k * w + 8 * i + lane]
-
-
 FUNCTIONS = {
     "HEIGHT": HEIGHT,
     "prepare_wide": prepare_wide,
@@ -157,5 +149,5 @@ FUNCTIONS = {
     "begin_wide": begin_wide,
     "tune_wide": tune_wide,
     "accept_wide": accept_wide,
-    "lift": lift,
+    "lift": lifted([*range(13), STATE, RAW, END], HEIGHT),
 }

@@ -7,7 +7,7 @@ does to every lane what its neighbour in `machine`, `stepping` or `taylor` does 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from llvmlite import ir
@@ -318,6 +318,30 @@ def all_finite(builder: Any, wide: Any, w: Any, row: Any, errors: Any) -> None:
         doubt.become(v.load(v.plus(row, offset)) * 0.0 + doubt.now)
     error = v.load(errors)
     v.store((error + doubt.now).where(error.compared("<=", 1.0), error), errors)
+
+
+def lifted(rows: Iterable[int], height: int) -> Any:
+    """Compiled ``(lane, n, wide, w, work, w1)``: these rows of one lane in a work array of its own.
+
+    Rows from ``height`` on stand behind the places of the lanes. Component by component, with one place in each row:
+    a row alone is shorter than a register, and its eighth numbers are far apart.
+    """
+    places = sorted(rows)
+
+    @instruction("int", "int", "Reals", "int", "Reals", "int")
+    def lifted(builder: Any, lane: Any, n: Any, wide: Any, w: Any, work: Any, w1: Any) -> None:
+        starts = []
+        for k in places:
+            start = builder.add(builder.mul(w, WHOLE(k)), lane)
+            start = builder.add(start, WHOLE(WIDE_PLACES)) if k >= height else start
+            pointers = builder.gep(wide, [start]), builder.gep(work, [builder.mul(w1, WHOLE(k))])
+            starts.append(pointers)
+        with counted(builder, n, 1) as i:
+            eighth = builder.mul(i, WHOLE(WIDTH))
+            for source, target in starts:
+                builder.store(builder.load(builder.gep(source, [eighth])), builder.gep(target, [i]))
+
+    return lifted
 
 
 @instruction("Reals", "int")

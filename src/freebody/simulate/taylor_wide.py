@@ -11,9 +11,9 @@ import math
 from typing import Any
 
 from .lanes_layout import CHANGES, ERRORS, LENGTHS, LIMITED, LOGARITHMS, MOMENTS, STEPS, TIMES, WIDE_PLACES
-from .layout import POINT, RAW, STATE
+from .layout import END, POINT, RAW, STATE
 from .machine import Reals, compiled, greater, shifted
-from .machine_wide import blend, call_wide, decaying, lanewise, lengths
+from .machine_wide import blend, call_wide, decaying, lanewise, lengths, lifted
 from .taylor import (
     BEND,
     BOUND,
@@ -150,17 +150,6 @@ def accept_wide(wide: Reals, w: int, wanted: int) -> None:
     blend(wide, w, LOSES * w, LOST * w, wanted)
 
 
-@compiled
-def lift(lane: int, n: int, wide: Reals, w: int, work: Reals, w1: int) -> None:
-    """The step of one lane in a work array of its own."""
-    for k in range(STATE, SERIES + P + 1):
-        row = k * w + lane
-        if k >= HEIGHT:
-            row += WIDE_PLACES
-        for i in range(n):
-            work[k * w1 + i] = wide[row + 8 * i]
-
-
 FUNCTIONS = {
     "HEIGHT": HEIGHT,
     "prepare_wide": prepare_wide,
@@ -172,5 +161,5 @@ FUNCTIONS = {
     "begin_wide": begin_wide,
     "tune_wide": tune_wide,
     "accept_wide": accept_wide,
-    "lift": lift,
+    "lift": lifted([STATE, END, LOST, *range(SERIES, SERIES + P + 1)], HEIGHT),
 }
