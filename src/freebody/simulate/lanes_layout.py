@@ -53,6 +53,9 @@ OLDS, STRIDE, NATURAL, FIRST, LAST_TIME, SIZE, ALLOWED, NEXT = range(0, 64, 8)
 WIDE_NUMBERS = 64
 # places of eight numbers each after its rows: steps, times and moments of the lanes; errors of the steps; whether
 # stability may limit them; which lanes took theirs, or are still projected; changes by that; of `taylor` the lengths
-# that the series give, and log₂ r / p; ends of the steps; whether nothing is to be looked at in a step but its error
-STEPS, TIMES, MOMENTS, ERRORS, LIMITED, WANTED, CHANGES, LENGTHS, LOGARITHMS, AFTERS, EASY = range(0, 88, 8)
-WIDE_PLACES = 88
+# that the series give, log₂ r / p, and parts of the steps; ends of the steps; whether nothing is to be looked at in a
+# step but its error
+STEPS, TIMES, MOMENTS, ERRORS, LIMITED, WANTED, CHANGES, LENGTHS, LOGARITHMS, SPANS, AFTERS, EASY = range(
+    0, 96, 8
+)
+WIDE_PLACES = 96

@@ -10,7 +10,18 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from .lanes_layout import CHANGES, ERRORS, LENGTHS, LIMITED, LOGARITHMS, MOMENTS, STEPS, TIMES, WIDE_PLACES
+from .lanes_layout import (
+    CHANGES,
+    ERRORS,
+    LENGTHS,
+    LIMITED,
+    LOGARITHMS,
+    MOMENTS,
+    SPANS,
+    STEPS,
+    TIMES,
+    WIDE_PLACES,
+)
 from .layout import END, POINT, RAW, STATE
 from .machine import Reals, compiled, greater, shifted
 from .machine_wide import blend, call_wide, decaying, lanewise, lengths, lifted
@@ -36,20 +47,13 @@ TINY = 1e-300
 _lengths, _decaying = lengths(P, TERMS, TINY), decaying(P, BOUND, EARLY, GROWN)
 
 
-def _halfway(row: Any, h: Any) -> Any:
-    """Row POINT: the series in the middle of the step."""
-    row[POINT] = polynomial([row[SERIES + k] for k in range(P + 1)], 0.5 * h)
+def _state(row: Any, h: Any) -> Any:
+    """Row POINT: the series at the time h."""
+    row[POINT] = polynomial([row[SERIES + k] for k in range(P + 1)], h)
     return row[POINT] * 0.0
 
 
-def _at_half(row: Any, h: Any, relative: Any, absolute: Any) -> Any:
-    """`taylor.distance` in the middle of the step."""
-    return distance(row, 0.5 * h, relative, absolute)
-
-
-_added, _summed, _missed, _missed_halfway = (
-    lanewise(formula, HEIGHT) for formula in (sum_of_series, _halfway, distance, _at_half)
-)
+_added, _summed, _missed = (lanewise(formula, HEIGHT) for formula in (sum_of_series, _state, distance))
 
 
 @compiled
@@ -97,28 +101,22 @@ def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
 
 
 @compiled
-def _rates_at(part: float, rates: int, place: int, wide: Reals, w: int, c: Reals) -> None:
-    """Row SLOPES: the rates of the states at ``place``, at the part ``part`` of every step."""
-    more = HEIGHT * w
-    for lane in range(8):
-        wide[more + MOMENTS + lane] = wide[more + TIMES + lane] + part * wide[more + STEPS + lane]
-    call_wide(rates, wide, more + MOMENTS, wide, place, c, wide, SLOPES * w)
-
-
-@compiled
 def judge_wide(rates: int, n: int, wide: Reals, w: int, c: Reals, tolerances: Reals) -> None:
     """How far the steps have gone on behind a bend, where there may be one: see `taylor.attempt`."""
     if rates != 0:
-        more, relative = HEIGHT * w, shifted(tolerances, w)
-        _summed(wide, w, more + CHANGES, more + STEPS)
-        _rates_at(0.5, rates, POINT * w, wide, w, c)
-        _missed_halfway(wide, w, more + CHANGES, more + STEPS, relative, tolerances)
-        for lane in range(8):
-            wide[more + ERRORS + lane] += wide[more + CHANGES + lane]
-        _rates_at(1.0, rates, RAW * w, wide, w, c)
-        _missed(wide, w, more + CHANGES, more + STEPS, relative, tolerances)
-        for lane in range(8):
-            wide[more + ERRORS + lane] += wide[more + CHANGES + lane]
+        more = HEIGHT * w
+        for k in range(1, 3):
+            for lane in range(8):
+                wide[more + SPANS + lane] = 0.5 * k * wide[more + STEPS + lane]
+                wide[more + MOMENTS + lane] = wide[more + TIMES + lane] + wide[more + SPANS + lane]
+            place = RAW * w
+            if k == 1:
+                _summed(wide, w, more + CHANGES, more + SPANS)
+                place = POINT * w
+            call_wide(rates, wide, more + MOMENTS, wide, place, c, wide, SLOPES * w)
+            _missed(wide, w, more + CHANGES, more + SPANS, shifted(tolerances, w), tolerances)
+            for lane in range(8):
+                wide[more + ERRORS + lane] += wide[more + CHANGES + lane]
 
 
 @compiled
