@@ -14,6 +14,8 @@ import freebody as fb
 from batch_machines import CLOSED, cart, four_bar
 from freebody.compile import looped
 from freebody.errors import MassError, ModelError, SimulationError
+from freebody.simulate import batch_kernels
+from freebody.simulate import loop as batch_loop
 from freebody.testing import random_system
 
 
@@ -246,6 +248,24 @@ def test_a_store_goes_on_where_it_was_left(tmp_path, monkeypatch) -> None:
         fb.simulate(s, 2, store=path, **options)
     with pytest.raises(SimulationError, match="there is no folder"):
         fb.simulate(s, 2, store=tmp_path / "no" / "x.nc", **options)
+
+
+@pytest.mark.parametrize("method", ["dop853", "taylor", "radau"])
+def test_a_store_compiles_nothing_more(tmp_path, monkeypatch, method: str) -> None:
+    """Neither what it is marked with nor its last block, of three lanes, asks for a program of its own."""
+    made = []
+    compiled = batch_kernels.compile_tape
+    monkeypatch.setattr(
+        batch_kernels, "compile_tape", lambda *given: (made.append(given[1].keys()), compiled(*given))[1]
+    )
+    loops = []
+    loop = batch_loop.loop
+    monkeypatch.setattr(batch_loop, "loop", lambda name: (loops.append(name), loop(name))[1])
+    options = {"initial": {"theta": np.linspace(0.1, 3, 67)}, "outputs": ["theta"], "times": [0.5]}
+    kept = fb.simulate(pendulum(), 0.5, store=tmp_path / "x.nc", method=method, **options)
+    assert len(made) == 1 and len(set(loops)) == 1 and len(loops) > 1
+    whole = fb.simulate(pendulum(), 0.5, method=method, **options)
+    assert np.array_equal(kept["theta"], whole["theta"])
 
 
 @pytest.mark.parametrize(

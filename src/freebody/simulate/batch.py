@@ -361,6 +361,27 @@ class Job:
             return "dop853" if self.method == "auto" else self.method
         return first_method(self.kernels, self.method, self.tolerances, batch=True)
 
+    def wide(self, method: str) -> bool:
+        """Whether eight lanes run at once: by series any number, by stages where there are as many."""
+        return method == "taylor" or (
+            method == "dop853"
+            and self.kernels.size > 0
+            and self.begin != self.end
+            and self.given.count >= layout.WIDTH
+        )
+
+    def program(self, method: str) -> BatchProgram:
+        """The machine code of the lanes by a method."""
+        asked = self.asked
+        return batch_program(
+            self.kernels,
+            asked.timed_values,
+            asked.reduced_values,
+            self.expressions,
+            method,
+            self.wide(method),
+        )
+
     def run(self, part: Results, between: Callable[[float], None]) -> None:
         """Run lanes, and those that turn out to be stiff once more."""
         if not self.looped:
@@ -468,17 +489,8 @@ class _Loop:
     ) -> None:
         self.job, self.method, self.part = job, method, part
         kernels, given, model = job.kernels, job.given, job.kernels.model
-        # eight at once: by series any number, by stages where there are as many
-        self.wide = method == "taylor" or (
-            method == "dop853"
-            and kernels.size > 0
-            and job.begin != job.end
-            and part.high - part.low >= layout.WIDTH
-        )
-        program = program or batch_program(
-            kernels, job.asked.timed_values, job.asked.reduced_values, job.expressions, method, self.wide
-        )
-        self.program = program
+        self.wide = job.wide(method)
+        self.program = program = program or job.program(method)
         n = kernels.size
         self.n, self.w = n, layout.padded(n)
         m, watched = len(job.specs), program.watched

@@ -17,7 +17,6 @@ import numpy as np
 from ..errors import SimulationError, path_of
 from . import layout
 from .batch_alone import REASON
-from .batch_kernels import batch_program
 from .contact_scene import scene_of
 from .outputs import CONTACT_MODES, TIMELINE, OfContact
 from .trajectory import unit_of_name
@@ -367,10 +366,7 @@ def _mark(job: Any) -> str:
     """Hash of everything that the results depend on."""
     digest = hashlib.sha256()
     if job.looped:
-        program = batch_program(
-            job.kernels, job.asked.timed_values, job.asked.reduced_values, job.expressions, job.first
-        ).compiled
-        digest.update(repr(program.operations).encode())
+        digest.update(repr(job.program(job.first).compiled.operations).encode())
     else:
         digest.update(repr(job.kernels.motion().compiled.operations).encode())
         if job.kernels.model.contacts:
