@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import os
 import signal
+import subprocess
+import sys
 from concurrent.futures import Executor, Future
 
 import numpy as np
@@ -350,6 +352,28 @@ def test_blocks_of_an_executor_that_are_done_before_their_turn_are_kept() -> Non
 
     data = fb.simulate(pendulum(), 1, initial={"theta": [0.1, 0.2, 0.3, 0.4]}, samples=2, executor=Eager())
     assert data.status.values.tolist() == ["finished", "waiting", "finished", "finished"]
+
+
+def test_a_program_ends_whose_pool_loses_a_process_at_ctrl_c() -> None:
+    """The keyboard interrupts all processes of a terminal; of a pool one may die and another live."""
+    program = """
+import os, signal
+from concurrent.futures import ProcessPoolExecutor
+import freebody as fb
+from freebody.gallery.bouncing_ball import build
+
+pool = ProcessPoolExecutor(2)
+
+def press(part):
+    os.kill(next(iter(pool._processes)), signal.SIGKILL)
+    raise KeyboardInterrupt
+
+start, heights = {"y": "h"}, [1.0 + k / 100 for k in range(20)]
+data = fb.simulate(build(), 1, initial=start, values={"h": heights}, samples=2, executor=pool, progress=press)
+print((data.status == "waiting").sum().item())
+"""
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    assert 0 < int(found.stdout) < 20 and "InvalidStateError" not in found.stderr, found.stderr
 
 
 def test_more_samples_than_the_memory_holds_are_refused_at_once() -> None:

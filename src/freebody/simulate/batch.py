@@ -13,7 +13,9 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, wait
 from dataclasses import dataclass, replace
+from itertools import islice
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -130,12 +132,12 @@ def simulate_batch(
     with Progress(0.0, float(given.count), progress) as between:
         try:
             if executor is not None:
-                for part in _elsewhere(job, kept, s, until, asked, executor):
+                for part, ready in _elsewhere(job, kept, s, until, asked, executor):
                     if kept is not None:
                         kept.write(part)
                     elif results is not None:
                         results.take(part)
-                    between(float(part.high))
+                    between(float(ready))
             else:
                 for low, high in _blocks(job, kept):
                     part = Results.of(job, low, high) if results is None else results
@@ -153,33 +155,41 @@ def simulate_batch(
 
 def _elsewhere(
     job: Job, kept: Any, s: Any, until: Any, asked: Mapping[str, Any], executor: Any
-) -> Iterator[Results]:
-    """Results of blocks of lanes that an executor runs."""
+) -> Iterator[tuple[Results, int]]:
+    """Results of blocks of lanes that an executor runs, as they come; and how many of all lanes are then done."""
     if not hasattr(executor, "submit"):
         raise SimulationError(
             f"Expected an executor with submit(), such as concurrent.futures.ProcessPoolExecutor(), got {executor!r}."
         )
-    tasks = []
+    parts = []
     for first, last in _blocks(job, kept):
         size = max(1, min(last - first, -(-job.given.count // 64)))
-        for low in range(first, last, size):
-            high = min(low + size, last)
-            lanes = np.arange(low, high)
-            values, initial = job.given.part(lanes)
-            tasks.append(
-                executor.submit(_block, s, until, {**asked, "values": values, "initial": initial}, low)
-            )
-    left = iter(tasks)
+        parts += [(low, min(low + size, last)) for low in range(first, last, size)]
+    left, ready = iter(parts), job.given.count - sum(high - low for low, high in parts)
+    # what is handed over is begun at once: in a pool that loses a process, a task that waits and is cancelled ends the
+    # thread that would end the other processes (python/cpython#107219), and the program then waits for them
+    room = getattr(executor, "_max_workers", 64) + 1
+    running: set[Any] = set()
     try:
-        for task in left:
-            yield task.result()
-    except KeyboardInterrupt:  # blocks that are done before their turn are kept, too
-        for other in (task, *left):
-            if other.done() and not other.cancelled() and other.exception() is None:
-                yield other.result()
+        while True:
+            for low, high in islice(left, room - len(running)):
+                values, initial = job.given.part(np.arange(low, high))
+                options = {**asked, "values": values, "initial": initial}
+                running.add(executor.submit(_block, s, until, options, low))
+            if not running:
+                return
+            for task in wait(running, return_when=FIRST_COMPLETED).done:
+                part = task.result()
+                running.remove(task)
+                ready += part.high - part.low
+                yield part, ready
+    except KeyboardInterrupt:  # other blocks that are done are kept, too
+        for task in running:
+            if task.done() and not task.cancelled() and task.exception() is None:
+                yield task.result(), ready
         raise
     finally:
-        for task in tasks:
+        for task in running:
             task.cancel()
 
 

@@ -13,7 +13,7 @@ from .rows import Eight, all_of
 from .translation import WHOLE, instruction
 
 HEIGHT = ROWS
-LAST, STABLE = dop853.CONTROL["LAST"], dop853.CONTROL["LIMIT"]
+LAST, STABLE = int(dop853.CONTROL["LAST"]), dop853.CONTROL["LIMIT"]
 
 _C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10, _C11 = tableau.C[1:12]
 _a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8, _a9, _a10, _a11 = (
