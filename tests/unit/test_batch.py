@@ -276,7 +276,14 @@ def test_a_store_compiles_nothing_more(tmp_path, monkeypatch, method: str) -> No
         ({"initial": {"theta": [1, 2]}, "values": {"m": [1, 2, 3]}}, "got 3 values of 'm' and 2 initial values"),
         ({"initial": {"theta": [[1, 2]]}}, r"\(lanes,\) for the initial values of 'theta', got shape \(1, 2\).*sweep"),
         ({"initial": {"theta": [1, float("nan")]}}, "finite numbers for the initial values of 'theta', .* in lane 1"),
-        ({"initial": {"theta": []}}, "at least one lane"),
+        ({"initial": {"theta": []}}, "at least one lane, got no initial values of 'theta'. Give one for each lane"),
+        ({"values": {"c": [1, float("inf")]}}, r"got inf in lane 1\. Leave that lane out, of every array"),
+        ({"initial": {"theta": [1, [2, 3]]}}, r"got \[1, \[2, 3\]\]\. Give one number for each lane"),
+        ({"initial": {"theta": {1, 2}}, "outputs": ["theta"]}, r"an array .* got \{1, 2\}\. Write list"),
+        ({"initial": {"theta": (x for x in (1, 2))}, "outputs": ["theta"]}, "a list or an array .* Write list"),
+        ({"initial": {"theta": ["m/10", 1]}}, r"'m/10' in lane 0\. An expression .* initial=\{'theta': 'm/10'\}"),
+        ({"initial": {"theta": ["20 deg", 1]}}, r"without a unit for the initial values of 'theta', .* Write pi/9"),
+        ({"initial": {"theta": [1, 2]}, "executor": Executor}, "an executor with submit.*, got <class"),
         ({"initial": {"thet": [1, 2]}}, "Unknown name 'thet' in initial; did you mean 'theta'"),
         ({"initial": {"theta": [1, 2]}, "outputs": ["thet"]}, "Expected a coordinate, .* 'thet'"),
         ({"initial": {"theta": [1, 2]}, "outputs": []}, "at least one output"),
@@ -296,6 +303,39 @@ def test_refusals(options: dict, message: str) -> None:
     options = {"until": 2, **options}
     with pytest.raises(SimulationError, match=message):
         fb.simulate(pendulum(), options.pop("until"), **options)
+
+
+def test_quaternions_of_lanes_that_are_none() -> None:
+    for value, message in (
+        (np.ones((2, 3)), r"shape \(lanes, 4\) .* got shape \(2, 3\)\. Give four components of a quaternion"),
+        ([fb.Rotation.axis_angle((1, 0, 0), 1), 3], "got .*Rotation.* or a list of Rotations only"),
+    ):
+        with pytest.raises(SimulationError, match=message):
+            fb.simulate(free_body(), 1, initial={"turn": value})
+
+
+def test_lanes_from_what_holds_numbers() -> None:
+    """Arrays of other libraries, ranges and texts with units, as parameters read them."""
+    pandas, xarray = pytest.importorskip("pandas"), pytest.importorskip("xarray")
+    given = {"samples": 2}
+    meant = fb.simulate(pendulum(), 0.2, initial={"theta": [1.0, 2.0]}, values={"L": [0.25, 2.0]}, **given)
+    for start in (
+        pandas.Series([1.0, 2.0], index=[5, 6]), xarray.DataArray([1, 2], dims="k"), range(1, 3), ["1", "4/2"],
+    ):  # fmt: skip
+        said = fb.simulate(pendulum(), 0.2, initial={"theta": start}, values={"L": ["25 cm", 2]}, **given)
+        assert said.equals(meant)
+
+
+def test_a_place_to_close_near_is_the_same_for_all_lanes() -> None:
+    with pytest.raises(
+        SimulationError, match=r"one number for 'q2' in near=, .* got \[-0.7, -0.8\].* into initial="
+    ):
+        fb.simulate(four_bar(), 1, initial={"q1": [1, 1.1]}, near={"q2": [-0.7, -0.8], "q3": 1.2})
+
+
+def test_no_component_is_blamed_for_too_many_steps() -> None:
+    data = fb.simulate(pendulum(), 10, initial={"theta": [1, 2]}, max_steps=3)
+    assert set(data.status.values) == {"too many steps"} and set(data.blame.values) == {""}
 
 
 def test_impossible_parameters_name_the_lane() -> None:

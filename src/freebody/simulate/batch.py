@@ -40,7 +40,7 @@ from .blow import blows_of
 from .driven import at_time, check_signals, intervals
 from .event import EventSpec, expressions_of, specs_of
 from .impacts import ORDERS
-from .initial import named_state, number
+from .initial import named_state, number, quaternions_by_joint, several
 from .kernels import Kernels, kernels_of
 from .methods import (
     BUDGET,
@@ -157,7 +157,7 @@ def _elsewhere(
     job: Job, kept: Any, s: Any, until: Any, asked: Mapping[str, Any], executor: Any
 ) -> Iterator[tuple[Results, int]]:
     """Results of blocks of lanes that an executor runs, as they come; and how many of all lanes are then done."""
-    if not hasattr(executor, "submit"):
+    if isinstance(executor, type) or not hasattr(executor, "submit"):
         raise SimulationError(
             f"Expected an executor with submit(), such as concurrent.futures.ProcessPoolExecutor(), got {executor!r}."
         )
@@ -245,6 +245,12 @@ def job_of(
     if times is not None and samples is not None:
         raise SimulationError("Expected times= or samples=, got both. Leave one out.")
     given = lanes_of(model, values or {}, initial or {})
+    for name, value in (near or {}).items() if isinstance(near, Mapping) else ():
+        if str(name) not in quaternions_by_joint(model) and several(value) is not None:
+            raise SimulationError(
+                f"Expected one number for '{name}' in near=, the same for all lanes, got {value!r}. What differs from "
+                "lane to lane goes into initial=."
+            )
     begin = _common(model, given, start, "start")
     end = _common(model, given, until, "until")
     wanted = _times(times, begin, end)

@@ -199,7 +199,8 @@ def _told(data: xarray.Dataset, codes: Any, blame: Any, job: Any) -> xarray.Data
     components, events = list(job.kernels.names), [spec.name for spec in job.specs]
     names = np.array([*components, *events, ""], dtype=str)
     places = np.where(codes == layout.UNDEFINED, len(components) + blame, blame)
-    good = np.isin(codes, (-1, 1, 2, 9, 10))
+    blamed = (layout.NOT_FINITE, layout.COLLAPSED, layout.DIVERGED, layout.UNDEFINED)
+    good = ~np.isin(codes, blamed)
     data["blame"] = (
         "lane", names[np.where(good, len(names) - 1, np.minimum(places, len(names) - 1))],
         {"long_name": "coordinate, speed or event that stopped a failed lane"},
