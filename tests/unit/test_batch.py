@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import os
 import signal
+import subprocess
+import sys
 from concurrent.futures import Executor, Future
 
 import numpy as np
@@ -14,6 +16,8 @@ import freebody as fb
 from batch_machines import CLOSED, cart, four_bar
 from freebody.compile import looped
 from freebody.errors import MassError, ModelError, SimulationError
+from freebody.simulate import batch_kernels
+from freebody.simulate import loop as batch_loop
 from freebody.testing import random_system
 
 
@@ -248,13 +252,38 @@ def test_a_store_goes_on_where_it_was_left(tmp_path, monkeypatch) -> None:
         fb.simulate(s, 2, store=tmp_path / "no" / "x.nc", **options)
 
 
+@pytest.mark.parametrize("method", ["dop853", "taylor", "radau"])
+def test_a_store_compiles_nothing_more(tmp_path, monkeypatch, method: str) -> None:
+    """Neither what it is marked with nor its last block, of three lanes, asks for a program of its own."""
+    made = []
+    compiled = batch_kernels.compile_tape
+    monkeypatch.setattr(
+        batch_kernels, "compile_tape", lambda *given: (made.append(given[1].keys()), compiled(*given))[1]
+    )
+    loops = []
+    loop = batch_loop.loop
+    monkeypatch.setattr(batch_loop, "loop", lambda name: (loops.append(name), loop(name))[1])
+    options = {"initial": {"theta": np.linspace(0.1, 3, 67)}, "outputs": ["theta"], "times": [0.5]}
+    kept = fb.simulate(pendulum(), 0.5, store=tmp_path / "x.nc", method=method, **options)
+    assert len(made) == 1 and len(set(loops)) == 1 and len(loops) > 1
+    whole = fb.simulate(pendulum(), 0.5, method=method, **options)
+    assert np.array_equal(kept["theta"], whole["theta"])
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"initial": {"theta": [1, 2]}, "values": {"m": [1, 2, 3]}}, "got 3 values of 'm' and 2 initial values"),
         ({"initial": {"theta": [[1, 2]]}}, r"\(lanes,\) for the initial values of 'theta', got shape \(1, 2\).*sweep"),
         ({"initial": {"theta": [1, float("nan")]}}, "finite numbers for the initial values of 'theta', .* in lane 1"),
-        ({"initial": {"theta": []}}, "at least one lane"),
+        ({"initial": {"theta": []}}, "at least one lane, got no initial values of 'theta'. Give one for each lane"),
+        ({"values": {"c": [1, float("inf")]}}, r"got inf in lane 1\. Leave that lane out, of every array"),
+        ({"initial": {"theta": [1, [2, 3]]}}, r"got \[1, \[2, 3\]\]\. Give one number for each lane"),
+        ({"initial": {"theta": {1, 2}}, "outputs": ["theta"]}, r"an array .* got \{1, 2\}\. Write list"),
+        ({"initial": {"theta": (x for x in (1, 2))}, "outputs": ["theta"]}, "a list or an array .* Write list"),
+        ({"initial": {"theta": ["m/10", 1]}}, r"'m/10' in lane 0\. An expression .* initial=\{'theta': 'm/10'\}"),
+        ({"initial": {"theta": ["20 deg", 1]}}, r"without a unit for the initial values of 'theta', .* Write pi/9"),
+        ({"initial": {"theta": [1, 2]}, "executor": Executor}, "an executor with submit.*, got <class"),
         ({"initial": {"thet": [1, 2]}}, "Unknown name 'thet' in initial; did you mean 'theta'"),
         ({"initial": {"theta": [1, 2]}, "outputs": ["thet"]}, "Expected a coordinate, .* 'thet'"),
         ({"initial": {"theta": [1, 2]}, "outputs": []}, "at least one output"),
@@ -274,6 +303,39 @@ def test_refusals(options: dict, message: str) -> None:
     options = {"until": 2, **options}
     with pytest.raises(SimulationError, match=message):
         fb.simulate(pendulum(), options.pop("until"), **options)
+
+
+def test_quaternions_of_lanes_that_are_none() -> None:
+    for value, message in (
+        (np.ones((2, 3)), r"shape \(lanes, 4\) .* got shape \(2, 3\)\. Give four components of a quaternion"),
+        ([fb.Rotation.axis_angle((1, 0, 0), 1), 3], "got .*Rotation.* or a list of Rotations only"),
+    ):
+        with pytest.raises(SimulationError, match=message):
+            fb.simulate(free_body(), 1, initial={"turn": value})
+
+
+def test_lanes_from_what_holds_numbers() -> None:
+    """Arrays of other libraries, ranges and texts with units, as parameters read them."""
+    pandas, xarray = pytest.importorskip("pandas"), pytest.importorskip("xarray")
+    given = {"samples": 2}
+    meant = fb.simulate(pendulum(), 0.2, initial={"theta": [1.0, 2.0]}, values={"L": [0.25, 2.0]}, **given)
+    for start in (
+        pandas.Series([1.0, 2.0], index=[5, 6]), xarray.DataArray([1, 2], dims="k"), range(1, 3), ["1", "4/2"],
+    ):  # fmt: skip
+        said = fb.simulate(pendulum(), 0.2, initial={"theta": start}, values={"L": ["25 cm", 2]}, **given)
+        assert said.equals(meant)
+
+
+def test_a_place_to_close_near_is_the_same_for_all_lanes() -> None:
+    with pytest.raises(
+        SimulationError, match=r"one number for 'q2' in near=, .* got \[-0.7, -0.8\].* into initial="
+    ):
+        fb.simulate(four_bar(), 1, initial={"q1": [1, 1.1]}, near={"q2": [-0.7, -0.8], "q3": 1.2})
+
+
+def test_no_component_is_blamed_for_too_many_steps() -> None:
+    data = fb.simulate(pendulum(), 10, initial={"theta": [1, 2]}, max_steps=3)
+    assert set(data.status.values) == {"too many steps"} and set(data.blame.values) == {""}
 
 
 def test_impossible_parameters_name_the_lane() -> None:
@@ -330,6 +392,28 @@ def test_blocks_of_an_executor_that_are_done_before_their_turn_are_kept() -> Non
 
     data = fb.simulate(pendulum(), 1, initial={"theta": [0.1, 0.2, 0.3, 0.4]}, samples=2, executor=Eager())
     assert data.status.values.tolist() == ["finished", "waiting", "finished", "finished"]
+
+
+def test_a_program_ends_whose_pool_loses_a_process_at_ctrl_c() -> None:
+    """The keyboard interrupts all processes of a terminal; of a pool one may die and another live."""
+    program = """
+import os, signal
+from concurrent.futures import ProcessPoolExecutor
+import freebody as fb
+from freebody.gallery.bouncing_ball import build
+
+pool = ProcessPoolExecutor(2)
+
+def press(part):
+    os.kill(next(iter(pool._processes)), signal.SIGKILL)
+    raise KeyboardInterrupt
+
+start, heights = {"y": "h"}, [1.0 + k / 100 for k in range(20)]
+data = fb.simulate(build(), 1, initial=start, values={"h": heights}, samples=2, executor=pool, progress=press)
+print((data.status == "waiting").sum().item())
+"""
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    assert 0 < int(found.stdout) < 20 and "InvalidStateError" not in found.stderr, found.stderr
 
 
 def test_more_samples_than_the_memory_holds_are_refused_at_once() -> None:

@@ -108,6 +108,21 @@ def test_series_stop_before_bends_in_the_lanes_that_have_one(tolerance: float, l
         assert np.array_equal(few[name].values, whole[name].values[some])
 
 
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-7, 1e-9, 1e-11, 1e-13])
+def test_series_look_for_bends_halfway_and_cross_those_closer_than_time_resolves(tolerance: float) -> None:
+    """Steps that end on this side of the bend and have been behind it, and bends within the last digit of the time:
+    of 1000 lanes some have either. ½ v² + ½ k (|x| - r)² is kept as a run alone keeps it."""
+    speeds = np.random.default_rng(0).uniform(0.2, 8, 1000)
+    data = fb.simulate(
+        rail(), 3, initial={"x": 1.0, "x'": speeds}, outputs=["x", "x'"], tolerance=tolerance, method="taylor",
+        samples=5, progress=False,
+    )  # fmt: skip
+    assert set(data.status.values) == {"finished"}
+    energy = data["x'"].values ** 2 + 100 * (np.abs(data["x"].values) - 0.3) ** 2
+    first = speeds**2 + 100 * (1 - 0.3) ** 2
+    assert np.abs(energy / first[:, None] - 1).max() < 1e3 * tolerance
+
+
 def test_closed_loops_with_a_spring_across() -> None:
     """Rates of a machine whose states are projected, at the ends of steps that are not yet."""
     s, start = four_bar(), {"q1": np.linspace(0.9, 1.1, 9)}

@@ -43,6 +43,16 @@ def test_a_grid_of_periods_agrees_with_elliptic_functions() -> None:
             )
 
 
+def test_axes_may_be_written_with_units() -> None:
+    said = fb.sweep(pendulum(), {"L": ["80 cm", "1.5 m"], "theta": ["20deg", "pi/4"]}, 0.5, samples=2)
+    meant = fb.sweep(pendulum(), {"L": [0.8, 1.5], "theta": [np.pi / 9, np.pi / 4]}, 0.5, samples=2)
+    assert said.equals(meant)
+    with pytest.raises(
+        SimulationError, match=r"without a unit for the values of 'theta' in vary, got '20 deg'\. Write pi/9"
+    ):
+        fb.sweep(pendulum(), {"theta": ["20 deg"]}, 0.5)
+
+
 def test_other_executors_give_the_same(tmp_path) -> None:
     s, vary = pendulum(), {"theta": np.linspace(0.1, 3, 70)}
     here = fb.sweep(s, vary, 2, samples=3)
@@ -64,9 +74,10 @@ def test_other_executors_give_the_same(tmp_path) -> None:
         ({"L": [1, 2]}, {"values": {"L": 1}}, "'L' stands in vary= and in values="),
         ({"theta": [1, 2]}, {"initial": {"theta": 1}}, "'theta' stands in vary= and in initial="),
         ({"L": []}, {}, "at least one number for 'L'"),
-        ({"L": 2}, {}, r"at least one number for 'L' in vary, got shape \(\)"),
+        ({"L": 2}, {}, r"at least one number for 'L' in vary, got 2. Write"),
         ({"L": [1, 1]}, {}, "Expected different numbers for 'L'"),
-        ({"L": ["a"]}, {}, "Expected numbers for 'L'"),
+        ({"L": ["a"]}, {}, "Expected an array of numbers for the values of 'L' in vary, got .*'a'"),
+        ({"L": [None, {}]}, {}, "Expected numbers for 'L'"),
         ({"L": [1, float("inf")]}, {}, "Expected finite numbers for 'L'"),
         ({"L": [1, 2]}, {"values": {"L": 3}}, "'L' stands in vary= and in values="),
         ({"L": [1, 2]}, {"executor": 3}, r"Expected an executor with submit\(\)"),

@@ -13,7 +13,9 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, wait
 from dataclasses import dataclass, replace
+from itertools import islice
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -38,7 +40,7 @@ from .blow import blows_of
 from .driven import at_time, check_signals, intervals
 from .event import EventSpec, expressions_of, specs_of
 from .impacts import ORDERS
-from .initial import named_state, number
+from .initial import named_state, number, quaternions_by_joint, several
 from .kernels import Kernels, kernels_of
 from .methods import (
     BUDGET,
@@ -131,12 +133,12 @@ def simulate_batch(
     with Progress(0.0, float(given.count), progress) as between:
         try:
             if executor is not None:
-                for part in _elsewhere(job, kept, s, until, asked, executor):
+                for part, ready in _elsewhere(job, kept, s, until, asked, executor):
                     if kept is not None:
                         kept.write(part)
                     elif results is not None:
                         results.take(part)
-                    between(float(part.high))
+                    between(float(ready))
             else:
                 for low, high in _blocks(job, kept):
                     part = Results.of(job, low, high) if results is None else results
@@ -154,33 +156,41 @@ def simulate_batch(
 
 def _elsewhere(
     job: Job, kept: Any, s: Any, until: Any, asked: Mapping[str, Any], executor: Any
-) -> Iterator[Results]:
-    """Results of blocks of lanes that an executor runs."""
-    if not hasattr(executor, "submit"):
+) -> Iterator[tuple[Results, int]]:
+    """Results of blocks of lanes that an executor runs, as they come; and how many of all lanes are then done."""
+    if isinstance(executor, type) or not hasattr(executor, "submit"):
         raise SimulationError(
             f"Expected an executor with submit(), such as concurrent.futures.ProcessPoolExecutor(), got {executor!r}."
         )
-    tasks = []
+    parts = []
     for first, last in _blocks(job, kept):
         size = max(1, min(last - first, -(-job.given.count // 64)))
-        for low in range(first, last, size):
-            high = min(low + size, last)
-            lanes = np.arange(low, high)
-            values, initial = job.given.part(lanes)
-            tasks.append(
-                executor.submit(_block, s, until, {**asked, "values": values, "initial": initial}, low)
-            )
-    left = iter(tasks)
+        parts += [(low, min(low + size, last)) for low in range(first, last, size)]
+    left, ready = iter(parts), job.given.count - sum(high - low for low, high in parts)
+    # what is handed over is begun at once: in a pool that loses a process, a task that waits and is cancelled ends the
+    # thread that would end the other processes (python/cpython#107219), and the program then waits for them
+    room = getattr(executor, "_max_workers", 64) + 1
+    running: set[Any] = set()
     try:
-        for task in left:
-            yield task.result()
-    except KeyboardInterrupt:  # blocks that are done before their turn are kept, too
-        for other in (task, *left):
-            if other.done() and not other.cancelled() and other.exception() is None:
-                yield other.result()
+        while True:
+            for low, high in islice(left, room - len(running)):
+                values, initial = job.given.part(np.arange(low, high))
+                options = {**asked, "values": values, "initial": initial}
+                running.add(executor.submit(_block, s, until, options, low))
+            if not running:
+                return
+            for task in wait(running, return_when=FIRST_COMPLETED).done:
+                part = task.result()
+                running.remove(task)
+                ready += part.high - part.low
+                yield part, ready
+    except KeyboardInterrupt:  # other blocks that are done are kept, too
+        for task in running:
+            if task.done() and not task.cancelled() and task.exception() is None:
+                yield task.result(), ready
         raise
     finally:
-        for task in tasks:
+        for task in running:
             task.cancel()
 
 
@@ -236,6 +246,12 @@ def job_of(
     if times is not None and samples is not None:
         raise SimulationError("Expected times= or samples=, got both. Leave one out.")
     given = lanes_of(model, values or {}, initial or {})
+    for name, value in (near or {}).items() if isinstance(near, Mapping) else ():
+        if str(name) not in quaternions_by_joint(model) and several(value) is not None:
+            raise SimulationError(
+                f"Expected one number for '{name}' in near=, the same for all lanes, got {value!r}. What differs from "
+                "lane to lane goes into initial=."
+            )
     begin = _common(model, given, start, "start")
     end = _common(model, given, until, "until")
     wanted = _times(times, begin, end)
@@ -362,6 +378,27 @@ class Job:
             return "dop853" if self.method == "auto" else self.method
         return first_method(self.kernels, self.method, self.tolerances, batch=True)
 
+    def wide(self, method: str) -> bool:
+        """Whether eight lanes run at once: by series any number, by stages where there are as many."""
+        return method == "taylor" or (
+            method == "dop853"
+            and self.kernels.size > 0
+            and self.begin != self.end
+            and self.given.count >= layout.WIDTH
+        )
+
+    def program(self, method: str) -> BatchProgram:
+        """The machine code of the lanes by a method."""
+        asked = self.asked
+        return batch_program(
+            self.kernels,
+            asked.timed_values,
+            asked.reduced_values,
+            self.expressions,
+            method,
+            self.wide(method),
+        )
+
     def run(self, part: Results, between: Callable[[float], None]) -> None:
         """Run lanes, and those that turn out to be stiff once more."""
         if not self.looped:
@@ -469,17 +506,8 @@ class _Loop:
     ) -> None:
         self.job, self.method, self.part = job, method, part
         kernels, given, model = job.kernels, job.given, job.kernels.model
-        # eight at once: by series any number, by stages where there are as many
-        self.wide = method == "taylor" or (
-            method == "dop853"
-            and kernels.size > 0
-            and job.begin != job.end
-            and part.high - part.low >= layout.WIDTH
-        )
-        program = program or batch_program(
-            kernels, job.asked.timed_values, job.asked.reduced_values, job.expressions, method, self.wide
-        )
-        self.program = program
+        self.wide = job.wide(method)
+        self.program = program = program or job.program(method)
         n = kernels.size
         self.n, self.w = n, layout.padded(n)
         m, watched = len(job.specs), program.watched
@@ -570,7 +598,7 @@ class _Loop:
         rows = _aligned(layout.rows(self.method, n) * eight + at.WIDE_PLACES + room)
         return (
             np.zeros(size), np.zeros(largest), self._mine(), rows, _aligned(8 * max(1, hoisted)),
-            np.zeros(8 * max(1, hoisted)), _aligned(2 * eight), np.zeros(n), np.zeros(at.WIDE_NUMBERS), np.zeros(8),
+            np.zeros(8 * max(1, hoisted)), _aligned(2 * eight), np.zeros(n), np.zeros(at.WIDE_NUMBERS),
             np.zeros(at.WIDE_COUNTS, dtype=np.int64), np.zeros(8 * max(m, 1), dtype=np.int64),
             np.zeros(8 * (layout.PARTS + 3) * (m + 1)), np.zeros(max(m, 1)),
             np.zeros(max(1, events) * layout.FOUND), np.zeros((events + 1) * layout.LOGGED), np.zeros((events + 1) * n),

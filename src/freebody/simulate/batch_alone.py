@@ -189,7 +189,7 @@ def _of_contact(motion: Any, asked: OfContact) -> Any:
 
 def extremes(motion: Any, asked: tuple[Any, ...]) -> Array:
     """Greatest, smallest, first and last value of each quantity over a motion, shape (quantities, 4)."""
-    ends = [values(_at(motion, np.array([t])), asked)[0] for t in (motion.path.start, motion.path.end)]
+    ends = values(_at(motion, np.array([motion.path.start, motion.path.end])), asked)
     best = np.full((2, len(asked)), -np.inf)  # of the quantities, and of their opposites
     for leg, times, bent in _legs(motion.path):
 
@@ -226,15 +226,17 @@ def _closed(times: Array, found: Array, best: Array, seen: Callable[[Array], Arr
     f = np.stack([found[K, i, J], found[K, i + 1, J], found[K, i + 2, J]])
 
     def at_these(moments: Array) -> Array:
-        """Each bracket's own quantity at its own moment."""
-        got = seen(moments)[K, rows, J]
-        np.fmax.at(best, (K, J), got)
+        """Each bracket's own quantity at its own moments, a row of them or several."""
+        every = seen(moments.ravel()).reshape(2, *moments.shape, -1)
+        got = every[K, ..., rows, J].T
+        np.fmax.at(best, (K, J), np.fmax.reduce(np.atleast_2d(got)))
         return np.where(np.isfinite(got), got, -np.inf)
 
     for _ in range(_HALVINGS):
         left, right = (t[0] + t[1]) / 2, (t[1] + t[2]) / 2
         points = np.stack([t[0], left, t[1], right, t[2]])
-        heights = np.stack([f[0], at_these(left), f[1], at_these(right), f[2]])
+        below, above = at_these(np.stack([left, right]))
+        heights = np.stack([f[0], below, f[1], above, f[2]])
         middle = 1 + np.argmax(heights[1:4], axis=0)
         t, f = (np.stack([x[middle + d, rows] for d in (-1, 0, 1)]) for x in (points, heights))
     p, q = (t[1] - t[0]) * (f[1] - f[2]), (t[1] - t[2]) * (f[1] - f[0])

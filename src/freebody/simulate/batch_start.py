@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,14 +10,16 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from ..errors import SimulationError
+from ..describe.names import finite
+from ..errors import ExpressionError, SimulationError
 from ..model import Model
 from ..scalar.arrays import arrays, column
 from ..scalar.expression import evaluate
+from ..scalar.units import quantity
 from ..space.rotation import Rotation
 from .batch_kernels import state_of
 from .closing import closed_start
-from .initial import named_state, quaternions_by_joint
+from .initial import _refuse_unit, named_state, quaternions_by_joint, several
 from .kernels import Kernels
 
 Array = NDArray[np.float64]
@@ -205,13 +207,15 @@ def lanes_of(model: Model, values: Mapping[Any, Any], initial: Mapping[Any, Any]
     by_start: dict[str, Any] = {}
     for key, value in values.items():
         name = key if isinstance(key, str) else symbols.get(key, str(key))
-        by_value[name] = _array(value, name, 0, long, f"values of '{name}'")
+        by_value[name] = _array(model, value, name, False, long, f"values of '{name}'")
     for key, value in initial.items():
         name = key if isinstance(key, str) else texts.get(key, str(key))
-        by_start[name] = _array(value, name, int(name in turned), long, f"initial values of '{name}'")
+        by_start[name] = _array(model, value, name, name in turned, long, f"initial values of '{name}'")
     count = max(long.values(), default=1)
     if count == 0:
-        raise SimulationError("Expected at least one lane, got empty arrays.")
+        raise SimulationError(
+            f"Expected at least one lane, got no {next(iter(long))}. Give one for each lane."
+        )
     wrong = {what: n for what, n in long.items() if n not in (1, count)}
     if wrong:
         largest = next(what for what, n in long.items() if n == count)
@@ -241,31 +245,67 @@ def lanes_of(model: Model, values: Mapping[Any, Any], initial: Mapping[Any, Any]
     return Lanes(model, count, columns, start, (tuple(varied[0]), tuple(varied[1])))
 
 
-def _array(value: Any, name: str, extra: int, long: dict[str, int], what: str) -> Any:
+def numbers_in(model: Model, given: Any, name: str, what: str) -> Any:
+    """Several values of a parameter, or of the start, with numbers in place of texts."""
+    if not isinstance(given, list | tuple | np.ndarray) or not any(isinstance(x, str) for x in given):
+        return given
+    found = []
+    for lane, x in enumerate(given):
+        if isinstance(x, str):
+            try:
+                if name in model.defaults:
+                    found.append(finite(quantity(x, model.about.get(name, ("", ""))[0], f"'{x}'"), what))
+                    continue
+                expression = model.names.expression(x, what)
+            except ExpressionError as error:
+                if name not in model.defaults:
+                    _refuse_unit(x, f"the {what}")
+                raise SimulationError(
+                    f"Expected an array of numbers for the {what}, got {given!r}. {error}"
+                ) from None
+            if getattr(expression, "free_symbols", None):
+                raise SimulationError(
+                    f"Expected numbers for the {what}, got '{x}' in lane {lane}. An expression of parameters stands "
+                    f"for all lanes: initial={{'{name}': '{x}'}}."
+                )
+            x = float(expression)
+        found.append(x)
+    return found
+
+
+def _array(model: Model, value: Any, name: str, turns: bool, long: dict[str, int], what: str) -> Any:
     """A value as an array with an axis of lanes, if it has one."""
-    if extra and isinstance(value, list) and value and all(isinstance(x, Rotation) for x in value):
+    if turns and isinstance(value, list) and value and all(isinstance(x, Rotation) for x in value):
         long[what] = len(value)
         return value
-    if isinstance(value, str) or not isinstance(value, list | tuple | np.ndarray):
-        return value
+    if isinstance(value, set | frozenset | Iterator):
+        raise SimulationError(f"Expected a list or an array for the {what}, got {value!r}. Write list(...).")
+    given = several(value)
+    if given is None:
+        return float(value) if isinstance(value, np.ndarray) else value
     try:
-        if np.iscomplexobj(value):
+        if np.iscomplexobj(given):
             raise TypeError
-        array = np.array(value, dtype=float)
+        array = np.array(given if turns else numbers_in(model, given, name, what), dtype=float)
     except (TypeError, ValueError):
-        raise SimulationError(f"Expected an array of numbers for the {what}, got {value!r}.") from None
-    if array.ndim == 0:
-        return float(array)
-    if extra and array.shape == (4,):
+        cure = "Give one number for each lane."
+        if turns:
+            cure = "Give four components of a quaternion for each lane, or a list of Rotations only."
+        raise SimulationError(f"Expected an array of numbers for the {what}, got {value!r}. {cure}") from None
+    if turns and array.shape == (4,):
         return value
-    if array.ndim != 1 + extra or (extra and array.shape[1] != 4):
-        shape = "(lanes, 4)" if extra else "(lanes,)"
+    if array.ndim != 1 + turns or (turns and array.shape[1] != 4):
+        shape, cure = "(lanes,)", "For a grid of several parameters use fb.sweep."
+        if turns:
+            shape, cure = "(lanes, 4)", "Give four components of a quaternion for each lane, or Rotations."
         raise SimulationError(
-            f"Expected an array of shape {shape} for the {what}, got shape {array.shape}."
-            + ("" if extra else " For a grid of several parameters use fb.sweep.")
+            f"Expected an array of shape {shape} for the {what}, got shape {array.shape}. {cure}"
         )
     if not np.isfinite(array).all():
         lane = int(np.flatnonzero(~np.isfinite(array.reshape(len(array), -1)).all(axis=1))[0])
-        raise SimulationError(f"Expected finite numbers for the {what}, got {array[lane]} in lane {lane}.")
+        raise SimulationError(
+            f"Expected finite numbers for the {what}, got {array[lane]} in lane {lane}. Leave that lane out, of every "
+            "array."
+        )
     long[what] = len(array)
     return array

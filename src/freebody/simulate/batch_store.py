@@ -17,7 +17,6 @@ import numpy as np
 from ..errors import SimulationError, path_of
 from . import layout
 from .batch_alone import REASON
-from .batch_kernels import batch_program
 from .contact_scene import scene_of
 from .outputs import CONTACT_MODES, TIMELINE, OfContact
 from .trajectory import unit_of_name
@@ -200,7 +199,8 @@ def _told(data: xarray.Dataset, codes: Any, blame: Any, job: Any) -> xarray.Data
     components, events = list(job.kernels.names), [spec.name for spec in job.specs]
     names = np.array([*components, *events, ""], dtype=str)
     places = np.where(codes == layout.UNDEFINED, len(components) + blame, blame)
-    good = np.isin(codes, (-1, 1, 2, 9, 10))
+    blamed = (layout.NOT_FINITE, layout.COLLAPSED, layout.DIVERGED, layout.UNDEFINED)
+    good = ~np.isin(codes, blamed)
     data["blame"] = (
         "lane", names[np.where(good, len(names) - 1, np.minimum(places, len(names) - 1))],
         {"long_name": "coordinate, speed or event that stopped a failed lane"},
@@ -367,10 +367,7 @@ def _mark(job: Any) -> str:
     """Hash of everything that the results depend on."""
     digest = hashlib.sha256()
     if job.looped:
-        program = batch_program(
-            job.kernels, job.asked.timed_values, job.asked.reduced_values, job.expressions, job.first
-        ).compiled
-        digest.update(repr(program.operations).encode())
+        digest.update(repr(job.program(job.first).compiled.operations).encode())
     else:
         digest.update(repr(job.kernels.motion().compiled.operations).encode())
         if job.kernels.model.contacts:

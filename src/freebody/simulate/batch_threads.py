@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from time import perf_counter
 from typing import Any
 
@@ -34,18 +34,26 @@ def share(
             size = _next(size, perf_counter() - clock, largest)
             between(min(place, len(lanes)))
         return
+    free, running, done = list(rooms), dict[Future[float], tuple[Any, int]](), 0
+
+    def timed(some: NDArray[np.int64], room: Any) -> float:
+        clock = perf_counter()
+        chunk(some, room)
+        return perf_counter() - clock
+
     with ThreadPoolExecutor(len(rooms), thread_name_prefix="freebody") as pool:
-        while place < len(lanes):
-            clock = perf_counter()
-            size = min(size, -(-(len(lanes) - place) // len(rooms)))
-            tasks = []
-            for room in rooms:
-                tasks.append(pool.submit(chunk, lanes[place : place + size], room))
-                place += size
-            for task in tasks:
-                task.result()
-            size = _next(size, perf_counter() - clock, largest)
-            between(min(place, len(lanes)))
+        while place < len(lanes) or running:
+            while free and place < len(lanes):
+                some = lanes[place : place + min(size, -(-(len(lanes) - place) // len(rooms)))]
+                room = free.pop()
+                running[pool.submit(timed, some, room)] = room, len(some)
+                place += len(some)
+            for task in wait(running, return_when=FIRST_COMPLETED).done:
+                room, count = running.pop(task)
+                size = _next(count, task.result(), largest)
+                free.append(room)
+                done += count
+                between(done)
 
 
 def _next(size: int, seconds: float, largest: int) -> int:

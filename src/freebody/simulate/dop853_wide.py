@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import math
+from typing import Any
 
 from . import dop853, tableau
 from .lanes_layout import ERRORS, LIMITED, MOMENTS, STEPS, TIMES
 from .layout import ARGUMENT, END, ERROR3, ERROR5, RAW, ROWS, STATE
-from .machine import Reals, compiled, greater, linear, root
-from .machine_wide import blend, call_wide
+from .machine import Reals, compiled, linear
+from .machine_wide import Memory, blend, call_wide, lifted
+from .rows import Eight, all_of
+from .translation import WHOLE, instruction
 
 HEIGHT = ROWS
-LAST, STABLE = dop853.CONTROL["LAST"], dop853.CONTROL["LIMIT"]
+LAST, STABLE = int(dop853.CONTROL["LAST"]), dop853.CONTROL["LIMIT"]
 
 _C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10, _C11 = tableau.C[1:12]
 _a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8, _a9, _a10, _a11 = (
@@ -65,47 +67,61 @@ def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
     _e3(wide, w, ERROR3, -1, h)
 
 
-@compiled
-def _judge(lane: int, n: int, wide: Reals, w: int, tolerances: Reals) -> float:
-    """See `dop853.judge`."""
-    error5, error3 = 0.0, 0.0
-    for i in range(n):
-        k = 8 * i + lane
-        new = wide[RAW * w + k]
-        scale = tolerances[k] + tolerances[w + k] * greater(abs(wide[STATE * w + k]), abs(new))
-        one, two = abs(wide[ERROR5 * w + k]) / scale, abs(wide[ERROR3 * w + k]) / scale
-        if not (math.isfinite(new) and math.isfinite(one) and math.isfinite(two)):
-            return math.nan
-        error5 = greater(one, error5)
-        error3 = greater(error3, two)
-    if error5 == 0.0:
-        return 0.0
-    return error5 * error5 / root(error5 * error5 + 0.01 * error3 * error3)
+@instruction("Reals", "int", "Reals")
+def _judged(builder: Any, wide: Any, w: Any, tolerances: Any) -> None:
+    """At ERRORS those of the steps: see `dop853.judge`."""
+    v = Memory(builder, wide)
+    fifth, third, doubt = (v.variable(0.0) for _ in range(3))
+
+    def row(k: int, offset: Any) -> Eight:
+        return v.load(v.plus(WHOLE(0), offset, k, w))
+
+    with v.rows(w) as offset:
+        new, relative = row(RAW, offset), v.load(builder.add(w, offset), tolerances)
+        scale = v.load(offset, tolerances) + relative * abs(row(STATE, offset)).greater(abs(new))
+        one, two = abs(row(ERROR5, offset)) / scale, abs(row(ERROR3, offset)) / scale
+        doubt.become(doubt.now + new * 0.0 + one * 0.0 + two * 0.0)
+        fifth.become(one.greater(fifth.now))
+        third.become(third.now.greater(two))
+    error5, error3 = fifth.now, third.now
+    error = error5 * error5 / (error5 * error5 + 0.01 * error3 * error3).root()
+    error = error.where(error5.compared("!=", 0.0), 0.0) + doubt.now
+    v.store(error, v.plus(WHOLE(ERRORS), WHOLE(0), ROWS, w))
 
 
 @compiled
 def judge_wide(rates: int, n: int, wide: Reals, w: int, c: Reals, tolerances: Reals) -> None:
     """Errors of the steps in units of their tolerances, nan if they are not finite."""
-    for lane in range(8):
-        wide[ROWS * w + ERRORS + lane] = _judge(lane, n, wide, w, tolerances)
+    _judged(wide, w, tolerances)
+
+
+@instruction("Reals", "int")
+def _limited(builder: Any, wide: Any, w: Any) -> None:
+    """At LIMITED 1 or 0: see `stepping._stiff`."""
+    v = Memory(builder, wide)
+    above, below, across = (v.variable(0.0) for _ in range(3))
+
+    def change(k: int, j: int, offset: Any) -> Eight:
+        return v.load(v.plus(WHOLE(0), offset, k, w)) - v.load(v.plus(WHOLE(0), offset, j, w))
+
+    with v.rows(w) as offset:
+        a, b = change(12, LAST, offset), change(END, ARGUMENT, offset)
+        for total, product in ((above, a * a), (below, b * b), (across, a * b)):
+            total.become(total.now + product)
+    h = v.load(v.plus(WHOLE(STEPS), WHOLE(0), ROWS, w))
+    some = below.now.compared(">", 0.0)
+    for less, more in (
+        (h * across.now, -0.5 * abs(h) * (above.now * below.now).root()),
+        (below.now * (STABLE * STABLE), h * h * above.now),
+    ):
+        some = builder.and_(some, less.compared("<", more))
+    v.store(Eight(builder, all_of(1.0)).where(some, 0.0), v.plus(WHOLE(LIMITED), WHOLE(0), ROWS, w))
 
 
 @compiled
-def limit_wide(n: int, wide: Reals, w: int) -> None:
-    """Which steps are as long as the region of stability allows: see `stepping._stiff`."""
-    for lane in range(8):
-        h = wide[ROWS * w + STEPS + lane]
-        above, below, across = 0.0, 0.0, 0.0
-        for i in range(n):
-            k = 8 * i + lane
-            a = wide[12 * w + k] - wide[LAST * w + k]
-            b = wide[END * w + k] - wide[ARGUMENT * w + k]
-            above += a * a
-            below += b * b
-            across += a * b
-        decays = h * across < -0.5 * abs(h) * root(above * below)
-        limited = decays and h * h * above > STABLE * STABLE * below and below > 0.0
-        wide[ROWS * w + LIMITED + lane] = 1.0 if limited else 0.0
+def limit_wide(wide: Reals, w: int) -> None:
+    """Which steps are as long as the region of stability allows."""
+    _limited(wide, w)
 
 
 @compiled
@@ -124,14 +140,6 @@ def accept_wide(wide: Reals, w: int, wanted: int) -> None:
     blend(wide, w, 12 * w, 0, wanted)
 
 
-@compiled
-def lift(lane: int, n: int, wide: Reals, w: int, work: Reals, w1: int) -> None:
-    """The step of one lane in a work array of its own."""
-    for k in range(END + 1):
-        for i in range(n):
-            work[k * w1 + i] = wide[k * w + 8 * i + lane]
-
-
 FUNCTIONS = {
     "HEIGHT": HEIGHT,
     "prepare_wide": prepare_wide,
@@ -141,5 +149,5 @@ FUNCTIONS = {
     "begin_wide": begin_wide,
     "tune_wide": tune_wide,
     "accept_wide": accept_wide,
-    "lift": lift,
+    "lift": lifted([*range(13), STATE, RAW, END], HEIGHT),
 }

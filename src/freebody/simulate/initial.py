@@ -168,6 +168,16 @@ def are_single(values: Any) -> bool:
     return type(values) is dict and _SINGLE.issuperset(map(type, values.values()))
 
 
+def several(value: Any) -> Any:
+    """A list, a tuple, or an array of a range or of any library; None of what is no more than one value."""
+    if isinstance(value, list | tuple):
+        return value
+    if isinstance(value, range) or (hasattr(value, "__array__") and not isinstance(value, Rotation)):
+        value = np.asarray(value)
+        return value if value.ndim else None
+    return None
+
+
 def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
     """Whether a value of a parameter, or of the start, has an axis of lanes (the components of a quaternion do not)."""
     given = values if values is not None and isinstance(values, (dict, Mapping)) else {}
@@ -176,7 +186,8 @@ def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
         return False
 
     def many(value: Any, own: int) -> bool:
-        if isinstance(value, str) or not isinstance(value, list | tuple | np.ndarray):
+        value = several(value)
+        if value is None:
             return False
         if len(value) and isinstance(value[0], Rotation):
             return True

@@ -41,9 +41,21 @@ KEPT = 4  # integers kept of a lane: how it ended, steps, rejected steps, compon
 # how a lane ends, besides what `layout` names
 TOO_MANY, LEFT = 7, 8
 
-WIDE_COUNTS, WIDE_NUMBERS = 88, 56  # integers and numbers that the loop over eight lanes keeps of them
+# of eight lanes, integers, eight of each: number of the run (-1: none), steps of this leg, rejected steps, suspicions,
+# calm steps, whether the step before was rejected, outputs given, whether the step reaches the end, leg, steps of the
+# legs before; and the component to blame
+RUN, TAKEN, REJECTED, SUSPECT, CALM, AFTER, DONE, ENDS, AT, BEFORE = range(0, 80, 8)
+BLAMED = 80
+WIDE_COUNTS = 88
+# and numbers: error of the step before, longest step of this leg and of those before, start and end of the leg, energy
+# at the start of the run, change by a projection that is allowed, the output time that comes next
+OLDS, STRIDE, NATURAL, FIRST, LAST_TIME, SIZE, ALLOWED, NEXT = range(0, 64, 8)
+WIDE_NUMBERS = 64
 # places of eight numbers each after its rows: steps, times and moments of the lanes; errors of the steps; whether
 # stability may limit them; which lanes took theirs, or are still projected; changes by that; of `taylor` the lengths
-# that the series give, and log₂ r / p
-STEPS, TIMES, MOMENTS, ERRORS, LIMITED, WANTED, CHANGES, LENGTHS, LOGARITHMS = range(0, 72, 8)
-WIDE_PLACES = 72
+# that the series give, log₂ r / p, and parts of the steps; ends of the steps; whether nothing is to be looked at in a
+# step but its error
+STEPS, TIMES, MOMENTS, ERRORS, LIMITED, WANTED, CHANGES, LENGTHS, LOGARITHMS, SPANS, AFTERS, EASY = range(
+    0, 96, 8
+)
+WIDE_PLACES = 96

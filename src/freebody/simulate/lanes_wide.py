@@ -23,14 +23,26 @@ from typing import Any
 
 from .lanes import functions as of_one
 from .lanes_layout import (
+    AFTER,
+    AFTERS,
+    ALLOWED,
+    AT,
+    BEFORE,
+    BLAMED,
     BUDGET,
+    CALM,
     CHANGES,
+    DONE,
     DROPPED,
+    EASY,
+    ENDS,
     ENERGY,
     ERRORS,
     EXTREMES,
     FINEST,
+    FIRST,
     KEPT,
+    LAST_TIME,
     LEFT,
     LEG,
     LENGTHS,
@@ -49,6 +61,9 @@ from .lanes_layout import (
     N_TIMES,
     N_WATCHED,
     N_WORK,
+    NATURAL,
+    NEXT,
+    OLDS,
     ORDER,
     OUTPUTS,
     PROJECTION_WIDE,
@@ -56,14 +71,21 @@ from .lanes_layout import (
     RATES,
     RATES_WIDE,
     REDUCED,
+    REJECTED,
+    RUN,
+    SIZE,
     STEPS,
     STIFF_ASKED,
+    STRIDE,
+    SUSPECT,
     T0,
     T1,
+    TAKEN,
     TIMES,
     TOO_MANY,
     WANTED,
     WIDE,
+    WIDE_PLACES,
     WIDTH_OF_ROW,
     WORKS,
     N,
@@ -93,7 +115,7 @@ from .layout import (
     UNDEFINED,
 )
 from .machine import Compiled, Integers, Parts, Reals, call, greater, lesser, shifted, whole
-from .machine_wide import blend, call_wide, moved, unit_at
+from .machine_wide import all_finite, blend, call_wide, moved, settled, taken, unit_at
 from .stepping import _EPS, _TINY, BETA, EXPONENT, GIVEN, GREATEST, SAFETY, SMALLEST
 
 part = Parts()
@@ -122,7 +144,7 @@ judge_wide: Any = None
 """(rates, n, wide, w, c, tolerances): at ERRORS those of the steps in units of their tolerances, nan if they are not
 finite; ``rates`` is their kernel, where a series may go on behind a bend, else 0."""
 limit_wide: Any = None
-"""(n, wide, w): at LIMITED 1 where stability may limit a step, else 0."""
+"""(wide, w): at LIMITED 1 where stability may limit a step, else 0."""
 begin_wide: Any = None
 """(lane, n, wide, w): before the first step of a lane from a new start."""
 tune_wide: Any = None
@@ -131,6 +153,8 @@ accept_wide: Any = None
 """(wide, w, wanted): the lanes in which the number at ``wanted`` is not 0 took their steps."""
 blame_wide: Any = None
 """(lane, n, wide, w) -> the component of a lane to blame where there is no length."""
+straight_wide: Any = None
+"""(lane, n, wide, w, tolerances) -> the length of a straight step where a bend is closer than the time resolves."""
 lift: Any = None
 """(lane, n, wide, w, work, w1): the step of a lane in a work array of its own."""
 
@@ -209,14 +233,12 @@ def stiff_wide(lane: int, limited: float, counts: Integers) -> int:
     return 1 if counts[SUSPECT + lane] >= 15 else 0
 
 
-# places of eight integers each: number of the run (-1: none), steps of this leg, rejected steps, suspicions, calm
-# steps, whether the step before was rejected, outputs given, whether the step reaches the end, leg, steps of the legs
-# before; and the component to blame
-RUN, TAKEN, REJECTED, SUSPECT, CALM, AFTER, DONE, ENDS, AT, BEFORE = 0, 8, 16, 24, 32, 40, 48, 56, 64, 72
-BLAMED = 80
-# places of eight numbers each: error of the step before, longest step of this leg and of those before, start and end of
-# the leg, energy at the start of the run, change by a projection that is allowed
-OLDS, STRIDE, NATURAL, FIRST, LAST_TIME, SIZE, ALLOWED = 0, 8, 16, 24, 32, 40, 48
+@part
+def lengthening(error: float, old: float) -> float:
+    """What a step that was taken is multiplied by: see `stepping.advance`."""
+    if error > 0.0:
+        return lesser(GREATEST, greater(SMALLEST, SAFETY * old**BETA / error**EXPONENT))
+    return GREATEST
 
 
 @part
@@ -358,6 +380,8 @@ def enter_leg(
     wide[more + STEPS + lane] = direction * lesser(step, longest)
     control[OLDS + lane] = 1e-4
     control[STRIDE + lane] = 0.0
+    k = counts[DONE + lane]
+    control[NEXT + lane] = wanted[k] if k < count else direction * math.inf
     return RUNNING
 
 
@@ -412,7 +436,7 @@ def lanes_wide(
     begin: int, end: int, kernels: Integers, sizes: Integers, options: Reals, initial: Reals, parameters: Reals,
     legs: Reals, columns: Integers, wanted: Reals, quaternions: Integers, relative: Reals, given: Reals,
     directions: Integers, terminal: Integers, work: Reals, spare: Reals, mine: Reals, wide: Reals,
-    c: Reals, alone: Reals, tolerances: Reals, single: Reals, control: Reals, afters: Reals, counts: Integers,
+    c: Reals, alone: Reals, tolerances: Reals, single: Reals, control: Reals, counts: Integers,
     last: Integers, table: Reals, g: Reals, found: Reals, event_log: Reals, event_states: Reals,
     spare_integers: Integers, values: Reals, reduced: Reals, event_times: Reals, happened: Integers, kept: Integers,
     ends: Reals,
@@ -427,9 +451,14 @@ def lanes_wide(
     direction = 1.0 if options[T1] >= options[T0] else -1.0
     more, settings = HEIGHT * w, LEG + sizes[N_SETTINGS]
     following, active = begin, 0
+    free, plain = True, m == 0 and many == 0 and left == 0
+    for leg in range(sizes[N_LEGS]):
+        if legs[leg * settings + 2] != 0.0:
+            free = plain = False
     for lane in range(8):
         counts[RUN + lane] = -1
-        wide[more + STEPS + lane] = wide[more + TIMES + lane] = afters[lane] = 0.0
+    for k in range(WIDE_PLACES):
+        wide[more + k] = 0.0
     while active > 0 or following < end:
         for lane in range(8):
             while counts[RUN + lane] < 0 and following < end:
@@ -444,7 +473,15 @@ def lanes_wide(
                 else:
                     leave(lane, code, counts[BLAMED], options[T0], counts, kept, ends)
         prepare_wide(kernels[WIDE], wide, w, c, tolerances)
-        for lane in range(8):
+        # the steps of most lanes follow all at once; what has an end, a rejected step, ... goes one by one
+        others = 8
+        if free and settled(
+            wide, more, LENGTHS if GIVEN != 0 else STEPS, control, counts, direction, options[LONGEST]
+        ):
+            others = 0
+        for lane in range(others):
+            if wide[more + EASY + lane] != 0.0:
+                continue
             if counts[RUN + lane] < 0:
                 wide[more + STEPS + lane] = 0.0
                 continue
@@ -452,6 +489,10 @@ def lanes_wide(
             fixed = legs[counts[AT + lane] * settings + 2]
             if GIVEN != 0:
                 size = wide[more + LENGTHS + lane]
+                if kernels[RATES_WIDE] != 0 and not size > 8.0 * _EPS * abs(t):  # a bend is closer
+                    straight = straight_wide(lane, n, wide, w, tolerances)
+                    if straight == straight:
+                        size = straight
                 if size != size:
                     blame = blame_wide(lane, n, wide, w)
                     leave(lane, NOT_FINITE, blame, t, counts, kept, ends)
@@ -463,18 +504,18 @@ def lanes_wide(
             if abs(h) > options[LONGEST]:
                 h = direction * options[LONGEST]
             counts[ENDS + lane] = 0
-            afters[lane] = t + h
+            after = t + h
             if (t + 1.01 * h - until) * direction >= 0.0:
                 h = until - t
                 counts[ENDS + lane] = 1
-                afters[lane] = until
+                after = until
             elif abs(h) <= 8.0 * _EPS * abs(t) or abs(h) < _TINY:
                 leave(lane, COLLAPSED, 0, t, counts, kept, ends)
                 active -= 1
                 h = 0.0
             elif fixed != 0.0:
-                afters[lane] = control[FIRST + lane] + (counts[TAKEN + lane] + 1) * h
-            wide[more + STEPS + lane] = h
+                after = control[FIRST + lane] + (counts[TAKEN + lane] + 1) * h
+            wide[more + STEPS + lane], wide[more + AFTERS + lane] = h, after
         if active == 0:
             continue
         attempt_wide(kernels[WIDE], wide, w, c)
@@ -483,28 +524,42 @@ def lanes_wide(
         unit_wide(wide, w, END, quaternions, nq)
         judge_wide(kernels[RATES_WIDE], n, wide, w, c, tolerances)
         for lane in range(8):
-            wide[more + MOMENTS + lane] = afters[lane]
-            if counts[RUN + lane] >= 0:
-                fixed = legs[counts[AT + lane] * settings + 2]
-                if fixed != 0.0 and wide[more + ERRORS + lane] > 1.0:
-                    wide[more + ERRORS + lane] = 1.0
+            wide[more + MOMENTS + lane] = wide[more + AFTERS + lane]
+        if not free:
+            for lane in range(8):
+                if counts[RUN + lane] >= 0:
+                    fixed = legs[counts[AT + lane] * settings + 2]
+                    if fixed != 0.0 and wide[more + ERRORS + lane] > 1.0:
+                        wide[more + ERRORS + lane] = 1.0
         if kernels[PROJECTION_WIDE] != 0:
             project_wide(kernels[PROJECTION_WIDE], n, wide, w, c, quaternions, nq, control)
         if GIVEN == 0:
             call_wide(kernels[WIDE], wide, more + MOMENTS, wide, END * w, c, wide, 12 * w)
-        limit_wide(n, wide, w)
-        for lane in range(8):
+            all_finite(wide, w, 12 * w, more + ERRORS)
+        if sizes[STIFF_ASKED] != 0:
+            limit_wide(wide, w)
+        others = 8
+        if plain:
+            if taken(wide, more, control, counts, sizes[BUDGET], sizes[LIMIT]):
+                others = 0
+            if GIVEN == 0:
+                for lane in range(8):
+                    if wide[more + EASY + lane] != 0.0:
+                        error = wide[more + ERRORS + lane]
+                        wide[more + STEPS + lane] *= lengthening(error, control[OLDS + lane])
+                        control[OLDS + lane] = greater(error, 1e-4)
+        for lane in range(others):
+            if plain and wide[more + EASY + lane] != 0.0:
+                continue
             wide[more + WANTED + lane] = 0.0
             run = counts[RUN + lane]
             if run < 0:
                 continue
-            t, h, after = wide[more + TIMES + lane], wide[more + STEPS + lane], afters[lane]
+            t, h, after = wide[more + TIMES + lane], wide[more + STEPS + lane], wide[more + AFTERS + lane]
             leg = counts[AT + lane]
             reaches, goes_on = counts[ENDS + lane] != 0, leg + 1 < sizes[N_LEGS]
             until, fixed = control[LAST_TIME + lane], legs[leg * settings + 2]
             error = wide[more + ERRORS + lane]
-            if GIVEN == 0 and error <= 1.0 and lost(lane, n, wide, w, 12, 1) >= 0:
-                error = math.nan
             code, blame = RUNNING, 0
             if not error <= 1.0:
                 counts[REJECTED + lane] += 1
@@ -560,6 +615,7 @@ def lanes_wide(
                         call(kernels[OUTPUTS], x, work, row * w1, own, values, (run * count + done) * outputs)
                         done += 1
                     counts[DONE + lane] = done
+                    control[NEXT + lane] = wanted[done] if done < count else direction * math.inf
                 if (
                     left > 0
                     and contradicted(kernels[DROPPED], left, after, work, END * w1, n, own, spare) != 0
@@ -592,15 +648,10 @@ def lanes_wide(
                     code = FINISHED
                 elif code == RUNNING and counts[BEFORE + lane] + counts[TAKEN + lane] >= sizes[LIMIT]:
                     code = TOO_MANY
-                if fixed == 0.0:
-                    factor = GREATEST
-                    if error > 0.0:
-                        factor = SAFETY * control[OLDS + lane] ** BETA / error**EXPONENT
-                        factor = lesser(GREATEST, greater(SMALLEST, factor))
-                    if counts[AFTER + lane] != 0:
-                        factor = lesser(1.0, factor)
-                        counts[AFTER + lane] = 0
-                    h *= factor
+                if GIVEN == 0 and fixed == 0.0:
+                    factor = lengthening(error, control[OLDS + lane])
+                    h *= factor if counts[AFTER + lane] == 0 else lesser(1.0, factor)
+                counts[AFTER + lane] = 0
                 if counts[TAKEN + lane] == sizes[BUDGET]:
                     finest = tolerances[w + lane]
                     for i in range(n):

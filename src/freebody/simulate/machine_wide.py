@@ -7,18 +7,37 @@ does to every lane what its neighbour in `machine`, `stepping` or `taylor` does 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from llvmlite import ir
 
-from .lanes_layout import WIDE_PLACES
+from .lanes_layout import (
+    AFTER,
+    AFTERS,
+    BEFORE,
+    EASY,
+    ENDS,
+    ERRORS,
+    LAST_TIME,
+    LIMITED,
+    NEXT,
+    RUN,
+    STEPS,
+    STRIDE,
+    SUSPECT,
+    TAKEN,
+    TIMES,
+    WANTED,
+    WIDE_PLACES,
+)
 from .layout import WIDTH
-from .rows import Eight, Rows, all_of, arguments_of
+from .rows import Eight, Rows, all_of, arguments_of, bits_of, splat
+from .stepping import _EPS, _TINY
 from .translation import REAL, WHOLE, Instruction, counted, instruction, variable
 
 
-class _Memory:
+class Memory:
     """Eight numbers at places of memory, from which formulas are made."""
 
     def __init__(self, builder: Any, memory: Any) -> None:
@@ -91,7 +110,7 @@ def lanewise(formula: Callable[..., Eight], height: int) -> Any:
     """
 
     def over_lanes(builder: Any, wide: Any, w: Any, result: Any, *more: Any) -> None:
-        v = _Memory(builder, wide)
+        v = Memory(builder, wide)
         largest, doubt = v.variable(-math.inf), v.variable(0.0)
         of_runs = {k: v.load(x) for k, x in enumerate(more) if x.type == WHOLE}
         with v.rows(w) as offset:
@@ -116,7 +135,7 @@ def lengths(order: int, terms: int, tiny: float) -> Any:
     def lengths(
         builder: Any, wide: Any, w: Any, series: Any, state: Any, tolerances: Any, rates: Any, result: Any
     ) -> None:
-        v = _Memory(builder, wide)
+        v = Memory(builder, wide)
         maxima = [v.variable(tiny) for _ in range(terms)]
         total = v.variable(0.0)
         with v.rows(w) as offset:
@@ -149,36 +168,186 @@ def decaying(order: int, bound: float, early: int, grown: float) -> Any:
 
     @instruction("Reals", "int", "int", "int", "int")
     def decaying(builder: Any, wide: Any, w: Any, last: Any, steps: Any, result: Any) -> None:
-        v = _Memory(builder, wide)
-        sums = [v.variable(0.0) for _ in range(4)]
-        with v.rows(w) as offset:
-            place = v.plus(last, offset)
-            a, b = v.load(place) * float(order), v.load(builder.sub(place, w))
-            c = v.load(v.plus(place, WHOLE(0), early - order, w))
-            for total, (x, y) in zip(sums, ((a, a), (b, b), (a, b), (c, c)), strict=True):
-                total.become(x.times_plus(y, total.now))
-        above, below, across, first = (total.now for total in sums)
+        v = Memory(builder, wide)
         h = v.load(steps)
-        growth = above.root() * grown
-        for _ in range(order - early):
-            growth = growth * abs(h)
-        some = below.compared(">", 0.0)
-        for less, more in (
-            (h * across, 0.0),
-            (above * below, across * across * 4.0),
-            (below * (bound * bound), h * h * above),
-        ):
-            some = builder.and_(some, less.compared("<", more))
-        some = builder.and_(some, first.root().compared("<=", growth))
-        v.store(Eight(builder, all_of(1.0)).where(some, 0.0), result)
+
+        def terms(offset: Any) -> tuple[Any, Eight, Eight]:
+            place = v.plus(last, offset)
+            return place, v.load(place) * float(order), v.load(builder.sub(place, w))
+
+        above, below, across, first = (v.variable(0.0) for _ in range(4))
+        with v.rows(w) as offset:
+            _, a, b = terms(offset)
+            above.become(a.times_plus(a, above.now))
+            below.become(b.times_plus(b, below.now))
+        some = (below.now * (bound * bound)).compared("<", h * h * above.now)
+        some = builder.and_(some, below.now.compared(">", 0.0))
+        v.store(Eight(builder, all_of(0.0)), result)
+        with builder.if_then(any_of(builder, some)):
+            with v.rows(w) as offset:
+                place, a, b = terms(offset)
+                c = v.load(v.plus(place, WHOLE(0), early - order, w))
+                across.become(a.times_plus(b, across.now))
+                first.become(c.times_plus(c, first.now))
+            growth = above.now.root() * grown
+            for _ in range(order - early):
+                growth = growth * abs(h)
+            for less, more in (
+                (h * across.now, 0.0),
+                (above.now * below.now, across.now * across.now * 4.0),
+            ):
+                some = builder.and_(some, less.compared("<", more))
+            some = builder.and_(some, first.now.root().compared("<=", growth))
+            v.store(Eight(builder, all_of(1.0)).where(some, 0.0), result)
 
     return decaying
+
+
+def any_of(builder: Any, mask: Any) -> Any:
+    """Whether one of eight is in a mask."""
+    return builder.icmp_unsigned("!=", builder.bitcast(mask, ir.IntType(WIDTH)), ir.IntType(WIDTH)(0))
+
+
+def _are_all(builder: Any, mask: Any) -> Any:
+    """Whether all of eight are in a mask."""
+    return builder.icmp_unsigned("==", builder.bitcast(mask, ir.IntType(WIDTH)), ir.IntType(WIDTH)(255))
+
+
+class _Lane:
+    """What the loop over eight lanes keeps of them: eight numbers at places, real or whole."""
+
+    def __init__(self, builder: Any, wide: Any, more: Any, control: Any, counts: Any) -> None:
+        self.builder, self.more = builder, more
+        self.wide, self.control, self.counts = Memory(builder, wide), Memory(builder, control), counts
+
+    def now(self, place: int) -> Eight:
+        return self.wide.load(self.builder.add(self.more, WHOLE(place)))
+
+    def become(self, place: int, eight: Eight) -> None:
+        self.wide.store(eight, self.builder.add(self.more, WHOLE(place)))
+
+    def _of_counts(self, place: int) -> Any:
+        pointer = self.builder.gep(self.counts, [WHOLE(place)])
+        return self.builder.bitcast(pointer, ir.VectorType(WHOLE, WIDTH).as_pointer())
+
+    def count(self, place: int) -> Any:
+        return self.builder.load(self._of_counts(place), align=8)
+
+    def become_count(self, place: int, value: Any) -> None:
+        self.builder.store(value, self._of_counts(place), align=8)
+
+    def all(self, *masks: Any) -> Any:
+        """Those that are in every mask."""
+        result = masks[0]
+        for mask in masks[1:]:
+            result = self.builder.and_(result, mask)
+        return result
+
+
+@instruction("Reals", "int", "int", "Reals", "Integers", "float", "float")
+def settled(
+    builder: Any, wide: Any, more: Any, length: Any, control: Any, counts: Any, direction: Any, longest: Any
+) -> Any:  # fmt: skip
+    """Steps, and their ends, of the lanes in which nothing stands in the way of the length at ``length``: no rejected
+    step before, no end of the leg, no output time, not too long or short. EASY is 1 there, else 0.
+
+    Returns
+    -------
+    Whether these are all lanes.
+    """
+    v = _Lane(builder, wide, more, control, counts)
+    sign, most = Eight(builder, splat(builder, direction)), Eight(builder, splat(builder, longest))
+    t, old = v.now(TIMES), v.now(STEPS)
+    size = abs(v.wide.load(builder.add(more, length)))
+    h = sign * size
+    after = t + h
+    easy = v.all(
+        builder.icmp_signed(">=", v.count(RUN), bits_of(0)),
+        builder.icmp_signed("==", v.count(AFTER), bits_of(0)),
+        size.compared("<=", most),
+        size.compared(">", abs(t) * (8.0 * _EPS)),
+        size.compared(">=", _TINY),
+        ((t + h * 1.01 - v.control.load(WHOLE(LAST_TIME))) * sign).compared("<", 0.0),
+        ((v.control.load(WHOLE(NEXT)) - after) * sign).compared(">", 0.0),
+    )
+    v.become(STEPS, h.where(easy, old))
+    v.become(AFTERS, after.where(easy, v.now(AFTERS)))
+    v.become(EASY, Eight(builder, all_of(1.0)).where(easy, 0.0))
+    v.become_count(ENDS, builder.select(easy, bits_of(0), v.count(ENDS)))
+    return _are_all(builder, easy)
+
+
+@instruction("Reals", "int", "Reals", "Integers", "int", "int")
+def taken(builder: Any, wide: Any, more: Any, control: Any, counts: Any, budget: Any, limit: Any) -> Any:
+    """The steps of `settled` that are good, and after which there is nothing to be done, are taken; EASY is 1 there,
+    else 0.
+
+    Returns
+    -------
+    Whether these are all lanes.
+    """
+    v = _Lane(builder, wide, more, control, counts)
+    number = builder.add(v.count(TAKEN), bits_of(1))
+
+    def all_of_them(whole: Any) -> Any:
+        return builder.bitcast(splat(builder, builder.bitcast(whole, REAL)), number.type)  # only its bits
+
+    easy = v.all(
+        v.now(EASY).compared("==", 1.0),
+        v.now(ERRORS).compared("<=", 1.0),
+        v.now(LIMITED).compared("==", 0.0),
+        builder.icmp_signed("==", v.count(SUSPECT), bits_of(0)),
+        builder.icmp_signed("!=", number, all_of_them(budget)),
+        builder.icmp_signed("<", builder.add(number, v.count(BEFORE)), all_of_them(limit)),
+    )
+    one, stride = Eight(builder, all_of(1.0)), v.control.load(WHOLE(STRIDE))
+    v.become_count(TAKEN, builder.select(easy, number, v.count(TAKEN)))
+    v.control.store(stride.greater(abs(v.now(STEPS))).where(easy, stride), WHOLE(STRIDE))
+    v.become(TIMES, v.now(AFTERS).where(easy, v.now(TIMES)))
+    v.become(WANTED, one.where(easy, 0.0))
+    v.become(EASY, one.where(easy, 0.0))
+    return _are_all(builder, easy)
+
+
+@instruction("Reals", "int", "int", "int")
+def all_finite(builder: Any, wide: Any, w: Any, row: Any, errors: Any) -> None:
+    """Errors of good steps, <= 1, become nan where one of the numbers of ``row`` is not finite."""
+    v = Memory(builder, wide)
+    doubt = v.variable(0.0)
+    with v.rows(w) as offset:
+        doubt.become(v.load(v.plus(row, offset)) * 0.0 + doubt.now)
+    error = v.load(errors)
+    v.store((error + doubt.now).where(error.compared("<=", 1.0), error), errors)
+
+
+def lifted(rows: Iterable[int], height: int) -> Any:
+    """Compiled ``(lane, n, wide, w, work, w1)``: these rows of one lane in a work array of its own.
+
+    Rows from ``height`` on stand behind the places of the lanes. Component by component, with one place in each row:
+    a row alone is shorter than a register, and its eighth numbers are far apart.
+    """
+    places = sorted(rows)
+
+    @instruction("int", "int", "Reals", "int", "Reals", "int")
+    def lifted(builder: Any, lane: Any, n: Any, wide: Any, w: Any, work: Any, w1: Any) -> None:
+        starts = []
+        for k in places:
+            start = builder.add(builder.mul(w, WHOLE(k)), lane)
+            start = builder.add(start, WHOLE(WIDE_PLACES)) if k >= height else start
+            pointers = builder.gep(wide, [start]), builder.gep(work, [builder.mul(w1, WHOLE(k))])
+            starts.append(pointers)
+        with counted(builder, n, 1) as i:
+            eighth = builder.mul(i, WHOLE(WIDTH))
+            for source, target in starts:
+                builder.store(builder.load(builder.gep(source, [eighth])), builder.gep(target, [i]))
+
+    return lifted
 
 
 @instruction("Reals", "int")
 def unit_at(builder: Any, wide: Any, place: Any) -> None:
     """The quaternions at ``place`` divided by their norms: see `stepping.normalise`."""
-    v = _Memory(builder, wide)
+    v = Memory(builder, wide)
     places = [v.plus(place, WHOLE(WIDTH * j)) for j in range(4)]
     a, b, c, d = parts = [v.load(place) for place in places]
     norm = (a * a + b * b + c * c + d * d).root()
@@ -189,7 +358,7 @@ def unit_at(builder: Any, wide: Any, place: Any) -> None:
 @instruction("Reals", "int", "int", "int", "int")
 def blend(builder: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any) -> None:
     """Row ``target`` becomes row ``source`` in the lanes in which the number at ``wanted`` is 1, not 0."""
-    v = _Memory(builder, wide)
+    v = Memory(builder, wide)
     some = v.load(wanted).compared("!=", 0.0)
     with v.rows(w) as offset:
         place = v.plus(target, offset)
@@ -199,7 +368,7 @@ def blend(builder: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any
 @instruction("Reals", "int", "int", "int", "int", "int")
 def moved(builder: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any, result: Any) -> None:
     """`blend`; at ``result`` stands the greatest change, relative to 1 + |value|: see `stepping.project`."""
-    v = _Memory(builder, wide)
+    v = Memory(builder, wide)
     some = v.load(wanted).compared("!=", 0.0)
     most = v.variable(0.0)
     with v.rows(w) as offset:

@@ -8,18 +8,52 @@ a length that only it knows.
 from __future__ import annotations
 
 import math
+from typing import Any
 
-from .lanes_layout import CHANGES, ERRORS, LENGTHS, LIMITED, LOGARITHMS, MOMENTS, STEPS, TIMES, WIDE_PLACES
-from .layout import RAW, STATE
+from .lanes_layout import (
+    CHANGES,
+    ERRORS,
+    LENGTHS,
+    LIMITED,
+    LOGARITHMS,
+    MOMENTS,
+    SPANS,
+    STEPS,
+    TIMES,
+    WIDE_PLACES,
+)
+from .layout import END, POINT, RAW, STATE
 from .machine import Reals, compiled, greater, shifted
-from .machine_wide import blend, call_wide, decaying, lanewise, lengths
-from .taylor import BOUND, EARLY, GROWN, LOSES, LOST, SERIES, SLOPES, TERMS, P, distance, sum_of_series
+from .machine_wide import blend, call_wide, decaying, lanewise, lengths, lifted
+from .taylor import (
+    BEND,
+    BOUND,
+    EARLY,
+    GROWN,
+    LOSES,
+    LOST,
+    SERIES,
+    SLOPES,
+    TERMS,
+    P,
+    distance,
+    polynomial,
+    sum_of_series,
+)
 
 HEIGHT = SERIES
 TINY = 1e-300
 """A part of the tolerance that counts as nothing."""
 _lengths, _decaying = lengths(P, TERMS, TINY), decaying(P, BOUND, EARLY, GROWN)
-_added, _missed = lanewise(sum_of_series, HEIGHT), lanewise(distance, HEIGHT)
+
+
+def _state(row: Any, h: Any) -> Any:
+    """Row POINT: the series at the time h."""
+    row[POINT] = polynomial([row[SERIES + k] for k in range(P + 1)], h)
+    return row[POINT] * 0.0
+
+
+_added, _summed, _missed = (lanewise(formula, HEIGHT) for formula in (sum_of_series, _state, distance))
 
 
 @compiled
@@ -42,12 +76,28 @@ def blame_wide(lane: int, n: int, wide: Reals, w: int) -> int:
 
 
 @compiled
+def straight_wide(lane: int, n: int, wide: Reals, w: int, tolerances: Reals) -> float:
+    """The series of a lane becomes that of a straight line, as long as the comparison of rates allows, if it has rates:
+    see `taylor.given`. Its length, nan if it has none."""
+    fast, doubt, place = 0.0, 0.0, (HEIGHT + 1) * w + WIDE_PLACES + lane
+    for i in range(n):
+        k = 8 * i + lane
+        size = abs(wide[STATE * w + k])
+        rate = abs(wide[place + 8 * i]) / (tolerances[k] + tolerances[w + k] * size)
+        fast = greater(fast, rate)
+        doubt += 0.0 * rate
+    if not 0.0 < fast + doubt < math.inf:
+        return math.nan
+    for i in range(n):
+        for k in range(1, P):
+            wide[place + k * w + 8 * i] = 0.0
+    return BEND / fast
+
+
+@compiled
 def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
     """The states at the ends of the steps; the error of one is 0, or nan if the state is not finite."""
-    more = HEIGHT * w
-    series = more + WIDE_PLACES
-    _added(wide, w, more + ERRORS, more + STEPS)
-    _decaying(wide, w, series + P * w, more + STEPS, more + LIMITED)
+    _added(wide, w, HEIGHT * w + ERRORS, HEIGHT * w + STEPS)
 
 
 @compiled
@@ -55,17 +105,25 @@ def judge_wide(rates: int, n: int, wide: Reals, w: int, c: Reals, tolerances: Re
     """How far the steps have gone on behind a bend, where there may be one: see `taylor.attempt`."""
     if rates != 0:
         more = HEIGHT * w
-        for lane in range(8):
-            wide[more + MOMENTS + lane] = wide[more + TIMES + lane] + wide[more + STEPS + lane]
-        call_wide(rates, wide, more + MOMENTS, wide, RAW * w, c, wide, SLOPES * w)
-        _missed(wide, w, more + CHANGES, more + STEPS, shifted(tolerances, w), tolerances)
-        for lane in range(8):
-            wide[more + ERRORS + lane] += wide[more + CHANGES + lane]
+        for k in range(1, 3):
+            for lane in range(8):
+                wide[more + SPANS + lane] = 0.5 * k * wide[more + STEPS + lane]
+                wide[more + MOMENTS + lane] = wide[more + TIMES + lane] + wide[more + SPANS + lane]
+            place = RAW * w
+            if k == 1:
+                _summed(wide, w, more + CHANGES, more + SPANS)
+                place = POINT * w
+            call_wide(rates, wide, more + MOMENTS, wide, place, c, wide, SLOPES * w)
+            _missed(wide, w, more + CHANGES, more + SPANS, shifted(tolerances, w), tolerances)
+            for lane in range(8):
+                wide[more + ERRORS + lane] += wide[more + CHANGES + lane]
 
 
 @compiled
-def limit_wide(n: int, wide: Reals, w: int) -> None:
-    """Nothing: `attempt_wide` has seen it."""
+def limit_wide(wide: Reals, w: int) -> None:
+    """Which steps are as long as the region of stability allows, with λ of a decay."""
+    more = HEIGHT * w
+    _decaying(wide, w, more + WIDE_PLACES + P * w, more + STEPS, more + LIMITED)
 
 
 @compiled
@@ -90,26 +148,16 @@ def accept_wide(wide: Reals, w: int, wanted: int) -> None:
     blend(wide, w, LOSES * w, LOST * w, wanted)
 
 
-@compiled
-def lift(lane: int, n: int, wide: Reals, w: int, work: Reals, w1: int) -> None:
-    """The step of one lane in a work array of its own."""
-    for k in range(STATE, SERIES + P + 1):
-        row = k * w + lane
-        if k >= HEIGHT:
-            row += WIDE_PLACES
-        for i in range(n):
-            work[k * w1 + i] = wide[row + 8 * i]
-
-
 FUNCTIONS = {
     "HEIGHT": HEIGHT,
     "prepare_wide": prepare_wide,
     "blame_wide": blame_wide,
+    "straight_wide": straight_wide,
     "attempt_wide": attempt_wide,
     "judge_wide": judge_wide,
     "limit_wide": limit_wide,
     "begin_wide": begin_wide,
     "tune_wide": tune_wide,
     "accept_wide": accept_wide,
-    "lift": lift,
+    "lift": lifted([STATE, END, LOST, *range(SERIES, SERIES + P + 1)], HEIGHT),
 }

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import SimulationError, arguments_named, nearest
 from ..simulate.batch import simulate_batch
+from ..simulate.batch_start import numbers_in
 from ..simulate.kernels import kernels_of
 
 if TYPE_CHECKING:
@@ -113,12 +114,13 @@ def _axes(model: Any, vary: Any) -> list[tuple[str, int, np.ndarray]]:
         if name not in parameters and name not in starts:
             raise SimulationError(f"Unknown name '{name}' in vary; {nearest(name, [*parameters, *starts])}")
         try:
-            array = np.array(given, dtype=float)
+            array = np.array(numbers_in(model, given, name, f"values of '{name}' in vary"), dtype=float)
         except (TypeError, ValueError):
             raise SimulationError(f"Expected numbers for '{name}' in vary, got {given!r}.") from None
         if array.ndim != 1 or not array.size:
             raise SimulationError(
-                f"Expected a list of at least one number for '{name}' in vary, got shape {array.shape}."
+                f"Expected a list of at least one number for '{name}' in vary, got {given!r}. Write "
+                f"vary={{'{name}': [1, 2, 3]}}; what has one value goes into values= or initial=."
             )
         if not np.isfinite(array).all():
             raise SimulationError(f"Expected finite numbers for '{name}' in vary, got {given!r}.")
