@@ -84,7 +84,7 @@ def kept():
         (3, {"max_step": 0.01}),
         (3, {"max_steps": 1000}),
         (3, {"impulses": [fb.blow(1, at="mass", impulse=(1, 0, 0))]}),
-        (3, {"progress": lambda part: None}),
+        (3, {"progress": abs}),
     ],
     ids=str,
 )
