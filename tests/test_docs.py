@@ -100,10 +100,13 @@ def test_the_two_commands() -> None:
     assert run.startswith(
         "python3.11 -m venv .venv && .venv/bin/pip install . && .venv/bin/freebody run gyroscope"
     )
-    assert tests == "python3.11 -m venv .venv && .venv/bin/pip install '.[test]' && .venv/bin/pytest"
+    options = "-n auto --dist loadfile"
+    assert (
+        tests == f"python3.11 -m venv .venv && .venv/bin/pip install '.[test]' && .venv/bin/pytest {options}"
+    )
     ci = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     assert "pip\" install --quiet '.[test]'" in ci
-    assert re.search(r'^step "\$bin/pytest"', ci, re.MULTILINE)
+    assert f'\nstep "$bin/pytest" {options} ' in ci
 
 
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", *PAGES])
