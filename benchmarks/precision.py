@@ -76,6 +76,10 @@ def top() -> Case:
     )
     case.peers += _of_motion("heavy_top", motion)
     case.peers += [_by_heyoka(tol, partial(_heyoka_top, p), motion["times"], error) for tol in HEYOKA]
+    case.peers += [
+        _by_heyoka(tol, partial(_heyoka_reduced_top, p), motion["times"], error, "heyoka, reduced by hand")
+        for tol in HEYOKA
+    ]
     case.peers += _by_hand(_hand_top(p), _start_top(p), motion["times"], error)
     case.peers += _by_exudyn(
         partial(exudyn_peers.heavy_top, p, case.end),
@@ -451,6 +455,21 @@ def _heyoka_top(p: dict[str, Any]) -> tuple[list[tuple[Any, Any]], np.ndarray]:
     return system, _start_top(p)
 
 
+def _heyoka_reduced_top(p: dict[str, Any]) -> tuple[list[tuple[Any, Any]], np.ndarray]:
+    """After Routh: the momenta of psi and phi are constants, so that theta moves alone and the others by quadrature."""
+    import heyoka as hy
+
+    psi, theta, phi, b = hy.make_vars("psi", "theta", "phi", "b")
+    start = _start_top(p)
+    A, C = p["m"] * p["R"] ** 2 / 4 + p["m"] * p["L"] ** 2, p["m"] * p["R"] ** 2 / 2
+    W, spin = p["m"] * p["g"] * p["L"], start[5] + start[3] * np.cos(start[1])
+    upright = A * start[3] * np.sin(start[1]) ** 2 + C * spin * np.cos(start[1])
+    s, c = hy.sin(theta), hy.cos(theta)
+    a = (upright / A - (C * spin / A) * c) / (s * s)
+    second = s * (a * (a * c - C * spin / A) + W / A)
+    return [(psi, a), (theta, b), (phi, spin - a * c), (b, second)], start[[0, 1, 2, 4]]
+
+
 def _heyoka_body(p: dict[str, Any]) -> tuple[list[tuple[Any, Any]], np.ndarray]:
     import heyoka as hy
 
@@ -470,8 +489,9 @@ def _hand_body_symbols(p: dict[str, Any], y: list[Any]) -> list[Any]:
 
 
 def _by_heyoka(
-    tolerance: float, build: Callable[[], Any], times: np.ndarray, error: Callable[[Any], float]
-) -> tuple[str, str, str | None, Run]:
+    tolerance: float, build: Callable[[], Any], times: np.ndarray, error: Callable[[Any], float],
+    title: str = "heyoka, fed by hand",
+) -> tuple[str, str, str | None, Run]:  # fmt: skip
     """heyoka's adaptive Taylor series on hand-written equations; its compilation is outside the clock."""
     made: list[Any] = []
 
@@ -488,7 +508,7 @@ def _by_heyoka(
         found = integrator.propagate_grid([0.0, *times])[-1]
         return time.perf_counter() - begin, error(found[1:].T)
 
-    return ("heyoka, fed by hand", f"tolerance {tolerance:.0e}", "heyoka", run)
+    return (title, f"tolerance {tolerance:.0e}", "heyoka", run)
 
 
 def _by_exudyn(
