@@ -15,9 +15,10 @@ import pytest
 
 import freebody as fb
 from freebody.compile import jet, jet_wide
+from freebody.compile.combining import combined
 from freebody.compile.kernels import compile_tape
 from freebody.compile.lower import lower
-from freebody.compile.recurrence import Recurrence
+from freebody.compile.recurrence import Node, Recurrence
 from freebody.dynamics import coordinate_rates, traced_state
 from freebody.dynamics.motion import motion
 from freebody.errors import ExpressionError
@@ -335,6 +336,25 @@ def test_a_rotation_there_and_back_is_left_out():
     by_hand = [p * u + (c - 3 * s) * z, p * v + (s + 3 * c) * z, z]
     assert products_of(found, [x, y, z], [p]) == products_of(by_hand, [x, y, z], [p]) == 6
     arguments = (tape, found, None, [x, y, z], [p], 0.3, [0.7, -0.4, 0.2], [1.3])
+    compare(coefficients(*arguments), reference(*arguments))
+
+
+def test_sums_of_sums_are_sums_of_what_these_are_made_of():
+    """p (x + y) - p x + 2 q (x + y) = 2 q x + (p + 2 q) y; of what cancels nothing is left, numbers that stand alone
+    stay, and no sum gets more terms than it had."""
+    tape = Tape()
+    x, y, z, p, q = (tape.input(name) for name in "xyzpq")
+    both = x + y + 1
+    state, parameters = [x, y, z], [p, q]
+    rates = [p * both - p * x + 2 * q * both, p * both - q * (p * x) - p * y, both * z - (x - y + z) * 3]
+    recurrence = Recurrence(lower(tape, {"series": rates}, None, state, parameters), "series")
+    combined(recurrence)
+    terms = [recurrence.nodes[i].terms for i in recurrence.outputs]
+    assert [len(found) for found in terms[:2]] == [3, 2]  # x, y and a number; x and a number
+    assert [recurrence.nodes[i].operand for _, i in terms[1] if isinstance(i, int)] == [
+        i for i in recurrence.order if recurrence.nodes[i] == Node("state", 0)
+    ]
+    arguments = (tape, rates, None, state, parameters, 0.3, [0.7, -0.4, 0.2], [1.3, 0.6])
     compare(coefficients(*arguments), reference(*arguments))
 
 

@@ -21,7 +21,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-VERSION = 14
+VERSION = 15
 """Of the format and of the emitted code: raise it when either changes."""
 LIMIT = 256 * 2**20
 """Bytes the folder may hold."""

@@ -23,6 +23,7 @@ Source: J. van der Hoeven, Relax, but don't be too lazy (2002): products in adva
 
 from __future__ import annotations
 
+from .combining import combined
 from .emit import Module
 from .lower import Program
 from .recurrence import ONE, Number, Recurrence
@@ -83,6 +84,8 @@ def jet(module: Module, program: Program, body: str, name: str, stride: int, pie
         A function that bends or jumps.
     """
     recurrence = Recurrence(program, body)
+    if len(cut(recurrence.order, piece)) == 1:
+        combined(recurrence)
     module.functions.append(_Writer(module, recurrence, name, stride, piece).text())
 
 
@@ -111,6 +114,7 @@ class _Writer(Lines):
         }
         self.slots = self._crossing()
         super().__init__()
+        self.combined: dict[Number, str] = {}  # made before the loops
         self.tag, self.grows = "", True
         self._start()
 
@@ -248,6 +252,10 @@ class _Writer(Lines):
         self.module.helpers |= {"@jet.inverse": INVERSES, "@jet.last": LAST}
         if self.single:
             self._zero(0)
+            for i in self.owner:
+                if self.nodes[i].number.parts:
+                    self._number(self.nodes[i].number)
+            self.combined = {x: value for x, value in self.numbers.items() if x.parts}
             main += [*_REST, *self.lines]
             last = [self._value(x) for x in self.outputs], self.held
             for stretch in STRETCHES:
@@ -299,7 +307,7 @@ class _Writer(Lines):
         self.values: dict[int, str] = {}
         self.held: dict[int, str] = {}
         self.rows: dict[int, str] = {}
-        self.numbers: dict[Number, str] = {}
+        self.numbers: dict[Number, str] = dict(self.combined)
         self.sines: dict[int | Number, tuple[str, str]] = {}
         self.spreads: dict[str, str] = {}
         self.full: set[int] = set()
@@ -338,7 +346,16 @@ class _Writer(Lines):
         self.lines.append(f"  store {T} {value}, ptr {self._pointer(base, place, T)}, align {align}")
 
     def _number(self, x: Number) -> str:
-        if x not in self.numbers:
+        if x not in self.numbers and x.parts:
+            total: str | None = None
+            for known, factors in x.parts:
+                product = literal(known)
+                for factor in factors:
+                    product = self._arithmetic("fmul", product, self._number(factor))
+                total = self._signed(total, 1, product)
+            assert total is not None
+            self.numbers[x] = total
+        elif x not in self.numbers:
             value = literal(x.value) if x.value is not None else self._load("%c", x.place)
             if x.function == "square":
                 value = self._arithmetic("fmul", value, value)

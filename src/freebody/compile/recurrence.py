@@ -26,11 +26,12 @@ from .rewriting import divided, turned_back
 
 
 class Number(NamedTuple):
-    """What does not depend on time: a literal, a place in c, or a function of one."""
+    """What does not depend on time: a literal, a place in c, a function of one, or a sum of products (`combining`)."""
 
     value: float | None = None
     place: int = -1
     function: str = ""
+    parts: tuple[tuple[float, tuple[Number, ...]], ...] = ()
 
 
 ONE = Number(1.0)
@@ -90,11 +91,11 @@ class Recurrence:
             if i not in parts:
                 self._of[i] = self._series(i)
         self.outputs = [self._value(i) for i in body.outputs]
-        self._forget()
+        self.forget()
         while factored(self) or turned_back(self):
-            self._forget()
+            self.forget()
         divided(self)
-        self._forget()
+        self.forget()
 
     def _wanted(self, outputs: list[int]) -> list[int]:
         """The varying nodes that the outputs need, operands first."""
@@ -121,7 +122,7 @@ class Recurrence:
             and (program.op[x] in _LINEAR or self._is_product(x))
         ]
 
-    def _forget(self) -> None:
+    def forget(self) -> None:
         """Leave out what no output needs, such as products whose factor cancels."""
         needed: set[int] = set()
         stack = [x for x in self.outputs if isinstance(x, int)]

@@ -37,7 +37,7 @@ def turned_back(recurrence: Recurrence) -> bool:
     for i in former:
         while nodes[i].rule == "sum" and (found := _without(recurrence, nodes[i])) is not None:
             nodes[i], changed = found, True
-    _arrange(recurrence, former)
+    arrange(recurrence, former)
     return changed
 
 
@@ -71,7 +71,7 @@ def divided(recurrence: Recurrence) -> None:
             sign, quotient = terms[0]
             if sign > 0 and isinstance(quotient, int):
                 nodes[i] = nodes[quotient]
-    _arrange(recurrence, former)
+    arrange(recurrence, former)
 
 
 def _is_one(node: Node) -> bool:
@@ -79,7 +79,7 @@ def _is_one(node: Node) -> bool:
     return not isinstance(above, int) and above.value == 1.0 and not above.function
 
 
-def _arrange(recurrence: Recurrence, former: list[int]) -> None:
+def arrange(recurrence: Recurrence, former: list[int]) -> None:
     """New nodes after what they need, before what needs them."""
     old, placed = set(former), dict[int, None]()
 
