@@ -19,7 +19,7 @@ from ..scalar.units import quantity
 from ..space.rotation import Rotation
 from .batch_kernels import state_of
 from .closing import closed_start
-from .initial import _refuse_unit, named_state, quaternions_by_joint, several
+from .initial import named_state, quaternions_by_joint, refuse_unit, several
 from .kernels import Kernels
 
 Array = NDArray[np.float64]
@@ -259,7 +259,7 @@ def numbers_in(model: Model, given: Any, name: str, what: str) -> Any:
                 expression = model.names.expression(x, what)
             except ExpressionError as error:
                 if name not in model.defaults:
-                    _refuse_unit(x, f"the {what}")
+                    refuse_unit(x, f"the {what}")
                 raise SimulationError(
                     f"Expected an array of numbers for the {what}, got {given!r}. {error}"
                 ) from None

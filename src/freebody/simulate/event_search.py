@@ -230,10 +230,8 @@ def _valued(
 
 
 @part
-def _note(found: Reals, count: int, x: float, e: int, sign: int, directions: Integers) -> int:
-    """Insert an event of this step, in order of time, if its direction is asked for."""
-    if directions[e] != 0 and directions[e] != sign:
-        return count
+def insert_event(found: Reals, count: int, x: float, e: float, sign: float) -> None:
+    """Put an event among the first ``count``, in order of time."""
     k = count
     while k > 0 and found[FOUND * (k - 1)] > x:
         for j in range(3):
@@ -242,4 +240,12 @@ def _note(found: Reals, count: int, x: float, e: int, sign: int, directions: Int
     found[FOUND * k] = x
     found[FOUND * k + 1] = e
     found[FOUND * k + 2] = sign
+
+
+@part
+def _note(found: Reals, count: int, x: float, e: int, sign: int, directions: Integers) -> int:
+    """Insert an event of this step, if its direction is asked for."""
+    if directions[e] != 0 and directions[e] != sign:
+        return count
+    insert_event(found, count, x, e, sign)
     return count + 1

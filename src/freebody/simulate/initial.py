@@ -26,7 +26,7 @@ def number(model: Model, values: Mapping[str, float], given: Any, what: str) -> 
     try:
         expression = model.names.expression(given, what)
     except ExpressionError:
-        _refuse_unit(given, what)
+        refuse_unit(given, what)
         raise
     if isinstance(expression, sympy.Basic):
         moving = model.names.depends(expression, "coordinate", "speed", "time")
@@ -48,7 +48,7 @@ def number(model: Model, values: Mapping[str, float], given: Any, what: str) -> 
     return result
 
 
-def _refuse_unit(given: Any, what: str) -> None:
+def refuse_unit(given: Any, what: str) -> None:
     """Say so where what is no expression is a number with a unit."""
     try:
         value = quantity(given, "", what) if isinstance(given, str) else None
@@ -137,13 +137,13 @@ def named_numbers(
     return y, given
 
 
-def plain_state(model: Model, initial: Any, read: Mapping[str, float]) -> list[float] | None:
+def plain_state(
+    model: Model, initial: dict[Any, Any] | None, read: Mapping[str, float]
+) -> list[float] | None:
     """The state (q, u), if only numbers, and texts read before, are named, and no part of a quaternion; else None."""
     y = list(model.rest)
     if initial is None:
         return y
-    if type(initial) is not dict:
-        return None
     places = model.single_places
     value: Any
     for name, value in initial.items():
@@ -156,11 +156,12 @@ def plain_state(model: Model, initial: Any, read: Mapping[str, float]) -> list[f
     return y
 
 
-def texts_read(model: Model, initial: Any, y: Sequence[float]) -> dict[str, float]:
+def texts_read(model: Model, initial: dict[Any, Any], y: Sequence[float]) -> dict[str, float]:
     """What the texts that name a start stand for."""
     places = model.single_places
-    named = initial.items() if type(initial) is dict else ()
-    return {value: y[places[name]] for name, value in named if type(value) is str and name in places}
+    return {
+        value: y[places[name]] for name, value in initial.items() if type(value) is str and name in places
+    }
 
 
 def are_single(values: Any) -> bool:

@@ -116,7 +116,7 @@ from .layout import (
 )
 from .machine import Compiled, Integers, Parts, Reals, call, greater, lesser, shifted, whole
 from .machine_wide import all_finite, blend, call_wide, moved, settled, taken, unit_at
-from .stepping import _EPS, _TINY, BETA, EXPONENT, GIVEN, GREATEST, SAFETY, SMALLEST
+from .stepping import _EPS, _TINY, EXPONENT, GIVEN, SAFETY, SMALLEST
 
 part = Parts()
 
@@ -128,6 +128,7 @@ densify: Any = None
 find_events: Any = None
 _log_events: Any = None
 _part: Any = None
+lengthening: Any = None
 tightening: Any = None
 set_constants: Any = None
 jumped: Any = None
@@ -231,14 +232,6 @@ def stiff_wide(lane: int, limited: float, counts: Integers) -> int:
         if counts[CALM + lane] == 6:
             counts[SUSPECT + lane] = 0
     return 1 if counts[SUSPECT + lane] >= 15 else 0
-
-
-@part
-def lengthening(error: float, old: float) -> float:
-    """What a step that was taken is multiplied by: see `stepping.advance`."""
-    if error > 0.0:
-        return lesser(GREATEST, greater(SMALLEST, SAFETY * old**BETA / error**EXPONENT))
-    return GREATEST
 
 
 @part

@@ -77,11 +77,11 @@ def _as_named(
     """The s_j of what is named and of the unknowns, where the rest stands still at ``begun``."""
     names = [*model.coordinate_names, *model.speed_names]
     result = np.zeros((len(unknowns), len(names)))
-    texts, turned = model.names.texts, quaternions_by_joint(model)
+    turned = quaternions_by_joint(model)
     symbols = {p.symbol: values[p.name] for p in model.parameters}
     raw = begun.copy()  # quaternions as they were given, before they were made unit
     for key, value in named.items():
-        name = key if isinstance(key, str) else texts.get(key, str(key))
+        name = model.names.text_of(key)
         parts = [(names.index(name), value)] if name in names else []
         if name in turned and not hasattr(value, "as_quaternion"):
             parts = [(turned[name] + k, x) for k, x in enumerate(value)]

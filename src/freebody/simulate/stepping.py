@@ -32,7 +32,7 @@ import math
 from typing import Any
 
 from . import event_search
-from .event_search import event_value, find_events
+from .event_search import event_value, find_events, insert_event
 from .layout import (
     ACCEPTED,
     AFTER_REJECTION,
@@ -307,14 +307,7 @@ def _log_events(
             rates, events, whole(e), whole(sign), x, t, h, work, w, n, c, ce, quaternions, nq, g, relative,
             absolute, integers,
         )  # fmt: skip
-        i = k
-        while i > 0 and found[FOUND * (i - 1)] > x:
-            for j in range(3):
-                found[FOUND * i + j] = found[FOUND * (i - 1) + j]
-            i -= 1
-        found[FOUND * i] = x
-        found[FOUND * i + 1] = e
-        found[FOUND * i + 2] = sign
+        insert_event(found, k, x, e, sign)
     stop, latest, kept = -1.0, reach, 0
     for k in range(count):
         x = found[FOUND * k]
@@ -463,6 +456,14 @@ def look(
 
 
 @part
+def lengthening(error: float, old: float) -> float:
+    """What a step that was taken is multiplied by."""
+    if error > 0.0:
+        return lesser(GREATEST, greater(SMALLEST, SAFETY * old**BETA / error**EXPONENT))
+    return GREATEST
+
+
+@part
 def advance(
     rates: int, n: int, c: Reals, work: Reals, w: int, quaternions: Integers, nq: int, relative: Reals,
     absolute: Reals, reals: Reals, integers: Integers, room: int, times: Reals, lengths: Reals,
@@ -603,10 +604,7 @@ def advance(
             break
         if integers[FIXED] != 0:
             continue
-        factor = GREATEST
-        if error > 0.0:
-            factor = SAFETY * old**BETA / error**EXPONENT
-            factor = lesser(GREATEST, greater(SMALLEST, factor))
+        factor = lengthening(error, old)
         if integers[AFTER_REJECTION] != 0:
             factor = lesser(1.0, factor)
             integers[AFTER_REJECTION] = 0
