@@ -62,7 +62,6 @@ def test_of_a_machine_without_constraints_and_contacts(pendulum, many, given, te
     [
         ({"tolerance": 1e-6}, 'Expected no tolerance= for method="timestepping", got 1e-06: all its steps have'),
         ({"max_step": 0.1}, 'Expected no max_step= for method="timestepping", got 0.1'),
-        ({"max_steps": 9}, 'Expected no max_steps= for method="timestepping", got 9'),
         ({"impacts": "sequential"}, "Expected no impacts= for .*, got 'sequential': it solves all contacts of a step"),
         ({"indeterminate": "least"}, "Expected no indeterminate= for .*, got 'least': it solves all contacts"),
     ],

@@ -22,6 +22,41 @@ def largest_memory() -> float:
     return 0.8 * os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
 
 
+MOST_STEPS = 10_000_000
+"""Steps of a run for which max_steps= states no other number."""
+_MEMORY = 1 << 31
+"""Bytes that the steps of such a run take."""
+STORED = 3
+"""Numbers that are stored of a step besides coordinates and speeds: its time, its length and the work."""
+
+
+def most_steps(max_steps: int | None, stored: int) -> int:
+    """Number of steps at which a run ends that stores ``stored`` numbers of each.
+
+    For a moment they are stored twice, when the pieces of the run are joined.
+    """
+    most, memory = MOST_STEPS, min(float(_MEMORY), largest_memory() / 4)
+    if max_steps is not None:
+        most, memory = max_steps, min(largest_memory(), 2.0**62)
+    return max(1, min(most, int(memory / (16 * stored))))
+
+
+def check_steps(begin: float, end: float, step: Any, max_step: Any, most: int) -> None:
+    """Refuse a run whose steps are known to be too many, before it starts."""
+    for name, length in (("step", step), ("max_step", max_step)):
+        if length is not None:
+            check_count(abs(end - begin) / length, most, f"{name} = {length:g} s", f"Take a longer {name}=")
+
+
+def check_count(count: float, most: int, what: str, cure: str) -> None:
+    """Refuse what takes more steps than a run may have."""
+    if count > most * (1 + 1e-9):
+        raise SimulationError(
+            f"Expected a run of at most {most} steps, got {what}, which makes {count:.3g}. {cure}, end earlier, or "
+            "raise max_steps= as far as the memory allows."
+        )
+
+
 def check_numbers(samples: Any, max_step: Any, max_steps: Any, held: int) -> None:
     """Whether a number of samples, with ``held`` numbers at each, a longest step and a number of steps are such."""
     if samples is not None and not (_is_whole(samples) and samples >= 2):
@@ -78,7 +113,6 @@ def check_heeded(
     of_control: dict[str, Any] = {
         "tolerance": (tolerance, 1e-9),
         "max_step": (max_step, None),
-        "max_steps": (max_steps, None),
     }
     for name, given in of_constraints.items():
         if given and not model.constraints:

@@ -28,7 +28,7 @@ from ..errors import ModelError, SimulationError, arguments_named, nearest
 from ..model.values import check_assumptions
 from . import lanes_layout as at
 from . import layout, loop
-from .arguments import check_heeded, check_numbers, largest_memory
+from .arguments import STORED, check_heeded, check_numbers, check_steps, largest_memory, most_steps
 from .batch_alone import NO_START, REASON, REFUSED, Alone
 from .batch_kernels import BatchProgram, batch_program
 from .batch_large import Large
@@ -50,6 +50,7 @@ from .methods import (
     first_method,
 )
 from .outputs import TIMELINE, Output, outputs_of
+from .path import STUCK
 from .progress import Progress
 
 if TYPE_CHECKING:
@@ -70,6 +71,7 @@ STATUS = {
     layout.COLLAPSED: "step collapsed",
     layout.DIVERGED: "iteration diverged",
     layout.UNDEFINED: "event undefined",
+    at.STUCK: STUCK,
     at.TOO_MANY: "too many steps",
     at.LEFT: "constraints contradicted",
     NO_START: "no start",
@@ -77,6 +79,8 @@ STATUS = {
 }
 """How a lane may end."""
 _LOST = (at.LEFT, layout.COLLAPSED, layout.NOT_FINITE)
+BEFORE_SWITCHING = 20_000
+"""Steps of a lane with a law that switches, after which it is run alone, which stops where it sticks on the law."""
 _ROOM = 64  # steps between two looks at the output times
 _SECONDS = 3.0  # between two writes to a store
 _BLOCK = 1 << 26  # bytes of results that are held before they go to the store
@@ -258,6 +262,8 @@ def job_of(
     if wanted is None:
         count = SAMPLES if samples is None else samples
         wanted = np.linspace(begin, end, count) if begin != end else np.array([begin])
+    if method != "timestepping":
+        check_steps(begin, end, step, max_step, most_steps(max_steps, STORED + model.n_q + model.n_u))
     specs = specs_of(events)
     expressions = expressions_of(model, specs)
     asked = outputs_of(model, outputs, bool(model.contacts) and method != "timestepping")
@@ -378,6 +384,12 @@ class Job:
             return "dop853" if self.method == "auto" else self.method
         return first_method(self.kernels, self.method, self.tolerances, batch=True)
 
+    @property
+    def most_steps(self) -> int:
+        """Steps of a lane, which are those of a run alone."""
+        model = self.kernels.model
+        return most_steps(self.max_steps, STORED + model.n_q + model.n_u)
+
     def wide(self, method: str) -> bool:
         """Whether eight lanes run at once: by series any number, by stages where there are as many."""
         return method == "taylor" or (
@@ -422,6 +434,8 @@ class Job:
             again = Alone(self, part) if self.kernels.model.signals else _Loop(self, "radau", part, False)
             again.run(stiff + part.low, between)
         apart = [k - part.low for k in self.apart if part.low <= k < part.high]
+        if loop_of_lanes.limit < self.most_steps:  # a run alone sees whether it sticks
+            apart += np.flatnonzero(np.isin(part.kept[:, 0], (at.TOO_MANY, layout.COLLAPSED))).tolist()
         if loop_of_lanes.program.dropped:  # where other conditions take over, they do for a run alone
             apart += np.flatnonzero(np.isin(part.kept[:, 0], _LOST)).tolist()
         if apart:
@@ -502,12 +516,13 @@ class _Loop:
     """The compiled loop over lanes, ready to run."""
 
     def __init__(
-        self, job: Job, method: str, part: Results, until_stiff: bool, program: BatchProgram | None = None
-    ) -> None:
+        self, job: Job, method: str, part: Results, until_stiff: bool, program: BatchProgram | None = None,
+    ) -> None:  # fmt: skip
         self.job, self.method, self.part = job, method, part
         kernels, given, model = job.kernels, job.given, job.kernels.model
         self.wide = job.wide(method)
         self.program = program = program or job.program(method)
+        self.limit = min(job.most_steps, BEFORE_SWITCHING) if program.switches else job.most_steps
         n = kernels.size
         self.n, self.w = n, layout.padded(n)
         m, watched = len(job.specs), program.watched
@@ -529,7 +544,7 @@ class _Loop:
         sizes[at.N_EVENTS], sizes[at.N_WATCHED] = m, watched
         sizes[at.N_OUTPUTS], sizes[at.N_TIMES], sizes[at.N_REDUCED] = outputs, times, len(job.asked.reduced)
         sizes[at.ROOM] = _ROOM
-        sizes[at.LIMIT] = (1 << 62) if job.max_steps is None else job.max_steps
+        sizes[at.LIMIT] = self.limit
         sizes[at.WORKS], sizes[at.STIFF_ASKED] = kernels.works, until_stiff
         sizes[at.BUDGET] = BUDGET if until_stiff else 0  # of "auto"
         sizes[at.N_DROPPED] = program.dropped

@@ -47,6 +47,7 @@ CODES = {
     path.UNDEFINED: layout.UNDEFINED,
     path.TOO_MANY_STEPS: at.TOO_MANY,
     path.CONTRADICTED: at.LEFT,
+    path.STUCK: at.STUCK,
 }
 NO_START, REFUSED = 9, 10
 REASON = "reason"

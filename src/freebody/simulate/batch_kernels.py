@@ -44,6 +44,11 @@ class BatchProgram:
         return int(self.compiled[name].address) if name in self.compiled.kernels else 0
 
     @property
+    def switches(self) -> bool:
+        """Whether the rates have a law that switches."""
+        return "rates" in self.compiled.kernels and "sign" in self.compiled["rates"].operations
+
+    @property
     def room(self) -> int:
         """Numbers that the series of eight lanes writes."""
         return self.compiled["series"].room if "series" in self.compiled.kernels else 0

@@ -27,7 +27,7 @@ from ..describe.joint import Joint
 from ..describe.load import JointSpring, Spring
 from ..errors import ModelError, SimulationError, nearest
 from ..model import Model
-from .arguments import check_forwards
+from .arguments import MOST_STEPS, check_count, check_forwards
 from .event import EventSpec
 from .initial import number
 from .kernels import Kernels
@@ -103,7 +103,9 @@ class Reading(Mapping[str, float]):
 class Drives:
     """The constants of a machine as time goes on, from ``begin`` to ``end``."""
 
-    def __init__(self, kernels: Kernels, numbers: Mapping[str, float], begin: float, end: float) -> None:
+    def __init__(
+        self, kernels: Kernels, numbers: Mapping[str, float], begin: float, end: float, most: int
+    ) -> None:
         model = kernels.model
         check_forwards(begin, end, f"a run of '{model.name}'", "signals and controllers")
         self.kernels, self.model, self.begin, self.end = kernels, model, begin, end
@@ -117,6 +119,8 @@ class Drives:
                 raise SimulationError(
                     f"Expected a period greater than 0 s for controller '{one.name}', got {period:g}."
                 )
+            what = f"a period of {period:g} s of controller '{one.name}'"
+            check_count((end - begin) / period, most, what, "Sample less often")
             self.periods.append(period)
             reset = getattr(one.function, "reset", None)
             if callable(reset):
@@ -208,7 +212,7 @@ def intervals(
     places = [order.index(name) for name in names]
     if not names:
         return np.array([[begin, end]]), places, np.empty((1, 0))
-    drives = Drives(kernels, numbers, begin, end)
+    drives = Drives(kernels, numbers, begin, end, MOST_STEPS)
     spans: list[tuple[float, float]] = []
     settings: list[list[float]] = []
     t, nowhere = begin, np.empty(0)

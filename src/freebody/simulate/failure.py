@@ -18,6 +18,7 @@ from .holding import taking_over
 from .kernels import Kernels
 from .path import Path, observe
 from .phases import Phases
+from .switching import switching
 from .trajectory import Trajectory
 
 
@@ -95,15 +96,53 @@ def _undefined(trajectory: Trajectory, path: Path | Phases, kernels: Kernels, sp
     )
 
 
+def _stuck(path: Path, kernels: Kernels) -> str:
+    laws = switching(kernels)
+    assert laws is not None
+    e = laws.texts[path.blame]
+    return (
+        f"it sticks at t = {path.end:.9g} s, where {e} = 0: a law with sign({e}) drives it back from either side, and "
+        "states no force that holds it there. Friction that holds is that of a contact, s.contact(..., friction=mu). "
+        f"Or give the jump a width of your choice, tanh(({e})/width), or stop there with a terminal event."
+    )
+
+
+_MODES = 200
+"""Components of a state up to which its fastest motion is sought."""
+
+
+def _fastest(path: Path, kernels: Kernels) -> str:
+    """What is said of the fastest motion near the last state, by the eigenvalues of the rates' derivative."""
+    n = kernels.model.n_q + kernels.model.n_u
+    if not 0 < n <= _MODES:
+        return ""
+    y, size = path.states[-1], path.rates.size
+    steps = 6e-6 * (1 + np.abs(y[:n]))  # cube root of the rounding unit
+    around = np.repeat(y[None], 2 * n, axis=0)
+    around[np.arange(n), np.arange(n)] += steps
+    around[np.arange(n, 2 * n), np.arange(n)] -= steps
+    found = observe(path.rates.address, size, np.full(2 * n, path.end), around, path.rates.constants)[:, :n]
+    slopes = ((found[:n] - found[n:]) / (2 * steps[:, None])).T
+    if not np.isfinite(slopes).all():
+        return ""
+    values, vectors = np.linalg.eig(slopes)
+    k = int(np.argmax(np.abs(values)))
+    rate, name = values[k], kernels.names[int(np.argmax(np.abs(vectors[:, k])))]
+    kind = "vibration" if abs(rate.imag) > abs(rate.real) else "decay" if rate.real < 0 else "growth"
+    return f" The fastest motion there is a {kind} at {abs(rate):.3g} 1/s, mostly of '{name}'."
+
+
 def failure(
     trajectory: Trajectory, path: Path, kernels: Kernels, end: float, watched: Sequence[EventSpec]
 ) -> SimulationError:
     """What is said of a run that could not go on; ``watched``: events, and what calls for blows, by number."""
-    undefined = path.status == runs.UNDEFINED
-    name = "" if undefined else kernels.names[culprit(path, kernels)]
+    undefined, stuck = path.status == runs.UNDEFINED, path.status == runs.STUCK
+    name = "" if undefined or stuck else kernels.names[culprit(path, kernels)]
     idle = _massless(path, kernels, trajectory) if path.status == runs.NOT_FINITE else ()
     if undefined:
         what = _undefined(trajectory, path, kernels, watched[path.blame])
+    elif stuck:
+        what = _stuck(path, kernels)
     elif idle:
         what = (
             f"the mass matrix is singular at t = {path.end:.9g} s: there {' and '.join(map(repr, idle))} together "
@@ -140,7 +179,7 @@ def failure(
         what = (
             f"max_steps = {trajectory.steps} steps reached only t = {path.end:.9g} s of {end:g} s; '{name}' "
             "asked for the smallest steps. Raise max_steps, or loosen the tolerance."
-        )
+        ) + _fastest(path, kernels)
         if path.stiff:
             what += ' The machine is stiff: method="radau" takes long steps.'
     state = ", ".join(f"{n} = {x:.9g}" for n, x in zip(kernels.names[:12], path.states[-1], strict=False))

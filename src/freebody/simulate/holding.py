@@ -26,6 +26,7 @@ import numpy as np
 from ..dynamics.constrained import DEPENDENT, alike
 from ..dynamics.constraints import rows
 from ..errors import SimulationError
+from .integrate import Halt
 from .kernels import LOOSE, Kernels
 from .path import CONTRADICTED, RELEASED, Array, Path, Rates, cut, observe, projected
 from .phases import Happening, Phases, Segment, parts_of
@@ -74,7 +75,7 @@ class Holding:
             return part
         return Phases(tuple(segments), part.status)
 
-    def _halt(self, parameters: Array, rates: Rates) -> Callable[[Array, Array], int | None] | None:
+    def _halt(self, parameters: Array, rates: Rates) -> Halt | None:
         """Of times and states: the first at which other conditions hold better, if there is one."""
         kernels = self.now
         count = 2 * len(kernels.dropped) + 1
@@ -82,11 +83,11 @@ class Holding:
             return None
         address = kernels.motion().address("dropped")
 
-        def first(times: Array, states: Array) -> int | None:
+        def first(times: Array, states: Array) -> tuple[int, str, int] | None:
             loose = observe(address, count, times, states, rates.constants)[:, -1]
             for k in np.flatnonzero(~(loose <= 0)):
                 if taking_over(kernels, parameters, times[k], states[k]) != kernels.active:
-                    return int(k)
+                    return int(k), RELEASED, 0
             return None
 
         return first

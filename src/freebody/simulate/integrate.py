@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
@@ -23,7 +23,6 @@ from .path import (
     FINISHED,
     INTERRUPTED,
     NOT_FINITE,
-    RELEASED,
     STIFF,
     TERMINAL,
     TOO_MANY_STEPS,
@@ -54,6 +53,8 @@ _FIRST = 1024  # steps of the first piece
 _SMALL, _SHAPES = 1 << 20, 16  # bytes of a buffer that is kept for the next run, and how many are
 
 
+Halt = Callable[[Array, Array], tuple[int, str, int] | None]
+
 _Piece = tuple[Array, Array, Array, list[Crossing], int]
 """What one call of the compiled loop has done: times, lengths and states of its steps, with the time and state of the
 end of the last; events; and why it ended."""
@@ -76,7 +77,7 @@ def integrate(
     step: float | None = None,
     until_stiff: bool = False,
     budget: int | None = None,
-    halt: Callable[[Array, Array], int | None] | None = None,
+    halt: Halt | None = None,
 ) -> Path:
     """The path from ``state`` at ``start`` to ``until`` (earlier than ``start``: backwards in time).
 
@@ -97,8 +98,8 @@ def integrate(
     budget               of a long run, tighten the tolerances after so many steps, so that the errors of all that are
                          still to come together stay within the errors of as many steps again
     until_stiff          stop, with the status STIFF, where an explicit method is limited by stability and far from done
-    halt                 (times, states) of some steps -> the first of these states at which the run stops, with the
-                         status RELEASED, if there is one
+    halt                 (times, states) of some steps -> the first of these states at which the run stops, its status
+                         there and what is to blame, if there is one
     """
     common = Integration(
         rates, relative, watch, max_step, first_step, max_steps, method, step, until_stiff, budget
@@ -123,7 +124,7 @@ class Integration:
 
     def path(
         self, state: Sequence[float] | Array, start: float, until: float, absolute: ArrayLike,
-        between: Callable[[float], None] | None = None, halt: Callable[[Array, Array], int | None] | None = None,
+        between: Callable[[float], None] | None = None, halt: Halt | None = None,
     ) -> Path:  # fmt: skip
         """See `integrate`."""
         rates, method, budget = self.rates, self.method, self.budget
@@ -146,8 +147,8 @@ class Integration:
                 steps += done
                 if halt is not None:
                     found = halt(times, states)
-                    if found is not None and (found < done or code not in _ENDS):
-                        status, last = RELEASED, steps - done + found
+                    if found is not None and (found[0] < done or code not in _ENDS):
+                        last, status, blame = steps - done + found[0], *found[1:]
                         break
                 if code != layout.RUNNING:
                     status = _STATUS[code]
@@ -182,7 +183,7 @@ class Integration:
             counts[layout.STIFFNESS],
         )
         run.give_back()
-        return path if last is None else cut(path, last, status)
+        return path if last is None else replace(cut(path, last, status), blame=blame)
 
 
 def _joined(pieces: list[_Piece]) -> tuple[Array, Array, Array, tuple[Crossing, ...]]:

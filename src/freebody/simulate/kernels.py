@@ -89,7 +89,7 @@ class Kernels:
         self._names_dropped: tuple[str, ...] = ()
         self._defaults: dict[str, float] | None = None
         self._checked: dict[str, float] | None = None
-        self.at_hand: dict[str, Any] = {}  # memory for who takes it out
+        self.at_hand: dict[str, Any] = {}  # memory of those that build on these programs
         self._at: tuple[dict[str, float], Array, Rates] | None = None
         self.plain: dict[Any, Any] = {}  # runs for calls to come (`plain`)
 

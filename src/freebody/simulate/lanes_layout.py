@@ -39,7 +39,7 @@ EXTREMES = 4  # numbers kept of a quantity: greatest, smallest, first, last
 KEPT = 4  # integers kept of a lane: how it ended, steps, rejected steps, component to blame
 
 # how a lane ends, besides what `layout` names
-TOO_MANY, LEFT = 7, 8
+TOO_MANY, LEFT, STUCK = 7, 8, 11
 
 # of eight lanes, integers, eight of each: number of the run (-1: none), steps of this leg, rejected steps, suspicions,
 # calm steps, whether the step before was rejected, outputs given, whether the step reaches the end, leg, steps of the

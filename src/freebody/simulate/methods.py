@@ -24,9 +24,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import SimulationError, nearest
-from .integrate import FINEST_OF_SUMS, Integration, integrate
+from .integrate import FINEST_OF_SUMS, Halt, Integration, integrate
 from .kernels import Kernels, Program
 from .path import FINISHED, INTERRUPTED, STIFF, Path, Rates
+from .switching import sticking
 
 METHODS = ("auto", "dop853", "dop54", "radau", "gauss", "taylor", "structure", "timestepping")
 
@@ -109,6 +110,7 @@ class Way:
         self.options = {"relative": relative, **options}
         finest = _finest(relative)
         self.turns = method == "auto" and finest >= FINE
+        self.stuck = sticking(kernels, parameters)
         self.first = self.by(_of_accuracy(kernels, finest) if method == "auto" else method)
 
     def by(self, method: str, turns: bool | None = None) -> Integration:
@@ -146,20 +148,29 @@ class Way:
 
     def path(
         self, state: Sequence[float] | NDArray[np.float64], start: float, until: float, absolute: ArrayLike,
-        between: Callable[[float], None] | None = None, halt: Callable[[Any, Any], int | None] | None = None,
+        between: Callable[[float], None] | None = None, halt: Halt | None = None,
     ) -> Path:  # fmt: skip
         """`integrate`."""
-        seen = between
+        halt, seen = _either(halt, self.stuck), between
         if self.turns and self.first.method == "taylor" and halt is None:
             seen = self._compared(state, start, absolute, between)
         try:
             path = self.first.path(state, start, until, absolute, seen, halt)
         except _Shortened:
-            path = self.by("dop853").path(state, start, until, absolute, between)
+            path = self.by("dop853").path(state, start, until, absolute, between, halt)
         if path.status != STIFF or not self.turns:
             return path
         # from the start again: a path is of one method, and the little that was done tells nothing
         return self.by("radau", turns=False).path(state, start, until, absolute, between, halt)
+
+
+def _either(halt: Halt | None, other: Halt | None) -> Halt | None:
+    """What stops a run first."""
+    if halt is None or other is None:
+        return halt or other
+    return lambda times, states: min(
+        (found for one in (halt, other) if (found := one(times, states)) is not None), default=None
+    )
 
 
 def first_method(kernels: Kernels, method: str, relative: NDArray[np.float64], batch: bool = False) -> str:

@@ -22,10 +22,11 @@ TOO_MANY_STEPS = "too many steps"
 DIVERGED = "iteration diverged"
 STIFF = "stiff"
 UNDEFINED = "event undefined"
+STUCK = "stuck on a switching law"
 RELEASED = "other conditions hold"
 CONTRADICTED = "constraints contradicted"
 INTERRUPTED = "interrupted"
-FAILED = (NOT_FINITE, COLLAPSED, DIVERGED, TOO_MANY_STEPS, UNDEFINED)
+FAILED = (NOT_FINITE, COLLAPSED, DIVERGED, TOO_MANY_STEPS, UNDEFINED, STUCK)
 """How a run ends that can not be continued."""
 
 
@@ -101,8 +102,9 @@ class Path:
 
     ``times`` (m + 1) and ``states`` (m + 1, n) hold the starts of the m steps and the end of the run; ``lengths`` (m)
     are the steps the integrator took (the last may reach beyond a terminal event). ``blame`` is the component, of the
-    status UNDEFINED the event function, that stopped a failed run. ``method``, ``relative`` and ``absolute`` are those
-    the steps were taken with; ``stiff`` counts the steps whose length the stability of an explicit method limited.
+    status UNDEFINED the event function, of STUCK the law (`switching`), that stopped a failed run. ``method``,
+    ``relative`` and ``absolute`` are those the steps were taken with; ``stiff`` counts the steps whose length the
+    stability of an explicit method limited.
     """
 
     rates: Rates

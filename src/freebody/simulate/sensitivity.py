@@ -30,6 +30,7 @@ from ..errors import ExpressionError, SimulationError, nearest
 from ..model import Model
 from ..scalar.derivative import forward
 from ..scalar.trace import Tape
+from .arguments import most_steps
 from .event import watching
 from .integrate import integrate
 from .kernels import Kernels, Program
@@ -248,7 +249,8 @@ def sensitive_motion(
     watch = watching(kernels, parameters, specs, expressions)
     path = integrate(
         rates, y, begin, end, relative=relative, absolute=absolute, watch=watch, method=method, step=step,
-        max_step=math.inf if max_step is None else float(max_step), max_steps=max_steps, between=between,
+        max_step=math.inf if max_step is None else float(max_step), max_steps=most_steps(max_steps, y.size + 2),
+        between=between,
     )  # fmt: skip
     return SensitiveTrajectory(variation, kernels, numbers, path, specs, tolerances, wanted, samples)
 

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import SimulationError, arguments_named, nearest
 from . import path as runs
-from .arguments import check_heeded, check_numbers, is_number
+from .arguments import STORED, check_heeded, check_numbers, check_steps, is_number, most_steps
 from .blow import blows_of, struck_path, watching_blows, watching_specs
 from .closing import closed_start
 from .driven import Drives, at_time, check_signals, driven_path, refuse_switched
@@ -119,7 +119,8 @@ def simulate(
     max_step : float, optional
         Longest step [s]: for loads that act so briefly that a step could jump over them.
     max_steps : int, optional
-        Stop with an error after so many steps.
+        Stop with an error after so many steps; after 10 million if not given, or 2 GiB of them. What is known before
+        to take more, by ``step``, ``max_step`` or the period of a controller, is refused.
     step : float, optional
         Length of all steps [s], whatever their error: asked for by ``method="structure"``, possible with all but
         "auto".
@@ -215,6 +216,9 @@ def simulate(
     end = number(model, numbers, until, "until")
     if times is not None and samples is not None:
         raise SimulationError("Expected times= or samples=, got both. Leave one out.")
+    most = most_steps(max_steps, STORED + model.n_q + model.n_u)
+    if method != "timestepping":
+        check_steps(begin, end, step, max_step, most)
     wanted = _times(times, begin, end)
     specs = specs_of(events)
     expressions = expressions_of(model, specs)
@@ -250,7 +254,7 @@ def simulate(
         with Progress(begin, end, progress) as between:
             return stepped_motion(
                 kernels, numbers, state, begin, end, specs, expressions, tolerances, wanted, samples,
-                step=step, impulses=impulses, between=between,
+                step=step, max_steps=max_steps, impulses=impulses, between=between,
             )  # fmt: skip
     if model.contacts:
         from .contact_motion import touching_motion
@@ -259,7 +263,7 @@ def simulate(
         with Progress(begin, end, progress) as between:
             return touching_motion(
                 kernels, numbers, state, begin, end, specs, expressions, tolerances, wanted, samples,
-                order=impacts, indeterminate=indeterminate, method=method, max_step=max_step, max_steps=max_steps,
+                order=impacts, indeterminate=indeterminate, method=method, max_step=max_step, max_steps=most,
                 impulses=impulses, between=between,
             )  # fmt: skip
     parameters, rates = kernels.at(numbers)
@@ -267,7 +271,7 @@ def simulate(
     longest = math.inf if max_step is None else float(max_step)
     if not (blows or model.switched or kernels.dropped):
         way = Way(
-            kernels, parameters, method, rates, tolerances, step=step, max_step=longest, max_steps=max_steps,
+            kernels, parameters, method, rates, tolerances, step=step, max_step=longest, max_steps=most,
             watch=watching(kernels, parameters, specs, expressions),
         )  # fmt: skip
         plain = PlainRun(
@@ -281,7 +285,7 @@ def simulate(
         absolute = scaled(kernels, tolerances, begin, state, rates, method)
     watch = watching_blows(kernels, parameters, specs, blows)
     with Progress(begin, end, progress) as between:
-        left, holding = max_steps, Holding(kernels)
+        left, holding = most, Holding(kernels)
 
         def leg(
             p: Any, how: str, here: Rates, y: Any, t0: float, t1: float, work: float = 0.0, **more: Any
@@ -292,14 +296,14 @@ def simulate(
                     held, p, how, rates, tolerances, step=step, max_step=longest, max_steps=left, **more
                 )
                 done = one.path(y, t0, t1, absolute, between, halt)
-                left = None if left is None else left - done.steps
+                left -= done.steps
                 return done
 
             return holding.path(part, p, here, y, t0, t1, work)
 
         happenings: tuple[Any, ...] = ()
         path: Any
-        drives = Drives(kernels, numbers, begin, end) if model.switched else None
+        drives = Drives(kernels, numbers, begin, end, most) if model.switched else None
         given = method
 
         def advance(y: Any, t0: float, t1: float, work: float = 0.0) -> Any:

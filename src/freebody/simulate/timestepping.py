@@ -21,7 +21,7 @@ from ..dynamics.mobility import massless_motion
 from ..dynamics.state import State, float_state
 from ..errors import ModelError, SimulationError
 from . import loop
-from .arguments import check_forwards
+from .arguments import STORED, check_count, check_forwards, most_steps
 from .blow import Blow, blows_of, call_of, scheduled
 from .contact_motion import check_coefficients
 from .contact_scene import scene_of_layout
@@ -71,6 +71,7 @@ def stepped_motion(
     samples: int | None,
     *,
     step: Any,
+    max_steps: int | None,
     impulses: Any,
     between: Callable[[float], None] | None,
 ) -> SteppedTrajectory:
@@ -96,6 +97,8 @@ def stepped_motion(
                 f"The blow '{one.name}' meets a surface (normal=, restitution=), which method='timestepping' solves "
                 "only with the other contacts: describe the surface by s.contact(..., restitution=e), or give impulse=."
             )
+    most = most_steps(max_steps, STORED + model.n_q + model.n_u + 4 * len(model.contacts))
+    check_count((end - begin) / h, most, f"step = {h:g} s", "Take a longer step=")
     count = max(round((end - begin) / h), 1 if end > begin else 0)
     if count and abs(count * h - (end - begin)) > 1e-9 * max(h, abs(end)):
         count = math.ceil((end - begin) / h)
