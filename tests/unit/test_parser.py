@@ -144,6 +144,12 @@ def test_any_text_is_read_or_refused_in_order(text: str) -> None:
         "2**" * 6000 + "2",
         "max(" + "k, " * 5000 + "m)",
         "k" * (MAX_LENGTH + 1),
+        "exp(exp(exp(exp(10))))",
+        "exp(-exp(exp(10)))",
+        "exp(10)^exp(10)",
+        "pi^pi^pi^pi^pi",
+        "k*sinh(exp(9))",
+        "sin(exp(exp(exp(exp(9)))))",
         "((k + m)**100)**100" + "**100" * 40,
     ],
 )

@@ -31,7 +31,10 @@ def test_a_slide_sticks_where_its_speed_is_zero(method):
     assert motion.path.status == "stuck on a switching law"
     assert motion.path.end == pytest.approx(1.5, abs=1e-6)
     assert motion["x"][-1] == pytest.approx(9 / 4, abs=1e-6)
-    assert re.search(r"it sticks at t = 1\.(5|49999)", text) and "a law with sign(x') drives it back from either side" in text
+    assert (
+        re.search(r"it sticks at t = 1\.(5|49999)", text)
+        and "a law with sign(x') drives it back from either side" in text
+    )
     assert "s.contact(..., friction=mu)" in text and "tanh((x')/width)" in text
     assert motion.path.steps < 1000
 
@@ -123,7 +126,9 @@ def test_steps_that_are_known_to_be_too_many_are_refused_before(options, text):
 def test_samples_of_a_controller_that_are_too_many_are_refused_before():
     s = block("F", F=0.0)
     s.controller(lambda t, state: 0.0, period=1e-9, inputs=["F"])
-    with pytest.raises(SimulationError, match=r"got a period of 1e-09 s of controller .*, which makes 1e\+10"):
+    with pytest.raises(
+        SimulationError, match=r"got a period of 1e-09 s of controller .*, which makes 1e\+10"
+    ):
         fb.simulate(s, 10)
 
 
@@ -135,7 +140,9 @@ def test_steps_of_contacts_that_are_too_many_are_refused_before():
     s.contact("floor", ball.point(0, 0, 0), s.ground.plane(normal="z"))
     with pytest.raises(SimulationError, match=r"got step = 1e-09 s, which makes 1e\+10"):
         fb.simulate(s, 10, method="timestepping", step=1e-9)
-    with pytest.raises(SimulationError, match="at most 9 steps, got step = 0.1 s, which makes 10. Take a longer step="):
+    with pytest.raises(
+        SimulationError, match="at most 9 steps, got step = 0.1 s, which makes 10. Take a longer step="
+    ):
         fb.simulate(s, 1, method="timestepping", step=0.1, max_steps=9)
 
 

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import http.client
 import json
+import signal
+import subprocess
+import sys
 import threading
+import time
 from collections.abc import Iterator
 from urllib.parse import urlsplit
 
@@ -100,6 +104,37 @@ def test_a_start_that_holds_parameters_follows_them():
     assert slow["bodies"][0]["spin"] != fast["bodies"][0]["spin"]
 
 
+def test_sliders_are_those_that_move_something_and_say_what_they_follow():
+    """Of the gyroscope two parameters stand in the start alone, and two in questions about it, which no slider shows."""
+    live = machine("gyroscope", ())
+    sliders = {x["name"]: x for x in live.machine()["sliders"]}
+    rest = live._seen.states
+    assert sliders["theta"]["follows"] == ["theta_0"] and sliders["phi'"]["follows"] == ["Omega_zeta"]
+    assert "theta_low" not in sliders and "t_1" not in sliders
+    for name, slider in sliders.items():
+        assert name in ("theta", "phi'") or slider["follows"] == []
+        answer = (
+            live.motion({name: 1.01 * slider["value"]}, {}, live.until)
+            if slider["group"] == "values"
+            else None
+        )
+        if answer is not None:
+            states = live._seen.states
+            assert states.shape != rest.shape or (states != rest).any(), name
+    assert live.motion({"theta_0": 0.5}, {}, 0.01)["start"]["theta"] == 0.5
+
+
+def test_a_machine_whose_equations_can_not_be_written_moves(live, monkeypatch):
+    import freebody.picture.live as module
+
+    def refuse(model):
+        raise ModelError("Expected <few> terms.")
+
+    monkeypatch.setattr(module, "Equations", refuse)
+    shown = live.machine()
+    assert shown["equations"] == "<p>Expected &lt;few&gt; terms.</p>" and shown["scene"]
+
+
 def test_nonsense_is_refused(live):
     for values, initial, until, message in (
         ({"q": 1}, {}, 1, "q"),
@@ -107,6 +142,7 @@ def test_nonsense_is_refused(live):
         ({"L": "1"}, {}, 1, "Expected a finite number for 'L', got '1'"),
         ({"L": float("nan")}, {}, 1, "Expected a finite number for 'L', got nan"),
         ({}, {"theta": True}, 1, "Expected a finite number for 'theta', got True"),
+        ({"L": 10**400}, {}, 1, "Expected a finite number for 'L', got 1000"),
         ({}, {}, None, "Expected a finite number for 'until', got None"),
         ({}, {}, -1, "Expected the length of the run between 0 and 1e6 s, got -1 s"),
     ):
@@ -168,6 +204,39 @@ def test_nobody_else_is_let_in(server):
     )  # fmt: skip
     assert code == 400
     assert post(server, "motion", data)[0] == 200  # and the page itself still is
+
+
+def test_lists_within_lists_without_end_are_refused(server):
+    deep = "[" * 100_000 + "]" * 100_000
+    headers = {"Origin": origin(server), "Content_Type": "application/json"}
+    assert ask(server, "POST", f"/{server.token}/motion", deep, **headers)[0] == 400
+    code, text, _ = post(server, "motion", {"values": {"L": 10**400}, "initial": {}, "until": 1})
+    assert code == 200 and "Expected a finite number for 'L'" in json.loads(text)["error"]
+
+
+def test_ctrl_c_closes_whatever_it_computes():
+    """One regular expression that takes years, and in all that time lets no other instruction of Python run."""
+    program = (
+        "import re, threading, freebody.picture.live as live\n"
+        "from freebody.cli import main\n"
+        "def stuck(self):\n"
+        "    print('computing', flush=True)\n"
+        "    re.match('(a+)+$', 'a' * 60 + 'b')\n"
+        "threading.Timer(0.5, lambda: stuck(None)).start()\n"
+        "main(['view', 'gyroscope', '--no-browser'])\n"
+    )
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    try:
+        lines = iter(process.stdout.readline, "")
+        assert any(line.startswith("computing") for line in lines)
+        time.sleep(0.2)
+        begun = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=10) == -signal.SIGINT
+        assert time.monotonic() - begun < 1
+    finally:
+        process.kill()
+        process.stdout.close()
 
 
 def test_it_closes(live):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hmac
 import json
 import secrets
+import signal
 import threading
 from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -52,11 +53,12 @@ def view(model: str, port: int, settings: tuple[tuple[str, str], ...], browser: 
         import webbrowser
 
         threading.Thread(target=webbrowser.open, args=(server.address,), daemon=True).start()
+    # Python hears the keyboard between two of its own instructions only, and one of them may be a long computation
+    heard = signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         server.serve_forever(poll_interval=0.1)
-    except KeyboardInterrupt:
-        pass
     finally:
+        signal.signal(signal.SIGINT, heard)
         server.server_close()
     click.echo("Closed.")
 
@@ -183,7 +185,7 @@ class Handler(BaseHTTPRequestHandler):
             return None
         try:
             data = json.loads(self.rfile.read(int(length)))
-        except ValueError:
+        except (ValueError, RecursionError):  # no JSON, or lists within lists without end
             return None
         return data if isinstance(data, dict) else None
 

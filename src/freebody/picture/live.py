@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
 from threading import Lock
 from typing import Any
@@ -14,6 +14,7 @@ from ..equations.equations import Equations, equations
 from ..errors import FormatError, FreebodyError, ModelError, SimulationError
 from ..formats.case import Case
 from ..model.assemble import assemble
+from ..model.symbols import symbols_of
 from ..simulate.simulate import simulate
 from .animation import animation
 from .phases_drawn import lasting
@@ -95,18 +96,15 @@ class Live:
             for name in initial:
                 if name not in known:
                     raise SimulationError(f"Unknown coordinate or speed '{name}' of '{self.model.name}'.")
-            numbers = [_number(name, x) for group in (values, initial) for name, x in group.items()]
+            values, initial = (
+                {name: _number(name, x) for name, x in group.items()} for group in (values, initial)
+            )
             length = _number("until", until)
             if not 0 < length <= 1e6:
                 raise SimulationError(
                     f"Expected the length of the run between 0 and 1e6 s, got {length:g} s."
                 )
-            assert all(map(math.isfinite, numbers))
-            return self._motion(
-                {**self.values, **{name: float(x) for name, x in values.items()}},
-                {name: float(x) for name, x in initial.items()},
-                length,
-            )
+            return self._motion({**self.values, **values}, initial, length)
 
     def change(self, text: str) -> dict[str, Any]:
         """Another machine, from the text of a model file; the present one stays if the text is none."""
@@ -132,36 +130,58 @@ class Live:
         )  # fmt: skip
         scene = animation(trajectory)
         self._seen = trajectory
-        return {"scene": scene, "charts": charts(scene)}
+        return {"scene": scene, "charts": charts(scene), "start": self._start(values)}
 
     def _sliders(self) -> list[dict[str, Any]]:
         model, result = self.model, []
         about = self.case.system.about
+        moving = self._moving()
         for parameter in model.parameters:
+            if parameter.name not in moving:
+                continue
             x = self.values[parameter.name]
             unit, text = about.get(parameter.name, ("", ""))
             low, high = (min(0.0, 2 * x), max(0.0, 2 * x)) if x else (-1.0, 1.0)
             result.append(_slider("values", parameter.name, x, low, high, unit, text))
         rest = dict(zip(model.coordinate_names, map(float, rest_coordinates(model)), strict=True))
-        given = self._start()
+        given = self._start(self.values)
         free = {c.name for c in model.coordinates if c.kind == "scalar"}
         # of a machine with constraints only what the model gives can be moved: the rest follows
         for name in model.coordinate_names:
             if name in free and (not model.constraints or name in given):
                 x = float(given.get(name, rest[name]))
+                low, high = min(-math.pi, 2 * x), max(math.pi, 2 * x)
                 result.append(
-                    _slider("initial", name, x, min(-math.pi, 2 * x), max(math.pi, 2 * x), "", "at the start")
+                    _slider("initial", name, x, low, high, "", "at the start", self._followed(name))
                 )
         for name in model.speed_names:
             if not model.constraints or name in given:
                 x = float(given.get(name, 0.0))
                 reach = max(10.0, 2 * abs(x))
-                result.append(_slider("initial", name, x, -reach, reach, "", "at the start"))
+                result.append(
+                    _slider("initial", name, x, -reach, reach, "", "at the start", self._followed(name))
+                )
         return result
 
-    def _start(self) -> dict[str, float]:
+    def _moving(self) -> set[str]:
+        """Names of the parameters that the motion or the drawing depends on."""
+        model, system = self.model, self.case.system
+        shapes = [body.mass_properties.shape for body in system.bodies.values()]
+        start = [system.expression(x) for x in (*self.case.initial.values(), *self.case.near.values())]
+        parts = (
+            model.links, model.loads, model.gravity, model.constraints, model.contacts, model.controllers, shapes, start
+        )  # fmt: skip
+        return {symbol.name for symbol in symbols_of(parts)}
+
+    def _followed(self, name: str) -> list[str]:
+        """Names of the parameters that a value of the start is an expression of."""
+        known = {parameter.name for parameter in self.model.parameters}
+        start = self.case.system.expression(self.case.initial.get(name, 0))
+        return sorted({symbol.name for symbol in symbols_of(start)} & known)
+
+    def _start(self, values: Mapping[str, float]) -> dict[str, float]:
         """The start that the model gives, where it gives numbers for one coordinate or speed."""
-        state = float_state(self.model, values=self.values)
+        state = float_state(self.model, values=values)
         names = (*self.model.coordinate_names, *self.model.speed_names)
         system = self.case.system
         return {
@@ -171,6 +191,13 @@ class Live:
         }
 
     def _equations(self) -> str:
+        """The equations; why there are none, where they can not be written. The machine moves all the same."""
+        try:
+            return self._written()
+        except FreebodyError as error:
+            return f"<p>{escape(str(error))}</p>"
+
+    def _written(self) -> str:
         if self.model.n_u > LARGEST:
             return "<p>Not shown for a machine of this size.</p>"
         sets = [one for one in lasting(self._seen) if set(one[0].values()) != {"open"}]
@@ -190,7 +217,14 @@ def problem(error: FreebodyError) -> dict[str, Any]:
 
 
 def _slider(
-    group: str, name: str, value: float, low: float, high: float, unit: str, about: str
+    group: str,
+    name: str,
+    value: float,
+    low: float,
+    high: float,
+    unit: str,
+    about: str,
+    follows: Sequence[str] = (),
 ) -> dict[str, Any]:
     return {
         "group": group,
@@ -200,13 +234,18 @@ def _slider(
         "high": high,
         "unit": unit,
         "about": about,
+        "follows": list(follows),
     }
 
 
 def _number(name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise SimulationError(f"Expected a finite number for '{name}', got {value!r}.")
-    return float(value)
+    try:
+        number = math.nan if isinstance(value, bool) or not isinstance(value, int | float) else float(value)
+    except OverflowError:  # an integer beyond the largest float
+        number = math.inf
+    if not math.isfinite(number):
+        raise SimulationError(f"Expected a finite number for '{name}', got {repr(value)[:40]}.")
+    return number
 
 
 def body(name: str) -> str:

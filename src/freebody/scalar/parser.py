@@ -246,7 +246,14 @@ class _Parser:
     def real(self, value: Any, at: int, what: str) -> Any:
         """The value of a function or power, refused where mechanics has no use for it."""
         no_number = value.has(sympy.zoo, sympy.nan, sympy.oo, -sympy.oo, sympy.I)
-        if no_number or (value.is_number and value.is_real is False):
+        if not no_number and value.is_number and not value.is_Rational:
+            # at each level: a tower of powers has more digits than there is memory
+            if not abs(value.evalf(2)) < sympy.Integer(2) ** MAX_BITS:
+                self.fail(
+                    at, f"Expected a value of at most {MAX_BITS} bits of this {what}, got a larger one."
+                )
+            no_number = value.is_real is False
+        if no_number:
             self.fail(at, f"Expected a finite real value of this {what}, got {value}.")
         return value
 

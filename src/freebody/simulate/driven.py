@@ -16,17 +16,16 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import sympy
 
-from ..describe.body import Body, Point
-from ..describe.joint import Joint
 from ..describe.load import JointSpring, Spring
 from ..errors import ModelError, SimulationError, nearest
 from ..model import Model
+from ..model.symbols import symbols_of
 from .arguments import MOST_STEPS, check_count, check_forwards
 from .event import EventSpec
 from .initial import number
@@ -279,31 +278,13 @@ def _check_inputs(model: Model) -> None:
         for link in model.links
     ]
     fixed += [model.constraints, [pair for pair in model.contacts]]
-    for symbol in _symbols(fixed):
+    for symbol in symbols_of(fixed):
         if symbol.name in names:
             raise SimulationError(
                 f"Controller '{names[symbol.name]}' sets '{symbol.name}', which stands in a mass, a dimension, a "
                 "displacement or a constraint. It jumps between samples, and what it moved would need infinite forces: "
                 "set a force, a torque, or the stiffness or rest of a spring."
             )
-
-
-def _symbols(part: Any) -> set[Any]:
-    if isinstance(part, sympy.Basic):
-        return set(part.free_symbols)
-    if isinstance(part, Mapping):
-        return _symbols(list(part.values()))
-    if isinstance(part, list | tuple):
-        return set().union(*map(_symbols, part)) if part else set()
-    if isinstance(part, Body):
-        return set()
-    if isinstance(part, Point):
-        return _symbols(list(part.components))
-    if isinstance(part, Joint):
-        return _symbols([part.at, part.to])
-    if is_dataclass(part):
-        return set().union(*(_symbols(getattr(part, one.name)) for one in fields(part)), set())
-    return set()
 
 
 def driven_path(

@@ -5,7 +5,7 @@
 (function () {
   const machine = JSON.parse(document.getElementById("scene").textContent);
   const at = (id) => document.getElementById(id);
-  let shown = null, state = { values: {}, initial: {}, until: machine.until }, busy = false, waiting = false;
+  let shown = null, state = { values: {}, initial: {}, until: machine.until }, busy = false, waiting = false, starts = {};
 
   async function ask(what, data) {
     const answer = await fetch(what, {
@@ -43,7 +43,10 @@
     try {
       const answer = await ask("motion", state);
       say(answer.error || "");
-      if (!answer.error) put(answer, true);
+      if (!answer.error) {
+        follow(answer.start);
+        put(answer, true);
+      }
     } catch (error) {
       say("The program that made this page has ended.");
     }
@@ -55,18 +58,23 @@
   }
   function sliders(list, until) {
     at("sliders").replaceChildren();
-    const all = [...list, { group: "", name: "until", value: until, low: until / 10, high: 4 * until, unit: "s", about: "length of the run" }];
-    for (const { group, name, value, low, high, unit, about } of all) {
+    const places = {};
+    const all = [...list, { group: "", name: "until", value: until, low: until / 10, high: 4 * until, unit: "s", about: "length of the run", follows: [] }];
+    for (const { group, name, value, low, high, unit, about, follows } of all) {
       const row = element("label", { class: "slider", title: about }, at("sliders"));
       element("span", {}, row, name);
       const range = element("input", { type: "range", min: low, max: high, step: "any", name }, row);
       const box = element("input", { type: "number", step: "any", "aria-label": name }, row);
       element("span", { class: "unit" }, row, unit);
       range.value = box.value = value;
+      if (group === "initial") places[name] = { range, box, follows };
       const moved = (x) => {
         if (!Number.isFinite(x)) return;
         if (group) state[group][name] = x;
         else state.until = x;
+        // what the model gives as an expression of this parameter follows it again
+        if (group === "values")
+          for (const start in places) if (places[start].follows.includes(name)) delete state.initial[start];
         move();
       };
       range.addEventListener("input", () => {
@@ -78,6 +86,18 @@
         moved(Number(box.value));
       });
     }
+    starts = places;
+  }
+  // Sliders of the start that were not moved themselves show what the model's expressions give.
+  function follow(start) {
+    for (const name in starts)
+      if (starts[name].follows.length && !(name in state.initial)) {
+        const { range, box } = starts[name];
+        const x = Number(start[name].toPrecision(5));
+        range.min = Math.min(range.min, x);
+        range.max = Math.max(range.max, x);
+        range.value = box.value = x;
+      }
   }
   function number(wrong = null) {
     const count = at("text").value.split("\n").length;
