@@ -3,9 +3,10 @@
 import math
 import re
 
-import freebody as fb
 import numpy as np
 import pytest
+
+import freebody as fb
 from freebody.errors import SimulationError
 
 
@@ -113,7 +114,7 @@ def test_what_makes_a_run_slow_is_named():
     ("options", "text"),
     [
         ({"method": "gauss", "step": 1e-3}, "at most 10000000 steps, got step = 0.001 s, which makes 1e+12"),
-        ({"max_step": 1e-3}, "at most 10000000 steps, got max_step = 0.001 s, which makes 1e+12. Take a longer max_step="),
+        ({"max_step": 1e-3}, "got max_step = 0.001 s, which makes 1e+12. Take a longer max_step="),
         ({"max_step": 1e-3, "initial": {"x": [1, 2]}}, "got max_step = 0.001 s, which makes 1e+12"),
     ],
 )  # fmt: skip

@@ -166,10 +166,10 @@ class Live:
     def _moving(self) -> set[str]:
         """Names of the parameters that the motion or the drawing depends on."""
         model, system = self.model, self.case.system
-        shapes = [body.mass_properties.shape for body in system.bodies.values()]
+        solids = [body.mass_properties for body in system.bodies.values()]
         start = [system.expression(x) for x in (*self.case.initial.values(), *self.case.near.values())]
         parts = (
-            model.links, model.loads, model.gravity, model.constraints, model.contacts, model.controllers, shapes, start
+            model.links, model.loads, model.gravity, model.constraints, model.contacts, model.controllers, solids, start
         )  # fmt: skip
         return {symbol.name for symbol in symbols_of(parts)}
 

@@ -4,8 +4,8 @@
     ė₊ < 0 < ė₋                         either side leads back to e = 0
 
 There the machine can leave e = 0 to neither side. It stays, under a force between -c and +c that the law does not
-state, and an integrator makes ever shorter steps to and fro. A run stops at the first state from which, over some steps,
-both sides lead back and e moves by less than either side alone would move it: no motion on one side does that.
+state, and an integrator makes ever shorter steps to and fro. A run stops at the first state from which, over some
+steps, both sides lead back and e moves by less than either side alone would move it: no motion on one side does that.
 
 Source: A. F. Filippov, Differential Equations with Discontinuous Righthand Sides (1988), section 4.
 """
