@@ -386,7 +386,7 @@ def test_a_massless_moving_tip():
         s,
         "Body 'tip' is a moving tip without mass",
         "joint 'b' would accelerate it",
-        "Give it mass, weld it, or leave it out",
+        "Give it mass, weld it, leave it out, or let it follow bodies with mass",
     )
 
 

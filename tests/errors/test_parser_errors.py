@@ -27,7 +27,7 @@ CASES = [
     ("sine(k)", "Expected a known function, got 'sine'; did you mean 'sin'?", 0),
     ("sin(k, 2)", "Expected 1 argument of sin, got 2.", 0),
     ("atan2(k)", "Expected 2 arguments of atan2, got 1.", 0),
-    ("max(" + "k," * 40 + "k)", "Expected 1 to 32 arguments of max, got 41.", 0),
+    ("max(" + "k," * 40 + "k)", "Expected 2 to 32 arguments of max, got 41.", 0),
     ("sin()", "Expected a number, a name or '(', got ')'.", 4),
     ("k*", "Expected a number, a name or '(', got the end of the text.", 2),
     ("k +* 2", "Expected a number, a name or '(', got '*'.", 3),

@@ -340,6 +340,17 @@ def test_falling_bar(changing):
         outcome("prob-6-11", angle=0.8)
 
 
+def test_a_falling_bar_that_slips_forwards():
+    """55 degrees from the vertical: mu = -H/N = 3 sin(theta) (2 - 3 cos(theta)) / (3 cos(theta) - 1)²."""
+    theta = math.radians(55)
+    answers = outcome("prob-6-11", angle=math.pi / 2 - theta, mu_floor=1.32).answers
+    s, c = math.sin(theta), math.cos(theta)
+    assert answers["mu"].value == pytest.approx(3 * s * (2 - 3 * c) / (3 * c - 1) ** 2, rel=1e-13)
+    assert answers["mu"].value == pytest.approx(1.32, abs=0.005) and answers["H"].value < 0
+    assert answers["theta_floor"].value == pytest.approx(theta, abs=1e-3)
+    assert answers["way"].value.startswith("forwards")
+
+
 def test_events_are_sentences_and_modes_a_timeline():
     motion = outcome("prob-6-11").trajectory
     assert str(motion.events[0]) == "t = 1.04426 s: contact floor: stick → slip +, |T| reached 4.40035 N"

@@ -292,5 +292,22 @@ def test_projectile(changing):
 def test_projectile_without_enough_spin():
     answers = entries()["projectile"].run({"Omega": 1500.0}).answers
     assert answers["omega_fast"].value == answers["omega_slow"].value == "none: spin too small"
-    with pytest.raises(ModelError, match="Expected alpha below 90 degrees, got 2 rad"):
-        entries()["projectile"].run({"alpha": 2.0})
+    for alpha in (2.0, -0.1):
+        with pytest.raises(
+            ModelError, match=f"Expected an angle from 0 to below pi/2.*got alpha = {alpha:g}"
+        ):
+            entries()["projectile"].run({"alpha": alpha})
+
+
+def test_a_projectile_that_flies_along_its_axis():
+    """The rates are those of small wobbles; pushed by v aside it nutates to 2 v / (fast - slow)."""
+    found = entries()["projectile"].run({"alpha": 0})
+    answers = found.answers
+    a, b, c = 3e-4, 4.5e-5 * 2500, 150 * 0.03
+    root = math.sqrt(b**2 - 4 * a * c)
+    assert answers["omega_fast"].value == pytest.approx((b + root) / (2 * a), rel=1e-13)
+    assert answers["omega_slow"].value == pytest.approx((b - root) / (2 * a), rel=1e-13)
+    assert answers["Omega_min"].value == answers["Omega_limit"].value
+    motion = found.trajectory
+    tilt = np.hypot(motion["alpha_x"], motion["alpha_y"]).max()
+    assert tilt == pytest.approx(2 * 2.5 * a / root, rel=1e-3)

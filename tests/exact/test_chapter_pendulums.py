@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 import sympy
@@ -103,9 +105,17 @@ def test_airfoil_formulas():
     assert answers["equation_theta"].value == "m*s*x'' + I_E*theta'' + k_theta*theta = 0"
 
 
-def test_airfoil_refuses_a_mass_centre_on_the_axis_and_too_little_inertia():
-    with pytest.raises(ModelError, match="without a distance nothing couples"):
-        entries()["prob-6-14"].run({"s": 0})
+def test_an_airfoil_with_its_mass_centre_on_the_axis_has_two_motions_apart():
+    answers = entries()["prob-6-14"].run({"s": 0, "theta_0": 0.02}).answers
+    pitch, plunge = (200 / 0.9) ** 0.5, (4000 / 10) ** 0.5
+    assert answers["omega_1"].value == pytest.approx(pitch, rel=1e-14)
+    assert answers["omega_2"].value == pytest.approx(plunge, rel=1e-14)
+    assert answers["ratio_1"].value == 0 and answers["ratio_2"].value == "none: theta stays zero"
+    assert answers["x(t_1)"].value == pytest.approx(0.01 * math.cos(plunge), rel=1e-9)
+    assert answers["theta(t_1)"].value == pytest.approx(0.02 * math.cos(pitch), rel=1e-9)
+
+
+def test_airfoil_refuses_too_little_inertia():
     with pytest.raises(
         ModelError, match=r"Expected I_E - m\*s\^2 > 0 in 'airfoil'.*I_E = 0.1, m = 10, s = 0.1"
     ):

@@ -73,7 +73,10 @@ class Signal(sympy.Dummy):
 
     def __call__(self, t: ArrayLike) -> Any:
         """The value at a time, or at an array of times."""
-        times = np.asarray(t, dtype=float)
+        try:
+            times = np.asarray(t, dtype=float)
+        except (TypeError, ValueError, OverflowError):
+            raise ModelError(f"Expected a time, or times [s], for signal '{self.name}', got {t!r}.") from None
         flat = np.atleast_1d(times).reshape(-1)
         starts, c = self.pieces(flat)
         x = flat - starts
@@ -182,7 +185,7 @@ def signal(
 def _samples(given: ArrayLike, what: str, label: str) -> Array:
     try:
         x = np.array(given, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ModelError(f"Expected numbers for the {what} of signal '{label}', got {given!r}.") from None
     if x.ndim != 1:
         raise ModelError(

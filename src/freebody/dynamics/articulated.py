@@ -75,6 +75,7 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
     p = [minus(force_cross(V[i], momentum_of(state.inertia(i), V[i])), loads.wrench(i)) for i in range(count)]
     c = [motion_cross(V[i], state.joint(i)[2]) for i in range(count)]
     kept: list[Any] = [None] * count
+    borne: list[list[int]] = [[] for _ in range(count)]
     for i in range(count - 1, -1, -1):
         link = model.links[i]
         if link.driven:
@@ -86,7 +87,10 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
                 [along.get(i, 0)] if link.one_dof else [extra.get(link.u + k, 0) for k in range(len(motion))]
             )
             U, m = pivot(motion, tau, inertia[i], p[i])
-            _check_inertia(link, motion, U)
+            driven = [x + power(S, loads.wrench(i)) for x, S in zip(tau, motion, strict=True)]
+            borne[i] = _borne(model, i, motion, U, driven)
+            motion, tau, U, m = ([x[k] for k in borne[i]] for x in (motion, tau, U, m))
+        if motion:
             D = Factorization([[power(S, W) for W in U] for S in motion])
             kept[i] = (motion, U, m, D)
         if link.parent == GROUND:
@@ -103,9 +107,13 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
     for i, link in enumerate(model.links):
         R, r, _ = state.joint(i)
         a = plus(motion_to_child(R, r, ground if link.parent == GROUND else A[link.parent]), c[i])
+        if link.one_dof:
+            second |= {} if link.driven else {i: 0}
+        elif link.u >= 0:
+            own |= dict.fromkeys(range(link.u, link.u + (3 if link.kind == "ball" else 6)), 0)
         if kept[i] is not None:
             rates, a = accelerated(a, kept[i])
-            for k, rate in enumerate(rates):
+            for k, rate in zip(borne[i], rates, strict=True):
                 if link.one_dof:
                     second[i] = rate
                 else:
@@ -151,16 +159,34 @@ def accelerated(a: Spatial, kept: Kept) -> tuple[list[Any], Spatial]:
     return rates, a
 
 
-def _check_inertia(link: Link, motion: list[Spatial], U: list[Spatial]) -> None:
-    """A motion that meets no inertia at all, whatever the state, can not be solved for."""
-    for S, W in zip(motion, U, strict=True):
-        along = power(S, W)
-        if isinstance(along, int | Fraction) and along == 0:
+def _borne(model: Model, i: int, motion: list[Spatial], U: list[Spatial], tau: list[Any]) -> list[int]:
+    """Places of the motions of a link that meet inertia; ``tau``: what drives each.
+
+    A motion that meets none at all, whatever the state, can not be solved for. The turn of a particle in a joint that
+    also moves it along, which no torque drives, has the equation 0 = 0: it keeps its rate.
+    """
+    found, link = [], model.links[i]
+    for k, (S, W, torque) in enumerate(zip(motion, U, tau, strict=True)):
+        if not _is_zero(power(S, W)):
+            found.append(k)
+        elif not (S[1] == ZERO and _is_zero(torque) and _is_carried_along(model, i)):
             raise ModelError(
                 f"Joint '{link.joint}' has a motion that meets no inertia, so that no acceleration follows from the "
                 f"forces. Give what it carries mass, or moment of inertia (a particle has none), weld it, or leave "
                 f"out the motion."
             )
+    return found
+
+
+def _is_carried_along(model: Model, i: int) -> bool:
+    """Whether a link carries no other, and its joint moves it along as well."""
+    links = model.joints[model.links[i].joint].links
+    along = any(model.links[j].kind in ("slider", "free") for j in links)
+    return along and all(other.parent != i for other in model.links)
+
+
+def _is_zero(x: Any) -> bool:
+    return isinstance(x, int | Fraction) and x == 0
 
 
 def free_motions(link: Link, subspace: Spatial | None) -> list[Spatial]:

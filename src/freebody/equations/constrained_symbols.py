@@ -77,10 +77,11 @@ def constrained_symbols(
     terms = reduced(model, found, moved.u, moved.udot, choice, solve, entry)
     names = tangent_names(model)
     chosen = [names[j] for j in choice.speeds]
-    balanced(
-        model, ring, [_whole(ring, x) for x in terms["residual"]], chosen, moved.moving,
-        "with the constraint forces eliminated, the equations of its independent coordinates leave",
-    )  # fmt: skip
+    if not point.rounded:
+        balanced(
+            model, ring, [_whole(ring, x) for x in terms["residual"]], chosen, moved.moving,
+            "with the constraint forces eliminated, the equations of its independent coordinates leave",
+        )  # fmt: skip
     canonical: dict[str, Any] = {
         key: [[_whole(ring, x) for x in row] for row in terms[key]]
         for key in ("M", "C", "K", "K_carried", "B", "E", "E_rates", "T", "S", "P", "to_rates")
@@ -152,7 +153,7 @@ def _closed(
         left = [linearized(model, State(model, ring, 0, q, u, values)).residual[i] for i in held]
         break
     missed = {kinds[i].name: x for i, x in zip(held, left, strict=True) if x != 0}
-    if missed:
+    if missed and not point.rounded:
         shown = "; ".join(f"{name}: {text(x, ring)}" for name, x in missed.items())
         rest = [c.name for c in model.coordinates if c.name not in point.given and c.kind == "scalar"]
         raise ModelError(
@@ -254,7 +255,7 @@ def _motion(
         for kind, x in zip(rows(model), given.residual, strict=True)
         if x != 0 and not kind.on_speeds
     }
-    if off:
+    if off and not point.rounded:
         shown = "; ".join(f"{name}: {text(x, ring)}" for name, x in off.items())
         raise ModelError(
             f"The motion given leaves the constraints of '{model.name}' as it goes on: {shown} in place of 0. Its "

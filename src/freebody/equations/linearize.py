@@ -14,6 +14,7 @@ The file is longer than others: symbols, numbers and motions go through the same
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -131,6 +132,8 @@ def _symbolic(
     model: Model, about: Any, where: Mapping[Any, Any], inputs: Sequence[str], independent: Any
 ) -> LinearModel:
     point = operating_point(model, about)
+    if point.rounded:
+        point = replace(point, rounded=_is_balanced_in_numbers(model, about, where, inputs, independent))
     ring = Ring(capacity=64 + len(model.parameters) + 2 * model.n_u)
     for expression in model.positive:
         ring.assume_positive(expression)
@@ -156,9 +159,9 @@ def _symbolic(
     terms = _terms(model, ring, q, u0, (0,) * model.n_u, t, values, inputs)
     names = tangent_names(model)
     time = ring.generator(model.names.atoms["t"]).mask
-    balanced(
-        model, ring, terms["residual"], names, time, "without accelerations the equations of motion leave"
-    )
+    if not point.rounded:
+        what = "without accelerations the equations of motion leave"
+        balanced(model, ring, terms["residual"], names, time, what)
     steady(model, ring, terms, names, time)
     terms = _in_rates(terms, tangent_drift(model, u0))
     return LinearModel(
@@ -169,6 +172,17 @@ def _symbolic(
         ring=ring,
         point=_named_point(model, point.q, point.u),
     )
+
+
+def _is_balanced_in_numbers(
+    model: Model, about: Any, where: Mapping[Any, Any], inputs: Sequence[str], independent: Any
+) -> bool:
+    """Whether a state of floats is balanced but for round-off, at the default values."""
+    try:
+        _numeric(model, about, where, {}, inputs, independent)
+    except ModelError:
+        return False
+    return True
 
 
 def _where(model: Model, where: Mapping[Any, Any]) -> dict[Any, Any]:

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import sympy
 
 from ..dynamics.kinematics import coordinate_rates
@@ -30,11 +31,15 @@ SINGULAR = (
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """Values of q and u by index, as expressions or numbers, and the names of those that were given."""
+    """Values of q and u by index, as expressions or numbers, and the names of those that were given.
+
+    ``rounded``  whether some are floats, which meet a condition but for their rounding
+    """
 
     q: tuple[Any, ...]
     u: tuple[Any, ...]
     given: frozenset[str]
+    rounded: bool = False
 
 
 def operating_point(model: Model, about: Any) -> OperatingPoint:
@@ -77,7 +82,8 @@ def operating_point(model: Model, about: Any) -> OperatingPoint:
         else:
             u[names.index(name) - model.n_q] = value_of_name(model, value, f"the operating value of '{name}'")
         given.add(name)
-    return OperatingPoint(tuple(q), tuple(u), frozenset(given))
+    rounded = any(isinstance(x, float | sympy.Float) for value in about.values() for x in np.ravel(value))
+    return OperatingPoint(tuple(q), tuple(u), frozenset(given), rounded)
 
 
 def _of_steady_motion(model: Model, about: Any) -> Any:

@@ -53,8 +53,8 @@ def build() -> fb.System:
 def solve(case: Case) -> Solved:
     from ..picture.plots import energy_residual, history, saved
 
-    case.refuse_unless("s", case["s"] != 0, "C beside E; without a distance nothing couples plunge and pitch")
-    linear = fb.linearize(case.equations)
+    # without a distance nothing couples plunge and pitch, and each mode is one of the two
+    linear = fb.linearize(case.equations, where={} if case["s"] else {"s": 0})
     modes = sorted(linear.modes(), key=lambda mode: case.number(mode.frequency))
     written = linear.text().splitlines()
     answers: Answers = {
@@ -68,10 +68,16 @@ def solve(case: Case) -> Solved:
             f"natural frequency {k}", mode.frequency, "rad/s", "fb.linearize(s).natural_frequencies()"
         )
     for k, mode in enumerate(modes, 1):
-        answers[f"ratio_{k}"] = case.formula(
+        what, how = (
             f"amplitude of x over that of theta at frequency {k}, + in phase",
-            mode.shape["x"] / mode.shape["theta"], "m/rad", "fb.linearize(s).modes()",
-        )  # fmt: skip
+            "fb.linearize(s).modes()",
+        )
+        x, theta = mode.shape["x"], mode.shape["theta"]
+        answers[f"ratio_{k}"] = (
+            case.formula(what, x / theta, "m/rad", how)
+            if theta != 0
+            else Answer(what, "none: theta stays zero", "", how=how)
+        )
     numeric = linear.numeric(case.values)
     start = {"x": case["x_0"], "theta": case["theta_0"]}
     response: Any = numeric.response(start)

@@ -10,6 +10,7 @@ import math
 from typing import Any
 
 import sympy
+from scipy.optimize import brentq
 
 import freebody as fb
 
@@ -58,16 +59,20 @@ def solve(case: Case) -> Solved:
     N = sympy.cancel(found["N_floor"].subs(rate**2, square))
     H = sympy.cancel(-found["T_floor"].subs(rate**2, square))
     steepest, largest = most(case, H / N)
-    limit = case.number(steepest)
+    slips = ranges(case, H / N, N, steepest, largest)
+    backwards, forwards = ([math.pi / 2 - x for x in slips[way]] for way in ("slip +", "slip -"))
     case.refuse_unless(
-        "angle", math.pi / 2 - limit < case["angle"] < math.pi / 2,
-        f"an angle from the floor between {math.pi / 2 - limit:.6g} and {math.pi / 2:.6g} rad "
-        "(friction that holds up to there holds longer)",
+        "angle", backwards[1] < case["angle"] < backwards[0] or forwards[1] < case["angle"] < forwards[0],
+        f"an angle from the floor between {backwards[1]:.6g} and {backwards[0]:.6g} rad, where it slips backwards, "
+        f"or between {forwards[1]:.6g} and {forwards[0]:.6g} rad, where it slips forwards "
+        "(friction that holds as far as between the two holds still longer)",
     )  # fmt: skip
+    way = "slip +" if case["angle"] > backwards[1] else "slip -"
     at = {**CENTRED, "theta": "pi/2 - angle"}
+    share = H / N if way == "slip +" else -H / N
     how = 'fb.equations(s, modes={"floor": "stick"}).solve, with the energy integral'
     answers: Answers = {
-        "mu": case.formula("coefficient of friction", sympy.cancel(case.put(H / N, at)), "1", how),
+        "mu": case.formula("coefficient of friction", sympy.cancel(case.put(share, at)), "1", how),
         "H": case.formula(
             "friction force at that instant, towards the side to which it falls +", case.put(H, at), "N", how
         ),
@@ -89,14 +94,14 @@ def solve(case: Case) -> Solved:
         )
     where = "fb.simulate, event located"
     _, other = case.simulate_to_mode("floor", "slip", initial=begin)
-    way = next(words for mode, words in WAYS.items() if f"→ {mode}" in str(other))
+    words = next(words for mode, words in WAYS.items() if f"→ {mode}" in str(other))
     answers["theta_floor"] = Answer(
         "angle from the vertical at which it slips on the floor of mu_floor",
         float(other.state["theta"]),
         "rad",
         how=where,
     )
-    answers["way"] = Answer("which way its lower end then slips", way, "", how=where)
+    answers["way"] = Answer("which way its lower end then slips", words, "", how=where)
     seen = case.having(mu_floor=answers["mu"].value)
     motion, event = seen.simulate_to_mode("floor", "slip", initial=begin)
     bound = 1000 * case.tolerance
@@ -107,7 +112,8 @@ def solve(case: Case) -> Solved:
              bound / slope(case, H / N)),
         same("omega against the simulation", answers["omega"].value, event.state["theta'"],
              bound / slope(case, H / N)),
-        same("it slips backwards with mu: not so in the simulation", float("→ slip +" not in str(event)), 0, 0.5),
+        same(f"it slips {WAYS[way].split(',')[0]} with mu: not so in the simulation",
+             float(f"→ {way}" not in str(event)), 0, 0.5),
         same("|T| = mu_floor N of the equations where the simulation slips",
              abs(pull) / (case["m"] * case["g"]), case["mu_floor"] * push / (case["m"] * case["g"]), bound),
         same("more than mu_limit: slips backwards in the simulation", float("→ slip -" not in str(
@@ -144,6 +150,20 @@ def most(case: Case, share: Any) -> tuple[Any, Any]:
     ]
     best = max(inside, key=lambda root: square.subs(c, root))
     return sympy.acos(best), sympy.sqrt(square.subs(c, best))
+
+
+def ranges(case: Case, share: Any, N: Any, steepest: Any, largest: Any) -> dict[str, tuple[float, float]]:
+    """Angles from the vertical, from and to, at which the bar can begin to slip each way.
+
+    Backwards the share H/N grows up to ``steepest``. Friction that holds there holds until H points the other way and
+    -H/N is as large; the normal force ends where its square root, which is rational in cos(theta), is zero.
+    """
+    limit, most_ = case.number(steepest), case.number(largest)
+    lifted = brentq(
+        lambda x: case.number(sympy.diff(N, case.atoms["theta"]), {"theta": x}), limit, math.pi / 2
+    )
+    first = brentq(lambda x: case.number(share, {"theta": x}) + most_, limit, lifted * (1 - 1e-6))
+    return {"slip +": (0.0, limit), "slip -": (first, lifted)}
 
 
 def slope(case: Case, share: Any) -> float:

@@ -15,17 +15,17 @@ from .answer import Answers, Plots, Solved, same
 from .case import Case, explain
 from .entry import Entry
 from .pictures import tip
-from .precession import between, least_spin, steady_rates, steady_root
+from .precession import least_spin, steady_rates, steady_root
 
 
-def build() -> fb.System:
+def build(axis: str = "ZXZ", angles: str = "psi theta phi") -> fb.System:
     """A symmetric body on a gimbal at its mass centre, its mass without effect; the drag along -Z."""
     s = fb.System("projectile")
     D, h, I_T, I_S = s.parameters(D=150.0, h=0.03, I_T=3.0e-4, I_S=4.5e-5)
     s.parameters(alpha="3deg", Omega=2500.0)
     s.assume(D > 0, h > 0, I_T > 0, I_S > 0)
     shell = s.body("shell", fb.MassProperties(1, (0, 0, 0), ((I_T, 0, 0), (0, I_T, 0), (0, 0, I_S))))
-    s.gimbal("C", s.ground, shell, axis="ZXZ", coordinate="psi theta phi")
+    s.gimbal("C", s.ground, shell, axis=axis, coordinate=angles)
     s.force("drag", shell.point(0, 0, h), (0, 0, -D))
     explain(
         s,
@@ -35,21 +35,23 @@ def build() -> fb.System:
         I_S="kg m²: moment of inertia about the symmetry axis",
         alpha="rad: angle of the symmetry axis from the velocity",
         Omega="rad/s: total spin along the symmetry axis, for the wobble rates",
-        theta="rad: angle of the symmetry axis from the velocity",
-        psi="rad: turn of the symmetry axis about the velocity",
     )
+    if axis == "ZXZ":
+        explain(
+            s,
+            theta="rad: angle of the symmetry axis from the velocity",
+            psi="rad: turn of the symmetry axis about the velocity",
+        )
     return s
 
 
 def solve(case: Case) -> Solved:
     from ..picture.plots import energy_residual, history, saved
 
-    between(case, "alpha")
-    if not case["alpha"] < math.pi / 2:
-        raise fb.errors.ModelError(
-            f"Expected alpha below 90 degrees, got {case['alpha']:g} rad: a shell that flies backwards is stable "
-            "without spin."
-        )
+    case.refuse_unless(
+        "alpha", 0 <= case["alpha"] < math.pi / 2,
+        "an angle from 0 to below pi/2; a shell that flies backwards is stable without spin",
+    )  # fmt: skip
     how = "equation of motion of theta: both rates equal"
     rates = steady_rates(case, "alpha", spin="Omega")
     answers: Answers = {
@@ -68,6 +70,8 @@ def solve(case: Case) -> Solved:
         {"theta": case["alpha"], "psi'": rate, "phi'": case["Omega"] - rate * cosine}
         for rate in ([case.number(slow), case.number(fast)] if there else [0.0])
     ]
+    if not case["alpha"]:
+        return Solved(straight(case), answers, {}, ())
     checks = tuple(
         same(
             f"theta stays at alpha in the {kind} wobble", motion["theta"], case["alpha"], 1e4 * case.tolerance
@@ -86,6 +90,15 @@ def solve(case: Case) -> Solved:
         "energy.png": saved(lambda: energy_residual(trajectory)),
     }
     return Solved(trajectory, answers, plots, checks)
+
+
+def straight(case: Case) -> fb.Trajectory:
+    """The flight along the axis, pushed a little aside: in two tilts, since there psi and phi are one angle."""
+    start = {"phi'": case["Omega"], "alpha_x'": case["Omega"] / 1000}
+    until, values = case.until, case.values
+    return fb.simulate(
+        build("XYZ", "alpha_x alpha_y phi"), until, initial=start, values=values, tolerance=case.tolerance
+    )
 
 
 PROJECTILE = Entry(

@@ -264,13 +264,20 @@ def _check_coordinates(model: Model) -> None:
 
 def _check_tips(model: Model) -> None:
     carries = {link.parent for link in model.links}
+    tips, others = set(), set()
     for i, link in enumerate(model.links):
-        moving = link.kind in ("ball", "free") or bool(link.partials)
         massless = link.mass == 0 and all(entry == 0 for row in link.inertia for entry in row)
-        if i not in carries and massless and moving:
+        if i not in carries and massless and (link.kind in ("ball", "free") or link.partials):
+            tips.add(i)
+        else:
+            others |= {j for j, _ in link.partials}
+    for i in sorted(tips):
+        link = model.links[i]
+        if link.kind in ("ball", "free") or not {j for j, _ in link.partials} <= others:
             raise ModelError(
                 f"Body '{link.body}' is a moving tip without mass: joint '{link.joint}' would accelerate it without "
-                f"limit. Give it mass, weld it, or leave it out."
+                f"limit. Give it mass, weld it, leave it out, or let it follow bodies with mass, by a coordinate= that "
+                "is an expression of theirs, such as coordinate=-x/R of a roller."
             )
 
 

@@ -49,8 +49,8 @@ FUNCTIONS: dict[str, _Function] = {
     "abs": _Function(sympy.Abs, 1, 1),
     "sign": _Function(sympy.sign, 1, 1),
     "atan2": _Function(sympy.atan2, 2, 2),
-    "min": _Function(sympy.Min, 1, MAX_CHOICES),
-    "max": _Function(sympy.Max, 1, MAX_CHOICES),
+    "min": _Function(sympy.Min, 2, MAX_CHOICES),
+    "max": _Function(sympy.Max, 2, MAX_CHOICES),
 }
 CONSTANTS = {"pi": sympy.pi}
 
@@ -341,10 +341,9 @@ class _Parser:
             self.fail(token.at, f"Expected a known function, got '{token.text}'; {hint}")
         base = token.text.rstrip("'")
         if base != token.text and base in self.names:
-            self.fail(
-                token.at,
-                f"Expected a speed or an acceleration, got {token.text!r}; {base!r} has no such rate.",
-            )
+            rates = [f'"{name}"' for name in self.names if name != base and name.rstrip("'") == base]
+            has = f"has {' and '.join(rates)} here" if rates else "has no such rate"
+            self.fail(token.at, f"Expected a speed or an acceleration, got {token.text!r}; {base!r} {has}.")
         self.fail(token.at, f"Expected a known name, got {token.text!r}; {nearest(token.text, self.names)}")
 
     def call(self, function: _Token, opened: _Token) -> Any:
@@ -355,10 +354,12 @@ class _Parser:
         self.close(opened)
         if not least <= len(arguments) <= most:
             wanted = f"{least}" if least == most else f"{least} to {most}"
+            one = least == 2 < most and len(arguments) == 1
+            more = " The greatest or smallest of one quantity over a run is an output of it." if one else ""
             self.fail(
                 function.at,
                 f"Expected {wanted} argument{'s' if most > 1 else ''} of {function.text}, "
-                f"got {len(arguments)}.",
+                f"got {len(arguments)}.{more}",
             )
         try:
             value = make(*arguments)

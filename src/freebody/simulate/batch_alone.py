@@ -170,13 +170,9 @@ def _energy(motion: Any, name: str) -> Any:
             "work": "work",
         }
         return getattr(motion.energy, short[name])
-    place = motion.kernels.model.n_q + motion.kernels.model.n_u
-    if isinstance(motion, ContactTrajectory):
-        (found,) = motion._by_segment(lambda phase: phase.motion(), ("rates",))
-        return found[:, place]
-    if not motion.kernels.works:
+    if not isinstance(motion, ContactTrajectory) and not motion.kernels.works:
         return 0.0
-    return motion._observed(motion.kernels.motion(), "rates", motion.t, motion.states)[:, place]
+    return motion._rates()[:, motion.kernels.model.n_q + motion.kernels.model.n_u]
 
 
 def _of_contact(motion: Any, asked: OfContact) -> Any:

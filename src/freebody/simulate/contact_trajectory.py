@@ -123,6 +123,11 @@ class ContactTrajectory(PhasedTrajectory):
         """Reactions, contact forces among them, that no motion determines at some time of the run."""
         return (*super().indeterminate, *self._unknown)
 
+    def _rates(self) -> Array:
+        """Rates of the state at the output times, in the modes of the contacts then."""
+        (found,) = self._by_segment(lambda phase: phase.motion(), ("rates",))
+        return found
+
     def _by_segment(self, made: Callable[[Any], Program], functions: Sequence[str]) -> list[Array]:
         """Outputs of functions of each segment's own program, at the output times."""
         parts: list[tuple[Any, list[Array]]] = []

@@ -116,7 +116,7 @@ def outputs_of(model: Model, outputs: Any, timeline: bool = False) -> Output:
                 )
             asked = True
             continue
-        how, inside = _reduction(value)
+        how, inside = reduction(value)
         found = _of_contact(model, inside)
         if found and not how:
             for one in found:
@@ -134,7 +134,7 @@ def outputs_of(model: Model, outputs: Any, timeline: bool = False) -> Output:
     )  # fmt: skip
 
 
-def _reduction(value: Any) -> tuple[str, Any]:
+def reduction(value: Any) -> tuple[str, Any]:
     """("max", "theta") of "max(theta)", ("", value) of what is no reduction."""
     found = _CALL.match(value) if isinstance(value, str) else None
     if found is None or found[1] not in REDUCTIONS:

@@ -199,6 +199,8 @@ class PhasedTrajectory(Trajectory):
             one, here = segments[k], program
             if function in ("reactions", "multipliers"):  # other conditions hold in each
                 here = one.kernels.reactions()
+            elif function == "rates":
+                here = one.kernels.motion()
             constants = here.constants(self._parameters if one.parameters is None else one.parameters)
             result[chosen] = observe(
                 here.address(function), result.shape[1], times[chosen], states[chosen], constants

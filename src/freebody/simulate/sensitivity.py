@@ -36,6 +36,7 @@ from .integrate import integrate
 from .kernels import Kernels, Program
 from .methods import FINE, with_series
 from .others import series_of
+from .outputs import reduction
 from .path import Rates, observe
 from .start_slopes import start_slopes
 from .trajectory import Trajectory
@@ -300,6 +301,12 @@ class Sensitivity(Mapping[Any, Array]):
         if text in trajectory.names:
             i = trajectory.names.index(text)
             return trajectory.states[:, [n * (1 + j) + i for j in range(k)]]
+        if isinstance(quantity, str) and reduction(quantity)[0]:
+            raise SimulationError(
+                f"Expected a quantity over time for trajectory.sensitivity, got '{quantity}', one number of the whole "
+                "run. Ask for the quantity itself: its derivative where it is greatest or smallest, inside a run, is that of "
+                "the number."
+            )
         try:
             expression = model.names.expression(quantity, "trajectory.sensitivity[...]")
         except ExpressionError as error:

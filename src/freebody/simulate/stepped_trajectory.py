@@ -18,6 +18,7 @@ from ..dynamics.constraints import rows
 from ..dynamics.motion import all_reactions
 from ..dynamics.newton_euler import drive_power
 from ..dynamics.state import float_state
+from ..errors import SimulationError
 from .contact_run import Change, shown
 from .contact_trajectory import ContactMotion, ContactTrajectory, Timeline
 from .event import Event
@@ -101,6 +102,12 @@ class SteppedTrajectory(Trajectory):
         super().__init__(*arguments)
         self.step, self.residual, self.depth, self.sweeps = step, residual, depth, sweeps
         self.impulses, self._layout = impulses, scene
+
+    def _rates(self) -> Array:
+        raise SimulationError(
+            'Expected a coordinate, a speed or an expression of them: a motion by method="timestepping" has changes of '
+            "its speeds from step to step, and no accelerations. Divide differences of speeds by trajectory.step."
+        )
 
     def _step_of(self, times: Array) -> Any:
         """The step that ends at or after each time."""

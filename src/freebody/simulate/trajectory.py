@@ -191,8 +191,12 @@ class Trajectory:
             raise SimulationError(f"Unknown name '{text}'; {nearest(text, self.names)}")
         return self.names.index(text)
 
-    def __getitem__(self, name: Any) -> Array:
-        """A coordinate, speed or expression (SymPy or text) at the output times."""
+    def __getitem__(self, name: Any) -> Any:
+        """A coordinate, speed, acceleration or expression (SymPy or text) at the output times.
+
+        ``["max(theta)"]``, and min, initial, final and range, is one number of the whole run, as among the outputs of a
+        batch.
+        """
         if not isinstance(name, str | sympy.Basic | int | float):
             raise SimulationError(f"Expected a coordinate, a speed or an expression of them, got {name!r}.")
         text = name if isinstance(name, str) else self.kernels.model.names.texts.get(name)
@@ -202,6 +206,10 @@ class Trajectory:
             return self.t
         if isinstance(name, str) and name in _PRODUCTS:
             return getattr(self.energy, _PRODUCTS[name])
+        if isinstance(name, str) and name.endswith("'") and name[:-1] in self.kernels.model.speed_names:
+            return self._rates()[:, self.kernels.model.n_q + self.kernels.model.speed_names.index(name[:-1])]
+        if isinstance(name, str) and (number := self._number(name)) is not None:
+            return number
         try:
             expression = self.kernels.model.names.expression(name, "trajectory[...]")
         except ExpressionError as error:
@@ -210,6 +218,20 @@ class Trajectory:
             ) from None
         program = self.kernels.expressions((expression,))
         return self._observed(program, "values", self.t, self.states)[:, 0]
+
+    def _rates(self) -> Array:
+        """Rates of the state at the output times."""
+        return self._observed(self.kernels.motion(), "rates", self.t, self.states)
+
+    def _number(self, name: str) -> float | None:
+        """A number of the whole run, if that is what a text asks for."""
+        from .batch_alone import extremes
+        from .outputs import outputs_of, reduction
+
+        if not reduction(name)[0]:
+            return None
+        asked = outputs_of(self.kernels.model, [name])
+        return float(asked.number(name, extremes(self, asked.reduced_values)[None])[0])
 
     def at(self, t: ArrayLike) -> StateView:
         """Coordinates and speeds at any time of the run, as accurate as the steps of the run.

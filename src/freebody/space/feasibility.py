@@ -41,8 +41,8 @@ def symmetric(A: Matrix) -> Matrix:
     return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
 
 
-def check_mass(mass: Any, inertia: Matrix) -> None:
-    """Refuse a mass below zero, and inertia without mass."""
+def check_mass(mass: Any) -> None:
+    """Refuse a mass below zero. Inertia without mass is the flywheel whose mass is counted elsewhere."""
     value = value_of(mass)
     if value is None:
         if not getattr(mass, "free_symbols", None):
@@ -50,13 +50,6 @@ def check_mass(mass: Any, inertia: Matrix) -> None:
         return
     if value < 0:
         raise MassError(f"Expected a mass that is not negative, got {text(mass)} kg. Check its sign.")
-    if value == 0:
-        for i in range(3):
-            if value_of(inertia[i][i]) not in (None, 0):
-                raise MassError(
-                    f"Expected no moment of inertia without mass, got mass 0 and a moment of inertia of "
-                    f"{text(inertia[i][i])} about {_AXES[i]}. Give the body a mass."
-                )
 
 
 def check_inertia(A: Matrix) -> None:

@@ -97,7 +97,7 @@ class MassProperties:
     def __post_init__(self) -> None:
         mass = exact_number(self.mass, "the mass")
         inertia = symmetric(matrix(self.inertia, "the inertia matrix", MassError, exact_number))
-        check_mass(mass, inertia)
+        check_mass(mass)
         check_inertia(inertia)
         self._set(mass, vector(self.center, "the mass centre", MassError, exact_number), inertia)
         object.__setattr__(self, "positive", _positive(self.positive))
@@ -259,7 +259,7 @@ class MassProperties:
             )
         _check_positive(self.positive, put)
         mass, inertia = put(self.mass), _map(put, self.inertia)
-        check_mass(mass, inertia)
+        check_mass(mass)
         check_inertia(inertia)
 
     def __repr__(self) -> str:
