@@ -304,8 +304,8 @@ class Sensitivity(Mapping[Any, Array]):
         if isinstance(quantity, str) and reduction(quantity)[0]:
             raise SimulationError(
                 f"Expected a quantity over time for trajectory.sensitivity, got '{quantity}', one number of the whole "
-                "run. Ask for the quantity itself: its derivative where it is greatest or smallest, inside a run, is that of "
-                "the number."
+                "run. Ask for the quantity itself. Its derivative where it is greatest or smallest, inside the run, is "
+                "that of the number."
             )
         try:
             expression = model.names.expression(quantity, "trajectory.sensitivity[...]")
