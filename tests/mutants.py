@@ -3,8 +3,8 @@
     python -m tests.mutants --sample 40 --seed 1
 
 Each mutant changes one operation of `src/freebody`: a sign, an operator, a comparison, a number, a branch. The tests
-whose text names the changed module run first, then all of them. The first that fails kills the mutant, and so does a run
-beyond the limit of time. What survives is printed, for a reader to judge: some change no result. Mutants that were
+whose text names the changed module run first, then all of them. The first that fails kills the mutant, and so does a
+run beyond the limit of time. What survives is printed, for a reader to judge: some change no result. Mutants that were
 judged before are read from the file of results, so that an interrupted run goes on. A survivor takes as long as the
 whole suite.
 """
