@@ -363,7 +363,8 @@ class _Run:
             impulses, works, modes = impulses[:k].copy(), works[:k].copy(), modes[:k]
             impulses[-1] *= part
             works[-1] *= part
-        rates = Rates(0, n, self.constants, tuple(self.model.quaternions), self.program)
+        seen = 0, n, self.constants, tuple(self.model.quaternions)
+        rates = Rates(*seen, self.program, recipe=(Rates, *seen))
         specs, expressions = self.specs[: self.asked], self.expressions[: self.asked]
         crossings = _crossings(self.kernels, self.values, specs, expressions, moments, states)
         if stop is not None:  # the last state is the event itself
