@@ -162,6 +162,17 @@ def test_process_older_than_its_sources_keeps_nothing(tmp_path, monkeypatch):
     assert not build().from_disk
 
 
+def test_installation_without_source_keeps_nothing(tmp_path, monkeypatch):
+    """In an archive, or compiled: programs run, and nothing is taken for another's."""
+    monkeypatch.setenv("FREEBODY_CACHE", str(tmp_path))
+    monkeypatch.setattr(sources, "_stamps", {})
+    monkeypatch.setattr(sources, "PACKAGE", tmp_path / "archive.zip" / "freebody")
+    for _ in range(2):
+        kernels = build()
+        assert not kernels.from_disk
+        assert kernels["f"](0.0, [2.0], [])[0] == 3
+
+
 def test_hashing_waits_for_the_first_kernel_and_takes_little():
     done = subprocess.run(
         [sys.executable, "-c", "import sys, freebody, freebody.simulate.simulate\n"

@@ -64,7 +64,10 @@ def test_machine_that_was_changed_is_asked_for(tmp_path):
     s = pendulum()
     motion = fb.simulate(s, 1, initial={"theta": 1})
     s.parameters(extra=1.0)
-    motion.save(tmp_path / "x.nc")
+    with pytest.warns(
+        RuntimeWarning, match="holds its numbers, but not its machine: system 'pendulum' was changed"
+    ):
+        motion.save(tmp_path / "x.nc")
     with pytest.raises(
         SimulationError,
         match=r"x\.nc' holds a motion, but not its machine: system 'pendulum' was changed after the run\. Pass",
@@ -77,6 +80,8 @@ def test_machine_that_was_changed_is_asked_for(tmp_path):
         fb.Trajectory.load(tmp_path / "x.nc", ball().kernels.model.described[0])
     with pytest.raises(SimulationError, match="or with other parameters"):
         fb.Trajectory.load(tmp_path / "x.nc", s)
+    with pytest.raises(fb.errors.ModelError, match="Expected a System or a Model"):
+        fb.Trajectory.load(tmp_path / "x.nc", 3)
 
 
 def test_machine_that_a_file_has_no_words_for(tmp_path, monkeypatch):
@@ -85,7 +90,10 @@ def test_machine_that_a_file_has_no_words_for(tmp_path, monkeypatch):
 
     motion = plain()
     monkeypatch.setattr(saved, "toml_text", refuse)
-    motion.save(tmp_path / "x.nc")
+    with pytest.warns(
+        RuntimeWarning, match=r"not its machine: Expected an expression .*will ask for the machine"
+    ):
+        motion.save(tmp_path / "x.nc")
     with pytest.raises(
         SimulationError, match=r"not its machine: Expected an expression that a model file can hold"
     ):

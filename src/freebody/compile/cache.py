@@ -15,7 +15,6 @@ import contextlib
 import hmac
 import json
 import os
-import secrets
 import sys
 import tempfile
 import time
@@ -95,7 +94,7 @@ def store(key: str, header: dict[str, Any], code: bytes) -> bool:
         ownership.make_folder(where)
         secret = _secret(where)
         if secret is None:  # of two processes that make one, the second's stays
-            _put(where, _SECRET, secrets.token_bytes(_LENGTH))
+            _put(where, _SECRET, os.urandom(_LENGTH))
             secret = _secret(where) or b""
         _put(where, f"{key}.o", _signature(secret, key, payload) + payload)
         trim(where)

@@ -55,8 +55,12 @@ def closure(modules: tuple[str, ...], package: Path = PACKAGE) -> dict[str, byte
             continue
         whole = folder.is_dir()
         file = folder / "__init__.py" if whole else folder.with_suffix(".py")
-        _stamps[file] = file.stat().st_mtime_ns  # before it is read
-        found[name] = text = file.read_bytes()
+        try:
+            _stamps[file] = file.stat().st_mtime_ns  # before it is read
+            text = file.read_bytes()
+        except OSError:  # an installation without source: nothing tells its code from another's
+            _stamps[file], text = -1, b""
+        found[name] = text
         waiting += _imported(text, name if whole else name.rpartition(".")[0], package)
     return found
 
@@ -81,7 +85,7 @@ def _imported(text: bytes, room: str, package: Path) -> set[str]:
 
 
 def changed() -> bool:
-    """Whether a source that was hashed is younger than this process, in which an older text of it may be at work."""
+    """Whether a source is younger than this process, in which an older text of it may be at work; or is not there."""
     try:
         return any(time > IMPORTED or file.stat().st_mtime_ns != time for file, time in _stamps.items())
     except OSError:

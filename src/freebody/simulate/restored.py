@@ -37,6 +37,8 @@ def load(path: str | os.PathLike[str], machine: System | None = None) -> Traject
     source = path_of(path, "a trajectory", SimulationError)
     if not source.is_file():
         raise SimulationError(f"There is no file '{source}' to read a trajectory from.")
+    if machine is not None:
+        kernels_of(machine)  # or what is no machine is refused as such
     parts = _parts(source)
     try:
         about = json.loads(bytes(parts.pop("about")))

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import copy
 import json
+import warnings
 from typing import Any
 
 import numpy as np
@@ -59,12 +60,19 @@ def machine_text(motion: Trajectory) -> tuple[str, str]:
     try:
         return toml_text(system), ""
     except FreebodyError as error:
-        return "", str(error)
+        return "", str(error).rstrip(".")
 
 
 def written(motion: Trajectory) -> dict[str, Any]:
     """The texts and arrays of the group."""
     machine, missing = machine_text(motion)
+    if missing:
+        warnings.warn(
+            f"The file of the motion of '{motion.name}' holds its numbers, but not its machine: {missing}. "
+            "Trajectory.load(path, s) will ask for the machine.",
+            RuntimeWarning,
+            stacklevel=4,
+        )
     kind = next(name for name, one in KINDS.items() if type(motion) is one)
     segments = parts_of(motion.path, motion.kernels)
     times, samples = motion._asked
