@@ -56,12 +56,12 @@ print(time.perf_counter() - begin)
 
 LOOP = """
 import sys, time
-from freebody.simulate import closing, loop, timestepping
+from freebody.simulate import loop
 begin = time.perf_counter()
 if sys.argv[1] == "moreau":
-    loop.code("moreau", "march", timestepping.SOURCES)
+    loop.code("moreau", "march")
 elif sys.argv[1] == "gauss_newton":
-    loop.code("gauss_newton", "close", closing.SOURCES)
+    loop.code("gauss_newton", "close")
 else:
     loop.loop(sys.argv[1])
 print(time.perf_counter() - begin)

@@ -450,8 +450,8 @@ def test_gyroscope_from_the_command_line(tmp_path: Path) -> None:
         "equations.txt", "equations.tex", "trajectory.nc", "theta.png", "psi.png", "spin_axis.png", "energy.png",
         "drawing.svg", "free_body_rotor.svg",
     }  # fmt: skip
-    data = fb.Trajectory.load(folder / "trajectory.nc")
-    assert data["theta"].values[0] == pytest.approx(math.radians(75))
+    trajectory = fb.Trajectory.load(folder / "trajectory.nc")
+    assert trajectory["theta"][0] == pytest.approx(math.radians(75))
 
 
 def test_gallery_from_the_command_line() -> None:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
+from time import time_ns
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -70,6 +71,8 @@ if TYPE_CHECKING:
     from .study.sweep import sweep as sweep
 
 __version__ = "0.1.0"
+IMPORTED = time_ns()
+"""When this process began to read the package [ns since 1970]."""
 
 # public name -> module that holds it, "module:attribute" where the attribute is named otherwise
 _EXPORTS = {

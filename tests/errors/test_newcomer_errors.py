@@ -41,6 +41,10 @@ SIMULATE = [
         dict(until=1, outputs=["theta"], store=tempfile.gettempdir()),
         "Expected the path of a file for store=, got the folder '",
     ),
+    (
+        dict(until=1, store="/dev/zero"),
+        "Expected the path of a file for store=, got '/dev/zero', which is none.",
+    ),
 ]
 
 

@@ -83,7 +83,7 @@ def test_dataset_and_indeterminate_forces(tmp_path):
     np.testing.assert_allclose(one.least[:, 1] + two.least[:, 1], -3, rtol=1e-12)
     np.testing.assert_allclose(one.least[:, 1] / one.normal, two.least[:, 1] / two.normal, rtol=1e-9)
     motion.save(tmp_path / "block.nc")
-    data = fb.Trajectory.load(tmp_path / "block.nc")
+    data = fb.Trajectory.load(tmp_path / "block.nc").data
     assert set(data["foot_1.mode"].values) == {"stick"}
     assert {"foot_1.gap", "foot_1.normal", "foot_1.tangential", "foot_1.slip", "foot_1.margin"} <= set(data)
 

@@ -169,3 +169,55 @@ def test_complex_measurements_are_refused():
     with pytest.raises(fb.errors.SimulationError) as caught:
         fb.fit(s, {**data, "theta": data["theta"] + 0j}, {"L": 1.5}, initial={"theta": 1})
     assert "Expected real numbers for the measured 'theta', got complex ones." in str(caught.value)
+
+
+def test_tables_of_pandas():
+    """Times in a column or in the index; numbers that may be missing; several tables; other libraries' tables."""
+    pandas = pytest.importorskip("pandas")
+    clean = measured()
+    guesses = {"I": 1.0}
+    wanted = fb.fit(pendulum(), clean, guesses, initial={"theta": 0.8}).values
+    table = pandas.DataFrame(clean)
+
+    class Other:
+        columns = ("time", "theta")
+
+        def __getitem__(self, name):
+            return list(clean[name])
+
+    gaps = table.astype("Float64")
+    gaps.loc[3, "theta"] = pandas.NA
+    without = {name: np.delete(np.asarray(x), 3) for name, x in clean.items()}
+    for data, same in (
+        (table, wanted),
+        (table.set_index("time"), wanted),
+        (table.rename(columns={"time": "t"}), wanted),
+        ([table, table], None),
+        (Other(), wanted),
+        (gaps, fb.fit(pendulum(), without, guesses, initial={"theta": 0.8}).values),
+    ):
+        found = fb.fit(pendulum(), data, guesses, initial={"theta": 0.8}).values
+        assert found == (same or pytest.approx(wanted, rel=1e-9))
+
+
+def test_tables_that_say_too_little():
+    pandas = pytest.importorskip("pandas")
+    table = pandas.DataFrame(measured())
+
+    def refused(data, text):
+        with pytest.raises(SimulationError, match=text):
+            fb.fit(pendulum(), data, {"I": 1.0}, initial={"theta": 0.8})
+
+    refused(table[["theta"]], "Expected 'time' among the measured data, got theta")
+    refused(table.assign(note="x"), "note")
+    refused(table.assign(theta="x"), "Expected arrays of numbers for the measured 'theta'")
+    refused(
+        pandas.concat([table, table["theta"]], axis=1),
+        "measured values of 'theta', one for each time, got shape",
+    )
+    lasting = table.assign(time=pandas.to_timedelta(table["time"], unit="s"))
+    refused(
+        lasting, "Expected numbers for the measured 'time', got dates or durations. Seconds from the start"
+    )
+    refused(lasting.set_index("time"), "'time', got dates or durations")
+    refused(table["theta"], "Expected measured data by name")

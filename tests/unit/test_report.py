@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy
 from click.testing import CliRunner
 
 import freebody as fb
@@ -17,6 +18,7 @@ from freebody.gallery import entries
 from freebody.picture.animation import animation
 from freebody.picture.keyframes import interpolated, keyframes
 from freebody.picture.page import LIVE, SCRIPTS, embedded, page, policy, script
+from freebody.picture.shapes import holds, shapes
 from freebody.simulate.trajectory import quaternions
 
 HOSTILE = '</script><script>alert(1)</script><img src=x onerror="alert(2)">'
@@ -426,3 +428,64 @@ def test_answers_of_the_gallery_are_questions_numbers_and_formulas() -> None:
     assert answers_table({}) == ""
     hostile = answers_table({"<b>": ("<i>", "<u>")})
     assert "&lt;b&gt;" in hostile and "<b>" not in hostile and "<i>" not in hostile
+
+
+def solid_beside(kind: str, rng: np.random.Generator) -> fb.MassProperties:
+    """A solid that lies anywhere, also with its own origin beside it."""
+    corners = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = [face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))]
+    if kind == "mesh":
+        return fb.mesh(corners + rng.integers(-3, 3, size=3) + 0.25, faces, mass=1)
+    if kind == "revolved":
+        z = sympy.Symbol("z")
+        return fb.revolve(1 + z, (1, 2), z, density=1)
+    made = {
+        "cone": lambda: fb.cone(1, 0.2, 1), "disk": lambda: fb.disk(1, 0.3), "box": lambda: fb.box(1, (1, 2, 3)),
+        "sphere": lambda: fb.sphere(1, 0.3), "particle": lambda: fb.particle(1),
+        "tube": lambda: fb.tube(1, 0.1, 0.3, 1),
+    }  # fmt: skip
+    return made[kind]().moved(tuple(rng.integers(-1, 2, size=3).tolist()))
+
+
+@pytest.mark.parametrize("kind", ["mesh", "revolved", "cone", "disk", "box", "sphere", "particle", "tube"])
+def test_every_piece_is_drawn_with_numbers_wherever_the_joint_is(kind) -> None:
+    """Joints in the body's origin, at the mass centre and elsewhere: rods lead from inside of a solid to the joint."""
+    rng = np.random.default_rng(3)
+    for at in ("origin", "centre", "elsewhere"):
+        s = fb.System("machine")
+        solid = solid_beside(kind, rng)
+        body = s.body("body", solid)
+        to = {
+            "origin": (0, 0, 0),
+            "centre": tuple(solid.center),
+            "elsewhere": tuple(rng.normal(size=3).round(3) * 4),
+        }
+        s.ball("pin", s.ground, body, to=to[at])
+        pieces = shapes(fb.assemble(s))["body"]
+        drawn = next(piece for piece in pieces if piece.solid)
+        point = np.array([float(x) for x in to[at]])
+        assert any(np.linalg.norm(piece.points() - point, axis=1).min() < 0.5 for piece in pieces) or holds(
+            drawn, point, 0.1
+        )
+        for piece in pieces:
+            assert np.isfinite(piece.points()).all()
+            assert np.isfinite(piece.axes).all()
+            if piece.kind == "rod":
+                assert piece["length"] > 0
+                ends = [piece.center + side * piece["length"] / 2 * piece.axis for side in (-1, 1)]
+                inside, outside = sorted(
+                    ends, key=lambda end: float(np.linalg.norm(end - point)), reverse=True
+                )
+                np.testing.assert_allclose(outside, point, atol=1e-12)
+                assert holds(drawn, inside, 1e-9)
+
+
+def test_report_of_a_mesh_beside_its_origin(tmp_path) -> None:
+    s = fb.System("block")
+    s.gravity = (0, 0, -9.81)
+    block = s.body("block", solid_beside("mesh", np.random.default_rng(1)))
+    s.hinge("pin", s.ground, block, axis="x", coordinate="theta")
+    motion = fb.simulate(s, 1, initial={"theta": 1})
+    text = fb.report(s, motion, tmp_path / "block.html").read_text(encoding="utf-8")
+    assert "NaN" not in json.dumps(scene_of(text))

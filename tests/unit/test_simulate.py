@@ -347,7 +347,7 @@ def test_units_of_free_joints_and_sliders():
 def test_save_and_load(swing, tmp_path):
     path = tmp_path / "swing.nc"
     swing.save(path)
-    xarray.testing.assert_identical(Trajectory.load(path), swing.data)
+    xarray.testing.assert_identical(Trajectory.load(path).data, swing.data)
     swing.save(str(path))  # over the first
     assert [file.name for file in tmp_path.iterdir()] == ["swing.nc"]
 

@@ -23,7 +23,7 @@ import numpy as np
 
 from ..errors import ExpressionError
 from ..scalar.trace import NAMES, Tape, Traced
-from . import cache, native
+from . import cache, native, sources
 from .emit import Form, Module
 from .jet import jet
 from .jet_wide import jet_wide
@@ -437,7 +437,8 @@ def _key(
     form: Form | None,
 ) -> str:
     """Hash of the program and of what compiles it."""
-    digest = hashlib.sha256(f"{cache.VERSION} {native.version()} {NAMES} {form or ''}".encode())
+    source = sources.identity(__name__.removeprefix("freebody."))
+    digest = hashlib.sha256(f"{source} {native.version()} {NAMES} {form or ''}".encode())
     for values in (tape.op, tape.a, tape.b):
         digest.update(array("i", values).tobytes())
     digest.update(array("d", map(float, tape.constants)).tobytes())

@@ -185,6 +185,10 @@ class Program:
         self._constants: dict[Any, OrderedDict[Any, Array]] = {}
         self._plain: tuple[dict[Any, _Plain], dict[Any, _Plain]] = {}, {}  # of one state, of a batch
 
+    def __reduce__(self) -> Any:
+        """Another process, or a copy, compiles what it is asked for, or finds it on disk."""
+        return type(self), (self.model, self.threads, self._active)
+
     def __repr__(self) -> str:
         return (
             f"Program of {self.model!r}; compiled so far: {', '.join(map(_title, self._sets)) or 'nothing'}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -72,6 +73,10 @@ class System:
         self._parameters: dict[str, Parameter] = Table(changes)
         self._of_signals: dict[Any, tuple[Parameter, ...]] = {}
         self._gravity: tuple[Any, Any, Any] = (0, 0, 0)
+
+    def __copy__(self) -> System:
+        """A machine of its own: what belongs to this one belongs to no other."""
+        return copy.deepcopy(self)
 
     # -- symbols --------------------------------------------------------------------------------
 

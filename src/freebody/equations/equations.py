@@ -108,6 +108,10 @@ class Equations:
         self.state: State = polynomial_state(model, self.ring)
         self.udot = tuple(self.ring.generator(speed.acceleration, "acceleration") for speed in model.speeds)
 
+    def __reduce__(self) -> Any:
+        """Another process, or a copy, forms the products that it is asked for."""
+        return type(self), (self.model,)
+
     # -- canonical polynomials --------------------------------------------------------------------
 
     @cached_property

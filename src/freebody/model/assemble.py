@@ -107,6 +107,7 @@ def assemble(system: System) -> Model:
             **system.constraints,
         },
         controllers=tuple(system.controllers.values()),
+        described=(system, system.changes.count),
     )
     _check_coordinates(model)
     _check_tips(model)

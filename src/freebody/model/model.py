@@ -123,6 +123,9 @@ class Model:
     controllers: tuple[Any, ...] = ()
     """Sampled controllers, in order of declaration."""
 
+    described: Any = field(default=None, repr=False, compare=False)
+    """The system that it was made of, and the count of its changes then."""
+
     @property
     def n_q(self) -> int:
         """Number of coordinates."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -83,20 +84,29 @@ class Primitive:
 
     def points(self) -> Array:
         """Points in body axes whose convex hull holds the piece, shape (n, 3) [m]."""
+        local = self["vertices"] if self.kind == "mesh" else list(product(*zip(*self.box(), strict=True)))
+        return self.center + np.asarray(local, dtype=float) @ self.axes.T
+
+    def box(self) -> tuple[Array, Array]:
+        """Least and greatest components along the piece's own axes, from ``center`` [m]."""
         d = self.dimensions
         if self.kind == "mesh":
-            local = np.asarray(d["vertices"], dtype=float)
-        else:
-            a, b, c = self.half()
-            if self.kind == "cone":
-                c_low, c_high = -d["height"] / 4, 3 * d["height"] / 4
-            elif self.kind == "revolved":
-                z = np.asarray(d["profile"], dtype=float)[:, 0] if "profile" in d else np.array([-c, c])
-                c_low, c_high = float(z.min()), float(z.max())
-            else:
-                c_low, c_high = -c, c
-            local = np.array([(x, y, z) for x in (-a, a) for y in (-b, b) for z in (c_low, c_high)])
-        return self.center + local @ self.axes.T
+            vertices = np.asarray(d["vertices"], dtype=float)
+            return vertices.min(axis=0), vertices.max(axis=0)
+        high = np.array(self.half(), dtype=float)
+        low = -high
+        if self.kind == "cone":
+            low[2], high[2] = -d["height"] / 4, 3 * d["height"] / 4
+        elif self.kind == "revolved":
+            z = np.asarray(d["profile"], dtype=float)[:, 0]
+            low[2], high[2] = z.min(), z.max()
+        return low, high
+
+    @property
+    def middle(self) -> Array:
+        """Of its box, in body axes: a mesh or a solid of revolution may lie beside its ``center``."""
+        low, high = self.box()
+        return np.asarray(self.center + self.axes @ ((low + high) / 2))
 
     def half(self) -> tuple[float, float, float]:
         """Half of the extent along the piece's own axes [m]."""
@@ -230,8 +240,8 @@ def _body(model: Model, state: State, name: str, place: Place, size: float) -> l
     pieces += _bridges(solid, size)
     for point in _distinct(list(at.values()), size):
         if not any(holds(piece, point, 0.02 * size) for piece in (*solid, *pieces)):
-            near = min(solid, key=lambda piece: float(np.linalg.norm(piece.center - point)))
-            pieces.append(rod(near.center, point, ROD * size))
+            near = min(solid, key=lambda piece: float(np.linalg.norm(piece.middle - point)))
+            pieces.append(rod(near.middle, point, ROD * size))
     for point in _distinct(_feet(model, state, name), size):
         if not any(holds(piece, point, 0.02 * size) for piece in solid):
             ends = [_nearest(piece, point) for piece in solid]
@@ -242,16 +252,17 @@ def _body(model: Model, state: State, name: str, place: Place, size: float) -> l
 def _bridges(solid: list[Primitive], size: float) -> list[Primitive]:
     """Rods between particles of one body and its next piece."""
     return [
-        rod(one.center, other.center, ROD * size)
+        rod(one.middle, other.middle, ROD * size)
         for one, other in zip(solid, solid[1:], strict=False)
-        if "particle" in (one.kind, other.kind) and not holds(one, other.center, 0.02 * size)
+        if "particle" in (one.kind, other.kind) and not holds(one, other.middle, 0.02 * size)
     ]
 
 
 def _nearest(piece: Primitive, point: Array) -> Array:
     """The point of a piece's box that is nearest to a point."""
-    half = np.array(piece.half(), dtype=float)
-    return np.asarray(piece.center + piece.axes @ np.clip(piece.axes.T @ (point - piece.center), -half, half))
+    return np.asarray(
+        piece.center + piece.axes @ np.clip(piece.axes.T @ (point - piece.center), *piece.box())
+    )
 
 
 def _feet(model: Model, state: State, body: str) -> list[Array]:
@@ -406,7 +417,7 @@ def holds(piece: Primitive, point: Array, slack: float) -> bool:
     """Whether a point of a body, in its axes, lies in a piece, or on it."""
     x, y, z = piece.axes.T @ (point - piece.center)
     if piece.kind == "mesh":
-        low, high = np.min(piece["vertices"], axis=0), np.max(piece["vertices"], axis=0)
+        low, high = piece.box()
         return bool(np.all(low - slack <= (x, y, z)) and np.all((x, y, z) <= high + slack))
     a, b, c = (h + slack for h in piece.half())
     if piece.kind == "cone":

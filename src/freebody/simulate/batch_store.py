@@ -235,6 +235,10 @@ class Store:
                 f"Can not write '{self.path}': there is no folder '{self.path.parent}'. Make it, or choose another "
                 "path."
             )
+        if self.path.exists() and not self.path.is_file():  # HDF5 would wait for a pipe
+            raise SimulationError(
+                f"Expected the path of a file for store=, got '{self.path}', which is none."
+            )
         if self.path.exists():
             self._check()
         else:

@@ -23,9 +23,6 @@ from . import layout, loop
 from .initial import named_numbers
 from .kernels import Kernels
 
-SOURCES = ("loop.py", "gauss_newton.py", "machine.py", "translation.py", "rows.py", "layout.py")
-"""Modules that the search is made of."""
-
 
 def closed_start(
     kernels: Kernels,
@@ -106,7 +103,7 @@ class _Search:
         self.told = np.array(
             [*addresses, n_q, n, m, nq, base, base + 8 * integers, base + 8 * size, 0], dtype=np.int64
         )
-        self.function = loop.code("gauss_newton", "close", SOURCES).code
+        self.function = loop.code("gauss_newton", "close").code
         self.address = loop.address(self.told)
         self.values: Mapping[str, float] | None = None
 

@@ -175,6 +175,13 @@ class Scene:
 
     def phase(self, modes: Modes, seen: Snapshot | None = None) -> Phase:
         """The equations of a set of modes; conditions of contacts that follow from others are found in ``seen``."""
+        active = self.kernels.active
+        if seen is not None:
+            active = (*active, *self._independent(modes, seen.A))
+        return self.holding(modes, active)
+
+    def holding(self, modes: Modes, active: tuple[int, ...]) -> Phase:
+        """The equations of a set of modes with these independent conditions."""
         if modes not in self._moded:
             named = {
                 c.name: _described(c, mode)
@@ -182,13 +189,9 @@ class Scene:
                 if mode != "open"
             }
             self._moded[modes] = in_modes(self.model, named) if named else self.model
-        model = self._moded[modes]
-        active = self.kernels.active
-        if seen is not None:
-            active = (*active, *self._independent(modes, seen.A))
         key = (modes, active)
         if key not in self._phases:
-            self._phases[key] = Phase(self, model, modes, active)
+            self._phases[key] = Phase(self, self._moded[modes], modes, active)
         return self._phases[key]
 
     def _independent(self, modes: Modes, A: Array) -> list[int]:
@@ -237,6 +240,14 @@ class Phase(Kernels):
         self.loose: Any = None
         self.shown: Modes = modes
         self._closed = any(mode != "open" for mode in modes)
+
+    def __reduce__(self) -> Any:
+        return phase_of, (self.scene.kernels, self.modes, self.active)
+
+    @cached_property
+    def size(self) -> int:
+        """Number of components of y."""
+        return self.model.n_q + self.model.n_u + 2
 
     # -- equations -------------------------------------------------------------------------------
 
@@ -387,6 +398,11 @@ def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
     for x, y in zip(a, b, strict=True):
         total = total + x * y
     return total
+
+
+def phase_of(kernels: Kernels, modes: Modes, active: tuple[int, ...]) -> Phase:
+    """The equations of a set of modes of a machine."""
+    return scene_of(kernels).holding(modes, active)
 
 
 def scene_of(kernels: Kernels) -> Scene:

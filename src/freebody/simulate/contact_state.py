@@ -287,18 +287,7 @@ class ContactRun:
         dead = self.dead(modes, seen, y)
         key = (id(phase), dead)
         if key not in self._setups:
-            program = phase.motion()
-            rates = Rates(
-                program.address("rates"),
-                self.n + self.model.n_u + 2,
-                program.constants(self.parameters),
-                tuple(self.model.quaternions),
-                program,
-            )
-            if phase.active:
-                rates = replace(
-                    rates, projection=program.address("projection"), projected=self.n + self.model.n_u
-                )
+            rates = phase.rates(self.parameters)
             watcher, endings = phase.watching(self.expressions, dead)
             directions = (*(spec.direction for spec in self.specs), *(-1 for _ in endings))
             terminal = (*(spec.terminal for spec in self.specs), *(True for _ in endings))

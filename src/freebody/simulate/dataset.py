@@ -124,8 +124,13 @@ def _of_contact(name: str, motion: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def save(data: xarray.Dataset, path: str | os.PathLike[str]) -> None:
-    """Write a dataset to a netCDF-4 file: under another name first, so that no half-written file is left."""
+def save(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
+    """Write a motion to a netCDF-4 file: under another name first, so that no half-written file is left."""
+    import h5py
+
+    from .saved import GROUP, written
+
+    data = trajectory.data
     target = path_of(path, "a trajectory", SimulationError)
     if target.suffix.lower() not in (".nc", ".nc4", ".h5"):
         raise SimulationError(
@@ -139,21 +144,10 @@ def save(data: xarray.Dataset, path: str | os.PathLike[str]) -> None:
     new = target.with_name(f".{target.name}.{os.getpid()}.new")
     try:
         data.to_netcdf(new, engine="h5netcdf")
+        with h5py.File(new, "r+") as file:
+            group = file.create_group(GROUP)
+            for name, array in written(trajectory).items():
+                group[name] = array
         os.replace(new, target)
     finally:
         new.unlink(missing_ok=True)
-
-
-def load(path: str | os.PathLike[str]) -> xarray.Dataset:
-    """The dataset that :func:`save` wrote, read into memory."""
-    import xarray
-
-    source = path_of(path, "a trajectory", SimulationError)
-    if not source.is_file():
-        raise SimulationError(f"There is no file '{source}' to read a trajectory from.")
-    try:
-        return xarray.load_dataset(source, engine="h5netcdf")
-    except (OSError, ValueError) as error:
-        raise SimulationError(
-            f"Expected a trajectory in netCDF format in '{source}', but it can not be read: {error}"
-        ) from None

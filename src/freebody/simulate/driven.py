@@ -323,7 +323,7 @@ def driven_path(
             return _ended(segments, here, t, y, work, parameters, INTERRUPTED)
         if changed or fresh:
             parameters = kernels.parameters(drives.numbers)
-            here = replace(rates, constants=constants_of(parameters))
+            here = replace(rates, constants=constants_of(parameters), recipe=(kernels.rates, parameters))
             if drives.potential and not fresh:
                 work += _jump(energy, t, y, before, here)
             if watch is not None:

@@ -93,7 +93,7 @@ def integrate(
     max_steps            stop after so many accepted steps
     between              called with the reached time between two pieces of the run; KeyboardInterrupt, from it or
                          from the keyboard, ends the run and keeps what was computed
-    method               "dop853", "dop54", "radau", "gauss", "taylor" or "structure" (`loop.SOURCES`)
+    method               "dop853", "dop54", "radau", "gauss", "taylor" or "structure" (`layout.ORDERS`)
     step                 length of all steps, whatever their error; made a little shorter, so that a whole number fits
     budget               of a long run, tighten the tolerances after so many steps, so that the errors of all that are
                          still to come together stay within the errors of as many steps again

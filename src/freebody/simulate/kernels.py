@@ -11,11 +11,13 @@ The state of a run is y = (q, u) or (q, u, W).
 
 from __future__ import annotations
 
+import io
+import pickle
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -24,6 +26,7 @@ from numpy.typing import NDArray
 from ..compile.kernels import compile_tape
 from ..compile.looped import LoopedSet, is_large
 from ..describe.constraint import Rolling
+from ..describe.controller import Controller
 from ..describe.system import System
 from ..describe.table import Changes
 from ..dynamics import (
@@ -40,7 +43,7 @@ from ..dynamics.constraints import linearized, rows
 from ..dynamics.linear import Factorization, applied, products
 from ..dynamics.mobility import check_bodies
 from ..dynamics.motion import Motion, all_reactions, motion, total_power
-from ..errors import ModelError
+from ..errors import ModelError, SimulationError
 from ..model import Model, assemble
 from ..model.closure import Closure
 from ..model.contact import Touching
@@ -92,6 +95,13 @@ class Kernels:
         self.at_hand: dict[str, Any] = {}  # memory of those that build on these programs
         self._at: tuple[dict[str, float], Array, Rates] | None = None
         self.plain: dict[Any, Any] = {}  # runs for calls to come (`plain`)
+
+    def __reduce__(self) -> Any:
+        """The machine code stays: another process makes it anew, once for all that bring the same machine."""
+        return _restored, (packed(self.model), self.active)
+
+    def __deepcopy__(self, memo: Any) -> Kernels:
+        return self  # functions of a model, which is never changed
 
     def holding(self, active: tuple[int, ...]) -> Kernels:
         """The programs of a constrained model with these independent conditions."""
@@ -214,7 +224,10 @@ class Kernels:
         """The right-hand side with the constants of these parameters."""
         program = self.motion()
         constants = program.constants(parameters)
-        rates = Rates(program.address("rates"), self.size, constants, self.model.quaternions, program)
+        rates = Rates(
+            program.address("rates"), self.size, constants, self.model.quaternions, program,
+            recipe=(self.rates, parameters),
+        )  # fmt: skip
         if not self.active:
             return rates
         projected = self.model.n_q + self.model.n_u
@@ -337,6 +350,48 @@ class Kernels:
 
 def _is_zero(value: Any) -> bool:
     return isinstance(value, int | Fraction) and value == 0
+
+
+class _Packer(pickle.Pickler):
+    """What a motion needs of a model, which calls no controller any more."""
+
+    def reducer_override(self, value: Any) -> Any:
+        if isinstance(value, Controller):
+            try:
+                pickle.dumps(value.function)
+            except (pickle.PicklingError, AttributeError, TypeError):
+                return type(value), (value.name, _Lost(value.name), value.period, value.inputs, value.sensors)
+        return NotImplemented
+
+
+@dataclass(frozen=True)
+class _Lost:
+    """In the place of a controller's function that stayed in another process."""
+
+    name: str
+
+    def __call__(self, *_: Any) -> Any:
+        raise SimulationError(
+            f"Expected the function of controller '{self.name}', but it stayed in the process that made this motion: "
+            "it is no function of a module. Describe the machine here to simulate it again."
+        )
+
+
+def packed(model: Model) -> bytes:
+    """A model for another process."""
+    stream = io.BytesIO()
+    _Packer(stream, pickle.HIGHEST_PROTOCOL).dump(model)
+    return stream.getvalue()
+
+
+@lru_cache(maxsize=16)
+def _unpacked(data: bytes) -> Kernels:
+    return Kernels(pickle.loads(data))
+
+
+def _restored(data: bytes, active: tuple[int, ...]) -> Kernels:
+    whole = _unpacked(data)
+    return whole.holding(active) if active else whole
 
 
 _KEPT = 16

@@ -2,7 +2,8 @@
 
 The loop of a method (`stepping`, with `dop853` or another) is translated (`translation`) and compiled by LLVM when a
 run first asks for it. Its machine code needs nothing but the library of C, so it is kept with the kernels
-(`compile.cache`) under the hash of its source and of what compiles it; later processes load it as they load a kernel.
+(`compile.cache`) under the hash of its source and of what compiles it (`compile.sources`); later processes load it as
+they load a kernel.
 """
 
 from __future__ import annotations
@@ -13,25 +14,14 @@ import importlib
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import llvmlite.binding as llvm
 import numpy as np
 
 from ..compile import cache as disk
-from ..compile import native
+from ..compile import native, sources
 
-SHARED = ("loop.py", "stepping.py", "event_search.py", "machine.py", "translation.py", "rows.py", "layout.py")
-SOURCES = {
-    "dop853": ("dop853.py", "tableau.py"),
-    "dop54": ("dop54.py",),
-    "radau": ("radau.py",),
-    "gauss": ("gauss.py", "collocation.py"),
-    "taylor": ("taylor.py",),
-    "structure": ("structure.py", "collocation.py"),
-}
-"""Modules that a method is made of, besides the shared ones."""
 CALLED = ("run", "sample", "observe")
 LANES = " lanes"
 """After the name of a method: the loop over lanes, a module and a function of this name."""
@@ -102,15 +92,15 @@ def _loop(method: str = "dop853") -> Loop:
     return _made(_key(method), CALLED, lambda: _module(name).FUNCTIONS)
 
 
-def code(module: str, name: str, sources: Sequence[str]) -> Function:
-    """Another compiled function, of a module, made from these sources."""
+def code(module: str, name: str) -> Function:
+    """Another compiled function, of a module."""
     with _ONE:
-        return _code(module, name, tuple(sources)).functions[name]
+        return _code(module, name).functions[name]
 
 
 @cache
-def _code(module: str, name: str, sources: tuple[str, ...]) -> Loop:
-    return _made(_hash(f"{module} {name}", sources), (name,), lambda: vars(_module(module)))
+def _code(module: str, name: str) -> Loop:
+    return _made(_hash(f"{module} {name}", module), (name,), lambda: vars(_module(module)))
 
 
 def _module(name: str) -> Any:
@@ -167,19 +157,19 @@ def _compiled(made: Mapping[str, Any], names: Sequence[str]) -> tuple[dict[str, 
 
 def _key(method: str = "dop853") -> str:
     """Hash of the source of the loop and of what compiles it."""
-    name, more = method.split()[0], tuple[str, ...]()
-    if method != name:
-        more = ("lanes.py", "lanes_layout.py")
-    if method.endswith(WIDE):
-        more = (*more, "lanes_wide.py", "machine_wide.py", f"{name}_wide.py")
-    return _hash(method, (*SHARED, *SOURCES[name], *more))
+    name, _, lanes = method.partition(" ")
+    if not lanes:
+        return _hash(method, name)
+    wide = (
+        (f"{name}_wide",) if method.endswith(WIDE) else ()
+    )  # which the loop over lanes imports by their names
+    return _hash(method, name, lanes, *wide)
 
 
-def _hash(what: str, sources: Sequence[str]) -> str:
-    digest = hashlib.sha256(f"loop {what} {disk.VERSION} {native.version()}\n".encode())
-    for name in sources:
-        digest.update(Path(__file__).with_name(name).read_bytes())
-    return digest.hexdigest()
+def _hash(what: str, *modules: str) -> str:
+    room = __name__.removeprefix("freebody.").rpartition(".")[0]
+    source = sources.identity(*(f"{room}.{module}" for module in (*modules, "loop")))
+    return hashlib.sha256(f"loop {what} {source} {native.version()} {np.__version__}".encode()).hexdigest()
 
 
 _used: dict[str, Callable[[int], int]] = {}

@@ -201,8 +201,16 @@ def _has_short_series(kernels: Kernels, products: int) -> bool:
 def _equipped(kernels: Kernels, parameters: NDArray[np.float64], method: str, rates: Rates) -> Rates:
     """The rates with the other kernels that a method calls."""
     if method not in rates.equipped:
-        rates.equipped[method] = _with_others(kernels, parameters, method, rates)
+        made = _with_others(kernels, parameters, method, rates)
+        if made is not rates:
+            made = replace(made, recipe=(made_by, kernels, parameters, method))
+        rates.equipped[method] = made
     return rates.equipped[method]
+
+
+def made_by(kernels: Kernels, parameters: NDArray[np.float64], method: str) -> Rates:
+    """The rates of a path by a method."""
+    return _equipped(kernels, parameters, method, kernels.rates(parameters))
 
 
 def _with_others(kernels: Kernels, parameters: NDArray[np.float64], method: str, rates: Rates) -> Rates:

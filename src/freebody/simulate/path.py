@@ -44,6 +44,7 @@ class Rates:
     ``others``       addresses of what else a method needs (`radau`: f'(y) v of (y, v); `structure`: Hamilton's
                      equations; `taylor`: the coefficients of the motion)
     ``others_constants``  place of their constants among ``constants``
+    ``recipe``       a function and its arguments, that make the same rates in another process
     ``equipped``     these rates with the others of a method, by its name, once they were made
     """
 
@@ -56,7 +57,11 @@ class Rates:
     projected: int = 0
     others: tuple[int, ...] = ()
     others_constants: int = 0
+    recipe: tuple[Any, ...] = field(default=(), repr=False, compare=False)
     equipped: dict[str, Rates] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    def __deepcopy__(self, memo: Any) -> Rates:
+        return self  # code and constants, which nobody changes
 
     @cached_property
     def told(self) -> tuple[int, int, int, int]:
@@ -120,6 +125,19 @@ class Path:
     relative: ArrayLike | None = None
     absolute: ArrayLike | None = None
     stiff: int = 0
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Machine code stays in its process: elsewhere it is made when values between steps are asked for."""
+        state = dict(self.__dict__)
+        rates = state.pop("rates", None)
+        return {"_recipe": rates.recipe, **state} if rates is not None else state
+
+    def __getattr__(self, name: str) -> Any:
+        if name != "rates" or "_recipe" not in self.__dict__:
+            raise AttributeError(f"'{type(self).__name__}' has no '{name}'.")
+        make, *arguments = self._recipe
+        self.rates = make(*arguments)
+        return self.rates
 
     @property
     def start(self) -> float:

@@ -107,6 +107,22 @@ class Variation:
         """Number of components of the state and of all derivatives."""
         return self.kernels.size * (1 + len(self.unknowns))
 
+    def rates(self, parameters: Array, method: str) -> Rates:
+        """The right-hand side of the state and of all derivatives, for a method."""
+        kernels, program = self.kernels, self.program()
+        rates = Rates(
+            program.address("rates"),
+            self.size,
+            program.constants(parameters),
+            kernels.model.quaternions,
+            program,
+        )
+        if kernels.active:
+            rates = replace(rates, projection=program.address("projection"), projected=self.size)
+        if method == "taylor":
+            rates = with_series(rates, self.series(), parameters, kernels)
+        return replace(rates, recipe=(self.rates, parameters, method))
+
     def series(self) -> Program:
         """Function ``series`` of (y, s_1, s_2, ...): the coefficients of their motion."""
         key = ("variation series", tuple(one.name for one in self.unknowns))
@@ -233,15 +249,9 @@ def sensitive_motion(
     rows = start_slopes(kernels, variation.unknowns, state, numbers, initial, near, begin)
     n, k = kernels.size, len(variation.unknowns)
     y = np.concatenate([state, np.zeros(n - state.size), rows.ravel()])
-    rates = Rates(
-        program.address("rates"), y.size, program.constants(parameters), tuple(model.quaternions), program
-    )
-    if model.constraints and kernels.active:
-        rates = replace(rates, projection=program.address("projection"), projected=y.size)
     if method == "auto":
         method = "gauss" if np.min(tolerances, initial=1.0) < FINE else "dop853"
-    elif method == "taylor":
-        rates = with_series(rates, variation.series(), parameters, kernels)
+    rates = variation.rates(parameters, method)
     relative, absolute = np.tile(tolerances, 1 + k), np.tile(tolerances, 1 + k)
     if kernels.works:
         first = observe(program.address("energy"), 2, np.array([begin]), y[None], rates.constants)[0]

@@ -43,17 +43,6 @@ SWEEPS = 3_000
 MOST_SWEEPS = 100_000
 PAST = 4 + 2 * 12
 """Rows of the memory of `moreau_problem.solve`."""
-SOURCES = (
-    "loop.py",
-    "moreau.py",
-    "moreau_problem.py",
-    "moreau_rows.py",
-    "machine.py",
-    "translation.py",
-    "rows.py",
-    "layout.py",
-)
-"""Modules that the loop is made of."""
 BLOCK = 1000
 """Steps between two looks at events, progress and the keyboard."""
 
@@ -137,7 +126,7 @@ class _Run:
         self.constants = self.program.constants(self.parameters)
         self.first, self.tangents, self.rows = scene_of_layout(model)
         self.memory = _memory(kernels, values, self.program, self.shape, self.tangents, self.rows)
-        self.march = loop.code("moreau", "march", SOURCES)
+        self.march = loop.code("moreau", "march")
         timed, self.called = scheduled(kernels, values, blows, begin, end)
         self.timed: dict[int, list[Blow]] = {}
         for time, one in timed:
@@ -377,7 +366,8 @@ class _Run:
             impulses, works, modes = impulses[:k].copy(), works[:k].copy(), modes[:k]
             impulses[-1] *= part
             works[-1] *= part
-        rates = Rates(0, n, self.constants, tuple(self.model.quaternions), self.program)
+        seen = 0, n, self.constants, tuple(self.model.quaternions)
+        rates = Rates(*seen, self.program, recipe=(Rates, *seen))
         specs, expressions = self.specs[: self.asked], self.expressions[: self.asked]
         crossings = _crossings(self.kernels, self.values, specs, expressions, moments, states)
         if stop is not None:  # the last state is the event itself

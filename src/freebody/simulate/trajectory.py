@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from pathlib import Path as FilePath
 
     import xarray
+
+    from ..describe.system import System
 
 Array = NDArray[np.float64]
 _FEWEST, _MOST = 401, 4001  # output times when none are asked for
@@ -142,6 +145,23 @@ class Trajectory:
         self.specs = tuple(specs)
         self.tolerances = tolerances
         self._asked = times, samples
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What was computed, and the values at the output times; what follows from them is left to who asks."""
+        with suppress(ValueError):  # a failed run may have no values between its steps
+            self.states  # noqa: B018
+        made = {
+            name
+            for kind in type(self).__mro__
+            for name, entry in vars(kind).items()
+            if isinstance(entry, cached_property)
+        }
+        return {name: x for name, x in self.__dict__.items() if name in ("t", "states") or name not in made}
+
+    def __copy__(self) -> Trajectory:
+        other = type(self).__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        return other
 
     @cached_property
     def _parameters(self) -> Array:
@@ -352,17 +372,49 @@ class Trajectory:
         return dataset(self)
 
     def save(self, path: str | FilePath) -> None:
-        """Write :attr:`data` to a netCDF file, whole or not at all. :func:`load` reads it."""
+        """Write the motion to a netCDF file, whole or not at all: :attr:`data` as any program reads it, the description
+        of the machine and what was computed. :meth:`load` reads it back."""
         from .dataset import save
 
-        save(self.data, path)
+        save(self, path)
 
     @staticmethod
-    def load(path: str | FilePath) -> xarray.Dataset:
-        """The dataset that :meth:`save` wrote."""
-        from .dataset import load
+    def load(path: str | FilePath, machine: System | None = None) -> Trajectory:
+        """The motion that :meth:`save` wrote, with all that can be asked of it.
 
-        return load(path)
+        Nothing in a file is executed. The file holds the machine; signals, and what controllers set, are in it as
+        parameters that had other values in each part of the run: a loaded motion has neither the signals' names nor the
+        controllers' functions. Its events have their names, but no expressions to watch for again.
+
+        Parameters
+        ----------
+        path : path
+        machine : System, optional
+            Of a motion whose machine could not be written to the file (the error says so), or to have this system's
+            own symbols.
+
+        Raises
+        ------
+        SimulationError
+            What is no motion, is damaged, or holds no machine.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> import freebody as fb
+        >>> s = fb.System("cart")
+        >>> rail = s.slider("rail", s.ground, s.body("cart", fb.particle(2)), axis="x", coordinate="x")
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     fb.simulate(s, until=3, initial={"x'": 2}).save(f"{folder}/cart.nc")
+        ...     motion = fb.Trajectory.load(f"{folder}/cart.nc")
+        >>> motion
+        Trajectory of 'cart': t = 0 to 3 s, 1 coordinate, 0 events, finished
+        >>> round(motion.at(1.5)["x"], 12)
+        3.0
+        """
+        from .restored import load
+
+        return load(path, machine)
 
     def plot(self, names: Any = None, *, ax: Any = None, path: str | FilePath | None = None) -> Any:
         """Coordinates (or any other quantities) over time, a panel for each unit, with the events marked.

@@ -113,10 +113,11 @@ def fit(
     Parameters
     ----------
     s : System or Model
-    data : mapping or xarray.Dataset, or sequence of them
+    data : mapping, xarray.Dataset or DataFrame, or sequence of them
         Measured quantities over time: ``{"time": t, "theta": values}``, arrays of shape (N,); a quantity is a
-        coordinate, a speed or an expression, and nan stands for a moment at which it was not measured. A sequence holds
-        measurements of several motions of the same machine.
+        coordinate, a speed or an expression, and nan stands for a moment at which it was not measured. The times of a
+        DataFrame are its column, or its index, of this name. A sequence holds measurements of several motions of the
+        same machine.
     unknown : sequence of names, or mapping of name to first guess
         Parameters, and coordinates and speeds at the start. Without a guess the search begins at the parameter's value,
         or at the value in ``initial``.
@@ -338,6 +339,11 @@ def _measured(model: Any, run: Any, begin: float) -> tuple[Array, dict[str, Arra
         columns["time"] = np.asarray(run["time"].values)
     elif isinstance(run, Mapping):
         columns = {_name(model, k): v for k, v in run.items()}
+    elif hasattr(run, "columns"):  # a table of pandas, or one that is read as such
+        columns = {_name(model, k): run[k] for k in run.columns}
+        index = getattr(run, "index", None)
+        if getattr(index, "name", None) in ("time", "t"):
+            columns.setdefault("time", np.asarray(index))
     else:
         raise SimulationError(
             f"Expected measured data by name, such as {{'time': t, 'theta': values}}, got {run!r}."
@@ -349,11 +355,17 @@ def _measured(model: Any, run: Any, begin: float) -> tuple[Array, dict[str, Arra
             f"Expected 'time' among the measured data, got {', '.join(columns) or 'nothing'}. Name the array of times "
             "'time'."
         )
+    arrays: dict[str, Array] = {}
     try:
         for name, x in columns.items():
             if np.iscomplexobj(x):
                 raise SimulationError(f"Expected real numbers for the measured '{name}', got complex ones.")
-        arrays = {name: np.array(x, dtype=float) for name, x in columns.items()}
+            if np.asarray(x).dtype.kind in "mM":  # as numbers they would be nanoseconds
+                raise SimulationError(
+                    f"Expected numbers for the measured '{name}', got dates or durations. Seconds from the start are "
+                    "made by (t - t[0]) / np.timedelta64(1, 's')."
+                )
+            arrays[name] = np.array(x.astype(float) if hasattr(x, "astype") else x, dtype=float)
     except (TypeError, ValueError):
         raise SimulationError(f"Expected arrays of numbers for the measured '{name}', got {x!r}.") from None
     times = arrays.pop("time")
