@@ -24,13 +24,14 @@ from numpy.typing import NDArray
 
 from ..compile.looped import is_large
 from ..dynamics.mobility import check_bodies
+from ..dynamics.unilateral import limits
 from ..errors import ModelError, SimulationError, arguments_named, nearest
 from ..model.values import check_assumptions
 from . import lanes_layout as at
 from . import layout, loop
 from .arguments import check_heeded, check_numbers, largest_memory
 from .batch_alone import NO_START, REASON, REFUSED, Alone
-from .batch_kernels import BatchProgram, batch_program
+from .batch_kernels import BatchProgram, OfLimit, batch_program
 from .batch_large import Large
 from .batch_large import applies as large
 from .batch_start import Lanes, lanes_of
@@ -50,6 +51,7 @@ from .methods import (
     first_method,
 )
 from .outputs import TIMELINE, Output, outputs_of
+from .passing import NOT_PHYSICAL
 from .progress import Progress
 
 if TYPE_CHECKING:
@@ -74,6 +76,8 @@ STATUS = {
     at.LEFT: "constraints contradicted",
     NO_START: "no start",
     REFUSED: "refused",
+    at.UNPHYSICAL: f"finished, {NOT_PHYSICAL}",
+    at.STOPPED_UNPHYSICAL: f"terminal event, {NOT_PHYSICAL}",
 }
 """How a lane may end."""
 _LOST = (at.LEFT, layout.COLLAPSED, layout.NOT_FINITE)
@@ -269,9 +273,13 @@ def job_of(
         near=near, project=project, tolerance=tolerance, events=specs, impulses=blows, impacts=impacts,
         indeterminate=indeterminate, method=method, step=step, max_step=max_step, max_steps=max_steps,
     )  # fmt: skip
+    passing = limits(model)
+    specs = (*specs, *(EventSpec(one.event, one.event, -1) for one in passing))
+    expressions = (*expressions, *(OfLimit(k) for k in range(2 * len(passing))))
     job = Job(
         kernels, given, np.empty((1, 0)), {}, (), begin, end, wanted, specs, expressions, asked, tolerances, method,
         step, math.inf if max_step is None else float(max_step), max_steps, threads or _processors(), s, alone, False,
+        len(passing),
     )  # fmt: skip
     if (
         model.contacts or model.controllers or blows or method not in METHODS or is_large(model)
@@ -358,11 +366,14 @@ class Job:
     """Options of `simulate` for one lane."""
     looped: bool
     """Whether the compiled loop runs the lanes, else `simulate` each."""
+    limits: int
+    """How many of ``specs``, the last ones, are limits of one-sided forces; in ``expressions`` the same with what is
+    negligible added stand behind them."""
 
     @property
     def bytes_per_lane(self) -> int:
         times = self.wanted.size if self.asked.timed else 0
-        return 8 * (times * len(self.asked.timed) + 4 * len(self.asked.reduced) + 3 * len(self.specs) + 6)
+        return 8 * (times * len(self.asked.timed) + 4 * len(self.asked.reduced) + 3 * len(self.expressions) + 6)
 
     @property
     def texts(self) -> tuple[str, ...]:
@@ -400,6 +411,24 @@ class Job:
         )
 
     def run(self, part: Results, between: Callable[[float], None]) -> None:
+        """Run lanes, and say of which that they are not physical."""
+        self._run(part, between)
+        if self.limits:
+            self._passed(part)
+
+    def _passed(self, part: Results) -> None:
+        """Lanes that passed a limit by more than what is negligible; the times of the others are none."""
+        m = len(self.specs)
+        mine, surely = slice(m - self.limits, m), part.counts[:, m:] > 0
+        part.counts[:, mine][~surely] = 0
+        part.event_times[:, mine][~surely] = math.nan
+        first = part.event_times[:, mine, 0] * (1 if self.end >= self.begin else -1)
+        worst = m - self.limits + np.argmin(np.where(surely, first, math.inf), axis=1)
+        for code, told in ((layout.FINISHED, at.UNPHYSICAL), (layout.TERMINAL, at.STOPPED_UNPHYSICAL)):
+            rows = surely.any(axis=1) & (part.kept[:, 0] == code)
+            part.kept[rows, 0], part.kept[rows, 3] = told, worst[rows]
+
+    def _run(self, part: Results, between: Callable[[float], None]) -> None:
         """Run lanes, and those that turn out to be stiff once more."""
         if not self.looped:
             alone = Large(self, part, _Loop) if large(self) else Alone(self, part)
@@ -445,7 +474,7 @@ class Results:
 
     @staticmethod
     def of(job: Job, low: int, high: int) -> Results:
-        n, asked, m = high - low, job.asked, len(job.specs)
+        n, asked, m = high - low, job.asked, len(job.expressions)
         times = job.wanted.size if asked.timed else 0
         kept = np.zeros((n, at.KEPT), dtype=np.int64)
         kept[:, 0] = -1
@@ -510,7 +539,7 @@ class _Loop:
         self.program = program = program or job.program(method)
         n = kernels.size
         self.n, self.w = n, layout.padded(n)
-        m, watched = len(job.specs), program.watched
+        m, watched = len(job.expressions), program.watched
         outputs = len(job.asked.timed)
         times = job.wanted.size if outputs else 0
         self.addresses = np.array(
@@ -532,7 +561,7 @@ class _Loop:
         sizes[at.LIMIT] = (1 << 62) if job.max_steps is None else job.max_steps
         sizes[at.WORKS], sizes[at.STIFF_ASKED] = kernels.works, until_stiff
         sizes[at.BUDGET] = BUDGET if until_stiff else 0  # of "auto"
-        sizes[at.N_DROPPED] = program.dropped
+        sizes[at.N_DROPPED], sizes[at.N_LIMITS] = program.dropped, 2 * job.limits
         sizes[at.N_CONSTANTS] = program.compiled.hoisted
         self.sizes = sizes
         options = np.zeros(at.OPTIONS)
@@ -553,8 +582,11 @@ class _Loop:
             dtype=np.int64,
         )  # fmt: skip
         self.relative = job.tolerances
-        self.directions = np.array([*(x.direction for x in job.specs), *[0] * (watched - m)], dtype=np.int64)
-        self.terminal = np.array([*(x.terminal for x in job.specs), *[0] * (watched - m)], dtype=np.int64)
+        negligible, rest = [-1] * job.limits, [0] * (watched - m)
+        self.directions = np.array([*(x.direction for x in job.specs), *negligible, *rest], dtype=np.int64)
+        self.terminal = np.array(
+            [*(x.terminal for x in job.specs), *[0] * (watched - len(job.specs))], dtype=np.int64
+        )
         backwards = job.end < job.begin
         self.order = np.argsort(-job.wanted if backwards else job.wanted, kind="stable")
         self.wanted = job.wanted[self.order]

@@ -19,7 +19,8 @@ from .event import EventSpec, expressions_of
 from .impacts import impact
 from .kernels import Kernels
 from .path import Array, Rates, Watch, observe
-from .phases import Happening, Segment
+from .event import Happening
+from .phases import Segment
 
 CLOSED = 1e-10
 """Gap, relative to 1 m or the greatest coordinate, at which a contact is closed."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -49,6 +49,21 @@ class Event:
     def __str__(self) -> str:
         how = {1: "rises through", -1: "falls through"}.get(self.direction, "is")
         return f"t = {self.time:.6g} s: {self.name}: {how} zero"
+
+
+@dataclass(frozen=True)
+class Happening(Event):
+    """An event that the run itself brought: a blow, an impact, a change of a contact's mode or of the conditions that
+    hold a linkage, a one-sided constraint whose force passes its limit.
+
+    ``text`` says what happened. The state is that just before.
+    """
+
+    text: str = ""
+    after: dict[str, float] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        return f"t = {self.time:.6g} s: {self.text}"
 
 
 @arguments_named

@@ -26,7 +26,9 @@ N_OUTPUTS, N_TIMES, N_REDUCED, ROOM, LIMIT, WORKS, STIFF_ASKED, N_DROPPED = 8, 9
 BUDGET = 16
 # number of intervals in which signals are polynomials (1 without signals), and of parameters that differ between them
 N_LEGS, N_SETTINGS = 17, 18
-SIZES = 19
+# how many of the events asked for, the last ones, are limits of one-sided forces, which a run may begin beyond
+N_LIMITS = 19
+SIZES = 20
 
 # numbers of an interval, in a row before its settings: start, end, length of all steps or 0
 LEG = 3
@@ -40,6 +42,8 @@ KEPT = 4  # integers kept of a lane: how it ended, steps, rejected steps, compon
 
 # how a lane ends, besides what `layout` names
 TOO_MANY, LEFT = 7, 8
+# finished, and stopped by a terminal event, beyond the limit of a one-sided force
+UNPHYSICAL, STOPPED_UNPHYSICAL = 12, 13
 
 # of eight lanes, integers, eight of each: number of the run (-1: none), steps of this leg, rejected steps, suspicions,
 # calm steps, whether the step before was rejected, outputs given, whether the step reaches the end, leg, steps of the

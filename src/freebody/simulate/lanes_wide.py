@@ -133,6 +133,7 @@ tightening: Any = None
 set_constants: Any = None
 jumped: Any = None
 contradicted: Any = None
+begun_beyond: Any = None
 log_event: Any = None
 widen: Any = None
 HEIGHT = 0
@@ -341,6 +342,8 @@ def enter_leg(
         if seen != RUNNING:
             counts[BLAMED] = spare_integers[BLAME]
             return seen
+        if leg == 0:
+            begun_beyond(run, sizes, start, shifted(table, lane * (PARTS + 3) * (m + 1)), happened, event_times)
     if many > 0:
         place = run * many * EXTREMES
         if leg == 0:
