@@ -11,7 +11,7 @@ from ..errors import ModelError
 from .axes import UNIT, direction
 from .body import Point
 from .constraint import Condition, Constraint, Gear, Rolling, Rope, SpeedCondition
-from .contact import Ball, ContactPair
+from .contact import ContactPair, Tether
 from .contacts import coefficient, contact
 from .joint import Joint
 from .joints import check_smooth, check_unbroken
@@ -201,8 +201,7 @@ def _slack(
     known = number(system, length)
     if known is not None and known <= 0:
         raise ModelError(f"Expected a length greater than 0 m for rope '{name}', got {known:g}.")
-    bowl = Ball(first.body, first.components, length, True)
-    return contact(system, name, last, bowl, restitution=restitution)
+    return contact(system, name, last, Tether(first.body, first.components, length), restitution=restitution)
 
 
 def rolling(

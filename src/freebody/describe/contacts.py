@@ -121,7 +121,8 @@ def contact(
 
 ROUND = ("point", "sphere", "circle", "cylinder")
 SUPPORTED = {
-    "point": ("sphere", "circle", "cylinder", "plane", "segment", "heightline"),
+    "point": ("tether", "sphere", "circle", "cylinder", "plane", "segment", "heightline"),
+    "tether": (),
     "sphere": ("point", "sphere", "circle", "cylinder", "plane", "segment"),
     "ellipsoid": ("plane",),
     "circle": ("point", "sphere", "circle", "cylinder", "plane", "segment"),

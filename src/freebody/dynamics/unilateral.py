@@ -98,7 +98,7 @@ def limits(model: Model) -> tuple[Limit, ...]:
                 Limit(
                     name, f"{name} leaves", (first[name],), None, "the groove pulls",
                     "A groove that is open on one side only presses",
-                    "What may leave it is a contact, such as s.contact(name, body.point(), s.ground.heightline(...)); on a "
+                    "What may leave it is a contact, such as s.contact(name, body.origin, s.ground.heightline(...)); on a "
                     "wire leave out unilateral=True.",
                 )
             )  # fmt: skip
