@@ -35,6 +35,48 @@ NEGLIGIBLE = Fraction(1, 10**6)
 
 
 @dataclass(frozen=True)
+class MotionWarning:
+    """A part of a motion that is not what would happen. One of ``motion.warnings``.
+
+    Attributes
+    ----------
+    name : str
+        What it is about: a rope, a rolling wheel, a condition, as the user named it.
+    event : str
+        Name of the events at which such a part begins.
+    time : float
+        From when on the motion is not physical [s].
+    what : str
+        What happens there that can not.
+    value : float
+        The worst of it: the least force, or the least that friction has left, in ``unit``; of a blow the impulse.
+    spans : tuple of (float, float)
+        All parts of the run in which it is so: from, to [s].
+    law, cure : str
+        What can happen, and what to do about it.
+    """
+
+    name: str
+    event: str
+    time: float
+    what: str
+    value: float
+    spans: tuple[tuple[float, float], ...]
+    law: str
+    cure: str
+    unit: str = "N"
+
+    def __str__(self) -> str:
+        parts = [f"{a:.6g} to {b:.6g} s" if a != b else f"t = {a:.6g} s" for a, b in self.spans[:3]]
+        more = len(self.spans) - len(parts)
+        when = " and ".join(parts) + (f" and {more} more times" if more else "")
+        return (
+            f"{self.name}: {self.what}, {self.value:.6g} {self.unit}".rstrip()
+            + f" at worst ({when}). {self.law}: from t = {self.time:.6g} s on this motion is not physical. {self.cure}"
+        )
+
+
+@dataclass(frozen=True)
 class Limit:
     """A limit of a constraint's force.
 
@@ -50,6 +92,8 @@ class Limit:
         Coefficient of that friction.
     what, law, cure : str
         What the constraint then does, what it can do, and what to do about it.
+    unit : str
+        Of the force; none where it depends on the expression of a condition.
     """
 
     constraint: str
@@ -59,6 +103,16 @@ class Limit:
     what: str
     law: str
     cure: str
+    unit: str = "N"
+
+    def passed(
+        self, value: float, spans: tuple[tuple[float, float], ...], per: str = ""
+    ) -> MotionWarning:
+        """What is said of a motion that passes it; an impulse has the unit of the force times that of ``per``."""
+        unit = f"{self.unit} {per}".strip() if self.unit else ""
+        return MotionWarning(
+            self.constraint, self.event, spans[0][0], self.what, value, spans, self.law, self.cure, unit
+        )
 
 
 def limits(model: Model) -> tuple[Limit, ...]:
@@ -99,7 +153,7 @@ def limits(model: Model) -> tuple[Limit, ...]:
                     name, f"{name} leaves", (first[name],), None, "the groove pulls",
                     "A groove that is open on one side only presses",
                     "What may leave it is a contact, such as s.contact(name, body.origin, s.ground.heightline(...)); on a "
-                    "wire leave out unilateral=True.",
+                    "wire leave out unilateral=True.", "",
                 )
             )  # fmt: skip
     return tuple(result)

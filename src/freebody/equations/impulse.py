@@ -9,6 +9,7 @@ The file is longer than others: the outcome is one class with all that is asked 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
@@ -29,6 +30,7 @@ from ..dynamics.impulse import (
 )
 from ..dynamics.kinematics import point_velocity
 from ..dynamics.state import State
+from ..dynamics.unilateral import NEGLIGIBLE, MotionWarning, limits
 from ..errors import ModelError, nearest
 from ..model.closure import Closure
 from ..model.model import Model
@@ -237,6 +239,28 @@ class Struck:
         return Substitution(self._e.ring, floats, values)
 
     @cached_property
+    def warnings(self) -> tuple[MotionWarning, ...]:
+        """One-sided constraints that this impulse would have to push or pull the wrong way, as far as it is in numbers."""
+        found: list[MotionWarning] = []
+        values = [self._value(x) for x in self._multipliers]
+        largest = max((abs(x) for x in values if x is not None), default=0.0)
+        t = self._value(self._state.t) or 0.0
+        for limit in limits(self.model):
+            known = [x for x in (values[i] for i in limit.places) if x is not None]
+            mu = None if limit.friction is None else self._value(self._state(limit.friction))
+            if len(known) < len(limit.places) or (limit.friction is not None and mu is None):
+                continue
+            left = known[0] if mu is None else mu * known[0] - math.hypot(*known[1:])
+            if left < -NEGLIGIBLE * largest:
+                found.append(limit.passed(left, ((t, t),), "s"))
+        return tuple(found)
+
+    def _value(self, x: Any) -> float | None:
+        """A number; None for an expression."""
+        shown = self._show(x)
+        return float(shown) if not isinstance(shown, sympy.Basic) or shown.is_number else None
+
+    @cached_property
     def energy_change(self) -> Any:
         """Change of the kinetic energy [J]: P·(v⁻ + v⁺)/2 where nothing is driven."""
         after = kinetic_energy(self.model, self._reached)
@@ -324,17 +348,18 @@ class Struck:
         lines = [f"Impulse on '{self.model.name}': speeds just after"]
         for name, x in zip(self.model.speed_names, self._reached.u, strict=True):
             lines.append(f"  {name} = {self._written(x)}")
+        told = [f"not possible: {one.what} ('{one.name}'). {one.law}. {one.cure}" for one in self.warnings]
         if not self._wrenches:
-            return "\n".join(lines)
+            return "\n".join([*lines, *told])
         lines.append("impulsive reactions on the child bodies")
         if self.exact:
             parts = {n: x for n, x in self.canonical_components.items() if not _zero(x)}
             lines += [f"  {name} = {self._written(x)}" for name, x in parts.items()]
-            return "\n".join(lines)
+            return "\n".join([*lines, *told])
         for name, (impulse, moment, _) in self._wrenches.items():
             P, n = (", ".join(map(self._written, v)) for v in (impulse, moment))
             lines.append(f"  {name}:  impulse ({P}), moment impulse ({n})")
-        return "\n".join(lines)
+        return "\n".join([*lines, *told])
 
     def latex(self) -> str:
         """The same as a LaTeX ``aligned`` block."""

@@ -548,6 +548,7 @@ class _Loop:
                 program.address("outputs"), program.address("reduced"), program.address("watched"),
                 program.address("dropped"), program.wide_address("series" if method == "taylor" else "rates"),
                 program.wide_address("projection"), program.wide_address("rates"),
+                program.wide_address("watched"),
             ],
             dtype=np.int64,
         )  # fmt: skip
@@ -567,6 +568,9 @@ class _Loop:
         options = np.zeros(at.OPTIONS)
         options[at.T0], options[at.T1], options[at.LONGEST] = job.begin, job.end, job.longest
         options[at.ORDER], options[at.FINEST] = layout.ORDERS[method], FINE
+        self.seen = 16 * watched if program.wide_address("watched") else 0
+        if self.seen:
+            sizes[at.SEEN] = self._places_of_eight()
         self.options = options
         spans, places, settings = intervals(kernels, given.values_of(0), job.begin, job.end)
         sizes[at.N_LEGS], sizes[at.N_SETTINGS] = len(spans), len(places)
@@ -613,6 +617,11 @@ class _Loop:
             np.zeros(layout.INTEGERS, dtype=np.int64),
         )  # fmt: skip
 
+    def _places_of_eight(self) -> int:
+        """Numbers of eight lanes before those of their limits."""
+        numbers = layout.rows(self.method, self.n) * 8 * self.n + at.WIDE_PLACES + self.program.room
+        return layout.padded(numbers)
+
     def _mine(self) -> Array:
         """Parameters of one lane."""
         return np.zeros(int(self.sizes[at.N_PARAMETERS]) + 1)
@@ -626,8 +635,7 @@ class _Loop:
         )
         eight, events = 8 * n, layout.most_events(m)
         largest = max(2, n, len(self.job.asked.reduced), self.program.dropped)
-        room = self.program.room
-        rows = _aligned(layout.rows(self.method, n) * eight + at.WIDE_PLACES + room)
+        rows = _aligned(self._places_of_eight() + self.seen)
         return (
             np.zeros(size), np.zeros(largest), self._mine(), rows, _aligned(8 * max(1, hoisted)),
             np.zeros(8 * max(1, hoisted)), _aligned(2 * eight), np.zeros(n), np.zeros(at.WIDE_NUMBERS),

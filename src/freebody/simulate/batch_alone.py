@@ -137,13 +137,14 @@ class Alone:
                 part.event_times[row, e, 0] = crossing.time
             part.event_times[row, e, 1] = crossing.time
             part.counts[row, e] += 1
-        users = len(job.specs) - job.limits
-        for one in motion._passed:
-            for e in (users + one.limit, len(job.specs) + one.limit):
-                if part.counts[row, e] == 0:
-                    part.event_times[row, e, 0] = one.begin
-                part.event_times[row, e, 1] = one.begin
-                part.counts[row, e] += 1
+        names = [spec.name for spec in job.specs]
+        for one in motion.warnings:
+            for e in (names.index(one.event), names.index(one.event) + job.limits):
+                for begin, _ in one.spans:
+                    if part.counts[row, e] == 0:
+                        part.event_times[row, e, 0] = begin
+                    part.event_times[row, e, 1] = begin
+                    part.counts[row, e] += 1
         if asked.timeline:
             told = [[c.contact, c.mode, c.start, c.end, c.why] for c in motion.modes]
             part.texts[row, 0] = json.dumps(told)

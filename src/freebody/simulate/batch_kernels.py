@@ -136,7 +136,9 @@ def _recorded(
         functions["tangent"] = forward(tape, rates, y, along)
         inputs += along
     parameters = [state.values[parameter.symbol] for parameter in model.parameters]
-    batch = [name for name in ("rates", "series", "projection") if wide and name in functions]
+    limits_only = bool(events) and not reduced and all(isinstance(x, OfLimit) for x in events)
+    asked = ("rates", "series", "projection", *(("watched",) if limits_only else ()))
+    batch = [name for name in asked if wide and name in functions]
     more = {"series": len(y)} if series else {}
     compiled = compile_tape(tape, functions, state.t, inputs, parameters, batch, more)
     return BatchProgram(compiled, len(watched), len(functions.get("dropped", ())))

@@ -255,5 +255,6 @@ def strike(
         before,
         f"{one.name}: {jumps or 'no speed changes'}",
         dict(zip(names, after.tolist(), strict=False)),
+        hit.warnings,
     )
     return after, float(hit.energy_change), told

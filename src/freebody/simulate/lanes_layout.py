@@ -5,8 +5,8 @@ from __future__ import annotations
 # addresses of kernels: constants of the parameters, and functions of (t, y)
 PROLOGUE, RATES, ENERGY, OUTPUTS, REDUCED, WATCHED, DROPPED = 0, 1, 2, 3, 4, 5, 6
 # and for eight lanes: rates, or the series of the motion, and what moves states onto the constraints, or 0; beside a
-# series, the rates, or 0 where nothing in them may bend
-WIDE, PROJECTION_WIDE, RATES_WIDE = 7, 8, 9
+# series, the rates, or 0 where nothing in them may bend; and where limits alone are watched, these
+WIDE, PROJECTION_WIDE, RATES_WIDE, WATCHED_WIDE = 7, 8, 9, 10
 
 # counts: of components, of numbers in a row of the work array and in all of it, of quaternions, parameters, constants,
 # events asked for, events watched (rates of extremes are the rest), outputs at a time, times, quantities with extremes,
@@ -28,7 +28,10 @@ BUDGET = 16
 N_LEGS, N_SETTINGS = 17, 18
 # how many of the events asked for, the last ones, are limits of one-sided forces, which a run may begin beyond
 N_LIMITS = 19
-SIZES = 20
+# of eight lanes, where nothing but limits is watched: the place of their values at the ends of the steps, and of their
+# changes in the steps before; else 0
+SEEN = 20
+SIZES = 21
 
 # numbers of an interval, in a row before its settings: start, end, length of all steps or 0
 LEG = 3

@@ -6,61 +6,20 @@ step and on the dense output between them, as events are.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ..dynamics.unilateral import Limit
+from ..dynamics.unilateral import Limit, MotionWarning
 from .layout import PARTS
 from .path import Array, observe
 
-_BLOCK = 4096
-"""Steps that are looked at together."""
+_BLOCK = 1 << 15
+"""Moments that are looked at together."""
 NOT_PHYSICAL = "not physical"
 """What is added to the status of a motion that passes a limit."""
-
-
-@dataclass(frozen=True)
-class MotionWarning:
-    """A part of a motion that is not what would happen. One of ``motion.warnings``.
-
-    Attributes
-    ----------
-    name : str
-        What it is about: a rope, a rolling wheel, a condition, as the user named it.
-    event : str
-        Name of the events at which such a part begins.
-    time : float
-        From when on the motion is not physical [s].
-    what : str
-        What happens there that can not.
-    value : float
-        The worst of it: the least force, or the least that friction has left [N].
-    spans : tuple of (float, float)
-        All parts of the run in which it is so: from, to [s].
-    law, cure : str
-        What can happen, and what to do about it.
-    """
-
-    name: str
-    event: str
-    time: float
-    what: str
-    value: float
-    spans: tuple[tuple[float, float], ...]
-    law: str
-    cure: str
-
-    def __str__(self) -> str:
-        parts = [f"{a:.6g} to {b:.6g} s" for a, b in self.spans[:3]]
-        more = len(self.spans) - len(parts)
-        when = " and ".join(parts) + (f" and {more} more times" if more else "")
-        return (
-            f"{self.name}: {self.what}, {self.value:.6g} N at worst ({when}). {self.law}: from t = {self.time:.6g} s on "
-            f"this motion is not physical. {self.cure}"
-        )
 
 
 @dataclass
@@ -91,8 +50,10 @@ def spans(pieces: Iterable[tuple[Array, Values | None, Array]], count: int) -> l
                          known between the times
     """
     found: list[Span] = []
+    start: float | None = None
     last: dict[int, Span] = {}  # those that reach the end of the piece before
     for times, function, values in pieces:
+        start = float(times[0]) if start is None else start
         goes_on, last = last, {}
         for k in range(count):
             t, v, f = _enriched(times, values[:, k], values[:, count + k], function, k)
@@ -116,33 +77,38 @@ def spans(pieces: Iterable[tuple[Array, Values | None, Array]], count: int) -> l
     kept = [one for one in found if one.surely]
     for one in kept:
         one.begin, one.end = _zero(one.limit, one.before, one.begin), _zero(one.limit, one.after, one.end)
-    return kept
+    return sorted(kept, key=lambda one: abs(one.begin - (start or 0.0)))
 
 
 def _enriched(times: Array, v: Array, f: Array, function: Values | None, k: int) -> tuple[Array, Array, Array]:
-    """Values with those where they dip deepest, if they can pass there what is negligible."""
+    """Values with the extremes between them that can pass zero: dips by more than what is negligible, and peaks of what
+    is below it."""
     if function is None or len(times) < 3:
         return times, v, f
     from scipy.optimize import minimize_scalar
 
-    with np.errstate(invalid="ignore"):
-        lowest = (v[1:-1] <= v[:-2]) & (v[1:-1] < v[2:])
-        deep = 2 * f[1:-1] < np.maximum(f[:-2], f[2:])
     more = []
-    for i in np.flatnonzero(lowest & deep):
-        bounds = sorted((times[i], times[i + 2]))
-        dip = minimize_scalar(
-            lambda x: _at(function, k, x, True), bounds=bounds, method="bounded",
-            options={"xatol": 1e-9 * (bounds[1] - bounds[0])},
-        ).x  # fmt: skip
-        more.append((i + 1 + (abs(dip - times[0]) > abs(times[i + 1] - times[0])), dip))
+    with np.errstate(invalid="ignore"):
+        before, here, after = v[:-2], v[1:-1], v[2:]
+        dips = (here <= before) & (here < after) & (2 * f[1:-1] < np.maximum(f[:-2], f[2:]))
+        peaks = (here >= before) & (here > after) & (2 * here > np.minimum(before, after))
+        peaks &= (np.minimum(f[:-2], f[2:]) < 0) & (here < 0)
+    for sign, found in ((1.0, dips), (-1.0, peaks)):
+        for i in np.flatnonzero(found):
+            bounds = sorted((times[i], times[i + 2]))
+            x = minimize_scalar(
+                lambda x, sign=sign: sign * _at(function, k, x, True), bounds=bounds, method="bounded",
+                options={"xatol": 1e-9 * (bounds[1] - bounds[0])},
+            ).x  # fmt: skip
+            more.append((i + 1 + (abs(x - times[0]) > abs(times[i + 1] - times[0])), x))
     if not more:
         return times, v, f
-    places, dips = [place for place, _ in more], np.array([dip for _, dip in more])
-    new = function(dips, True)
+    more.sort(key=lambda one: (one[0], abs(one[1] - times[0])))
+    places, moments = [place for place, _ in more], np.array([x for _, x in more])
+    new = function(moments, True)
     count = new.shape[1] // 2
     return (
-        np.insert(times, places, dips),
+        np.insert(times, places, moments),
         np.insert(v, places, new[:, k]),
         np.insert(f, places, new[:, count + k]),
     )
@@ -178,8 +144,8 @@ def _root(function: Values, k: int, a: float, b: float, dense: bool) -> float:
     return float(brentq(lambda x: _at(function, k, x, dense), a, b, xtol=5e-324, rtol=4 * np.finfo(float).eps))
 
 
-def pieces_of(path: Any, program: Any, constants: Array) -> Iterator[tuple[Array, Values | None, Array]]:
-    """Pieces of a path for :func:`spans`, by the compiled function ``limits``."""
+def piece_of(path: Any, program: Any, constants: Array) -> tuple[Array, Values | None, Array]:
+    """A path for :func:`spans`, by the compiled function ``limits``."""
     address, outputs = program.address("limits"), program.outputs("limits")
 
     def values(times: Array, dense: bool) -> Array:
@@ -188,21 +154,17 @@ def pieces_of(path: Any, program: Any, constants: Array) -> Iterator[tuple[Array
     inner = np.arange(PARTS) / PARTS
     dense = hasattr(path, "lengths") and path.lengths.size == len(path.times) - 1 and path.steps > 0
     if not dense:
-        yield path.times, None, observe(address, outputs, path.times, path.states, constants)
-        return
-    for low in range(0, path.steps, _BLOCK):
-        ends = path.times[low : low + _BLOCK + 1]
-        times = np.append((ends[:-1, None] + np.diff(ends)[:, None] * inner).ravel(), ends[-1])
-        yield times, values, values(times, True)
+        return path.times, None, observe(address, outputs, path.times, path.states, constants)
+    times = np.append((path.times[:-1, None] + np.diff(path.times)[:, None] * inner).ravel(), path.times[-1])
+    blocks = [values(times[low : low + _BLOCK], True) for low in range(0, len(times), _BLOCK)]
+    return times, values, np.concatenate(blocks)
 
 
 def warnings_of(limits: Sequence[Limit], found: Sequence[Span]) -> tuple[MotionWarning, ...]:
     """One for each limit that is passed, in the order in which they first are."""
-    result: dict[int, MotionWarning] = {}
+    result: list[MotionWarning] = []
     for k in dict.fromkeys(one.limit for one in found):
-        mine, limit = [one for one in found if one.limit == k], limits[k]
-        result[k] = MotionWarning(
-            limit.constraint, limit.event, mine[0].begin, limit.what, min(one.least for one in mine),
-            tuple((one.begin, one.end) for one in mine), limit.law, limit.cure,
-        )  # fmt: skip
-    return tuple(result.values())
+        mine = [one for one in found if one.limit == k]
+        least = min(one.least for one in mine)
+        result.append(limits[k].passed(least, tuple((one.begin, one.end) for one in mine)))
+    return tuple(result)

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..dynamics.unilateral import MotionWarning
 from .event import Event, Happening
-from .passing import Values, pieces_of
+from .passing import Values, piece_of
 from .path import Array, Crossing, Path, Rates, observe
 from .trajectory import Energy, Trajectory
 
@@ -167,6 +168,12 @@ class PhasedTrajectory(Trajectory):
         super().__init__(*arguments, **options)
         self.happenings = tuple(happenings)
 
+    @property
+    def warnings(self) -> tuple[MotionWarning, ...]:
+        """As of any trajectory, those of blows among them."""
+        blows = [one for happening in self.happenings for one in happening.warnings]
+        return tuple(sorted([*super().warnings, *blows], key=lambda one: one.time))
+
     @cached_property
     def events(self) -> list[Event]:
         """The events that happened, in their order; ``print`` shows a sentence each."""
@@ -179,7 +186,7 @@ class PhasedTrajectory(Trajectory):
         for one in self.path.segments:
             program = one.kernels.limits()
             parameters = self._parameters if one.parameters is None else one.parameters
-            yield from pieces_of(one.path, program, program.constants(parameters))
+            yield piece_of(one.path, program, program.constants(parameters))
 
     def _observed(self, program: Any, function: str, times: Array, states: Array) -> Array:
         """With the constants, and for forces the conditions, of each segment."""

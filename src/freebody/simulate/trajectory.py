@@ -14,11 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 from ..dynamics.constraints import rows
 from ..dynamics.indeterminate import indeterminate
 from ..dynamics.state import float_state
-from ..dynamics.unilateral import Limit, limits
+from ..dynamics.unilateral import Limit, MotionWarning, limits
 from ..errors import ExpressionError, SimulationError, nearest
 from .event import Event, EventSpec, Happening
 from .kernels import Kernels, Program
-from .passing import NOT_PHYSICAL, MotionWarning, Span, Values, pieces_of, spans, warnings_of
+from .passing import NOT_PHYSICAL, Span, Values, piece_of, spans, warnings_of
 from .path import INTERRUPTED, TERMINAL, Path, observe
 
 if TYPE_CHECKING:
@@ -269,7 +269,7 @@ class Trajectory:
 
     def _limit_pieces(self) -> Iterator[tuple[Array, Values | None, Array]]:
         program = self.kernels.limits()
-        return pieces_of(self.path, program, program.constants(self._parameters))
+        yield piece_of(self.path, program, program.constants(self._parameters))
 
     def _passings(self) -> Iterator[Happening]:
         for one in self._passed:
