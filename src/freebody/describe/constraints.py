@@ -60,7 +60,9 @@ def constrain(
         raise ModelError(
             f"Constraint '{name}' holds no coordinate: '{_shown(system, expression)}' says nothing about the motion."
         )
-    return _store(system, Condition(name, expression, _truth(unilateral, f"unilateral= of constraint '{name}'")))
+    return _store(
+        system, Condition(name, expression, _truth(unilateral, f"unilateral= of constraint '{name}'"))
+    )
 
 
 def constrain_speed(system: System, condition: Any, *, name: str | None = None) -> Constraint:
@@ -139,8 +141,8 @@ def rope(
     unilateral : bool
         Whether it only pulls. A motion in which it would push says so: ``motion.warnings``. False: a light rod.
     taut : bool
-        False: it may go slack. It is then a contact with the gap length - distance, between two points, whose tension is
-        ``N_name``; while it is slack its mode is "open".
+        False: it may go slack. It is then a contact between two points with the gap length - distance, whose tension
+        is ``N_name``; while it is slack its mode is "open".
     restitution : expression of parameters
         Of a rope that goes slack: ratio of speeds with which its ends come together again after it was pulled taut.
 
@@ -171,8 +173,8 @@ def rope(
     if not _truth(taut, f"taut= of rope '{name}'"):
         if not one_sided:
             raise ModelError(
-                f"Rope '{name}' is to push (unilateral=False) and to go slack (taut=False). Leave one out: a rod does not "
-                "go slack."
+                f"Rope '{name}' is to push (unilateral=False) and to go slack (taut=False). Leave one out: a rod does "
+                "not go slack."
             )
         return _slack(system, name, places, reach, restitution)
     if restitution != 0:
@@ -189,8 +191,8 @@ def _slack(
     """A rope that may go slack: one end stays within the sphere of its length about the other."""
     if len(places) > 2:
         raise ModelError(
-            f"Rope '{name}' runs over {len(places)} points; one that goes slack (taut=False) joins two. Leave taut=False "
-            "out: motion.warnings tells from when on it would be slack."
+            f"Rope '{name}' runs over {len(places)} points; one that goes slack (taut=False) joins two. Leave "
+            "taut=False out: motion.warnings tells from when on it would be slack."
         )
     first, last = places
     if system.names.depends(length, "time"):
@@ -259,8 +261,8 @@ def rolling(
         friction = coefficient(system, friction, f"the friction of {what}")
         if not one_sided:
             raise ModelError(
-                f"Friction of {what} is bounded by the force that presses the wheel on its plane, which unilateral=False "
-                "leaves open. Leave one out."
+                f"Friction of {what} is bounded by the force that presses the wheel on its plane, which "
+                "unilateral=False leaves open. Leave one out."
             )
     k = "xyz".index(letter)
     i, j = (k + 1) % 3, (k + 2) % 3

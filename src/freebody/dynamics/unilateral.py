@@ -6,8 +6,8 @@
     condition     λ ≥ 0                 of φ ≥ 0, where it is said to be unilateral
 
 A motion keeps the constraint as an equation, two-sided. Where its force passes the limit, what it says is no longer
-what happens. A limit that is met exactly is not passed: forces are sums, and a sum of parts that balance is zero but for
-their round-off, so that each limit comes with the size of the parts,
+what happens. A limit that is met exactly is not passed: forces are sums, and a sum of parts that balance is zero but
+for their round-off, so that each limit comes with the size of the parts,
 
     s = (Σ |(G M⁻¹)ₖ fₖ| + |γ|) / (G M⁻¹ Gᵀ)      of   (G M⁻¹ Gᵀ) λ = -γ - G M⁻¹ f   row by row.
 
@@ -105,9 +105,7 @@ class Limit:
     cure: str
     unit: str = "N"
 
-    def passed(
-        self, value: float, spans: tuple[tuple[float, float], ...], per: str = ""
-    ) -> MotionWarning:
+    def passed(self, value: float, spans: tuple[tuple[float, float], ...], per: str = "") -> MotionWarning:
         """What is said of a motion that passes it; an impulse has the unit of the force times that of ``per``."""
         unit = f"{self.unit} {per}".strip() if self.unit else ""
         return MotionWarning(
@@ -136,7 +134,8 @@ def limits(model: Model) -> tuple[Limit, ...]:
                     Limit(
                         name, f"{name} lifts off", (k,), None, "the plane pulls the wheel",
                         "A plane only presses on a wheel",
-                        f"A wheel that may lift off is a contact, {contact}; one that is held down is unilateral=False.",
+                        f"A wheel that may lift off is a contact, {contact}; "
+                        "one that is held down is unilateral=False.",
                     )
                 )  # fmt: skip
             if one.friction is not None:
@@ -152,8 +151,8 @@ def limits(model: Model) -> tuple[Limit, ...]:
                 Limit(
                     name, f"{name} leaves", (first[name],), None, "the groove pulls",
                     "A groove that is open on one side only presses",
-                    "What may leave it is a contact, such as s.contact(name, body.origin, s.ground.heightline(...)); on a "
-                    "wire leave out unilateral=True.", "",
+                    "What may leave it is a contact, such as s.contact(name, body.origin, s.ground.heightline(...)); "
+                    "on a wire leave out unilateral=True.", "",
                 )
             )  # fmt: skip
     return tuple(result)

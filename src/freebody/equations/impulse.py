@@ -240,7 +240,7 @@ class Struck:
 
     @cached_property
     def warnings(self) -> tuple[MotionWarning, ...]:
-        """One-sided constraints that this impulse would have to push or pull the wrong way, as far as it is in numbers."""
+        """One-sided constraints that would have to push or pull the wrong way, as far as there are numbers."""
         found: list[MotionWarning] = []
         values = [self._value(x) for x in self._multipliers]
         largest = max((abs(x) for x in values if x is not None), default=0.0)

@@ -373,7 +373,9 @@ class Job:
     @property
     def bytes_per_lane(self) -> int:
         times = self.wanted.size if self.asked.timed else 0
-        return 8 * (times * len(self.asked.timed) + 4 * len(self.asked.reduced) + 3 * len(self.expressions) + 6)
+        return 8 * (
+            times * len(self.asked.timed) + 4 * len(self.asked.reduced) + 3 * len(self.expressions) + 6
+        )
 
     @property
     def texts(self) -> tuple[str, ...]:

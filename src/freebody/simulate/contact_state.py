@@ -15,11 +15,10 @@ from ..errors import SimulationError
 from .blow import Blow, call_of, strike
 from .complementarity import OPEN, SLIP, SMALL, STICK, Touching, unknowns
 from .contact_scene import SMOOTH, Modes, Phase, Snapshot, scene_of
-from .event import EventSpec, expressions_of
+from .event import EventSpec, Happening, expressions_of
 from .impacts import impact
 from .kernels import Kernels
 from .path import Array, Rates, Watch, observe
-from .event import Happening
 from .phases import Segment
 
 CLOSED = 1e-10

@@ -363,7 +363,9 @@ def enter_leg(
             counts[BLAMED] = spare_integers[BLAME]
             return seen
         if leg == 0:
-            begun_beyond(run, sizes, start, shifted(table, lane * (PARTS + 3) * (m + 1)), happened, event_times)
+            begun_beyond(
+                run, sizes, start, shifted(table, lane * (PARTS + 3) * (m + 1)), happened, event_times
+            )
         if sizes[SEEN] != 0:
             for e in range(m):
                 wide[sizes[SEEN] + 8 * (m + e) + lane] = math.inf

@@ -80,7 +80,9 @@ def spans(pieces: Iterable[tuple[Array, Values | None, Array]], count: int) -> l
     return sorted(kept, key=lambda one: abs(one.begin - (start or 0.0)))
 
 
-def _enriched(times: Array, v: Array, f: Array, function: Values | None, k: int) -> tuple[Array, Array, Array]:
+def _enriched(
+    times: Array, v: Array, f: Array, function: Values | None, k: int
+) -> tuple[Array, Array, Array]:
     """Values with the extremes between them that can pass zero: dips by more than what is negligible, and peaks of what
     is below it."""
     if function is None or len(times) < 3:
@@ -130,7 +132,7 @@ def _zero(k: int, bracket: Any, otherwise: float) -> float:
     for reach in (1e-9, 1e-6, 1e-3):
         some = [min(max(near + sign * reach * abs(b - a), min(a, b)), max(a, b)) for sign in (-1, 1)]
         if _at(function, k, some[0], False) * _at(function, k, some[1], False) <= 0:
-            return _root(function, k, *some, False)
+            return _root(function, k, some[0], some[1], False)
     return near
 
 
@@ -141,7 +143,9 @@ def _root(function: Values, k: int, a: float, b: float, dense: bool) -> float:
         if _at(function, k, end, dense) == 0:
             return float(end)
     # to the last digit of the time
-    return float(brentq(lambda x: _at(function, k, x, dense), a, b, xtol=5e-324, rtol=4 * np.finfo(float).eps))
+    return float(
+        brentq(lambda x: _at(function, k, x, dense), a, b, xtol=5e-324, rtol=4 * np.finfo(float).eps)
+    )
 
 
 def piece_of(path: Any, program: Any, constants: Array) -> tuple[Array, Values | None, Array]:

@@ -201,7 +201,9 @@ class SteppedTrajectory(Trajectory):
                 force = mu * force - np.hypot(*friction)
             left.append(force)
         n = len(left)
-        at_starts = self._observed(self.kernels.limits(), "limits", self.path.times[:-1], self.path.states[:-1])
+        at_starts = self._observed(
+            self.kernels.limits(), "limits", self.path.times[:-1], self.path.states[:-1]
+        )
         negligible = (at_starts[:, n:] - at_starts[:, :n]).T
         values = np.repeat(np.concatenate([left, left + negligible]), 2, axis=1).T
         yield np.repeat(self.path.times, 2)[1:-1], None, values
