@@ -151,7 +151,7 @@ def rope(
     >>> import freebody as fb
     >>> s = fb.System("stone on a string")
     >>> s.gravity = (0, -9.81, 0)
-    >>> stone = s.body("stone", fb.particle(1))
+    >>> stone = s.body("stone", fb.sphere(1, 0.05))
     >>> fly = s.planar("fly", s.ground, stone, coordinate="x y turn")
     >>> string = s.rope([s.ground.origin, stone.origin], 1, name="string")
     >>> motion = fb.simulate(s, 1, initial={"x": 0, "y": -1, "x'": 5.5})

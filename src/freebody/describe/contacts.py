@@ -121,8 +121,7 @@ def contact(
 
 ROUND = ("point", "sphere", "circle", "cylinder")
 SUPPORTED = {
-    "point": ("tether", "sphere", "circle", "cylinder", "plane", "segment", "heightline"),
-    "tether": (),
+    "point": ("sphere", "circle", "cylinder", "plane", "segment", "heightline"),
     "sphere": ("point", "sphere", "circle", "cylinder", "plane", "segment"),
     "ellipsoid": ("plane",),
     "circle": ("point", "sphere", "circle", "cylinder", "plane", "segment"),
@@ -137,6 +136,8 @@ SUPPORTED = {
 
 def _check_pair(feature: Any, surface: Any, what: str) -> None:
     a, b = kind_of(feature), kind_of(surface)
+    if b == "tether":  # of s.rope, whose ends are points
+        return
     if b not in SUPPORTED[a] and a not in SUPPORTED[b]:
         known = [kind for kind in SUPPORTED if kind in SUPPORTED[a] or a in SUPPORTED[kind]]
         raise ModelError(

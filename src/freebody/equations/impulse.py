@@ -243,8 +243,8 @@ class Struck:
         """One-sided constraints that would have to push or pull the wrong way, as far as there are numbers."""
         found: list[MotionWarning] = []
         values = [self._value(x) for x in self._multipliers]
-        largest = max((abs(x) for x in values if x is not None), default=0.0)
-        t = self._value(self._state.t) or 0.0
+        largest = max((abs(x) for x in values if x is not None), default=0)
+        t = self._value(self._state.t) or 0
         for limit in limits(self.model):
             known = [x for x in (values[i] for i in limit.places) if x is not None]
             mu = None if limit.friction is None else self._value(self._state(limit.friction))
