@@ -302,9 +302,8 @@ class Store:
                         made.attrs["coordinates"] = " ".join(beside)
                 codes = {code: text for code, text in STATUS.items() if code >= 0}
                 file["status"].attrs["flag_values"] = np.array(list(codes), dtype="i1")
-                file["status"].attrs["flag_meanings"] = " ".join(
-                    x.replace(",", "").replace(" ", "_") for x in codes.values()
-                )
+                words = [text.replace(",", "").replace(" ", "_") for text in codes.values()]
+                file["status"].attrs["flag_meanings"] = " ".join(words)
                 for key, value in _attributes(job).items():
                     file.attrs[key] = value
                 file.attrs["runs"] = self.mark
