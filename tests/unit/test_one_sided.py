@@ -239,6 +239,24 @@ def test_blow_that_pushes_a_rope():
     assert lanes.status.values.tolist() == ["finished, not physical"] * 2
 
 
+def test_impact_that_pushes_a_rope():
+    """A stone that swings onto a floor: the rope would take the part of the impulse that is along it."""
+    start = {"x": 0.9, "y": -math.sqrt(0.19)}
+    s = stone()
+    s.contact("floor", s.bodies["stone"].origin, s.ground.plane(at=(0, -0.5, 0)), restitution=1)
+    motion = fb.simulate(s, 0.5, initial=start)
+    hits = [event for event in motion.events if event.name == "impact"]
+    (warning,) = motion.warnings
+    assert warning.spans == tuple((hit.time, hit.time) for hit in hits) and len(hits) == 2
+    assert motion.status == "finished, not physical" and "not possible: the rope pushes" in str(hits[0])
+    # across the floor's normal only the rope acts: m Δx' = -Λ x/L
+    change = hits[0].after["x'"] - hits[0].state["x'"]
+    assert warning.value == pytest.approx(-change / hits[0].state["x"])
+    free = stone(taut=False)
+    free.contact("floor", free.bodies["stone"].origin, free.ground.plane(at=(0, -0.5, 0)), restitution=1)
+    assert fb.simulate(free, 0.5, initial=start).warnings == ()
+
+
 def test_what_else_a_run_may_be():
     """Backwards, with sensitivities, with signals and in time steps."""
     s, start = stone(), {**BOTTOM, "x'": math.sqrt(3 * G)}

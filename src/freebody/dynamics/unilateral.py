@@ -16,7 +16,8 @@ Source: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts (1996), 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -195,6 +196,36 @@ def sizes(model: Model, state: State, active: Sequence[int]) -> list[Any]:
             total = total + x
         result.append(total)
     return result
+
+
+def passed_by_impulse(
+    model: Model,
+    multipliers: Sequence[float | None],
+    friction: Callable[[Any], float | None],
+    largest: float,
+    t: float,
+) -> tuple[MotionWarning, ...]:
+    """What is said of impulses of the constraints, in numbers, at a moment.
+
+    Parameters
+    ----------
+    multipliers : sequence of float or None
+        Impulses of all conditions; None where one is not known, of which nothing is said.
+    friction : function
+        Number of a coefficient; None where it has none.
+    largest : float
+        Of all impulses, those from outside among them.
+    """
+    result = []
+    for limit in limits(model):
+        known = [x for x in (multipliers[i] for i in limit.places) if x is not None]
+        mu = 1 if limit.friction is None else friction(limit.friction)
+        if mu is None or len(known) < len(limit.places):
+            continue
+        left = mu * known[0] - math.hypot(*known[1:])
+        if left < -NEGLIGIBLE * largest:
+            result.append(limit.passed(left, ((t, t),), "s"))
+    return tuple(result)
 
 
 def _absolute(state: State, x: Any) -> Any:

@@ -9,7 +9,6 @@ The file is longer than others: the outcome is one class with all that is asked 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
@@ -30,7 +29,7 @@ from ..dynamics.impulse import (
 )
 from ..dynamics.kinematics import point_velocity
 from ..dynamics.state import State
-from ..dynamics.unilateral import NEGLIGIBLE, MotionWarning, limits
+from ..dynamics.unilateral import MotionWarning, passed_by_impulse
 from ..errors import ModelError, nearest
 from ..model.closure import Closure
 from ..model.model import Model
@@ -241,19 +240,11 @@ class Struck:
     @cached_property
     def warnings(self) -> tuple[MotionWarning, ...]:
         """One-sided constraints that would have to push or pull the wrong way, as far as there are numbers."""
-        found: list[MotionWarning] = []
         values = [self._value(x) for x in self._multipliers]
-        largest = max((abs(x) for x in values if x is not None), default=0)
+        outside = [self._value(x) for _, *parts in self._blows for v in parts for x in v]
+        largest = max((abs(x) for x in (*values, *outside) if x is not None), default=0)
         t = self._value(self._state.t) or 0
-        for limit in limits(self.model):
-            known = [x for x in (values[i] for i in limit.places) if x is not None]
-            mu = None if limit.friction is None else self._value(self._state(limit.friction))
-            if len(known) < len(limit.places) or (limit.friction is not None and mu is None):
-                continue
-            left = known[0] if mu is None else mu * known[0] - math.hypot(*known[1:])
-            if left < -NEGLIGIBLE * largest:
-                found.append(limit.passed(left, ((t, t),), "s"))
-        return tuple(found)
+        return passed_by_impulse(self.model, values, lambda mu: self._value(self._state(mu)), largest, t)
 
     def _value(self, x: Any) -> float | None:
         """A number; None for an expression."""

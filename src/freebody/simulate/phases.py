@@ -8,7 +8,7 @@ path: at the moment of a jump itself, the state just after.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -170,9 +170,14 @@ class PhasedTrajectory(Trajectory):
 
     @property
     def warnings(self) -> tuple[MotionWarning, ...]:
-        """As of any trajectory, those of blows among them."""
-        blows = [one for happening in self.happenings for one in happening.warnings]
-        return tuple(sorted([*super().warnings, *blows], key=lambda one: one.time))
+        """As of any trajectory, with those of blows and impacts, one for each limit that these pass."""
+        blows: dict[str, MotionWarning] = {}
+        for one in (one for happening in self.happenings for one in happening.warnings):
+            first = blows.setdefault(one.event, one)
+            if first is not one:
+                least, spans = min(first.value, one.value), (*first.spans, *one.spans)
+                blows[one.event] = replace(first, value=least, spans=spans)
+        return tuple(sorted([*super().warnings, *blows.values()], key=lambda one: one.time))
 
     @cached_property
     def events(self) -> list[Event]:
