@@ -143,6 +143,40 @@ def test_string_is_pulled_taut_with_its_restitution(e):
     assert across @ after == pytest.approx(across @ before)  # no impulse across the string
 
 
+def test_lanes_of_slack_strings():
+    speeds = np.sqrt(np.array([1.5, 3.0, 5.5]) * G)
+    lanes = fb.simulate(
+        stone(taut=False), 1, initial={**BOTTOM, "x'": speeds}, outputs=["string.mode", "min(string.gap)"]
+    )
+    slack = [(lanes["string.mode"].values[k] == "open").any() for k in range(3)]
+    assert slack == [False, True, False] and (lanes["min(string.gap)"].values > -1e-9).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tolerance", [1e-9, 1e-5])
+def test_random_lanes_are_told_as_runs_alone(tolerance):
+    """Disks that roll, spin and fall in any way: what eight lanes skip holds no zero."""
+    rng, s, count = np.random.default_rng(3), disk(), 150
+    s.gravity = (0, 0, -G)
+    tilt, spin = rng.uniform(-1.2, 1.2, count) - math.pi / 2, rng.uniform(-15, 15, (count, 3))
+    turned = np.array([[math.cos(a / 2), math.sin(a / 2), 0, 0] for a in tilt])
+    start = {"air": turned, **{f"air_w{x}": spin[:, i] for i, x in enumerate("xyz")}}
+    options = {"near": {"air_z": 0.3}, "tolerance": tolerance}
+    for method in ("auto", "dop853"):
+        lanes = fb.simulate(s, 1, initial=start, method=method, **options)
+        assert 0 < (lanes.status.values == "finished").sum() < count
+        for k in range(count):
+            try:
+                alone = fb.simulate(
+                    s, 1, initial={n: x[k] for n, x in start.items()}, method=method, **options
+                )
+            except fb.FreebodyError as error:
+                alone = error.trajectory
+            assert lanes.event_count.values[k, 0] == len(alone.events)
+            if alone.warnings:
+                assert lanes.event_time.values[k, 0] == pytest.approx(alone.warnings[0].time, abs=1e-9)
+
+
 def test_rod_may_push():
     motion = fb.simulate(stone(unilateral=False), 1, initial={**BOTTOM, "x'": math.sqrt(3 * G)})
     assert motion.multipliers["string"].min() < -4 and motion.warnings == ()
@@ -237,6 +271,7 @@ def test_blow_that_pushes_a_rope():
     assert motion.warnings[0].spans == ((0.1, 0.1),) and motion.status == "finished, not physical"
     lanes = fb.simulate(s, 0.3, initial={**BOTTOM, "x'": [0, 0.1]}, impulses=[blow])
     assert lanes.status.values.tolist() == ["finished, not physical"] * 2
+    assert lanes.reason.values[0].startswith("string: the rope pushes, -2 N s at worst (t = 0.1 s)")
 
 
 def test_impact_that_pushes_a_rope():
@@ -285,6 +320,7 @@ def test_warning_is_a_value():
     (warning,) = motion.warnings
     assert isinstance(warning, fb.MotionWarning) and pickle.loads(pickle.dumps(warning)) == warning
     assert str(warning).startswith("string: the rope pushes, -") and "taut=False" in warning.cure
+    assert pickle.loads(pickle.dumps(motion._passed)) == motion._passed
     assert "not physical from t = 0.482216 s on: the rope pushes ('string')" in repr(motion)
     assert motion.data.attrs["status"] == motion.status
     assert motion.data["event_name"].values.tolist() == ["string slack"]

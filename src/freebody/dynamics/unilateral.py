@@ -55,6 +55,19 @@ class MotionWarning:
         All parts of the run in which it is so: from, to [s].
     law, cure : str
         What can happen, and what to do about it.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("stone on a string")
+    >>> s.gravity = (0, -9.81, 0)
+    >>> stone = s.body("stone", fb.sphere(1, 0.05))
+    >>> fly = s.planar("fly", s.ground, stone, coordinate="x y turn")
+    >>> string = s.rope([s.ground.origin, stone.origin], 1, name="string")
+    >>> motion = fb.simulate(s, 1, initial={"x": 0, "y": -1, "x'": "sqrt(3*9.81)"})
+    >>> for warning in motion.warnings:
+    ...     print(f"{warning.time:.4f} s: {warning.what}, {warning.value:.3f} {warning.unit}")
+    0.4822 s: the rope pushes, -4.905 N
     """
 
     name: str
@@ -120,12 +133,14 @@ def limits(model: Model) -> tuple[Limit, ...]:
     result = []
     for name, one in model.constraints.items():
         if isinstance(one, Rope) and one.unilateral:
+            cure = "From then on it is slack: describe what follows without it."
+            if len(one.points) == 2:
+                cure = "Let it go slack by taut=False; a light rod, which may push, is unilateral=False."
             result.append(
                 Limit(
-                    name, f"{name} slack", (first[name],), None, "the rope pushes", "A rope only pulls",
-                    "Let it go slack by taut=False; a light rod, which may push, is unilateral=False.",
+                    name, f"{name} slack", (first[name],), None, "the rope pushes", "A rope only pulls", cure
                 )
-            )  # fmt: skip
+            )
         elif isinstance(one, Rolling):
             k, body = first[name], one.center.body.name
             shape = "sphere(radius)" if one.axis is None else "circle(radius, axis=...)"

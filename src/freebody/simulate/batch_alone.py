@@ -109,7 +109,8 @@ class Alone:
         if motion is not None and motion.interrupted:
             raise KeyboardInterrupt
         if job.texts:
-            self.part.texts[row, -1] = reason
+            passed = () if motion is None or reason else motion.warnings
+            self.part.texts[row, -1] = reason or " ".join(map(str, passed))
         if motion is None:
             self.part.kept[row] = (NO_START, 0, 0, 0)
             return

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 _SMALL = 1 << 28  # bytes that are read at once
 _TEXTS = {
     TIMELINE: "modes of contacts: [contact, mode, start, end, why], ...; read by freebody.timeline",
-    REASON: "why the run failed",
+    REASON: "why the run failed, or is not physical",
 }
 
 

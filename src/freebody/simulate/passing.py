@@ -77,6 +77,7 @@ def spans(pieces: Iterable[tuple[Array, Values | None, Array]], count: int) -> l
     kept = [one for one in found if one.surely]
     for one in kept:
         one.begin, one.end = _zero(one.limit, one.before, one.begin), _zero(one.limit, one.after, one.end)
+        one.before = one.after = None
     return sorted(kept, key=lambda one: abs(one.begin - (start or 0.0)))
 
 
