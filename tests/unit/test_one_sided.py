@@ -1,5 +1,6 @@
 """One-sided constraints: what is said where a rope pushes, a wheel is pulled down, a groove left."""
 
+import json
 import math
 import pickle
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
+from freebody.cli import main
 from freebody.gallery import entries
 
 G = 9.81
@@ -384,6 +386,56 @@ def test_files_keep_the_side_of_wheels_and_conditions(tmp_path):
             assert a.unilateral == b.unilateral and str(getattr(a, "friction", 0)) == str(
                 getattr(b, "friction", 0)
             )
+
+
+FILE = """
+name = "stone on a string"
+gravity = [0, -9.81, 0]
+[bodies.stone]
+solid = "sphere"
+mass = 1
+radius = 0.05
+[joints.fly]
+type = "planar"
+parent = "ground"
+child = "stone"
+coordinate = ["x", "y", "turn"]
+[constraints.string]
+type = "rope"
+points = ["ground", "stone"]
+length = 1
+[run]
+until = 0.6
+[initial]
+x = 0
+y = SIDE
+"x'" = 5.5
+[near]
+y = SIDE
+"""
+
+
+def test_command_line_tells(tmp_path, capsys):
+    low, high = tmp_path / "low.toml", tmp_path / "high.toml"
+    low.write_text(FILE.replace("SIDE", "-1"))
+    high.write_text(FILE.replace("SIDE", "1").replace("5.5", "1"))
+
+    def said(*words):
+        with pytest.raises(SystemExit) as ended:
+            main([str(word) for word in words])
+        assert ended.value.code == 0
+        return capsys.readouterr().out
+
+    told = said("run", low)
+    assert (
+        "Warnings:\n  string: the rope pushes, -" in told and "t = 0.481338 s: string: from here on" in told
+    )
+    data = json.loads(said("run", low, "--json"))
+    assert data["status"] == "finished, not physical" and data["warnings"][0]["event"] == "string slack"
+    assert "Warning: at rest there the rope pushes ('string', -9.81 N)" in said("check", high)
+    assert "Warning" not in said("check", low)
+    swept = said("sweep", low, "--vary", "x'=4,5.5", "--until", "0.6")
+    assert "1 finished; 1 finished, not physical" in swept and "To blame: string slack (1)" in swept
 
 
 def test_report_plot_and_drawing_tell(tmp_path):

@@ -186,8 +186,9 @@ def happenings(trajectory: Any, events: list[Any]) -> list[str]:
             half = MOST // 2
             texts = [*texts[:half], f"  ... {len(texts) - 2 * half} more ...", *texts[-half:]]
         lines += [f"{title}:", *texts, ""]
-    if trajectory.warnings:
-        lines += ["Warnings:", *(f"  {one}" for one in trajectory.warnings), ""]
+    warnings = [f"  {one}" for one in getattr(trajectory, "warnings", ())]
+    if warnings:
+        lines += ["Warnings:", *warnings, ""]
     unknown = [name for name in getattr(trajectory, "_unknown", ())]
     if unknown:
         lines += [f"Statically indeterminate: {', '.join(unknown)} (no motion determines these forces).", ""]

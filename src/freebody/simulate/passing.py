@@ -6,6 +6,7 @@ step and on the dense output between them, as events are.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -50,10 +51,10 @@ def spans(pieces: Iterable[tuple[Array, Values | None, Array]], count: int) -> l
                          known between the times
     """
     found: list[Span] = []
-    start: float | None = None
+    start = math.nan
     last: dict[int, Span] = {}  # those that reach the end of the piece before
     for times, function, values in pieces:
-        start = float(times[0]) if start is None else start
+        start = float(times[0]) if math.isnan(start) else start
         goes_on, last = last, {}
         for k in range(count):
             t, v, f = _enriched(times, values[:, k], values[:, count + k], function, k)
@@ -78,7 +79,7 @@ def spans(pieces: Iterable[tuple[Array, Values | None, Array]], count: int) -> l
     for one in kept:
         one.begin, one.end = _zero(one.limit, one.before, one.begin), _zero(one.limit, one.after, one.end)
         one.before = one.after = None
-    return sorted(kept, key=lambda one: abs(one.begin - (start or 0.0)))
+    return sorted(kept, key=lambda one: abs(one.begin - start))
 
 
 def _enriched(
@@ -156,11 +157,10 @@ def piece_of(path: Any, program: Any, constants: Array) -> tuple[Array, Values |
     def values(times: Array, dense: bool) -> Array:
         return observe(address, outputs, times, path.sample(times, dense), constants)
 
-    inner = np.arange(PARTS) / PARTS
-    dense = hasattr(path, "lengths") and path.lengths.size == len(path.times) - 1 and path.steps > 0
-    if not dense:
+    if path.steps == 0:
         return path.times, None, observe(address, outputs, path.times, path.states, constants)
-    times = np.append((path.times[:-1, None] + np.diff(path.times)[:, None] * inner).ravel(), path.times[-1])
+    inner = path.times[:-1, None] + np.diff(path.times)[:, None] * np.arange(PARTS) / PARTS
+    times = np.append(inner.ravel(), path.times[-1])
     blocks = [values(times[low : low + _BLOCK], True) for low in range(0, len(times), _BLOCK)]
     return times, values, np.concatenate(blocks)
 
