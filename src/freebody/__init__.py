@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from .compile.program import compile_system as compile  # noqa: F401
     from .describe.signal import signal as signal
     from .describe.system import System as System
+    from .dynamics.unilateral import MotionWarning as MotionWarning
     from .equations import component_forms as forms  # noqa: F401
     from .equations.balancing import balance as balance
     from .equations.bearings import bearing_reactions as bearing_reactions
@@ -79,6 +80,7 @@ _EXPORTS = {
     "FreebodyError": "errors",
     "MassProperties": "space.mass",
     "Model": "model.model",
+    "MotionWarning": "dynamics.unilateral",
     "Pose": "space.pose",
     "Rotation": "space.rotation",
     "System": "describe.system",

@@ -88,8 +88,12 @@ def _constraints(system: System, text: Any) -> None:
             what = f"length {text(one.length)} over {len(one.points)} points"
         elif isinstance(one, Rolling):
             what = f"{one.center.body.name} rolling, radius {text(one.radius)}"
+            if one.friction is not None:
+                what += f", friction {text(one.friction)}"
         else:
             what = f"{text(one.expression)} = 0"
+        if getattr(one, "unilateral", False):
+            what += ", one-sided"
         grid.row(name, type(one).__name__, what)
     grid.print()
 
@@ -115,7 +119,9 @@ def _freedom(model: Model, near: Mapping[str, Any]) -> None:
     from ..dynamics.constrained import closed_coordinates, independent_rows
     from ..dynamics.constraints import rows
     from ..dynamics.indeterminate import indeterminate
+    from ..dynamics.motion import motion
     from ..dynamics.state import float_state
+    from ..dynamics.unilateral import NEGLIGIBLE, limits, margins, sizes
     from ..simulate.initial import named_state
 
     kinds = rows(model)
@@ -136,6 +142,12 @@ def _freedom(model: Model, near: Mapping[str, Any]) -> None:
         f"Degrees of freedom there: {model.n_u - len(active)} ({model.n_u} speeds, {len(active)} independent "
         f"constraints{f', {len(active) - shape} of them on speeds only' if shape < len(active) else ''})"
     )
+    left_to = margins(model, state, motion(model, state, active).multipliers)
+    for limit, left, size in zip(limits(model), left_to, sizes(model, state, active), strict=True):
+        if left + NEGLIGIBLE * size < 0:
+            click.echo(
+                f"Warning: at rest there {limit.what} ('{limit.constraint}', {left:.6g} N). {limit.law}. {limit.cure}"
+            )
     open_ = indeterminate(model, state)
     if open_:
         click.echo(f"Indeterminate reactions: {', '.join(open_)}")

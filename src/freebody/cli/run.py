@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
@@ -122,6 +123,8 @@ def report(outcome: Any, files: list[Path], residual: float, elapsed: float) -> 
             {"what": c.what, "residual": c.residual, "bound": c.bound, "holds": c.holds}
             for c in outcome.checks
         ],
+        "status": outcome.trajectory.status,
+        "warnings": [dataclasses.asdict(one) for one in outcome.trajectory.warnings],
         "energy_residual": residual,
         "wall_time_s": elapsed,
         "files": [str(file) for file in files],
@@ -183,6 +186,9 @@ def happenings(trajectory: Any, events: list[Any]) -> list[str]:
             half = MOST // 2
             texts = [*texts[:half], f"  ... {len(texts) - 2 * half} more ...", *texts[-half:]]
         lines += [f"{title}:", *texts, ""]
+    warnings = [f"  {one}" for one in getattr(trajectory, "warnings", ())]
+    if warnings:
+        lines += ["Warnings:", *warnings, ""]
     unknown = [name for name in getattr(trajectory, "_unknown", ())]
     if unknown:
         lines += [f"Statically indeterminate: {', '.join(unknown)} (no motion determines these forces).", ""]

@@ -113,7 +113,10 @@ def show(data: Any, grid: dict[str, list[float]]) -> None:
         table.row(name, significant(low), significant(high), variable.attrs.get("units", ""))
     table.print()
     ended = Counter(data.status.values.ravel().tolist())
-    click.echo(", ".join(f"{count} {status}" for status, count in ended.most_common()))
+    click.echo("; ".join(f"{count} {status}" for status, count in ended.most_common()))
+    blamed = Counter(data.blame.values[data.blame.values != ""].ravel().tolist())
+    if blamed:
+        click.echo(f"To blame: {', '.join(f'{name} ({count})' for name, count in blamed.most_common())}")
 
 
 def _least(variable: Any) -> Any:

@@ -11,10 +11,14 @@ from .joint import Joint
 
 @dataclass(frozen=True)
 class Condition:
-    """An expression of coordinates and time that stays zero."""
+    """An expression of coordinates and time that stays zero.
+
+    ``unilateral``: it is kept from below only, as a bead in an open groove is. Its force is then 0 or more.
+    """
 
     name: str
     expression: Any
+    unilateral: bool = False
 
 
 @dataclass(frozen=True)
@@ -37,11 +41,15 @@ class Gear:
 
 @dataclass(frozen=True)
 class Rope:
-    """A taut, massless rope of constant length that runs without friction over points."""
+    """A taut, massless rope of constant length that runs without friction over points.
+
+    ``unilateral``: it only pulls; else it is a light rod, which may push.
+    """
 
     name: str
     points: tuple[Point, ...]
     length: Any
+    unilateral: bool = True
 
 
 @dataclass(frozen=True)
@@ -49,7 +57,8 @@ class Rolling:
     """A thin wheel (or a sphere, without axis) that touches a plane of the ground and rolls on it without slip.
 
     ``normal`` points away from the plane, to the side of the wheel; with ``first`` and ``second`` in the plane it
-    makes a right-handed set of (letter, unit vector) in ground axes.
+    makes a right-handed set of (letter, unit vector) in ground axes. ``unilateral``: the plane only presses on the
+    wheel. ``friction`` is the coefficient that the rolling is not to ask more than; None: it is not known.
     """
 
     name: str
@@ -62,6 +71,8 @@ class Rolling:
     second: tuple[str, Any]
     given: Any = None
     """The axis as the user gave it."""
+    unilateral: bool = True
+    friction: Any = None
 
 
 Constraint = Rolling | Condition | SpeedCondition | Gear | Rope

@@ -9,15 +9,21 @@ import sympy
 
 from ..errors import ModelError
 from .axes import UNIT, direction
+from .body import Point
 from .constraint import Condition, Constraint, Gear, Rolling, Rope, SpeedCondition
+from .contact import ContactPair, Tether
+from .contacts import coefficient, contact
 from .joint import Joint
 from .joints import check_smooth, check_unbroken
+from .shapes import number
 
 if TYPE_CHECKING:
     from .system import System
 
 
-def constrain(system: System, condition: Any, *, name: str | None = None) -> Constraint:
+def constrain(
+    system: System, condition: Any, *, name: str | None = None, unilateral: bool = False
+) -> Constraint:
     """Keep an expression of coordinates and time zero (a holonomic constraint).
 
     Parameters
@@ -26,6 +32,9 @@ def constrain(system: System, condition: Any, *, name: str | None = None) -> Con
         Of coordinates, parameters and time.
     name : str, optional
         Name of its multiplier in the equations.
+    unilateral : bool
+        Whether the force acts only towards greater values of the expression (left - right), as that of an open groove
+        ``y - x^2`` does on a bead from below. A motion that asks for more says so: ``motion.warnings``.
 
     Raises
     ------
@@ -51,7 +60,9 @@ def constrain(system: System, condition: Any, *, name: str | None = None) -> Con
         raise ModelError(
             f"Constraint '{name}' holds no coordinate: '{_shown(system, expression)}' says nothing about the motion."
         )
-    return _store(system, Condition(name, expression))
+    return _store(
+        system, Condition(name, expression, _truth(unilateral, f"unilateral= of constraint '{name}'"))
+    )
 
 
 def constrain_speed(system: System, condition: Any, *, name: str | None = None) -> Constraint:
@@ -109,7 +120,16 @@ def gear(system: System, first: Joint, second: Joint, ratio: Any, *, name: str |
     return _store(system, Gear(name, first, second, factor))
 
 
-def rope(system: System, points: Sequence[Any], length: Any, *, name: str = "rope") -> Constraint:
+def rope(
+    system: System,
+    points: Sequence[Any],
+    length: Any,
+    *,
+    name: str = "rope",
+    unilateral: bool = True,
+    taut: bool = True,
+    restitution: Any = 0,
+) -> Constraint | ContactPair:
     """A taut rope of constant ``length`` from the first point over all others to the last, without friction.
 
     Parameters
@@ -118,8 +138,28 @@ def rope(system: System, points: Sequence[Any], length: Any, *, name: str = "rop
         A rope that passes a point twice has it twice in the list.
     length : expression [m]
         Of parameters and, for a rope that is hauled in, of time.
+    unilateral : bool
+        Whether it only pulls. A motion in which it would push says so: ``motion.warnings``. False: a light rod.
+    taut : bool
+        False: it may go slack. It is then a contact between two points with the gap length - distance, whose tension
+        is ``N_name``; while it is slack its mode is "open".
+    restitution : expression of parameters
+        Of a rope that goes slack: ratio of speeds with which its ends come together again after it was pulled taut.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("stone on a string")
+    >>> s.gravity = (0, -9.81, 0)
+    >>> stone = s.body("stone", fb.sphere(1, 0.05))
+    >>> fly = s.planar("fly", s.ground, stone, coordinate="x y turn")
+    >>> string = s.rope([s.ground.origin, stone.origin], 1, name="string")
+    >>> motion = fb.simulate(s, 1, initial={"x": 0, "y": -1, "x'": 5.5})
+    >>> motion.warnings[0].what
+    'the rope pushes'
     """
-    system.claim(name, system.constraints, "constraint")
+    names = system.contacts if taut is False else system.constraints
+    system.claim(name, names, "constraint")
     if not isinstance(points, Iterable):
         raise ModelError(f"Expected a list of points for rope '{name}', got {points!r}.")
     places = tuple(system.own_point(point, f"rope '{name}'") for point in points)
@@ -128,10 +168,42 @@ def rope(system: System, points: Sequence[Any], length: Any, *, name: str = "rop
     moving = [p for p in places if not p.body.is_ground]
     if not moving:
         raise ModelError(f"All points of rope '{name}' are on the ground, so it holds nothing.")
-    return _store(
-        system,
-        Rope(name, places, _fixed(system, length, f"the length of rope '{name}'", "coordinate", "speed")),
-    )
+    one_sided = _truth(unilateral, f"unilateral= of rope '{name}'")
+    reach = _fixed(system, length, f"the length of rope '{name}'", "coordinate", "speed")
+    if not _truth(taut, f"taut= of rope '{name}'"):
+        if not one_sided:
+            raise ModelError(
+                f"Rope '{name}' is to push (unilateral=False) and to go slack (taut=False). Leave one out: a rod does "
+                "not go slack."
+            )
+        return _slack(system, name, places, reach, restitution)
+    if restitution != 0:
+        raise ModelError(
+            f"Expected no restitution= of rope '{name}', which stays taut, got {restitution!r}. One that goes slack, "
+            "taut=False, is pulled taut again."
+        )
+    return _store(system, Rope(name, places, reach, one_sided))
+
+
+def _slack(
+    system: System, name: str, places: tuple[Point, ...], length: Any, restitution: Any
+) -> ContactPair:
+    """A rope that may go slack: one end stays within the sphere of its length about the other."""
+    if len(places) > 2:
+        raise ModelError(
+            f"Rope '{name}' runs over {len(places)} points; one that goes slack (taut=False) joins two. Leave "
+            "taut=False out: motion.warnings tells from when on it would be slack."
+        )
+    first, last = places
+    if system.names.depends(length, "time"):
+        raise ModelError(
+            f"The length of rope '{name}' depends on time; that of one that goes slack (taut=False) is constant. Leave "
+            "taut=False out, or give a length of parameters."
+        )
+    known = number(system, length)
+    if known is not None and known <= 0:
+        raise ModelError(f"Expected a length greater than 0 m for rope '{name}', got {known:g}.")
+    return contact(system, name, last, Tether(first.body, first.components, length), restitution=restitution)
 
 
 def rolling(
@@ -143,6 +215,8 @@ def rolling(
     axis: Any = None,
     normal: str = "y",
     plane: Any = None,
+    unilateral: bool = True,
+    friction: Any = None,
 ) -> Constraint:
     """Let a wheel or a sphere touch a plane fixed in the ground and roll on it without slip.
 
@@ -159,6 +233,12 @@ def rolling(
         Ground axis at right angles to the plane, pointing from the plane to the wheel.
     plane : Point of the ground, optional
         A point of the plane; the ground's origin if not given.
+    unilateral : bool
+        Whether the plane only presses on the wheel. A motion in which it would have to pull says so:
+        ``motion.warnings``. False: a wheel that rails or its own weight elsewhere hold down.
+    friction : expression of parameters, optional
+        Coefficient of static friction: a motion that asks for more says so. If not given, whatever rolling takes is
+        there.
     """
     what = f"rolling '{name}'"
     system.claim(name, system.constraints, "constraint")
@@ -176,6 +256,14 @@ def rolling(
     size = _fixed(system, radius, f"the radius of {what}", "coordinate", "speed", "time")
     if not isinstance(size, sympy.Basic) and size <= 0:
         raise ModelError(f"Expected a radius greater than 0 m for {what}, got {radius!r}.")
+    one_sided = _truth(unilateral, f"unilateral= of {what}")
+    if friction is not None:
+        friction = coefficient(system, friction, f"the friction of {what}")
+        if not one_sided:
+            raise ModelError(
+                f"Friction of {what} is bounded by the force that presses the wheel on its plane, which "
+                "unilateral=False leaves open. Leave one out."
+            )
     k = "xyz".index(letter)
     i, j = (k + 1) % 3, (k + 2) % 3
     up = tuple(sign * c for c in UNIT[letter])
@@ -191,8 +279,16 @@ def rolling(
             ("xyz"[i], UNIT["xyz"[i]]),
             ("xyz"[j], UNIT["xyz"[j]]),
             axis,
+            one_sided,
+            friction,
         ),
     )
+
+
+def _truth(value: Any, what: str) -> bool:
+    if not isinstance(value, bool):
+        raise ModelError(f"Expected True or False for {what}, got {value!r}.")
+    return value
 
 
 def _shown(system: System, expression: Any) -> str:

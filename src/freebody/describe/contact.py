@@ -26,6 +26,14 @@ class Ball:
 
 
 @dataclass(frozen=True)
+class Tether(Ball):
+    """What a rope of length ``radius`` from ``at`` leaves to its other end: the inside of a sphere."""
+
+    inside: bool = True
+    kind = "tether"
+
+
+@dataclass(frozen=True)
 class Ellipsoid:
     """The surface of an ellipsoid, its axes along those of the body."""
 

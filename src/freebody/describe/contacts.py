@@ -93,11 +93,11 @@ def contact(
             f"and the ground."
         )
     _check_pair(one, other, what)
-    kinetic = _coefficient(system, friction, f"the friction of {what}")
+    kinetic = coefficient(system, friction, f"the friction of {what}")
     static = (
         kinetic
         if static_friction is None
-        else _coefficient(system, static_friction, f"the static friction of {what}")
+        else coefficient(system, static_friction, f"the static friction of {what}")
     )
     k, s = (number(system, x) for x in (kinetic, static))
     if k is not None and s is not None and s < k:
@@ -136,6 +136,8 @@ SUPPORTED = {
 
 def _check_pair(feature: Any, surface: Any, what: str) -> None:
     a, b = kind_of(feature), kind_of(surface)
+    if b == "tether":  # of s.rope, whose ends are points
+        return
     if b not in SUPPORTED[a] and a not in SUPPORTED[b]:
         known = [kind for kind in SUPPORTED if kind in SUPPORTED[a] or a in SUPPORTED[kind]]
         raise ModelError(
@@ -170,7 +172,8 @@ def _shape(system: System, shape: Any, what: str) -> Any:
     return shape
 
 
-def _coefficient(system: System, value: Any, what: str) -> Any:
+def coefficient(system: System, value: Any, what: str) -> Any:
+    """A coefficient of friction: an expression of parameters, not negative as far as it is known."""
     expression = constant(system, value, what)
     value_now = number(system, expression)
     if value_now is not None and value_now < 0:

@@ -29,6 +29,7 @@ from ..dynamics.impulse import (
 )
 from ..dynamics.kinematics import point_velocity
 from ..dynamics.state import State
+from ..dynamics.unilateral import MotionWarning, passed_by_impulse
 from ..errors import ModelError, nearest
 from ..model.closure import Closure
 from ..model.model import Model
@@ -237,6 +238,20 @@ class Struck:
         return Substitution(self._e.ring, floats, values)
 
     @cached_property
+    def warnings(self) -> tuple[MotionWarning, ...]:
+        """One-sided constraints that would have to push or pull the wrong way, as far as there are numbers."""
+        values = [self._value(x) for x in self._multipliers]
+        outside = [self._value(x) for _, *parts in self._blows for v in parts for x in v]
+        largest = max((abs(x) for x in (*values, *outside) if x is not None), default=0)
+        t = self._value(self._state.t) or 0
+        return passed_by_impulse(self.model, values, lambda mu: self._value(self._state(mu)), largest, t)
+
+    def _value(self, x: Any) -> float | None:
+        """A number; None for an expression."""
+        shown = self._show(x)
+        return float(shown) if not isinstance(shown, sympy.Basic) or shown.is_number else None
+
+    @cached_property
     def energy_change(self) -> Any:
         """Change of the kinetic energy [J]: P·(v⁻ + v⁺)/2 where nothing is driven."""
         after = kinetic_energy(self.model, self._reached)
@@ -324,17 +339,18 @@ class Struck:
         lines = [f"Impulse on '{self.model.name}': speeds just after"]
         for name, x in zip(self.model.speed_names, self._reached.u, strict=True):
             lines.append(f"  {name} = {self._written(x)}")
+        told = [f"not possible: {one.what} ('{one.name}'). {one.law}. {one.cure}" for one in self.warnings]
         if not self._wrenches:
-            return "\n".join(lines)
+            return "\n".join([*lines, *told])
         lines.append("impulsive reactions on the child bodies")
         if self.exact:
             parts = {n: x for n, x in self.canonical_components.items() if not _zero(x)}
             lines += [f"  {name} = {self._written(x)}" for name, x in parts.items()]
-            return "\n".join(lines)
+            return "\n".join([*lines, *told])
         for name, (impulse, moment, _) in self._wrenches.items():
             P, n = (", ".join(map(self._written, v)) for v in (impulse, moment))
             lines.append(f"  {name}:  impulse ({P}), moment impulse ({n})")
-        return "\n".join(lines)
+        return "\n".join([*lines, *told])
 
     def latex(self) -> str:
         """The same as a LaTeX ``aligned`` block."""

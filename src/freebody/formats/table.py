@@ -81,6 +81,12 @@ class Table:
             self.fail(f"Expected a whole number, got {kind(value)}: {value!r}.", key)
         return value
 
+    def flag(self, key: str) -> bool:
+        value = self.raw(key)
+        if not isinstance(value, bool):
+            self.fail(f"Expected true or false, got {value!r}.", key)
+        return value
+
     def expression(self, key: str, default: Any = None) -> Any:
         """A number, or text read against the names of the system."""
         if default is not None and not self.has(key):

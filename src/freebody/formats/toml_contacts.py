@@ -98,13 +98,6 @@ def _direction(table: Table, key: str) -> Any:
     return value if isinstance(value, str) else table.three(value, key)
 
 
-def _flag(table: Table, key: str) -> bool:
-    value = table.data[key]
-    if not isinstance(value, bool):
-        table.fail(f"Expected true or false, got {value!r}.", key)
-    return value
-
-
 def _rows(table: Table, key: str) -> Any:
     value = table.data[key]
     if not isinstance(value, list) or not value:
@@ -131,7 +124,7 @@ _READERS: dict[str, Callable[[Table, str], Any]] = {
     "half_axes": lambda table, key: table.vector(key),
     "axis": _direction,
     "normal": _direction,
-    "inside": _flag,
+    "inside": Table.flag,
     "start": lambda table, key: table.vector(key),
     "end": lambda table, key: table.vector(key),
     "points": _rows,

@@ -271,11 +271,11 @@ def _coordinate(table: Table, value: Any) -> Any:
 # --- constraints ------------------------------------------------------------------------------
 
 CONSTRAINTS = {
-    "condition": ("expression",),
+    "condition": ("expression", "unilateral"),
     "speed": ("expression",),
     "gear": ("first", "second", "ratio"),
-    "rope": ("points", "length"),
-    "rolling": ("wheel", "radius", "axis", "normal", "plane"),
+    "rope": ("points", "length", "unilateral", "taut", "restitution"),
+    "rolling": ("wheel", "radius", "axis", "normal", "plane", "unilateral", "friction"),
 }
 
 
@@ -286,10 +286,11 @@ def _constraint(system: System, name: str, table: Table) -> None:
     call: Callable[[], Any]
     if kind in ("condition", "speed"):
         value = table.raw("expression")
+        one_sided = _sides(table) if kind == "condition" else {}
         make = system.constrain if kind == "condition" else system.constrain_speed
         # "y = x^2" is read by the system, which knows equations
         expression = value if isinstance(value, str) else table.read(value, "expression")
-        call = lambda: make(expression, name=name)  # noqa: E731
+        call = lambda: make(expression, name=name, **one_sided)  # noqa: E731
     elif kind == "gear":
         first, second = _own_joint(table, "first"), _own_joint(table, "second")
         ratio = table.expression("ratio")
@@ -300,14 +301,29 @@ def _constraint(system: System, name: str, table: Table) -> None:
             table.fail(f"Expected a list of points, got {points!r}.", "points")
         places = [_place(table, one, "points") for one in points]
         length = table.expression("length")
-        call = lambda: system.rope(places, length, name=name)  # noqa: E731
+        more = _sides(table)
+        if table.has("taut"):
+            more["taut"] = table.flag("taut")
+        if table.has("restitution"):
+            more["restitution"] = table.expression("restitution")
+        call = lambda: system.rope(places, length, name=name, **more)  # noqa: E731
     else:
         wheel, radius, normal = _point(table, "wheel"), table.expression("radius"), table.text("normal", "y")
         axis = _axis(table, table.data["axis"], kind) if table.has("axis") else None
         plane = _point(table, "plane") if table.has("plane") else None
-        call = lambda: system.rolling(name, wheel, radius=radius, axis=axis, normal=normal, plane=plane)  # noqa: E731
+        given = _sides(table)
+        if table.has("friction"):
+            given["friction"] = table.expression("friction")
+        call = lambda: system.rolling(  # noqa: E731
+            name, wheel, radius=radius, axis=axis, normal=normal, plane=plane, **given
+        )
     table.done()
     table.guard(call)
+
+
+def _sides(table: Table) -> dict[str, Any]:
+    """Whether a constraint is one-sided, where the file says so."""
+    return {"unilateral": table.flag("unilateral")} if table.has("unilateral") else {}
 
 
 # --- loads ------------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ import sympy
 from ..describe import constraint as constraints
 from ..describe import load as loads
 from ..describe.body import Body, Point
+from ..describe.contact import Tether
 from ..describe.joint import Joint
 from ..describe.names import is_identifier
 from ..describe.system import System
@@ -126,7 +127,9 @@ class Writer:
         for name, held in system.constraints.items():
             parts.append(block(("constraints", name), self.constraint(held)))
         for name, pair in system.contacts.items() if contacts else ():
-            parts.append(block(("contacts", name), written_contact(self, pair)))
+            slack = isinstance(pair.surface, Tether)
+            keys = self.slack_rope(pair) if slack else written_contact(self, pair)
+            parts.append(block(("constraints" if slack else "contacts", name), keys))
         for name, one in system.loads.items():
             section, keys = self.load(one)
             parts.append(block((section, name), keys))
@@ -285,7 +288,8 @@ class Writer:
     def constraint(self, one: Any) -> dict[str, str]:
         match one:
             case constraints.Condition():
-                return {"type": quoted("condition"), "expression": self.value(one.expression)}
+                keys = {"type": quoted("condition"), "expression": self.value(one.expression)}
+                return keys | ({"unilateral": "true"} if one.unilateral else {})
             case constraints.SpeedCondition():
                 return {"type": quoted("speed"), "expression": self.value(one.expression)}
             case constraints.Gear():
@@ -293,7 +297,8 @@ class Writer:
                 return {"type": quoted("gear"), **keys, "ratio": self.value(one.ratio)}
             case constraints.Rope():
                 points = f"[{', '.join(map(self.point, one.points))}]"
-                return {"type": quoted("rope"), "points": points, "length": self.value(one.length)}
+                keys = {"type": quoted("rope"), "points": points, "length": self.value(one.length)}
+                return keys | ({} if one.unilateral else {"unilateral": "false"})
             case constraints.Rolling():
                 keys = {"wheel": self.point(one.center), "radius": self.value(one.radius)}
                 if one.given is not None:
@@ -302,8 +307,18 @@ class Writer:
                 keys["normal"] = quoted(letter if sum(up) > 0 else f"-{letter}")
                 if one.plane.components != ZERO:
                     keys["plane"] = self.point(one.plane)
+                if not one.unilateral:
+                    keys["unilateral"] = "false"
+                if one.friction is not None:
+                    keys["friction"] = self.value(one.friction)
                 return {"type": quoted("rolling"), **keys}
         raise AssertionError(f"no words for {one!r}")
+
+    def slack_rope(self, pair: Any) -> dict[str, str]:
+        rope = pair.surface
+        points = f"[{self.point(rope.body.point(*rope.at))}, {self.point(pair.feature)}]"
+        keys = {"type": quoted("rope"), "points": points, "length": self.value(rope.radius), "taut": "false"}
+        return keys | ({"restitution": self.value(pair.restitution)} if pair.restitution != 0 else {})
 
     # --- loads ---
 

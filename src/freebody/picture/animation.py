@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..describe.constraint import Rolling, Rope
+from ..describe.constraint import Rolling
 from ..describe.contact import kind_of
 from ..describe.load import Damper, Spring
 from ..dynamics.state import State, float_state
@@ -25,7 +25,7 @@ from .forces import Arrow
 from .keyframes import TOLERANCE, Keyframes, keyframes
 from .palette import KINDS
 from .quantities import base64_floats, channels, charts
-from .shapes import ROD, Primitive, machine_size, rod, shapes, turned_to
+from .shapes import ROD, Primitive, machine_size, rod, ropes_of, shapes, turned_to
 from .touching import distinct, modes, surface_parts, touching
 
 if TYPE_CHECKING:
@@ -333,9 +333,8 @@ def _lines(model: Model, state: State, names: list[str], size: float) -> list[di
         if isinstance(load, Spring | Damper):
             kind = "spring" if isinstance(load, Spring) else "damper"
             result.append({"name": name, "kind": kind, "ends": [end(load.start), end(load.end)]})
-    for name, held in model.constraints.items():
-        if isinstance(held, Rope):
-            result.append({"name": name, "kind": "rope", "ends": [end(point) for point in held.points]})
+    for name, points in ropes_of(model).items():
+        result.append({"name": name, "kind": "rope", "ends": [end(point) for point in points]})
     return result
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..describe.constraint import Gear, Rolling, Rope
+from ..describe.constraint import Gear, Rolling
 from ..describe.contact import kind_of
 from ..dynamics.constraints import _arm
 from ..dynamics.contact import touches
@@ -16,6 +16,7 @@ from ..equations.latex import latex_name
 from . import symbols
 from .configuration import NEAR
 from .palette import GREEN, GREY, INK
+from .shapes import ropes_of
 from .sheet import Circle, Line, Style, arc
 
 if TYPE_CHECKING:
@@ -172,10 +173,8 @@ def guides(m: Machine) -> None:
 
 
 def ropes(m: Machine) -> None:
-    for name, one in m.model.constraints.items():
-        if not isinstance(one, Rope):
-            continue
-        pages = [m.page(m.now.point(point)) for point in one.points]
+    for name, points in ropes_of(m.model).items():
+        pages = [m.page(m.now.point(point)) for point in points]
         visits: dict[tuple[float, float], list[int]] = {}
         for k, q in enumerate(pages):
             visits.setdefault((round(float(q[0]), 3), round(float(q[1]), 3)), []).append(k)
@@ -196,10 +195,10 @@ def ropes(m: Machine) -> None:
             items.append(Line(np.array([a, b]) + offset * n, Style(GREEN, 1.3)))
         m.add(items, class_="rope", data_constraint=name)
         wheels: list[Any] = []
-        for k, (point, q) in enumerate(zip(one.points, pages, strict=True)):
+        for k, (point, q) in enumerate(zip(points, pages, strict=True)):
             if point.body.is_ground and 0 < k < total + 1:
                 wheels += symbols.pulley(q, 4.0 + 3.5 * (strands > 2))
-        high = [q for point, q in zip(one.points, pages, strict=True) if point.body.is_ground]
+        high = [q for point, q in zip(points, pages, strict=True) if point.body.is_ground]
         if high and m.view.planar:
             x0, x1 = min(q[0] for q in high) - 22.0, max(q[0] for q in high) + 22.0
             y = max(q[1] for q in high) + 12.0

@@ -141,6 +141,7 @@ def document(
     parts = [
         f"<h1>{escape(title or s.name)}</h1>",
         f'<p class="sub">{escape(about or _sentence(trajectory))}</p>',
+        _warnings(trajectory),
         '<div id="player"></div>',
         answers_table(answers or {}),
         "<h2>Plots</h2>\n" + charts(scene),
@@ -158,6 +159,12 @@ def document(
 def _sentence(trajectory: Trajectory) -> str:
     text = repr(trajectory).partition(": ")[2]
     return text[:1].upper() + text[1:]
+
+
+def _warnings(trajectory: Trajectory) -> str:
+    """What of the motion is not physical, above everything else."""
+    lines = "".join(f"<li>{escape(str(one))}</li>" for one in trajectory.warnings)
+    return f"<h2>Warnings</h2>\n<ul>{lines}</ul>" if lines else ""
 
 
 def _table(head: tuple[str, ...], rows: list[tuple[Any, ...]], number: int = -1) -> str:

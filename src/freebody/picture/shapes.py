@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..describe.body import Point
 from ..describe.constraint import Rolling, Rope
-from ..describe.contact import kind_of
+from ..describe.contact import Tether, kind_of
 from ..describe.load import Damper, Force, Spring
 from ..dynamics.state import State, float_state
 from ..errors import ModelError
@@ -211,12 +212,12 @@ def attachments(model: Model, state: State, body: str) -> dict[str, Array]:
                 put(name, one.to)
             elif one.parent.name == body:
                 put(name, one.at)
-        elif isinstance(one, Rope):
-            for k, point in enumerate(one.points):
-                if point.body.name == body:
-                    put(f"{name} {k}", point.components)
         elif isinstance(one, Rolling) and one.center.body.name == body:
             put(name, one.center.components)
+    for name, points in ropes_of(model).items():
+        for k, point in enumerate(points):
+            if point.body.name == body:
+                put(f"{name} {k}", point.components)
     for name, load in model.loads.items():
         ends: tuple[Any, ...] = (load.point,) if isinstance(load, Force) else ()
         if isinstance(load, Spring | Damper):
@@ -225,6 +226,18 @@ def attachments(model: Model, state: State, body: str) -> dict[str, Array]:
             if point.body.name == body:
                 put(name, point.components)
     return found
+
+
+def ropes_of(model: Model) -> dict[str, tuple[Point, ...]]:
+    """The points of every rope, of those that may go slack too, by name."""
+    result = {name: one.points for name, one in model.constraints.items() if isinstance(one, Rope)}
+    for contact in model.contacts:
+        if isinstance(contact.surface, Tether):
+            result[contact.name] = (
+                Point(contact.surface.body, contact.surface.at),
+                contact.feature,
+            )
+    return result
 
 
 def _body(model: Model, state: State, name: str, place: Place, size: float) -> list[Primitive]:

@@ -24,13 +24,14 @@ from numpy.typing import NDArray
 
 from ..compile.looped import is_large
 from ..dynamics.mobility import check_bodies
+from ..dynamics.unilateral import limits
 from ..errors import ModelError, SimulationError, arguments_named, nearest
 from ..model.values import check_assumptions
 from . import lanes_layout as at
 from . import layout, loop
 from .arguments import STORED, check_heeded, check_numbers, check_steps, largest_memory, most_steps
 from .batch_alone import NO_START, REASON, REFUSED, Alone
-from .batch_kernels import BatchProgram, batch_program
+from .batch_kernels import BatchProgram, OfLimit, batch_program
 from .batch_large import Large
 from .batch_large import applies as large
 from .batch_start import Lanes, lanes_of
@@ -50,6 +51,7 @@ from .methods import (
     first_method,
 )
 from .outputs import TIMELINE, Output, outputs_of
+from .passing import NOT_PHYSICAL
 from .path import STUCK
 from .progress import Progress
 
@@ -76,6 +78,8 @@ STATUS = {
     at.LEFT: "constraints contradicted",
     NO_START: "no start",
     REFUSED: "refused",
+    at.UNPHYSICAL: f"finished, {NOT_PHYSICAL}",
+    at.STOPPED_UNPHYSICAL: f"terminal event, {NOT_PHYSICAL}",
 }
 """How a lane may end."""
 _LOST = (at.LEFT, layout.COLLAPSED, layout.NOT_FINITE)
@@ -275,9 +279,13 @@ def job_of(
         near=near, project=project, tolerance=tolerance, events=specs, impulses=blows, impacts=impacts,
         indeterminate=indeterminate, method=method, step=step, max_step=max_step, max_steps=max_steps,
     )  # fmt: skip
+    passing = limits(model)
+    specs = (*specs, *(EventSpec(one.event, one.event, -1) for one in passing))
+    expressions = (*expressions, *(OfLimit(k) for k in range(2 * len(passing))))
     job = Job(
         kernels, given, np.empty((1, 0)), {}, (), begin, end, wanted, specs, expressions, asked, tolerances, method,
         step, math.inf if max_step is None else float(max_step), max_steps, threads or _processors(), s, alone, False,
+        len(passing),
     )  # fmt: skip
     if (
         model.contacts or model.controllers or blows or method not in METHODS or is_large(model)
@@ -364,11 +372,16 @@ class Job:
     """Options of `simulate` for one lane."""
     looped: bool
     """Whether the compiled loop runs the lanes, else `simulate` each."""
+    limits: int
+    """How many of ``specs``, the last ones, are limits of one-sided forces; in ``expressions`` the same with what is
+    negligible added stand behind them."""
 
     @property
     def bytes_per_lane(self) -> int:
         times = self.wanted.size if self.asked.timed else 0
-        return 8 * (times * len(self.asked.timed) + 4 * len(self.asked.reduced) + 3 * len(self.specs) + 6)
+        return 8 * (
+            times * len(self.asked.timed) + 4 * len(self.asked.reduced) + 3 * len(self.expressions) + 6
+        )
 
     @property
     def texts(self) -> tuple[str, ...]:
@@ -412,6 +425,24 @@ class Job:
         )
 
     def run(self, part: Results, between: Callable[[float], None]) -> None:
+        """Run lanes, and say of which that they are not physical."""
+        self._run(part, between)
+        if self.limits:
+            self._passed(part)
+
+    def _passed(self, part: Results) -> None:
+        """Lanes that passed a limit by more than what is negligible; the times of the others are none."""
+        m = len(self.specs)
+        mine, surely = slice(m - self.limits, m), part.counts[:, m:] > 0
+        part.counts[:, mine][~surely] = 0
+        part.event_times[:, mine][~surely] = math.nan
+        first = part.event_times[:, mine, 0] * (1 if self.end >= self.begin else -1)
+        worst = m - self.limits + np.argmin(np.where(surely, first, math.inf), axis=1)
+        for code, told in ((layout.FINISHED, at.UNPHYSICAL), (layout.TERMINAL, at.STOPPED_UNPHYSICAL)):
+            rows = surely.any(axis=1) & (part.kept[:, 0] == code)
+            part.kept[rows, 0], part.kept[rows, 3] = told, worst[rows]
+
+    def _run(self, part: Results, between: Callable[[float], None]) -> None:
         """Run lanes, and those that turn out to be stiff once more."""
         if not self.looped:
             alone = Large(self, part, _Loop) if large(self) else Alone(self, part)
@@ -459,7 +490,7 @@ class Results:
 
     @staticmethod
     def of(job: Job, low: int, high: int) -> Results:
-        n, asked, m = high - low, job.asked, len(job.specs)
+        n, asked, m = high - low, job.asked, len(job.expressions)
         times = job.wanted.size if asked.timed else 0
         kept = np.zeros((n, at.KEPT), dtype=np.int64)
         kept[:, 0] = -1
@@ -525,7 +556,7 @@ class _Loop:
         self.limit = min(job.most_steps, BEFORE_SWITCHING) if program.switches else job.most_steps
         n = kernels.size
         self.n, self.w = n, layout.padded(n)
-        m, watched = len(job.specs), program.watched
+        m, watched = len(job.expressions), program.watched
         outputs = len(job.asked.timed)
         times = job.wanted.size if outputs else 0
         self.addresses = np.array(
@@ -534,6 +565,7 @@ class _Loop:
                 program.address("outputs"), program.address("reduced"), program.address("watched"),
                 program.address("dropped"), program.wide_address("series" if method == "taylor" else "rates"),
                 program.wide_address("projection"), program.wide_address("rates"),
+                program.wide_address("watched"),
             ],
             dtype=np.int64,
         )  # fmt: skip
@@ -547,12 +579,15 @@ class _Loop:
         sizes[at.LIMIT] = self.limit
         sizes[at.WORKS], sizes[at.STIFF_ASKED] = kernels.works, until_stiff
         sizes[at.BUDGET] = BUDGET if until_stiff else 0  # of "auto"
-        sizes[at.N_DROPPED] = program.dropped
+        sizes[at.N_DROPPED], sizes[at.N_LIMITS] = program.dropped, 2 * job.limits
         sizes[at.N_CONSTANTS] = program.compiled.hoisted
         self.sizes = sizes
         options = np.zeros(at.OPTIONS)
         options[at.T0], options[at.T1], options[at.LONGEST] = job.begin, job.end, job.longest
         options[at.ORDER], options[at.FINEST] = layout.ORDERS[method], FINE
+        self.seen = 16 * watched if program.wide_address("watched") else 0
+        if self.seen:
+            sizes[at.SEEN] = self._places_of_eight()
         self.options = options
         spans, places, settings = intervals(kernels, given.values_of(0), job.begin, job.end)
         sizes[at.N_LEGS], sizes[at.N_SETTINGS] = len(spans), len(places)
@@ -568,8 +603,11 @@ class _Loop:
             dtype=np.int64,
         )  # fmt: skip
         self.relative = job.tolerances
-        self.directions = np.array([*(x.direction for x in job.specs), *[0] * (watched - m)], dtype=np.int64)
-        self.terminal = np.array([*(x.terminal for x in job.specs), *[0] * (watched - m)], dtype=np.int64)
+        negligible, rest = [-1] * job.limits, [0] * (watched - m)
+        self.directions = np.array([*(x.direction for x in job.specs), *negligible, *rest], dtype=np.int64)
+        self.terminal = np.array(
+            [*(x.terminal for x in job.specs), *[0] * (watched - len(job.specs))], dtype=np.int64
+        )
         backwards = job.end < job.begin
         self.order = np.argsort(-job.wanted if backwards else job.wanted, kind="stable")
         self.wanted = job.wanted[self.order]
@@ -596,6 +634,11 @@ class _Loop:
             np.zeros(layout.INTEGERS, dtype=np.int64),
         )  # fmt: skip
 
+    def _places_of_eight(self) -> int:
+        """Numbers of eight lanes before those of their limits."""
+        numbers = layout.rows(self.method, self.n) * 8 * self.n + at.WIDE_PLACES + self.program.room
+        return layout.padded(numbers)
+
     def _mine(self) -> Array:
         """Parameters of one lane."""
         return np.zeros(int(self.sizes[at.N_PARAMETERS]) + 1)
@@ -609,8 +652,7 @@ class _Loop:
         )
         eight, events = 8 * n, layout.most_events(m)
         largest = max(2, n, len(self.job.asked.reduced), self.program.dropped)
-        room = self.program.room
-        rows = _aligned(layout.rows(self.method, n) * eight + at.WIDE_PLACES + room)
+        rows = _aligned(self._places_of_eight() + self.seen)
         return (
             np.zeros(size), np.zeros(largest), self._mine(), rows, _aligned(8 * max(1, hoisted)),
             np.zeros(8 * max(1, hoisted)), _aligned(2 * eight), np.zeros(n), np.zeros(at.WIDE_NUMBERS),

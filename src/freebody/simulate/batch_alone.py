@@ -110,7 +110,8 @@ class Alone:
         if motion is not None and motion.interrupted:
             raise KeyboardInterrupt
         if job.texts:
-            self.part.texts[row, -1] = reason
+            passed = () if motion is None or reason else motion.warnings
+            self.part.texts[row, -1] = reason or " ".join(map(str, passed))
         if motion is None:
             self.part.kept[row] = (NO_START, 0, 0, 0)
             return
@@ -138,6 +139,14 @@ class Alone:
                 part.event_times[row, e, 0] = crossing.time
             part.event_times[row, e, 1] = crossing.time
             part.counts[row, e] += 1
+        names = [spec.name for spec in job.specs]
+        for one in motion.warnings:
+            for e in (names.index(one.event), names.index(one.event) + job.limits):
+                for begin, _ in one.spans:
+                    if part.counts[row, e] == 0:
+                        part.event_times[row, e, 0] = begin
+                    part.event_times[row, e, 1] = begin
+                    part.counts[row, e] += 1
         if asked.timeline:
             told = [[c.contact, c.mode, c.start, c.end, c.why] for c in motion.modes]
             part.texts[row, 0] = json.dumps(told)

@@ -27,6 +27,13 @@ ENERGIES = ("kinetic_energy", "potential_energy", "energy", "work", "work_rate")
 
 
 @dataclass(frozen=True)
+class OfLimit:
+    """An output of `Kernels.limits`, by its place."""
+
+    place: int
+
+
+@dataclass(frozen=True)
 class BatchProgram:
     """Kernels of a batch.
 
@@ -105,7 +112,11 @@ def _recorded(
         rates.append(power)
     named = dict(zip(ENERGIES, (*energy, energy[0] + energy[1], work, power), strict=True))
 
+    left = kernels._limits(state, moving) if any(isinstance(x, OfLimit) for x in events) else []
+
     def value(expression: Any) -> Any:
+        if isinstance(expression, OfLimit):
+            return left[expression.place]
         return named[expression] if isinstance(expression, str) else state(expression)
 
     quantities = [value(x) for x in reduced]
@@ -121,16 +132,18 @@ def _recorded(
     }
     if kernels.active:
         functions["projection"] = kernels._projected(state)
-    left = kernels._dropped(state) if model.constraints else {}
-    if left:
-        functions["dropped"] = kernels._checked_conditions(state, left)
+    unused = kernels._dropped(state) if model.constraints else {}
+    if unused:
+        functions["dropped"] = kernels._checked_conditions(state, unused)
     inputs = list(y)
     if tangent:
         along = [tape.input(f"direction {i}") for i in range(len(y))]
         functions["tangent"] = forward(tape, rates, y, along)
         inputs += along
     parameters = [state.values[parameter.symbol] for parameter in model.parameters]
-    batch = [name for name in ("rates", "series", "projection") if wide and name in functions]
+    limits_only = bool(events) and not reduced and all(isinstance(x, OfLimit) for x in events)
+    asked = ("rates", "series", "projection", *(("watched",) if limits_only else ()))
+    batch = [name for name in asked if wide and name in functions]
     more = {"series": len(y)} if series else {}
     compiled = compile_tape(tape, functions, state.t, inputs, parameters, batch, more)
     return BatchProgram(compiled, len(watched), len(functions.get("dropped", ())))

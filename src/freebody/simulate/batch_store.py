@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import SimulationError, path_of
+from . import lanes_layout as at
 from . import layout
 from .batch_alone import REASON
 from .contact_scene import scene_of
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 _SMALL = 1 << 28  # bytes that are read at once
 _TEXTS = {
     TIMELINE: "modes of contacts: [contact, mode, start, end, why], ...; read by freebody.timeline",
-    REASON: "why the run failed",
+    REASON: "why the run failed, or is not physical",
 }
 
 
@@ -156,8 +157,9 @@ def _parts(job: Any, part: Any) -> dict[str, Any]:
     for name in job.asked.numbers:
         result[name] = job.asked.number(name, part.reduced)
     if job.specs:
-        result["event_time"], result["event_last"] = part.event_times[..., 0], part.event_times[..., 1]
-        result["event_count"] = part.counts
+        m = len(job.specs)
+        result["event_time"], result["event_last"] = part.event_times[:, :m, 0], part.event_times[:, :m, 1]
+        result["event_count"] = part.counts[:, :m]
     for i, name in enumerate(job.texts):
         result[name] = part.texts[:, i]
     result["end"], result["steps"], result["blame"] = part.ends, part.kept[:, 1], part.kept[:, 3]
@@ -198,12 +200,13 @@ def _told(data: xarray.Dataset, codes: Any, blame: Any, job: Any) -> xarray.Data
     data["status"] = ("lane", words, {"long_name": "how the run ended"})
     components, events = list(job.kernels.names), [spec.name for spec in job.specs]
     names = np.array([*components, *events, ""], dtype=str)
-    places = np.where(codes == layout.UNDEFINED, len(components) + blame, blame)
-    blamed = (layout.NOT_FINITE, layout.COLLAPSED, layout.DIVERGED, layout.UNDEFINED)
+    of_events = (layout.UNDEFINED, at.UNPHYSICAL, at.STOPPED_UNPHYSICAL)
+    places = np.where(np.isin(codes, of_events), len(components) + blame, blame)
+    blamed = (layout.NOT_FINITE, layout.COLLAPSED, layout.DIVERGED, *of_events)
     good = ~np.isin(codes, blamed)
     data["blame"] = (
         "lane", names[np.where(good, len(names) - 1, np.minimum(places, len(names) - 1))],
-        {"long_name": "coordinate, speed or event that stopped a failed lane"},
+        {"long_name": "coordinate, speed or event that stopped a failed lane, or from which on it is not physical"},
     )  # fmt: skip
     waiting = int((codes == -1).sum())
     if waiting:
@@ -303,7 +306,8 @@ class Store:
                         made.attrs["coordinates"] = " ".join(beside)
                 codes = {code: text for code, text in STATUS.items() if code >= 0}
                 file["status"].attrs["flag_values"] = np.array(list(codes), dtype="i1")
-                file["status"].attrs["flag_meanings"] = " ".join(x.replace(" ", "_") for x in codes.values())
+                words = [text.replace(",", "").replace(" ", "_") for text in codes.values()]
+                file["status"].attrs["flag_meanings"] = " ".join(words)
                 for key, value in _attributes(job).items():
                     file.attrs[key] = value
                 file.attrs["runs"] = self.mark

@@ -14,11 +14,11 @@ import sympy
 
 from ..errors import ModelError, SimulationError, arguments_named
 from .arguments import check_forwards
-from .event import EventSpec, event, expressions_of, watching
+from .event import EventSpec, Happening, event, expressions_of, watching
 from .initial import number
 from .kernels import Kernels
 from .path import FINISHED, TERMINAL, Array, Path, Watch
-from .phases import Happening, Phases, Segment, parts_of
+from .phases import Phases, Segment, parts_of
 
 
 @dataclass(frozen=True)
@@ -255,5 +255,6 @@ def strike(
         before,
         f"{one.name}: {jumps or 'no speed changes'}",
         dict(zip(names, after.tolist(), strict=False)),
+        hit.warnings,
     )
     return after, float(hit.energy_change), told

@@ -9,17 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics.contact import reaches_along
+from ..dynamics.composite import mass_matrix
+from ..dynamics.constraints import linearized
+from ..dynamics.contact import contact_rows, reaches_along
 from ..dynamics.state import float_state
+from ..dynamics.unilateral import MotionWarning, limits, passed_by_impulse
 from ..errors import SimulationError
 from .blow import Blow, call_of, strike
 from .complementarity import OPEN, SLIP, SMALL, STICK, Touching, unknowns
 from .contact_scene import SMOOTH, Modes, Phase, Snapshot, scene_of
-from .event import EventSpec, expressions_of
+from .event import EventSpec, Happening, expressions_of
 from .impacts import impact
 from .kernels import Kernels
 from .path import Array, Rates, Watch, observe
-from .phases import Happening, Segment
+from .phases import Segment
 
 CLOSED = 1e-10
 """Gap, relative to 1 m or the greatest coordinate, at which a contact is closed."""
@@ -216,7 +219,9 @@ class ContactRun:
                 parts.append(
                     f"{self.names[k]}: impact, normal speed {seen.rate[at]:.6g} → {_zero(new.rate[at], still):.6g} m/s"
                 )
-        self.tell(t, "impact", y, after, "; ".join(parts))
+        warnings = self.passed(t, y, after, whole)
+        parts += [f"not possible: {one.what} ('{one.name}')" for one in warnings]
+        self.tell(t, "impact", y, after, "; ".join(parts), warnings)
         moving = frozenset(k for k in chosen if speeds[k] < -still)
         stuck = all(float(np.linalg.norm(self.slip(new, k))) <= still for k in moving)
         self.bounces.append(Bounce(t, moving, max(-speeds[k] for k in moving), stuck))
@@ -237,7 +242,26 @@ class ContactRun:
         )[:, 0]
         return whole - float(impulses @ self.look(t, states[0]).rate) + float(kinetic[1] - kinetic[2]) / 2
 
-    def tell(self, t: float, name: str, before: Array, after: Array, text: str) -> None:
+    def passed(self, t: float, y: Array, after: Array, impulses: Array) -> tuple[MotionWarning, ...]:
+        """One-sided constraints that the impulses of an impact ask for more than they can: Gᵀ Λ = M Δu - Wᵀ P."""
+        if not limits(self.model):
+            return ()
+        mine, q = slice(self.n, self.n + self.model.n_u), y[: self.n].tolist()
+        state = float_state(self.model, q, y[mine].tolist(), t, self.values)
+        M, W = np.array(mass_matrix(self.model, state)), np.array(contact_rows(self.model, state).matrix)
+        active, conditions = list(self.scene.kernels.active), linearized(self.model, state).matrix
+        G = np.array([conditions[i] for i in active], dtype=float)
+        multipliers = np.zeros(len(conditions))
+        left = M @ (after - y)[mine] - impulses @ W
+        multipliers[active] = np.linalg.lstsq(G.T, left, rcond=None)[0]
+        largest = max(np.abs(multipliers).max(), np.abs(impulses).max())
+        return passed_by_impulse(
+            self.model, multipliers.tolist(), lambda mu: float(state(mu)), float(largest), t
+        )
+
+    def tell(
+        self, t: float, name: str, before: Array, after: Array, text: str, warnings: tuple[MotionWarning, ...] = ()
+    ) -> None:  # fmt: skip
         names = (*self.model.coordinate_names, *self.model.speed_names)
         self.happenings.append(
             Happening(
@@ -247,6 +271,7 @@ class ContactRun:
                 dict(zip(names, before.tolist(), strict=False)),
                 text,
                 dict(zip(names, after.tolist(), strict=False)),
+                warnings,
             )
         )
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..dynamics.unilateral import MotionWarning
 from ..errors import SimulationError, arguments_named
 from ..model import Model
 from .kernels import Kernels
@@ -49,6 +50,22 @@ class Event:
     def __str__(self) -> str:
         how = {1: "rises through", -1: "falls through"}.get(self.direction, "is")
         return f"t = {self.time:.6g} s: {self.name}: {how} zero"
+
+
+@dataclass(frozen=True)
+class Happening(Event):
+    """An event that the run itself brought: a blow, an impact, a change of a contact's mode or of the conditions that
+    hold a linkage, a one-sided constraint whose force passes its limit.
+
+    ``text`` says what happened. The state is that just before. ``warnings`` are of the impulses in it.
+    """
+
+    text: str = ""
+    after: dict[str, float] = field(default_factory=dict)
+    warnings: tuple[MotionWarning, ...] = ()
+
+    def __str__(self) -> str:
+        return f"t = {self.time:.6g} s: {self.text}"
 
 
 @arguments_named

@@ -26,10 +26,11 @@ import numpy as np
 from ..dynamics.constrained import DEPENDENT, alike
 from ..dynamics.constraints import rows
 from ..errors import SimulationError
+from .event import Happening
 from .integrate import Halt
 from .kernels import LOOSE, Kernels
 from .path import CONTRADICTED, RELEASED, Array, Path, Rates, cut, observe, projected
-from .phases import Happening, Phases, Segment, parts_of
+from .phases import Phases, Segment, parts_of
 from .trajectory import Trajectory
 
 LARGE = 2.0

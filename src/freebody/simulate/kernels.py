@@ -43,6 +43,7 @@ from ..dynamics.constraints import linearized, rows
 from ..dynamics.linear import Factorization, applied, products
 from ..dynamics.mobility import check_bodies
 from ..dynamics.motion import Motion, all_reactions, motion, total_power
+from ..dynamics.unilateral import NEGLIGIBLE, margins, sizes
 from ..errors import ModelError, SimulationError
 from ..model import Model, assemble
 from ..model.closure import Closure
@@ -342,6 +343,16 @@ class Kernels:
                 self._programs["large reactions"] = Program(LoopedSet(self.model, "reactions"))
             return self._programs["large reactions"]
         return self._program("reactions", functions)
+
+    def limits(self) -> Program:
+        """Function ``limits``: what is left to each limit of a one-sided constraint, and then the same with what is
+        negligible of the forces added."""
+        return self._program("limits", lambda state: {"limits": self._limits(state, self._motion(state))})
+
+    def _limits(self, state: State, moving: Motion) -> list[Any]:
+        left = margins(self.model, state, moving.multipliers)
+        size = sizes(self.model, state, self.active)
+        return [*left, *(a + NEGLIGIBLE * b for a, b in zip(left, size, strict=True))]
 
     def expressions(self, given: Sequence[Any]) -> Program:
         """Function ``values`` of expressions of the model's names."""

@@ -32,6 +32,7 @@ from .lanes_layout import (
     N_DROPPED,
     N_EVENTS,
     N_LEGS,
+    N_LIMITS,
     N_OUTPUTS,
     N_PARAMETERS,
     N_QUATERNIONS,
@@ -158,6 +159,17 @@ def log_event(
         event_times[2 * row] = t
     event_times[2 * row + 1] = t
     counts[row] += 1
+
+
+@part
+def begun_beyond(
+    lane: int, sizes: Integers, t: float, table: Reals, counts: Integers, event_times: Reals
+) -> None:  # fmt: skip
+    """Limits that a run begins beyond are events of its start; their values stand in the first row of ``table``."""
+    asked = sizes[N_EVENTS]
+    for e in range(asked - sizes[N_LIMITS], asked):
+        if table[e] < 0.0:
+            log_event(lane * asked + e, t, t, t, 0, 0, counts, event_times)
 
 
 @part
@@ -288,6 +300,8 @@ def lanes(
             code = launch(rates, work, w, n, c, own, absolute, reals, integers)
             if m > 0 and code == RUNNING:
                 code = look(kernels[WATCHED], first, work, w, m, c, table, last, integers)
+                if leg == 0 and code == RUNNING:
+                    begun_beyond(lane, sizes, first, table, counts, event_times)
             if many > 0 and leg == 0:
                 call(kernels[REDUCED], first, work, STATE * w, c, spare, 0)
                 for k in range(many):

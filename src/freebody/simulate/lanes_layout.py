@@ -5,8 +5,8 @@ from __future__ import annotations
 # addresses of kernels: constants of the parameters, and functions of (t, y)
 PROLOGUE, RATES, ENERGY, OUTPUTS, REDUCED, WATCHED, DROPPED = 0, 1, 2, 3, 4, 5, 6
 # and for eight lanes: rates, or the series of the motion, and what moves states onto the constraints, or 0; beside a
-# series, the rates, or 0 where nothing in them may bend
-WIDE, PROJECTION_WIDE, RATES_WIDE = 7, 8, 9
+# series, the rates, or 0 where nothing in them may bend; and where limits alone are watched, these
+WIDE, PROJECTION_WIDE, RATES_WIDE, WATCHED_WIDE = 7, 8, 9, 10
 
 # counts: of components, of numbers in a row of the work array and in all of it, of quaternions, parameters, constants,
 # events asked for, events watched (rates of extremes are the rest), outputs at a time, times, quantities with extremes,
@@ -26,7 +26,12 @@ N_OUTPUTS, N_TIMES, N_REDUCED, ROOM, LIMIT, WORKS, STIFF_ASKED, N_DROPPED = 8, 9
 BUDGET = 16
 # number of intervals in which signals are polynomials (1 without signals), and of parameters that differ between them
 N_LEGS, N_SETTINGS = 17, 18
-SIZES = 19
+# how many of the events asked for, the last ones, are limits of one-sided forces, which a run may begin beyond
+N_LIMITS = 19
+# of eight lanes, where nothing but limits is watched: the place of their values at the ends of the steps, and of their
+# changes in the steps before; else 0
+SEEN = 20
+SIZES = 21
 
 # numbers of an interval, in a row before its settings: start, end, length of all steps or 0
 LEG = 3
@@ -40,6 +45,8 @@ KEPT = 4  # integers kept of a lane: how it ended, steps, rejected steps, compon
 
 # how a lane ends, besides what `layout` names
 TOO_MANY, LEFT, STUCK = 7, 8, 11
+# finished, and stopped by a terminal event, beyond the limit of a one-sided force
+UNPHYSICAL, STOPPED_UNPHYSICAL = 12, 13
 
 # of eight lanes, integers, eight of each: number of the run (-1: none), steps of this leg, rejected steps, suspicions,
 # calm steps, whether the step before was rejected, outputs given, whether the step reaches the end, leg, steps of the

@@ -73,6 +73,7 @@ from .lanes_layout import (
     REDUCED,
     REJECTED,
     RUN,
+    SEEN,
     SIZE,
     STEPS,
     STIFF_ASKED,
@@ -84,6 +85,7 @@ from .lanes_layout import (
     TIMES,
     TOO_MANY,
     WANTED,
+    WATCHED_WIDE,
     WIDE,
     WIDE_PLACES,
     WIDTH_OF_ROW,
@@ -133,6 +135,7 @@ tightening: Any = None
 set_constants: Any = None
 jumped: Any = None
 contradicted: Any = None
+begun_beyond: Any = None
 log_event: Any = None
 widen: Any = None
 HEIGHT = 0
@@ -232,6 +235,24 @@ def stiff_wide(lane: int, limited: float, counts: Integers) -> int:
         if counts[CALM + lane] == 6:
             counts[SUSPECT + lane] = 0
     return 1 if counts[SUSPECT + lane] >= 15 else 0
+
+
+@part
+def near_limit(lane: int, sizes: Integers, wide: Reals, table: Reals, last: Integers) -> int:
+    """Whether a lane may pass a limit in its step: where a value at one of its ends is not twice what it changed by in
+    this step or the one before. Values that are far from zero are taken over for the next step."""
+    m, seen, result = sizes[N_WATCHED], sizes[SEEN], 0
+    for e in range(m):
+        now, before, changes = wide[seen + 8 * e + lane], table[e], seen + 8 * (m + e) + lane
+        change = abs(now - before)
+        if not lesser(now, before) > 2.0 * greater(change, wide[changes]):
+            result = 1
+        wide[changes] = change
+    if result == 0:
+        for e in range(m):
+            table[e] = wide[seen + 8 * e + lane]
+            last[e] = 1
+    return result
 
 
 @part
@@ -341,6 +362,13 @@ def enter_leg(
         if seen != RUNNING:
             counts[BLAMED] = spare_integers[BLAME]
             return seen
+        if leg == 0:
+            begun_beyond(
+                run, sizes, start, shifted(table, lane * (PARTS + 3) * (m + 1)), happened, event_times
+            )
+        if sizes[SEEN] != 0:
+            for e in range(m):
+                wide[sizes[SEEN] + 8 * (m + e) + lane] = math.inf
     if many > 0:
         place = run * many * EXTREMES
         if leg == 0:
@@ -529,6 +557,8 @@ def lanes_wide(
         if GIVEN == 0:
             call_wide(kernels[WIDE], wide, more + MOMENTS, wide, END * w, c, wide, 12 * w)
             all_finite(wide, w, 12 * w, more + ERRORS)
+        if sizes[SEEN] != 0:
+            call_wide(kernels[WATCHED_WIDE], wide, more + MOMENTS, wide, END * w, c, wide, sizes[SEEN])
         if sizes[STIFF_ASKED] != 0:
             limit_wide(wide, w)
         others = 8
@@ -578,11 +608,16 @@ def lanes_wide(
                     if stiff * sizes[STIFF_ASKED] != 0 and abs(until - after) > MANY * abs(h):
                         code = STIFF
                 done = counts[DONE + lane]
-                lifted = m > 0 or many > 0 or (done < count and (wanted[done] - after) * direction <= 0.0)
+                seeking = m > 0 or many > 0
+                if sizes[SEEN] != 0:
+                    place = lane * (PARTS + 3) * (m + 1)
+                    near = near_limit(lane, sizes, wide, shifted(table, place), shifted(last, lane * m))
+                    seeking = near != 0
+                lifted = seeking or (done < count and (wanted[done] - after) * direction <= 0.0)
                 own = shifted(alone, lane * hoisted)
                 if lifted or left > 0:
                     lift(lane, n, wide, w, work, w1)
-                if m > 0 or many > 0:
+                if seeking:
                     stop = seek(
                         lane, kernels, sizes, options, after, quaternions, directions, terminal, relative, work, spare,
                         wide, w, own, single, control, counts, last, table, g, found, event_log, event_states,

@@ -7,15 +7,17 @@ path: at the moment of a jump itself, the state just after.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .event import Event
+from ..dynamics.unilateral import MotionWarning
+from .event import Event, Happening
+from .passing import Values, piece_of
 from .path import Array, Crossing, Path, Rates, observe
 from .trajectory import Energy, Trajectory
 
@@ -144,21 +146,6 @@ def parts_of(path: Path | Phases, kernels: Any, impulses: float = 0.0) -> tuple[
     return path.segments if isinstance(path, Phases) else (Segment(path, kernels, impulses),)
 
 
-@dataclass(frozen=True)
-class Happening(Event):
-    """An event that the run itself brought: a blow, an impact, a change of a contact's mode or of the conditions that
-    hold a linkage.
-
-    ``text`` says what happened. The state is that just before.
-    """
-
-    text: str = ""
-    after: dict[str, float] = field(default_factory=dict)
-
-    def __str__(self) -> str:
-        return f"t = {self.time:.6g} s: {self.text}"
-
-
 class EventList(list[Event]):
     """Events in their order; printed, a sentence each."""
 
@@ -181,6 +168,17 @@ class PhasedTrajectory(Trajectory):
         super().__init__(*arguments, **options)
         self.happenings = tuple(happenings)
 
+    @property
+    def warnings(self) -> tuple[MotionWarning, ...]:
+        """As of any trajectory, with those of blows and impacts, one for each limit that these pass."""
+        blows: dict[str, MotionWarning] = {}
+        for one in (one for happening in self.happenings for one in happening.warnings):
+            first = blows.setdefault(one.event, one)
+            if first is not one:
+                least, spans = min(first.value, one.value), (*first.spans, *one.spans)
+                blows[one.event] = replace(first, value=least, spans=spans)
+        return tuple(sorted([*super().warnings, *blows.values()], key=lambda one: one.time))
+
     @cached_property
     def events(self) -> list[Event]:
         """The events that happened, in their order; ``print`` shows a sentence each."""
@@ -188,6 +186,12 @@ class PhasedTrajectory(Trajectory):
         both = [(event.time, 0, i, event) for i, event in enumerate(asked)]
         both += [(event.time, 1, i, event) for i, event in enumerate(self.happenings)]
         return EventList(event for *_, event in sorted(both, key=lambda entry: entry[:3]))
+
+    def _limit_pieces(self) -> Iterator[tuple[Array, Values | None, Array]]:
+        for one in self.path.segments:
+            program = one.kernels.limits()
+            parameters = self._parameters if one.parameters is None else one.parameters
+            yield piece_of(one.path, program, program.constants(parameters))
 
     def _observed(self, program: Any, function: str, times: Array, states: Array) -> Array:
         """With the constants, and for forces the conditions, of each segment."""
@@ -222,9 +226,3 @@ class PhasedTrajectory(Trajectory):
         work = work + impulses
         residual = both.sum(axis=1) - both[0].sum() - (work - work[0])
         return Energy(both[1:, 0], both[1:, 1], work[1:], residual[1:], impulses[1:])
-
-    def __repr__(self) -> str:
-        n = len(self.events)
-        text = super().__repr__()
-        kept = f"{len(self.path.crossings)} event{'s' * (len(self.path.crossings) != 1)}"
-        return text.replace(f", {kept}, ", f", {n} event{'s' * (n != 1)}, ")

@@ -146,7 +146,8 @@ def simulate(
     Returns
     -------
     Trajectory
-        Flagged ``interrupted`` when the keyboard (Ctrl-C) stopped it.
+        Flagged ``interrupted`` when the keyboard (Ctrl-C) stopped it. ``warnings`` tells where it is not physical: a
+        rope that pushes, a plane that pulls a rolling wheel.
     xarray.Dataset
         Of a batch, which arrays in ``values`` or ``initial`` (entry k is of lane k), ``outputs`` or ``store`` ask for:
         the outputs over ``lane`` and ``time`` (101 times if none are given), first and last times of events, and

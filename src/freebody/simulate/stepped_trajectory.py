@@ -7,7 +7,7 @@ acceleration A of the step, at its middle.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -21,10 +21,11 @@ from ..dynamics.state import float_state
 from ..errors import SimulationError
 from .contact_run import Change, shown
 from .contact_trajectory import ContactMotion, ContactTrajectory, Timeline
-from .event import Event
+from .event import Event, Happening
 from .initial import number
+from .passing import Values
 from .path import Array, Path
-from .phases import EventList, Happening
+from .phases import EventList
 from .stepped_kernels import gaps, mean_reactions, step_motion, stepping
 from .trajectory import Energy, Reaction, Trajectory, _ByName
 
@@ -193,6 +194,27 @@ class SteppedTrajectory(Trajectory):
         names = [row.name for row in rows(self.kernels.model)]
         return _ByName("constraint", {name: found[:, i] for i, name in enumerate(names)})
 
+    def _limit_pieces(self) -> Iterator[tuple[Array, Values | None, Array]]:
+        """Of the mean forces of each step, from its begin to its end."""
+        model, lengths = self.kernels.model, np.diff(self.path.times)
+        if not len(lengths):
+            return
+        forces = self.impulses.constraints / lengths[:, None]
+        left = []
+        for one in self._limits:
+            force, *friction = forces[:, one.places].T
+            if friction:
+                mu = number(model, self.values, one.friction, "a coefficient of friction")
+                force = mu * force - np.hypot(*friction)
+            left.append(force)
+        n = len(left)
+        at_starts = self._observed(
+            self.kernels.limits(), "limits", self.path.times[:-1], self.path.states[:-1]
+        )
+        negligible = (at_starts[:, n:] - at_starts[:, :n]).T
+        values = np.repeat(np.concatenate([left, left + negligible]), 2, axis=1).T
+        yield np.repeat(self.path.times, 2)[1:-1], None, values
+
     @cached_property
     def _work(self) -> Array:
         """Work of every step: of contacts and blows, of loads, constraints and drives, shape (steps, 2) [J]."""
@@ -326,8 +348,3 @@ class SteppedTrajectory(Trajectory):
         return EventList(event for *_, event in sorted(both, key=lambda entry: entry[:2]))
 
     plot_margin = ContactTrajectory.plot_margin
-
-    def __repr__(self) -> str:
-        asked, every = len(self.path.crossings), len(self.events)
-        text = f"{asked} event{'s' * (asked != 1)}"
-        return super().__repr__().replace(f", {text}, ", f", {every} event{'s' * (every != 1)}, ")

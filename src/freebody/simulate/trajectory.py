@@ -15,9 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 from ..dynamics.constraints import rows
 from ..dynamics.indeterminate import indeterminate
 from ..dynamics.state import float_state
+from ..dynamics.unilateral import Limit, MotionWarning, limits
 from ..errors import ExpressionError, SimulationError, nearest
-from .event import Event, EventSpec
+from .event import Event, EventSpec, Happening
 from .kernels import Kernels, Program
+from .passing import NOT_PHYSICAL, Span, Values, piece_of, spans, warnings_of
 from .path import INTERRUPTED, TERMINAL, Path, observe
 
 if TYPE_CHECKING:
@@ -186,8 +188,9 @@ class Trajectory:
 
     @property
     def status(self) -> str:
-        """How the run ended: finished, terminal event, interrupted, or why it failed."""
-        return self.path.status
+        """How the run ended: finished, terminal event, interrupted, or why it failed; with "not physical" where there
+        are :attr:`warnings`."""
+        return f"{self.path.status}, {NOT_PHYSICAL}" if self.warnings else self.path.status
 
     @property
     def interrupted(self) -> bool:
@@ -279,8 +282,9 @@ class Trajectory:
 
     @cached_property
     def events(self) -> list[Event]:
-        """The events that happened, in their order."""
-        return [
+        """The events that happened, in their order: those asked for, and where a one-sided constraint passes its limit
+        (:attr:`warnings`)."""
+        found = [
             Event(
                 crossing.time,
                 self.specs[crossing.number].name,
@@ -289,6 +293,44 @@ class Trajectory:
             )
             for crossing in self.path.crossings
         ]
+        if not self._passed:
+            return found
+        sense = 1.0 if self.path.end >= self.path.start else -1.0
+        return sorted([*found, *self._passings()], key=lambda event: sense * event.time)
+
+    # -- one-sided constraints ----------------------------------------------------------------------------------
+
+    @cached_property
+    def _limits(self) -> tuple[Limit, ...]:
+        return limits(self.kernels.model)
+
+    @cached_property
+    def _passed(self) -> list[Span]:
+        """The parts of the run in which a one-sided constraint has passed its limit."""
+        return spans(self._limit_pieces(), len(self._limits)) if self._limits else []
+
+    def _limit_pieces(self) -> Iterator[tuple[Array, Values | None, Array]]:
+        program = self.kernels.limits()
+        yield piece_of(self.path, program, program.constants(self._parameters))
+
+    def _passings(self) -> Iterator[Happening]:
+        for one in self._passed:
+            limit = self._limits[one.limit]
+            state = self.path.sample([one.begin])[0].tolist()
+            yield Happening(
+                one.begin, limit.event, -1, dict(zip(self.names, state, strict=False)),
+                f"{limit.constraint}: from here on {limit.what}",
+            )  # fmt: skip
+
+    @cached_property
+    def warnings(self) -> tuple[MotionWarning, ...]:
+        """Parts of the motion that are not what would happen: a rope that pushes, a plane that pulls a wheel down.
+
+        The constraints are kept as they are described; each warning says from when on the answer is therefore not
+        physical, how far it goes, and what to do. They are found when they are asked for, here or by :attr:`events` and
+        :attr:`status`.
+        """
+        return warnings_of(self._limits, self._passed)
 
     # -- what follows -------------------------------------------------------------------------------------------
 
@@ -463,14 +505,16 @@ class Trajectory:
         return len(self.t)
 
     def __repr__(self) -> str:
-        n = len(self.kernels.model.coordinates)
-        events = len(self.path.crossings)
-        ended = {TERMINAL: f"stopped by '{self.events[-1].name}'" if events else ""}.get(
-            self.status, self.status
+        n, events, crossings = len(self.kernels.model.coordinates), len(self.events), self.path.crossings
+        ended = self.path.status
+        if ended == TERMINAL and crossings:
+            ended = f"stopped by '{self.specs[crossings[-1].number].name}'"
+        told = "".join(
+            f"; not physical from t = {one.time:.6g} s on: {one.what} ('{one.name}')" for one in self.warnings
         )
         return (
             f"Trajectory of '{self.name}': t = {self.path.start:g} to {self.path.end:g} s, "
-            f"{n} coordinate{'s' * (n != 1)}, {events} event{'s' * (events != 1)}, {ended}"
+            f"{n} coordinate{'s' * (n != 1)}, {events} event{'s' * (events != 1)}, {ended}{told}"
         )
 
 

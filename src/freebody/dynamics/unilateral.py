@@ -1,0 +1,247 @@
+"""Constraints that are one-sided by nature, and what their forces may not pass.
+
+    rope          S ≥ 0                 it only pulls
+    rolling       N ≥ 0                 the plane only presses
+                  μ N - |T| ≥ 0         where a coefficient of friction is given
+    condition     λ ≥ 0                 of φ ≥ 0, where it is said to be unilateral
+
+A motion keeps the constraint as an equation, two-sided. Where its force passes the limit, what it says is no longer
+what happens. A limit that is met exactly is not passed: forces are sums, and a sum of parts that balance is zero but
+for their round-off, so that each limit comes with the size of the parts,
+
+    s = (Σ |(G M⁻¹)ₖ fₖ| + |γ|) / (G M⁻¹ Gᵀ)      of   (G M⁻¹ Gᵀ) λ = -γ - G M⁻¹ f   row by row.
+
+Source: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts (1996), chapter 5.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from ..describe.constraint import Condition, Rolling, Rope
+from ..model.model import Model
+from ..scalar.algebra import divide
+from .composite import mass_matrix
+from .constraints import linearized, rows
+from .linear import Factorization
+from .newton_euler import bias
+from .state import State
+
+NEGLIGIBLE = Fraction(1, 10**6)
+"""Part of the forces that balance in a constraint below which what is left of them is no force."""
+
+
+@dataclass(frozen=True)
+class MotionWarning:
+    """A part of a motion that is not what would happen. One of ``motion.warnings``.
+
+    Attributes
+    ----------
+    name : str
+        What it is about: a rope, a rolling wheel, a condition, as the user named it.
+    event : str
+        Name of the events at which such a part begins.
+    time : float
+        From when on the motion is not physical [s].
+    what : str
+        What happens there that can not.
+    value : float
+        The worst of it: the least force, or the least that friction has left, in ``unit``; of a blow the impulse.
+    spans : tuple of (float, float)
+        All parts of the run in which it is so: from, to [s].
+    law, cure : str
+        What can happen, and what to do about it.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("stone on a string")
+    >>> s.gravity = (0, -9.81, 0)
+    >>> stone = s.body("stone", fb.sphere(1, 0.05))
+    >>> fly = s.planar("fly", s.ground, stone, coordinate="x y turn")
+    >>> string = s.rope([s.ground.origin, stone.origin], 1, name="string")
+    >>> motion = fb.simulate(s, 1, initial={"x": 0, "y": -1, "x'": "sqrt(3*9.81)"})
+    >>> for warning in motion.warnings:
+    ...     print(f"{warning.time:.4f} s: {warning.what}, {warning.value:.3f} {warning.unit}")
+    0.4822 s: the rope pushes, -4.905 N
+    """
+
+    name: str
+    event: str
+    time: float
+    what: str
+    value: float
+    spans: tuple[tuple[float, float], ...]
+    law: str
+    cure: str
+    unit: str = "N"
+
+    def __str__(self) -> str:
+        parts = [f"{a:.6g} to {b:.6g} s" if a != b else f"t = {a:.6g} s" for a, b in self.spans[:3]]
+        more = len(self.spans) - len(parts)
+        when = " and ".join(parts) + (f" and {more} more times" if more else "")
+        return (
+            f"{self.name}: {self.what}, {self.value:.6g} {self.unit}".rstrip()
+            + f" at worst ({when}). {self.law}: from t = {self.time:.6g} s on this motion is not physical. {self.cure}"
+        )
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit of a constraint's force.
+
+    Attributes
+    ----------
+    constraint : str
+        The constraint as the user named it.
+    event : str
+        Name of the event that the force passes the limit.
+    places : tuple of int
+        Places among the multipliers: of the force, then of the friction that it bounds.
+    friction : expression or None
+        Coefficient of that friction.
+    what, law, cure : str
+        What the constraint then does, what it can do, and what to do about it.
+    unit : str
+        Of the force; none where it depends on the expression of a condition.
+    """
+
+    constraint: str
+    event: str
+    places: tuple[int, ...]
+    friction: Any
+    what: str
+    law: str
+    cure: str
+    unit: str = "N"
+
+    def passed(self, value: float, spans: tuple[tuple[float, float], ...], per: str = "") -> MotionWarning:
+        """What is said of a motion that passes it; an impulse has the unit of the force times that of ``per``."""
+        unit = f"{self.unit} {per}".strip() if self.unit else ""
+        return MotionWarning(
+            self.constraint, self.event, spans[0][0], self.what, value, spans, self.law, self.cure, unit
+        )
+
+
+def limits(model: Model) -> tuple[Limit, ...]:
+    """The limits of all one-sided constraints, in order of declaration."""
+    first = {row.owner: i for i, row in reversed([*enumerate(rows(model))])}
+    result = []
+    for name, one in model.constraints.items():
+        if isinstance(one, Rope) and one.unilateral:
+            cure = "From then on it is slack: describe what follows without it."
+            if len(one.points) == 2:
+                cure = "Let it go slack by taut=False; a light rod, which may push, is unilateral=False."
+            result.append(
+                Limit(
+                    name, f"{name} slack", (first[name],), None, "the rope pushes", "A rope only pulls", cure
+                )
+            )
+        elif isinstance(one, Rolling):
+            k, body = first[name], one.center.body.name
+            shape = "sphere(radius)" if one.axis is None else "circle(radius, axis=...)"
+            contact = f"s.contact(name, s.bodies['{body}'].{shape}, s.ground.plane(...), friction=...)"
+            if one.unilateral:
+                result.append(
+                    Limit(
+                        name, f"{name} lifts off", (k,), None, "the plane pulls the wheel",
+                        "A plane only presses on a wheel",
+                        f"A wheel that may lift off is a contact, {contact}; "
+                        "one that is held down is unilateral=False.",
+                    )
+                )  # fmt: skip
+            if one.friction is not None:
+                result.append(
+                    Limit(
+                        name, f"{name} slips", (k, k + 1, k + 2), one.friction,
+                        "rolling asks for more than friction gives", "Friction holds a wheel up to mu N",
+                        f"A wheel that may slip is a contact, {contact}.",
+                    )
+                )  # fmt: skip
+        elif isinstance(one, Condition) and one.unilateral:
+            result.append(
+                Limit(
+                    name, f"{name} leaves", (first[name],), None, "the groove pulls",
+                    "A groove that is open on one side only presses",
+                    "What may leave it is a contact, such as s.contact(name, body.origin, s.ground.heightline(...)); "
+                    "on a wire leave out unilateral=True.", "",
+                )
+            )  # fmt: skip
+    return tuple(result)
+
+
+def margins(model: Model, state: State, multipliers: Sequence[Any]) -> list[Any]:
+    """What is left to each limit at these multipliers: the force, or μ N - |T|; negative where it is passed."""
+    result = []
+    for limit in limits(model):
+        force, *friction = (multipliers[i] for i in limit.places)
+        if friction:
+            a, b = friction
+            force = state(limit.friction) * force - state.field.sqrt(a * a + b * b)
+        result.append(force)
+    return result
+
+
+def sizes(model: Model, state: State, active: Sequence[int]) -> list[Any]:
+    """Of each limit the size of the parts that its forces are sums of."""
+    found = limits(model)
+    given, M = linearized(model, state), Factorization(mass_matrix(model, state))
+    free = M.forward([-x for x in bias(model, state)])
+    size: dict[int, Any] = {}
+    for i in {i for limit in found for i in limit.places if i in active}:
+        row = M.forward(given.matrix[i])
+        weighed = M.divided(row)
+        total = _absolute(state, given.bias[i])
+        for a, b in zip(weighed, free, strict=True):
+            total = total + _absolute(state, a * b)
+        square: Any = 0
+        for a, b in zip(weighed, row, strict=True):
+            square = square + a * b
+        size[i] = divide(total, square)
+    result = []
+    for limit in found:
+        total, *others = (size.get(i, 0) for i in limit.places)
+        if limit.friction is not None:
+            total = state(limit.friction) * total
+        for x in others:
+            total = total + x
+        result.append(total)
+    return result
+
+
+def passed_by_impulse(
+    model: Model,
+    multipliers: Sequence[float | None],
+    friction: Callable[[Any], float | None],
+    largest: float,
+    t: float,
+) -> tuple[MotionWarning, ...]:
+    """What is said of impulses of the constraints, in numbers, at a moment.
+
+    Parameters
+    ----------
+    multipliers : sequence of float or None
+        Impulses of all conditions; None where one is not known, of which nothing is said.
+    friction : function
+        Number of a coefficient; None where it has none.
+    largest : float
+        Of all impulses, those from outside among them.
+    """
+    result = []
+    for limit in limits(model):
+        known = [x for x in (multipliers[i] for i in limit.places) if x is not None]
+        mu = 1 if limit.friction is None else friction(limit.friction)
+        if mu is None or len(known) < len(limit.places):
+            continue
+        left = mu * known[0] - math.hypot(*known[1:])
+        if left < -NEGLIGIBLE * largest:
+            result.append(limit.passed(left, ((t, t),), "s"))
+    return tuple(result)
+
+
+def _absolute(state: State, x: Any) -> Any:
+    return state.field.apply("abs", x) if not isinstance(x, int | Fraction) else abs(x)
