@@ -561,3 +561,16 @@ def test_a_varied_parameter_with_the_name_of_a_result_is_refused() -> None:
     assert "another name for the varied parameter 'steps', which in the results tells how lanes" in str(
         caught.value
     )
+
+
+def test_ends_of_lanes_have_numbers_of_their_own():
+    from freebody.simulate import lanes_layout, layout
+    from freebody.simulate.batch import STATUS
+    from freebody.simulate.batch_alone import NO_START, REFUSED
+
+    names = ("FINISHED", "TERMINAL", "NOT_FINITE", "COLLAPSED", "DIVERGED", "STIFF", "UNDEFINED", "RUNNING")
+    ends = [getattr(layout, name) for name in names]
+    ends += [lanes_layout.TOO_MANY, lanes_layout.LEFT, lanes_layout.STUCK]
+    ends += [lanes_layout.UNPHYSICAL, lanes_layout.STOPPED_UNPHYSICAL, NO_START, REFUSED]
+    assert len(set(ends)) == len(ends)
+    assert len(set(STATUS.values())) == len(STATUS)

@@ -146,3 +146,12 @@ def test_events_of_time_stepping():
         SimulationError, match=r"number for event 'sqrt\(x\)' at t = 0.79 s, got nan for sqrt"
     ):
         fb.simulate(s, 3, events=["sqrt(x)"], **options)
+
+
+@pytest.mark.parametrize("method", ["dop853", "dop54", "radau", "gauss", "taylor"])
+def test_an_event_at_the_start_has_the_state_of_the_start(method):
+    s = fb.System("block")
+    s.slider("guide", s.ground, s.body("block", fb.particle(1)), axis="x", coordinate="x")
+    s.force("spring", s.bodies["block"], ("-4*x", 0, 0))
+    first = fb.simulate(s, 1, initial={"x": 0.5}, events=["x'"], method=method).events[0]
+    assert first.time == 0 and dict(first.state) == {"x": 0.5, "x'": 0.0}

@@ -44,7 +44,7 @@ EXTREMES = 4  # numbers kept of a quantity: greatest, smallest, first, last
 KEPT = 4  # integers kept of a lane: how it ended, steps, rejected steps, component to blame
 
 # how a lane ends, besides what `layout` names
-TOO_MANY, LEFT, STUCK = 7, 8, 11
+TOO_MANY, LEFT, STUCK = 7, 8, 14
 # finished, and stopped by a terminal event, beyond the limit of a one-sided force
 UNPHYSICAL, STOPPED_UNPHYSICAL = 12, 13
 

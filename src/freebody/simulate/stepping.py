@@ -314,7 +314,9 @@ def _log_events(
         if x > latest:
             break
         moment, row = after, END * w
-        if x != 1.0:
+        if x == 0.0:
+            moment, row = t, STATE * w
+        elif x != 1.0:
             moment, row = t + x * h, POINT * w
             _part(rates, x, t, h, work, w, n, c, quaternions, nq, relative, absolute, integers)
         place = logged + k
