@@ -19,7 +19,7 @@ import sympy
 from ..describe.body import Body, Point
 from ..describe.load import Damper, JointDamper, JointSpring, Spring
 from ..describe.system import System
-from ..dynamics.constrained import constrained_loading
+from ..dynamics.constrained import constrained_loading, pressed
 from ..dynamics.constraints import Linearized, linearized, rows, wrenches
 from ..dynamics.energy import kinetic_energy, potential_energy
 from ..dynamics.kinematics import (
@@ -44,6 +44,7 @@ from .constraints import closure_reactions, eliminated, indeterminate
 from .contact_modes import model_in_modes, modes_of
 from .display import Formulas, displayed, lines_of
 from .free_body import FreeBody, own_body
+from .gears import left_open, radial_forces, radial_law, radial_symbols
 from .latex import Latex
 from .lines import EQUALS, Lines, Shown
 from .mathml import MathML, document
@@ -351,6 +352,9 @@ class Equations:
         loads = None
         if self.model.constraints:
             loads = constrained_loading(self.model, self.state, self.canonical_multipliers)
+            for gear in radial_symbols(self):
+                if radial_law(self, gear) is None:
+                    loads = pressed(self.model, self.state, loads, radial_forces(self, gear))
         return reactions(self.model, self.state, self.udot, natural=True, loads=loads)
 
     def canonical_components(self, joint: str) -> dict[Any, Any]:
@@ -553,6 +557,7 @@ class Reactions(Shown, Mapping[str, Reaction]):
                 about=f"point ({', '.join(map(str, joint.to))}) of {joint.child}",
                 frame="ground",
                 components=parts,
+                notes=tuple(left_open(e, name)),
             )
         return self._made[name]
 

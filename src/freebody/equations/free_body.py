@@ -39,6 +39,7 @@ from ..model.model import Model
 from ..scalar.algebra import IDENTITY, ZERO, Vector, add, apply, apply_transpose, cross, scale, subtract
 from .contact_modes import contact_actions
 from .display import equation_latex, equation_mathml, equation_text, text
+from .gears import left_open, radial_forces, radial_laws, radial_symbols
 from .reaction import unknowns
 
 if TYPE_CHECKING:
@@ -146,7 +147,21 @@ class FreeBody:
                 result.append(Action(c.name, "reaction", force, moment, at, f"joint '{name}', {other}"))
         for row, symbol, pair in zip(rows(model), e.multipliers, e.constraint_wrenches, strict=True):
             result.extend(self._of_constraint(row, symbol, pair))
+        for gear, symbol in radial_symbols(e).items():
+            for spot, force, _ in radial_forces(e, gear):
+                if spot.body.name == self.body:
+                    result.append(Action(symbol.name, "reaction", force, ZERO, spot.position, gear))
         return tuple(result)
+
+    @cached_property
+    def laws(self) -> tuple[tuple[Any, Any], ...]:
+        """(left, right) of what holds between the forces besides, canonical: of teeth, F_r = tan α |F_t|."""
+        return tuple(radial_laws(self._e, {a.by for a in self.actions}))
+
+    def remarks(self) -> list[str]:
+        """Lines of text: the laws, and what no equation determines."""
+        laws = [equation_text(left, right, self._e.ring) for left, right in self.laws]
+        return [f"  {line}" for line in (*laws, *left_open(self._e, body=self.body))]
 
     def _of_constraint(self, row: Any, symbol: Any, pair: Any) -> list[Action]:
         """Forces of a loop-closing joint or a rope on this body; conditions on coordinates act along the joints."""
@@ -380,7 +395,7 @@ class FreeBody:
         for title, (left, right) in zip(self._titles(), self.balances, strict=True):
             if not (left == 0 and right == 0):
                 lines.append(f"  {title}:  {equation_text(left, right, ring)}")
-        return "\n".join(lines)
+        return "\n".join([*lines, *self.remarks()])
 
     def latex(self) -> str:
         """The equations as a LaTeX ``aligned`` block; of a planar model, those in the plane."""
@@ -391,7 +406,7 @@ class FreeBody:
         ring = self._e.ring
         rows = [
             equation_latex(left, right, ring).replace(" = ", " &= ", 1)
-            for left, right in self.balances
+            for left, right in (*self.balances, *self.laws)
             if not (left == 0 and right == 0)
         ]
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
@@ -403,7 +418,7 @@ class FreeBody:
         pairs = [pair for pair in self.balances if pair != (0, 0)]
         if not isinstance(plane_in(self), str):
             pairs = [(left, right) for _, left, right in planar_balances(self)]
-        return "\n".join(equation_mathml(left, right, self._e.ring) for left, right in pairs)
+        return "\n".join(equation_mathml(left, right, self._e.ring) for left, right in (*pairs, *self.laws))
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"

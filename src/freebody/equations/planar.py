@@ -212,11 +212,12 @@ def planar_text(body: FreeBody) -> str:
         if loose:
             line += f" ({', '.join(loose)}: indeterminate, zero if the loops fit without force)"
         lines.append(line)
-    return "\n".join(lines)
+    return "\n".join([*lines, *body.remarks()])
 
 
 def planar_latex(body: FreeBody) -> str:
     """The three equations as a LaTeX ``aligned`` block."""
     ring = body._e.ring
-    rows = [equation_latex(a, b, ring).replace(" = ", " &= ", 1) for _, a, b in planar_balances(body)]
+    pairs = [*((a, b) for _, a, b in planar_balances(body)), *body.laws]
+    rows = [equation_latex(a, b, ring).replace(" = ", " &= ", 1) for a, b in pairs]
     return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"

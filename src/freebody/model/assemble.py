@@ -16,6 +16,7 @@ from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, multiply, su
 from ..scalar.expression import exact
 from .closure import closure
 from .contact import contacts
+from .mesh import Mesh
 from .model import GROUND, Coordinate, JointPlace, Link, Model, Place, Speed
 
 
@@ -110,7 +111,13 @@ def assemble(system: System) -> Model:
     )
     _check_coordinates(model)
     _check_tips(model)
-    return replace(model, contacts=contacts(model, tuple(system.contacts.values())))
+    meshes = (mesh for mesh in model.meshes.values() if isinstance(mesh, Mesh))
+    positive = {*model.positive, *(x for mesh in meshes for x in mesh.positive)}
+    return replace(
+        model,
+        positive=tuple(sorted(positive, key=str)),
+        contacts=contacts(model, tuple(system.contacts.values())),
+    )
 
 
 def _state(system: System) -> tuple[tuple[Coordinate, ...], tuple[Speed, ...]]:

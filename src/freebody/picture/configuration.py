@@ -16,7 +16,7 @@ import sympy
 from numpy.typing import NDArray
 
 from ..dynamics.constrained import closed_coordinates, constrained_loading, independent_rows
-from ..dynamics.constraints import rows
+from ..dynamics.constraints import radial_names, rows, separating
 from ..dynamics.contact import contact_layout, touches
 from ..dynamics.kinematics import Posture, point_position, poses
 from ..dynamics.motion import Motion, motion
@@ -269,8 +269,14 @@ def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
     lookup = _lookup(model, state)
     for speed, value in zip(model.speeds, moving.udot, strict=True):
         lookup[speed.acceleration] = float(value)
+    radial = radial_names(model)
     for row, value in zip(rows(model), moving.multipliers, strict=True):
         lookup[sympy.Symbol(row.name, real=True)] = float(value)
+        if row.owner in radial:
+            _, size = separating(model, state, model.constraints[row.owner])
+            # what no motion determines is drawn as its reactions are given, with nothing of it
+            force = 0 if size is None else size * abs(value)
+            lookup[sympy.Symbol(radial[row.owner], real=True)] = float(force)
     transmitted = reactions(model, state, moving.udot, loads=moving.loads)
     return Configuration(model, state, values, True, lookup, transmitted)
 

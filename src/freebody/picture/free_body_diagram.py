@@ -9,6 +9,7 @@ The file is longer than others: the maker of a diagram keeps what all its parts 
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -18,7 +19,11 @@ from numpy.typing import NDArray
 
 from ..describe.body import Body
 from ..describe.system import System
+from ..dynamics.constraints import radial_names
+from ..equations.display import equation_latex
 from ..equations.equations import Equations
+from ..equations.gears import left_open
+from ..equations.latex import latex_name
 from ..errors import ModelError, nearest
 from ..model.model import Model
 from ..simulate.trajectory import Trajectory
@@ -44,6 +49,9 @@ ROUND_OFF = 1e-10
 
 WIDE = 150.0
 """Length of the largest body on paper [pt]."""
+
+LINE = 64
+"""Characters of a line of words below a diagram."""
 
 
 def free_body_diagram(
@@ -366,6 +374,7 @@ class _Maker:
         if self.mode != "blank":
             names = list(self.found) if len(self.found) > 1 else [next(iter(self.found))]
             lines += contact_states(self.e, self.now, names)
+            lines += self._of_teeth(names)
         where = dict.fromkeys(mark.where_tex for mark in marks if mark.where_tex)
         if where:
             lines.append(f"drawn for ${', '.join(where)}$")
@@ -399,6 +408,18 @@ class _Maker:
         ):
             words = "short arrows are drawn longer than to scale"
             root.add(Label(words, np.array([x0, top - 17.0 * (deep + 1)]), 9.0, GREY))
+
+    def _of_teeth(self, names: Sequence[str]) -> list[str]:
+        """What presses teeth apart, and what gears leave open of the reactions, a line each."""
+        laws = dict.fromkeys(pair for name in names for pair in self.e.free_body(name).laws)
+        lines = [f"${equation_latex(left, right, self.e.ring)}$" for left, right in laws]
+        notes = dict.fromkeys(note for name in names for note in left_open(self.e, body=name))
+        for note in notes:
+            words = note.replace("_", " ")
+            for name in radial_names(self.e.model).values():
+                words = words.replace(name.replace("_", " "), f"${latex_name(name)}$")
+            lines += textwrap.wrap(words, LINE)
+        return lines
 
 
 def _put(root: Group, panel: Group, by: Array) -> Group:
