@@ -197,7 +197,8 @@ class _Inquiry:
 
         from ..equations.vocabulary import Vocabulary
 
-        self.e: Equations = fb.equations(system)
+        decides = {"initial": start, "near": near, "values": values} if system.contacts else {}
+        self.e: Equations = fb.equations(system, **decides)
         self.model = self.e.model
         self.vocabulary = Vocabulary(self.e)
         self.given = values

@@ -50,6 +50,7 @@ from .lines import EQUALS, Lines, Shown
 from .mathml import MathML, document
 from .printer import Printer
 from .reaction import Reaction, unknowns
+from .show import latex_words, words
 from .text import Text
 
 if TYPE_CHECKING:
@@ -102,8 +103,10 @@ def equations(system: System | Model, *, modes: Mapping[str, Any] | None = None)
 class Equations:
     """Symbolic products of one model. Made by :func:`equations`; every product is formed once, when asked for."""
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, chosen: str = "") -> None:
         self.model = model
+        self.chosen = chosen
+        """How the modes of the contacts were chosen, if not by who asked."""
         # room for every symbol, sine and cosine from the start: growing a ring re-packs its elements
         self.ring = Ring(capacity=64 + len(model.parameters) + 6 * model.n_q)
         self.state: State = polynomial_state(model, self.ring)
@@ -507,27 +510,43 @@ class Equations:
     def _shown(self, kind: type[Printer], sign: str) -> tuple[list[str], list[str]]:
         return lines_of(kind, [*self.balances, *((x, 0) for x in self._residuals)], self.ring, sign)
 
+    @property
+    def heading(self) -> list[str]:
+        """A line that names the modes of the contacts, unless who asked for the equations chose them."""
+        if not self.chosen:
+            return []
+        return [f"Contacts: {_modes_in_words(self.model)} ({self.chosen})"]
+
     def text(self) -> str:
         """The equations of motion as plain text, a line each; then what is named in them."""
+        return "\n".join([*self.heading, *self.lines()])
+
+    def lines(self) -> list[str]:
+        """The lines of :meth:`text` below the modes of the contacts."""
         lines, names = self._shown(Text, " = ")
-        return "\n".join([*lines, *(["where"] if names else []), *(f"  {line}" for line in names)])
+        return [*lines, *(["where"] if names else []), *(f"  {line}" for line in names)]
 
     def latex(self) -> str:
         """The equations of motion as a LaTeX ``aligned`` block."""
         lines, names = self._shown(Latex, " &= ")
-        return "\\begin{aligned}\n" + " \\\\\n".join([*lines, *names]) + "\n\\end{aligned}"
+        above = [f"&{latex_words(line)}" for line in self.heading]
+        return "\\begin{aligned}\n" + " \\\\\n".join([*above, *lines, *names]) + "\n\\end{aligned}"
 
     def mathml(self) -> str:
         """The equations of motion as presentation MathML."""
         lines, names = self._shown(MathML, "<mo>=</mo>")
-        return "\n".join(map(document, [*lines, *names]))
+        return "\n".join(map(document, [*map(words, self.heading), *lines, *names]))
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
-        contacts = ", ".join(f"{name} {mode}" for name, mode in modes_of(self.model).items())
+        contacts = "" if self.chosen else _modes_in_words(self.model)
         return f"Equations of motion of '{self.model.name}'{contacts and f' ({contacts})'}\n{self.text()}"
+
+
+def _modes_in_words(model: Model) -> str:
+    return ", ".join(f"{name} {mode}" for name, mode in modes_of(model).items())
 
 
 class Reactions(Shown, Mapping[str, Reaction]):

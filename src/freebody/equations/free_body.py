@@ -40,7 +40,9 @@ from ..scalar.algebra import IDENTITY, ZERO, Vector, add, apply, apply_transpose
 from .contact_modes import contact_actions
 from .display import equation_latex, equation_mathml, equation_text, text
 from .gears import left_open, radial_forces, radial_laws, radial_symbols
+from .mathml import document
 from .reaction import unknowns
+from .show import latex_words, words
 
 if TYPE_CHECKING:
     from .equations import Equations
@@ -382,7 +384,10 @@ class FreeBody:
         if not isinstance(plane_in(self), str):
             return planar_text(self)
         ring = self._e.ring
-        lines = [f"Free body '{self.body}': components in {self.frame} axes, moments about {self.about}"]
+        lines = [
+            *self._e.heading,
+            f"Free body '{self.body}': components in {self.frame} axes, moments about {self.about}",
+        ]
         width = max([len(a.name) for a in self.actions], default=0)
         for a in self.actions:
             parts = []
@@ -409,7 +414,8 @@ class FreeBody:
             for left, right in (*self.balances, *self.laws)
             if not (left == 0 and right == 0)
         ]
-        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+        above = [f"&{latex_words(line)}" for line in self._e.heading]
+        return "\\begin{aligned}\n" + " \\\\\n".join([*above, *rows]) + "\n\\end{aligned}"
 
     def mathml(self) -> str:
         """The equations as presentation MathML, an element each; of a planar model, those in the plane."""
@@ -418,7 +424,8 @@ class FreeBody:
         pairs = [pair for pair in self.balances if pair != (0, 0)]
         if not isinstance(plane_in(self), str):
             pairs = [(left, right) for _, left, right in planar_balances(self)]
-        return "\n".join(equation_mathml(left, right, self._e.ring) for left, right in (*pairs, *self.laws))
+        lines = [equation_mathml(left, right, self._e.ring) for left, right in (*pairs, *self.laws)]
+        return "\n".join([*(document(words(line)) for line in self._e.heading), *lines])
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"

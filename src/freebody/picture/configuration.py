@@ -15,6 +15,8 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from ..at_start import assembled, modes_at_start
+from ..describe.system import System
 from ..dynamics.constrained import closed_coordinates, constrained_loading, independent_rows
 from ..dynamics.constraints import radial_names, rows, separating
 from ..dynamics.contact import contact_layout, touches
@@ -114,6 +116,24 @@ def equations_at(
     t = _moment(trajectory, at)
     begun = [change for change in trajectory.modes if change.start <= t]
     return equations(system, modes={change.contact: change.mode for change in begun})
+
+
+def modes_drawn(
+    system: System | Model, at: Any, initial: Any, values: Any, near: Any
+) -> tuple[dict[str, str] | None, str]:
+    """The modes of contacts in which a motion starts from ``initial``, or from rest as the machine is drawn; and in
+    words why these. None without contacts."""
+    model = assembled(system)
+    if not model.contacts:
+        if initial is not None:
+            raise ModelError(f"Expected no initial= for '{model.name}', which has no contacts. Leave it out.")
+        return None, ""
+    if initial is None:
+        there = configuration(model, at, values=values, near=near)
+        initial = dict(zip(model.coordinate_names, there.state.q, strict=True))
+        found, why = modes_at_start(model, initial, None, there.values)
+        return found, why.replace("the motion starts;", "it starts from rest as it is drawn;")
+    return modes_at_start(model, initial, near, values)
 
 
 def _touched(model: Model) -> list[Touching]:

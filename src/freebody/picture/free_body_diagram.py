@@ -27,7 +27,7 @@ from ..equations.latex import latex_name
 from ..errors import ModelError, nearest
 from ..model.model import Model
 from ..simulate.trajectory import Trajectory
-from .configuration import Configuration, configuration, equations_at
+from .configuration import Configuration, configuration, equations_at, modes_drawn
 from .contact_states import contact_states
 from .drawing import Drawing
 from .labels import size_of
@@ -64,6 +64,7 @@ def free_body_diagram(
     values: Mapping[Any, Any] | None = None,
     near: Mapping[Any, Any] | None = None,
     modes: Mapping[str, Any] | None = None,
+    initial: Mapping[Any, Any] | None = None,
     angles: bool = True,
     dimensions: bool = False,
     kinetic: bool | None = None,
@@ -92,7 +93,11 @@ def free_body_diagram(
     near : mapping, optional
         Of a machine with loops: coordinates near which it is closed.
     modes : mapping, optional
-        Of contacts, as of :func:`freebody.equations`: ``{"floor": "stick"}``; of a motion, those of its moment.
+        Of contacts, as of :func:`freebody.equations`: ``{"floor": "stick"}``; of a motion, those of its moment. If
+        not given, those in which the motion starts, from ``initial`` or, without it, from rest where bodies that may
+        touch are drawn on each other.
+    initial : mapping, optional
+        The start of a motion with contacts, as of :func:`freebody.simulate`.
     angles, dimensions : bool
         Whether the angle of the body and the distances of its points are marked (planar machines).
     kinetic : bool, optional
@@ -125,7 +130,15 @@ def free_body_diagram(
     >>> fb.free_body_diagram(s, "bar").svg.count('class="force"')
     5
     """
+    chosen = ""
+    if trajectory is None and modes is None and not isinstance(system, Equations):
+        modes, chosen = modes_drawn(system, at, initial, values, near)
+    elif initial is not None:
+        raise ModelError(
+            "Expected no initial= where modes=, a motion or equations say what contacts do. Leave it out."
+        )
     e = equations_at(system, trajectory, at, modes)
+    e.chosen = e.chosen or chosen
     model = e.model
     mode = _mode(mode, trajectory)
     name = body.name if isinstance(body, Body) else body
@@ -373,7 +386,10 @@ class _Maker:
             lines.append(f"in the equations of the free body, too long for here: {', '.join(left)}")
         if self.mode != "blank":
             names = list(self.found) if len(self.found) > 1 else [next(iter(self.found))]
-            lines += contact_states(self.e, self.now, names)
+            states = contact_states(self.e, self.now, names)
+            if states and self.e.chosen:
+                states += textwrap.wrap(self.e.chosen.replace("_", " "), LINE)
+            lines += states
             lines += self._of_teeth(names)
         where = dict.fromkeys(mark.where_tex for mark in marks if mark.where_tex)
         if where:
