@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from .describe.system import System
+from .equations.contact_modes import model_in_modes
 from .equations.equations import Equations
-from .equations.equations import equations as equations_in
 from .errors import FreebodyError, ModelError, arguments_named
 from .model.assemble import assemble
 from .model.contact import in_modes
@@ -64,18 +64,17 @@ def equations(
     >>> print(fb.equations(s).text())
     m*L^2*theta'' + m*L*g*sin(theta) = 0
     """
-    given = {"initial": initial, "near": near, "values": values}
     model = assembled(system)
     if modes is None and model.contacts:
-        found, why = modes_at_start(model, **given)
+        found, why = modes_at_start(system, initial, near, values)
         return Equations(in_modes(model, found), why)
-    named = [f"{name}=" for name, value in given.items() if value is not None]
-    if named:
+    given = (("initial", initial), ("near", near), ("values", values))
+    if named := [f"{name}=" for name, value in given if value is not None]:
         why = (
             "modes= says what the contacts do" if modes is not None else "without contacts no start is needed"
         )
         raise ModelError(f"Expected no {', '.join(named)} for equations: {why}. Leave it out.")
-    return equations_in(model, modes=modes)
+    return Equations(model_in_modes(model, modes))
 
 
 def assembled(system: System | Model) -> Model:

@@ -64,37 +64,9 @@ if TYPE_CHECKING:
 
 @arguments_named
 def equations(system: System | Model, *, modes: Mapping[str, Any] | None = None) -> Equations:
-    """The equations of a system: free bodies, motion, reactions, energy, momentum.
+    """The equations of a system while its contacts keep ``modes``, all of them open if none are given.
 
-    Nothing is computed before it is asked for.
-
-    Parameters
-    ----------
-    system : System or Model
-    modes : mapping of str to str, optional
-        What the contacts do, by name: "open", "stick" (round features roll), "slip+" or "slip-" by the sign of the slip
-        velocity (in 3-D "slip"). Those not named are open. The forces of a closed contact are the unknowns ``N_name``
-        and, where it sticks, ``T_name``; where it slips, friction is -μ N along the slip velocity.
-
-    Returns
-    -------
-    Equations
-
-    Raises
-    ------
-    ModelError
-        What :func:`freebody.assemble` refuses; unknown contacts and modes.
-
-    Examples
-    --------
-    >>> import freebody as fb
-    >>> s = fb.System("pendulum")
-    >>> m, L, g = s.parameters(m=1, L=1, g=9.81)
-    >>> s.gravity = (0, -g, 0)
-    >>> bob = s.body("bob", fb.particle(m))
-    >>> pin = s.hinge("pin", s.ground, bob, to=(0, L, 0), coordinate="theta")
-    >>> print(fb.equations(s).text())
-    m*L^2*theta'' + m*L*g*sin(theta) = 0
+    :func:`freebody.equations` finds the modes in which the motion starts.
     """
     model = system if isinstance(system, Model) else assemble(system)
     return Equations(model_in_modes(model, modes))

@@ -111,13 +111,9 @@ def assemble(system: System) -> Model:
     )
     _check_coordinates(model)
     _check_tips(model)
-    meshes = (mesh for mesh in model.meshes.values() if isinstance(mesh, Mesh))
-    positive = {*model.positive, *(x for mesh in meshes for x in mesh.positive)}
-    return replace(
-        model,
-        positive=tuple(sorted(positive, key=str)),
-        contacts=contacts(model, tuple(system.contacts.values())),
-    )
+    held = {x for mesh in model.meshes.values() if isinstance(mesh, Mesh) for x in mesh.positive}
+    positive = tuple(sorted({*model.positive, *held}, key=str)) if held else model.positive
+    return replace(model, positive=positive, contacts=contacts(model, tuple(system.contacts.values())))
 
 
 def _state(system: System) -> tuple[tuple[Coordinate, ...], tuple[Speed, ...]]:

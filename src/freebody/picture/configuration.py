@@ -121,19 +121,27 @@ def equations_at(
 def modes_drawn(
     system: System | Model, at: Any, initial: Any, values: Any, near: Any
 ) -> tuple[dict[str, str] | None, str]:
-    """The modes of contacts in which a motion starts from ``initial``, or from rest as the machine is drawn; and in
-    words why these. None without contacts."""
+    """The modes of contacts that are drawn, and in words why these; None without contacts.
+
+    Those in which the motion starts. Where no start is given and none of them is closed at rest with all coordinates
+    zero, or a place is given, those in which it starts from rest as it is drawn.
+    """
     model = assembled(system)
     if not model.contacts:
         if initial is not None:
             raise ModelError(f"Expected no initial= for '{model.name}', which has no contacts. Leave it out.")
         return None, ""
-    if initial is None:
-        there = configuration(model, at, values=values, near=near)
-        initial = dict(zip(model.coordinate_names, there.state.q, strict=True))
-        found, why = modes_at_start(model, initial, None, there.values)
-        return found, why.replace("the motion starts;", "it starts from rest as it is drawn;")
-    return modes_at_start(model, initial, near, values)
+    if initial is not None or at is None:
+        found, why = modes_at_start(system, initial, near, values)
+        if initial is not None or set(found.values()) - {"open"}:
+            return found, why
+    there = configuration(model, at, values=values, near=near)
+    rest = dict(zip(model.coordinate_names, there.state.q, strict=True))
+    found, why = modes_at_start(system, rest, None, there.values)
+    given = {str(name) for name in values or {}}
+    drawn = [p.name for p in model.parameters if p.default is None and p.name not in given]
+    words = f"it starts from rest as it is drawn{''.join(f', {name} = 1' for name in drawn)};"
+    return found, why.replace("the motion starts;", words)
 
 
 def _touched(model: Model) -> list[Touching]:

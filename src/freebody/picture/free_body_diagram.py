@@ -94,8 +94,8 @@ def free_body_diagram(
         Of a machine with loops: coordinates near which it is closed.
     modes : mapping, optional
         Of contacts, as of :func:`freebody.equations`: ``{"floor": "stick"}``; of a motion, those of its moment. If
-        not given, those in which the motion starts, from ``initial`` or, without it, from rest where bodies that may
-        touch are drawn on each other.
+        not given, those in which the motion starts: from ``initial``; without it from coordinates of zero or, where
+        nothing touches there or ``at`` is given, from rest as the machine is drawn.
     initial : mapping, optional
         The start of a motion with contacts, as of :func:`freebody.simulate`.
     angles, dimensions : bool

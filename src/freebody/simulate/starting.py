@@ -42,7 +42,8 @@ def starting_modes(
     ModelError, SimulationError
         Parameters without values, a start off the constraints or with bodies in each other, Painlevé's paradoxes.
     """
-    kernels = kernels_of(s)
+    # a model is mostly one of this call, and shall not drive out the machines that run again and again
+    kernels = kernels_of(s) if isinstance(s, System) else Kernels(s)
     numbers = at_time(kernels.model, kernels.values(values), 0)
     if kernels.model.constraints:
         state, active = closed_start(kernels, numbers, initial or {}, near or {}, 0, False)
