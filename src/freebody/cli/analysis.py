@@ -256,8 +256,9 @@ class _Inquiry:
             )
             section.data = []
             return section
-        text = self.e.text()
-        section.text, section.latex, section.data = [text], [self.e.latex()], text.splitlines()
+        section.data = self.e.lines()
+        section.text, section.latex = ["\n".join(section.data)], [self.e.latex()]
+        section.notes += self.e.heading
         return section
 
     def integrals(self) -> Section:

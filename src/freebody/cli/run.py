@@ -110,7 +110,8 @@ def report(outcome: Any, files: list[Path], residual: float, elapsed: float) -> 
         },
         "values": {key: plain(answer.value) for key, answer in outcome.answers.items()},
         "equations": {
-            "motion": outcome.equations.text().splitlines(),
+            "contacts": " ".join(outcome.equations.heading) or None,
+            "motion": outcome.equations.lines(),
             "free_bodies": {name: body.text() for name, body in outcome.free_bodies.items()},
         },
         "events": [{"time": event.time, "name": event.name, "text": str(event)} for event in outcome.events],

@@ -128,7 +128,7 @@ def gear(
     >>> mesh = s.gear(one, two, -R / r, name="mesh", pressure_angle="pi/9")
     >>> motor = s.torque("motor", one, T)
     >>> fb.simulate(s, until=1).reactions["one"].force[0].round(6)
-    array([ 5.459553, 15.      ,  0.      ])
+    array([ 6.551464, 18.      ,  0.      ])
     """
     for joint in (first, second):
         if not isinstance(joint, Joint) or system.joints.get(joint.name) is not joint:

@@ -98,11 +98,10 @@ def _shared_with_teeth(model: Model, state: State) -> list[SelfStress]:
         for name in joints_between(model, model.constraints[gear]):
             joint = model.joints[name]
             R = rotation(model, state, joint.links[-1])
-            for unit in ((e, ZERO) for e in IDENTITY):
-                for wrench in (unit, unit[::-1]):
-                    n, f = transmissible(model, state, joint, wrench)
-                    change = dict.fromkeys(model.joints, (ZERO, ZERO))
-                    result.append(SelfStress({}, {**change, name: (apply(R, f), apply(R, n))}))
+            for wrench in (*((ZERO, e) for e in IDENTITY), *((e, ZERO) for e in IDENTITY)):
+                n, f = transmissible(model, state, joint, wrench)
+                change = dict.fromkeys(model.joints, (ZERO, ZERO))
+                result.append(SelfStress({}, {**change, name: (apply(R, f), apply(R, n))}))
     return result
 
 
