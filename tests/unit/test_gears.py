@@ -6,8 +6,10 @@ import math
 
 import pytest
 import sympy
+from click.testing import CliRunner
 
 import freebody as fb
+from freebody.cli import command
 from freebody.errors import ModelError
 
 R1, R2, R3 = 0.1, 0.25, 0.2
@@ -250,3 +252,12 @@ def test_drawings_of_a_motion_hold_the_radial_force():
     s = pair(pressure_angle="pi/9")
     svg = fb.free_body_diagram(s, "one", trajectory=start(s), at=0).svg
     assert svg.count('class="force"') == 4
+
+
+def test_the_command_says_what_a_gear_leaves_open(tmp_path):
+    for options, said in (({}, True), ({"pressure_angle": "pi/9"}, False)):
+        path = tmp_path / "pair.toml"
+        fb.write(pair(**options), path)
+        found = CliRunner().invoke(command, ["run", str(path), "--until", "0.1"])
+        assert found.exit_code == 0, found.output
+        assert ("Statically indeterminate: mesh_r, first_x, second_x" in found.output) is said

@@ -184,7 +184,11 @@ def happenings(trajectory: Any, events: list[Any]) -> list[str]:
             half = MOST // 2
             texts = [*texts[:half], f"  ... {len(texts) - 2 * half} more ...", *texts[-half:]]
         lines += [f"{title}:", *texts, ""]
-    unknown = [name for name in getattr(trajectory, "_unknown", ())]
+    unknown = [*getattr(trajectory, "_unknown", ())]
+    if (
+        trajectory.kernels.model.meshes
+    ):  # gears leave reactions open where no pressure angle, or only a ratio, is given
+        unknown = [*trajectory.indeterminate]
     if unknown:
         lines += [f"Statically indeterminate: {', '.join(unknown)} (no motion determines these forces).", ""]
     return lines
