@@ -157,7 +157,7 @@ class FreeBody:
 
     @cached_property
     def laws(self) -> tuple[tuple[Any, Any], ...]:
-        """(left, right) of what holds between the forces besides, canonical: of teeth, F_r = tan α |F_t|."""
+        """(left, right) of what else holds between the forces, canonical, such as F_r = tan α |F_t| of teeth."""
         return tuple(radial_laws(self._e, {a.by for a in self.actions}))
 
     def remarks(self) -> list[str]:
