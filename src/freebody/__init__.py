@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from . import errors as errors
     from . import exact as exact
     from . import testing as testing
+    from .at_start import equations as equations
     from .compile.program import compile_system as compile  # noqa: F401
     from .describe.signal import signal as signal
     from .describe.system import System as System
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from .equations import component_forms as forms  # noqa: F401
     from .equations.balancing import balance as balance
     from .equations.bearings import bearing_reactions as bearing_reactions
-    from .equations.equations import equations as equations
     from .equations.linearize import linearize as linearize
     from .equations.steady import steady_motions as steady_motions
     from .errors import FreebodyError as FreebodyError
@@ -98,7 +98,7 @@ _EXPORTS = {
     "disk": "space.solids",
     "draw": "picture.draw",
     "ellipsoid": "space.solids",
-    "equations": "equations.equations",
+    "equations": "at_start",
     "errors": "errors",
     "event": "simulate.event",
     "exact": "exact",

@@ -33,7 +33,7 @@ ASKED = {
 def test_values_that_contradict_an_assumption(how, c):
     with pytest.raises(
         ModelError,
-        match=rf"Expected c - k > 0 in 'oscillator', as s\.assume or the use as a mass or a dimension says, but "
+        match=rf"Expected c - k > 0 in 'oscillator', as s\.assume or its use says, but "
         rf"c = {c}, k = 2 makes it {c - 2}\. Change the values, or take the assumption back\.",
     ):
         ASKED[how](oscillator(), {"c": c})

@@ -137,6 +137,39 @@ def test_ratio_that_moves():
     assert s.constraints == {}
 
 
+@pytest.mark.parametrize("ratio", [0, "0", "q - q", 0.0])
+def test_a_gear_of_ratio_zero(ratio):
+    s, first, second = geared()
+    refused(
+        lambda: s.gear(first, second, ratio, name="stop"),
+        "The ratio of gear 'stop' is 0: 'first' would stand still and 'second' feel nothing of it. Give another ratio; "
+        "what stands still has s.constrain('p').",
+    )
+    assert s.constraints == {}
+
+
+@pytest.mark.parametrize("angle", [0, -0.3, "pi/2", 20])
+def test_a_pressure_angle_that_no_teeth_have(angle):
+    s, first, second = geared()
+    refused(
+        lambda: s.gear(first, second, -2, name="mesh", pressure_angle=angle),
+        "Expected the pressure angle of gear 'mesh' between 0 and pi/2 rad (90 degrees), got",
+    )
+
+
+def test_a_pressure_angle_that_is_no_constant_or_gets_such_a_value():
+    s, first, second = geared()
+    refused(
+        lambda: s.gear(first, second, -2, name="mesh", pressure_angle="p"),
+        "The pressure angle of gear 'mesh' can not depend on p.",
+    )
+    alpha = s.parameters(alpha=0.3)
+    s.gear(first, second, -2, name="mesh", pressure_angle=alpha)
+    fb.simulate(s, 0.1, values={"alpha": "25 deg"})
+    for value in ("100 deg", -0.1):
+        refused(lambda value=value: fb.simulate(s, 0.1, values={"alpha": value}), "Expected ")
+
+
 # -- ropes ------------------------------------------------------------------------------------------------------
 
 

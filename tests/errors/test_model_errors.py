@@ -233,6 +233,14 @@ REFUSALS = {
         lambda s: s.torque("T", rail(s), 1), "Torque 'T' acts along a hinge or a screw, but 'rail' is a slider"),
     "motor of three components": (
         lambda s: s.torque("T", hinge(s), (0, 0, 1)), "Expected one expression for torque 'T' on joint 'pin', got (0, 0, 1)"),
+    "force on the ground": (
+        lambda s: s.force("F", s.ground.point(1, 0, 0), (1, 0, 0)), "Force 'F' acts on the ground, which nothing moves",
+        "Name a point of a body"),
+    "torque on the ground": (
+        lambda s: s.torque("T", s.ground, (0, 0, 1)), "Torque 'T' acts on the ground, which nothing moves", "reaction_on"),
+    "torque and its opposite on one body": (
+        lambda s: s.torque("T", s.bodies["bar"], (0, 0, 1), reaction_on=s.bodies["bar"]),
+        "Torque 'T' acts on 'bar' and so does its opposite"),
     "force of two components": (lambda s: s.force("F", s.bodies["bar"], (1, 2)), "for force 'F', got 2", "Add the third"),
     "generalized force on an unknown coordinate": (
         lambda s: s.generalized_force("thetta", 1), "Unknown coordinate 'thetta'", "did you mean 'theta'?"),

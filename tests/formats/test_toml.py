@@ -346,7 +346,7 @@ def constrained() -> fb.System:
     s.universal("hook", wheel, weight, axis=("y", (1, 0, 1)))
     s.constrain("sin(a) = b^2 + t", name="wire")
     s.constrain_speed("r*a' - cos(b)*d'", name="blade")
-    s.gear(shaft, s.joints["drum"], -r)
+    s.gear(shaft, s.joints["drum"], -r, pressure_angle=sympy.pi / 9)
     s.rope([s.ground.point(0, 1, 0), rod.origin, weight.point(0, "r", 0)], L + s.t / 2, name="line")
     s.rolling("contact", wheel.point(0, 0, "r/2"), radius=r, axis=("sin(r)", 0, "cos(r)"), normal="-z")
     s.rolling("ball", weight, radius=2 * r, normal="x", plane=s.ground.point(0, 0, "r"))
@@ -357,6 +357,7 @@ def test_round_trip_of_constraints() -> None:
     result = again(constrained(), initial={"a": 0.1}, near={"b": "r/2", "air_x": 1}, until=2)
     assert [*result.constraints] == ["wire", "blade", "gear_shaft_drum", "line", "contact", "ball"]
     assert [name for name, joint in result.joints.items() if joint.closes] == ["guide", "hook"]
+    assert result.constraints["gear_shaft_drum"].pressure_angle == sympy.pi / 9
     assert fb.assemble(result).constraints.keys() == fb.assemble(constrained()).constraints.keys()
 
 

@@ -371,7 +371,7 @@ def test_numbers_for_parameters_are_read_and_checked_in_each_call():
     [
         (
             {"L": -1.0},
-            "Expected L > 0 in 'pendulum', as s.assume or the use as a mass or a dimension says, but L = -1",
+            "Expected L > 0 in 'pendulum', as s.assume or its use says, but L = -1",
         ),
         ({"m": 0}, "Expected m > 0 in 'pendulum'"),
         ({"L": [1.0, -2.0]}, "State 1: Expected L > 0 in 'pendulum'"),

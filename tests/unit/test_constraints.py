@@ -143,8 +143,8 @@ def test_a_rope_pulls_at_all_its_points():
     assert sympy.simplify(e.free_body("b").forces["S"][1] - S) == 0
 
 
-def test_gears_between_a_carrier_and_a_planet_turn_all_three():
-    """The moments of a gear add up to zero over the bodies."""
+def test_the_teeth_of_a_gear_act_on_its_wheels_and_not_on_their_carrier():
+    """Forces and moments of the teeth add up to zero; about the axis of the first wheel they are the multiplier."""
     s = fb.System("planet")
     carrier, sun, planet = (s.body(name, fb.disk(1, 1)) for name in ("carrier", "sun", "planet"))
     s.hinge("arm", s.ground, carrier, coordinate="c")
@@ -152,10 +152,12 @@ def test_gears_between_a_carrier_and_a_planet_turn_all_three():
     second = s.hinge("second", carrier, planet, at=(2, 0, 0), coordinate="q")
     s.gear(first, second, -2, name="mesh")
     e = fb.equations(s)
-    total = sum(
-        (e.free_body(name).moments["mesh"] for name in ("carrier", "sun", "planet")), sympy.zeros(3, 1)
-    )
-    assert total == sympy.zeros(3, 1)
+    about = s.ground.point(3, -1, 0)
+    for name in ("mesh", "mesh_r"):
+        for kind in ("forces", "moments"):
+            on = [getattr(e.free_body(body, about=about), kind)[name] for body in ("sun", "planet")]
+            assert (on[0] + on[1]).applyfunc(sympy.simplify) == sympy.zeros(3, 1)
+        assert name not in e.free_body("carrier").forces
     assert e.free_body("sun").moments["mesh"][2] == sympy.Symbol("mesh", real=True)
 
 

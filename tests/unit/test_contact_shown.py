@@ -3,6 +3,7 @@
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -53,6 +54,7 @@ def test_long_lists_leave_out_their_middle():
 
     class Long:
         modes = ()
+        kernels = SimpleNamespace(model=SimpleNamespace(meshes={}))
 
     lines = happenings(Long(), list(range(100)))
     assert len(lines) == MOST + 3

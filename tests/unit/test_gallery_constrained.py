@@ -112,7 +112,7 @@ def test_four_bar():
     assert found.trajectory.energy.relative_residual < MOTION
 
 
-@pytest.mark.parametrize("changed", [{}, {"T": -1.0, "r_1": 0.2, "m_1": 9.0, "Q": 0.3}])
+@pytest.mark.parametrize("changed", [{}, {"T": -1.0, "r_1": 0.2, "m_1": 9.0, "Q": 0.3, "alpha": 0.4}])
 def test_two_gears(changed):
     p, answers, _ = run("two-gears", changed)
     J1, J2 = p["m_1"] * p["r_1"] ** 2 / 2, p["m_2"] * p["r_2"] ** 2 / 2
@@ -121,7 +121,10 @@ def test_two_gears(changed):
     first = (p["T"] - n * p["Q"]) / (J1 + n**2 * J2)
     assert answers["phi_1''"] == pytest.approx(first, rel=ALGEBRA)
     assert answers["phi_2''"] == pytest.approx(-n * first, rel=ALGEBRA)
-    assert answers["force"] == pytest.approx((p["T"] - J1 * first) / p["r_1"], rel=ALGEBRA)
+    force = (p["T"] - J1 * first) / p["r_1"]
+    assert answers["force"] == pytest.approx(force, rel=ALGEBRA)
+    # the teeth push along their line of action, at the pressure angle to the tangent
+    assert answers["bearing"] == pytest.approx(abs(force) / math.cos(p["alpha"]), rel=ALGEBRA)
     assert answers["phi_1(t_1)"] == pytest.approx(first * p["t_1"] ** 2 / 2, rel=ALGEBRA)
 
 

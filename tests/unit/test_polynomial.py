@@ -174,6 +174,7 @@ def test_assume_positive_expressions():
     assert ring.from_sympy(sp.Abs(b - a) + sp.sign(b - a)) == ring.from_sympy(a - b - 1)
     assert ring.from_sympy(sp.sqrt((3 * a - 3 * b) ** 2)) == ring.from_sympy(3 * a - 3 * b)
     ring.assume_positive(sp.Integer(3))  # says nothing
+    ring.assume_positive(a**2)  # of the sign of a neither
     assert str(ring.from_sympy(sp.Abs(a))) == "Abs(a)"
 
 

@@ -197,7 +197,8 @@ class _Inquiry:
 
         from ..equations.vocabulary import Vocabulary
 
-        self.e: Equations = fb.equations(system)
+        decides = {"initial": start, "near": near, "values": values} if system.contacts else {}
+        self.e: Equations = fb.equations(system, **decides)
         self.model = self.e.model
         self.vocabulary = Vocabulary(self.e)
         self.given = values
@@ -255,8 +256,9 @@ class _Inquiry:
             )
             section.data = []
             return section
-        text = self.e.text()
-        section.text, section.latex, section.data = [text], [self.e.latex()], text.splitlines()
+        section.data = self.e.lines()
+        section.text, section.latex = ["\n".join(section.data)], [self.e.latex()]
+        section.notes += self.e.heading
         return section
 
     def integrals(self) -> Section:

@@ -98,11 +98,8 @@ def draw(
         known = {name for name, kind in system.names.kinds.items() if kind in ("coordinate", "joint")}
         near = {**_standing(found, system), **found.near}
         options["near"] = {name: value for name, value in near.items() if name in known and name not in at}
-    if time is None and contacts == {} and body is not None and system.contacts:
-        click.echo(
-            f"Contacts are drawn open; --mode {next(iter(system.contacts))}=stick draws the forces of one.",
-            err=True,
-        )
+    if time is None and not contacts and body is not None and system.contacts:
+        options["initial"] = {**_standing(found, system), **at}
     if dimensions is not None:
         options["dimensions"] = dimensions
     if body is None:

@@ -23,11 +23,12 @@ if TYPE_CHECKING:
     "modes",
     multiple=True,
     metavar="CONTACT=MODE",
-    help="What a contact does: open, stick, slip+, slip- or slip; those not named are open.",
+    help="What a contact does: open, stick, slip+, slip- or slip; those not named are open. If none is given, the "
+    "modes in which the motion starts.",
 )
 def equations(model: str, latex: bool, body: str | None, modes: tuple[str, ...]) -> None:
     """Print the equations of motion of MODEL, or the free-body equations of one body."""
-    from ..equations import equations as equations_of
+    from ..at_start import equations as equations_of
     from ..errors import ModelError, nearest
 
     found = find(model)
@@ -39,7 +40,8 @@ def equations(model: str, latex: bool, body: str | None, modes: tuple[str, ...])
             raise ModelError(
                 f"Expected a contact and its mode, such as floor=stick, for --mode, got '{given}'."
             )
-    whole = equations_of(system, modes=dict(given.split("=") for given in modes) or None)
+    start = {"initial": found.start, "near": found.near} if system.contacts and not modes else {}
+    whole = equations_of(system, modes=dict(given.split("=") for given in modes) or None, **start)
     product: Any = whole if body is None else whole.free_body(body)
     click.echo(product.latex() if latex else product.text())
     if whole.model.constraints and body is None and not latex:

@@ -64,7 +64,7 @@ class FileEntry:
         return self.case.system
 
     def run(self, values: Mapping[str, float], until: float | None, tolerance: float | None) -> FileOutcome:
-        from ..equations import equations
+        from ..at_start import equations
         from ..simulate import simulate
 
         case = self.case
@@ -82,7 +82,8 @@ class FileEntry:
         plots: dict[str, Any] = {}
         if trajectory.kernels.model.coordinates:
             plots["coordinates.png"] = lambda path: trajectory.plot(path=path)
-        return FileOutcome(self, case.system, equations(case.system), trajectory, plots)
+        start = {"initial": case.initial, "near": case.near, "values": values} if case.system.contacts else {}
+        return FileOutcome(self, case.system, equations(case.system, **start), trajectory, plots)
 
 
 def find(model: str) -> Any:

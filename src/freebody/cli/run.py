@@ -111,7 +111,8 @@ def report(outcome: Any, files: list[Path], residual: float, elapsed: float) -> 
         },
         "values": {key: plain(answer.value) for key, answer in outcome.answers.items()},
         "equations": {
-            "motion": outcome.equations.text().splitlines(),
+            "contacts": " ".join(outcome.equations.heading) or None,
+            "motion": outcome.equations.lines(),
             "free_bodies": {name: body.text() for name, body in outcome.free_bodies.items()},
         },
         "events": [{"time": event.time, "name": event.name, "text": str(event)} for event in outcome.events],
@@ -189,7 +190,9 @@ def happenings(trajectory: Any, events: list[Any]) -> list[str]:
     warnings = [f"  {one}" for one in getattr(trajectory, "warnings", ())]
     if warnings:
         lines += ["Warnings:", *warnings, ""]
-    unknown = [name for name in getattr(trajectory, "_unknown", ())]
+    # gears leave reactions open where no pressure angle, or only a ratio, is given
+    gears = bool(trajectory.kernels.model.meshes)
+    unknown = [*(trajectory.indeterminate if gears else getattr(trajectory, "_unknown", ()))]
     if unknown:
         lines += [f"Statically indeterminate: {', '.join(unknown)} (no motion determines these forces).", ""]
     return lines

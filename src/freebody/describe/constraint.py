@@ -31,12 +31,13 @@ class SpeedCondition:
 
 @dataclass(frozen=True)
 class Gear:
-    """Displacement of the first joint = ratio times that of the second."""
+    """Displacement of the first joint = ratio times that of the second; the pressure angle of the teeth, if known."""
 
     name: str
     first: Joint
     second: Joint
     ratio: Any
+    pressure_angle: Any = None
 
 
 @dataclass(frozen=True)

@@ -94,10 +94,52 @@ def constrain_speed(system: System, condition: Any, *, name: str | None = None) 
     return _store(system, SpeedCondition(name, expression))
 
 
-def gear(system: System, first: Joint, second: Joint, ratio: Any, *, name: str | None = None) -> Constraint:
-    """Couple two joints: displacement of the first = ``ratio`` times that of the second.
+def gear(
+    system: System,
+    first: Joint,
+    second: Joint,
+    ratio: Any,
+    *,
+    name: str | None = None,
+    pressure_angle: Any = None,
+) -> Constraint:
+    """Couple two joints by teeth: displacement of the first = ``ratio`` times that of the second.
 
-    Two wheels in outer mesh turn against each other, ratio -r2/r1; a rack and pinion have the ratio r.
+    Two wheels in outer mesh turn against each other, ratio -r2/r1; a rack and pinion have the ratio r. Of wheels with
+    parallel axes on a common body, and of a wheel and a rack, the ratio and the axes fix the pitch point: the teeth
+    push there, across the centre line and, apart, along it. Of other gears (bevel, crossed, coaxial) they do not:
+    bearings and teeth are not told apart. Belts and chains are no teeth; they are coupled by :meth:`constrain`.
+
+    Parameters
+    ----------
+    first, second : Joint
+        Hinges, sliders or screws. Those of a planetary gear join wheels and carrier; what stands still is the ground.
+    ratio : expression
+        Of parameters.
+    name : str, optional
+        Name of the multiplier, the moment [N m] or force [N] on the first joint.
+    pressure_angle : expression [rad], optional
+        Between the force of the teeth and the tangent, more than 0 and less than pi/2, such as ``"pi/9"`` or a
+        parameter. What presses the teeth apart is tan(pressure_angle) times the tangential force, whichever flank
+        bears; without the angle it is undetermined.
+
+    Raises
+    ------
+    ModelError
+        Joints with several displacements or of another system, a ratio of zero, a pressure angle that no teeth have.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("gears")
+    >>> T, r, R = s.parameters(T=2, r=0.1, R=0.3)
+    >>> small, large = s.body("small", fb.disk(1, r)), s.body("large", fb.disk(9, R))
+    >>> one = s.hinge("one", s.ground, small, coordinate="p")
+    >>> two = s.hinge("two", s.ground, large, at=(r + R, 0, 0), coordinate="q")
+    >>> mesh = s.gear(one, two, -R / r, name="mesh", pressure_angle="pi/9")
+    >>> motor = s.torque("motor", one, T)
+    >>> fb.simulate(s, until=1).reactions["one"].force[0].round(6)
+    array([ 6.551464, 18.      ,  0.      ])
     """
     for joint in (first, second):
         if not isinstance(joint, Joint) or system.joints.get(joint.name) is not joint:
@@ -117,7 +159,25 @@ def gear(system: System, first: Joint, second: Joint, ratio: Any, *, name: str |
     name = f"gear_{first.name}_{second.name}" if name is None else name
     system.claim(name, system.constraints, "constraint")
     factor = _fixed(system, ratio, f"the ratio of gear '{name}'", "coordinate", "speed", "time")
-    return _store(system, Gear(name, first, second, factor))
+    if factor == 0:
+        still = _shown(system, sympy.sympify(first.primitives[0].coordinate))
+        raise ModelError(
+            f"The ratio of gear '{name}' is 0: '{first.name}' would stand still and '{second.name}' feel nothing "
+            f"of it. Give another ratio; what stands still has s.constrain('{still}')."
+        )
+    if isinstance(factor, sympy.Basic):
+        system.take_as_positive(factor**2)
+    if pressure_angle is not None:
+        what = f"the pressure angle of gear '{name}'"
+        pressure_angle = sympy.sympify(_fixed(system, pressure_angle, what, "coordinate", "speed", "time"))
+        if pressure_angle.is_number and not 0 < pressure_angle < sympy.pi / 2:
+            raise ModelError(
+                f"Expected {what} between 0 and pi/2 rad (90 degrees), got {pressure_angle}. Teeth have pi/9 "
+                f"(20 degrees) as a rule."
+            )
+        if pressure_angle.free_symbols:
+            system.take_as_positive(pressure_angle, sympy.pi / 2 - pressure_angle)
+    return _store(system, Gear(name, first, second, factor, pressure_angle))
 
 
 def rope(

@@ -40,6 +40,10 @@ def force(system: System, name: str, at: Any, components: Any, *, frame: Body | 
     if isinstance(at, Joint):
         return _joint_force(system, name, at, components, what, ("slider",))
     point = system.own_point(at, what)
+    if point.body.is_ground:
+        raise ModelError(
+            f"Force '{name}' acts on the ground, which nothing moves: it would have no effect. Name a point of a body."
+        )
     axes = system.ground if frame is None else system.own_body(frame, what)
     return _store(system, Force(name, point, system.vector(components, what), axes))
 
@@ -72,6 +76,14 @@ def torque(
     body = system.own_body(on, what)
     axes = system.ground if frame is None else system.own_body(frame, what)
     other = None if reaction_on is None else system.own_body(reaction_on, what)
+    if body is other or (body.is_ground and other is None):
+        where = (
+            "the ground, which nothing moves" if body.is_ground else f"'{body.name}' and so does its opposite"
+        )
+        raise ModelError(
+            f"Torque '{name}' acts on {where}: it would have no effect. Name the body that turns, or another one as "
+            f"reaction_on."
+        )
     return _store(system, Torque(name, body, system.vector(components, what), axes, other))
 
 

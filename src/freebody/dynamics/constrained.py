@@ -25,7 +25,7 @@ from ..scalar.algebra import Vector, apply_transpose, cross, scale, subtract
 from ..scalar.expression import exact
 from ..space.spatial import plus
 from .composite import mass_matrix
-from .constraints import linearized, residuals, rows, slip_direction, torques, wrenches
+from .constraints import linearized, residuals, rows, separating, slip_direction, torques, wrenches
 from .contact import rows_of
 from .kinematics import coordinate_rates, link_postures, place_of, point_position
 from .linear import Elimination, Factorization, applied, combined, products
@@ -136,6 +136,10 @@ def constrained_loading(model: Model, state: State, multipliers: Sequence[Any]) 
         if isinstance(owner, Gear):
             for _, link, factor in torques(model, state, owner):
                 result.along[link] = result.along.get(link, 0) + factor * value
+            pair, size = separating(model, state, owner)
+            for where, force, moment in pair if size is not None else ():
+                pressure = size * state.field.apply("abs", value)
+                _press(model, state, result, where, scale(pressure, force), scale(pressure, moment))
         elif not acting:
             for j, entry in enumerate(matrix[i]):
                 result.generalized[j] = result.generalized.get(j, 0) + entry * value

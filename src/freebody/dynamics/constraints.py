@@ -18,10 +18,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import sympy
+
 from ..describe.constraint import Gear, Rolling, Rope, SpeedCondition
 from ..model.closure import Closure, Thread
 from ..model.contact import Touching
-from ..model.model import Model
+from ..model.mesh import Mesh
+from ..model.model import GROUND, Model
 from ..scalar.algebra import (
     ZERO,
     Matrix,
@@ -44,6 +47,7 @@ from .dependence import dependence, directions
 from .kinematics import (
     Spot,
     angular_velocity,
+    link_postures,
     place_of,
     point_position,
     point_velocity,
@@ -100,6 +104,20 @@ def rows(model: Model) -> tuple[Row, ...]:
         taken.add(name)
         result[i] = replace(row, name=name)
     return tuple(result)
+
+
+def radial_names(model: Model) -> dict[str, str]:
+    """Of each gear whose pitch point is known, the name of the force that presses its teeth apart, ``mesh_r``."""
+    taken = {*model.names.kinds, *model.loads, *(row.name for row in rows(model))}
+    result = {}
+    for gear, mesh in model.meshes.items():
+        if isinstance(mesh, Mesh):
+            name = f"{gear}_r"
+            while name in taken:
+                name += "_"
+            taken.add(name)
+            result[gear] = name
+    return result
 
 
 def residuals(model: Model, state: State, *, contacts: bool = True, pins: bool = True) -> list[Any]:
@@ -222,18 +240,49 @@ def _rolling(model: Model, state: State, wheel: Rolling) -> list[Any]:
 
 
 def torques(model: Model, state: State, gear: Gear) -> list[tuple[str, int, Any]]:
-    """(joint, link, force or torque along its displacement) of a gear per unit multiplier.
+    """(joint, link, force or torque along its displacement) per unit multiplier of a gear of which the ratio is known.
 
-    They act on driven shafts too, which the matrix G, over the free speeds, does not see.
+    They act on driven shafts too, which the matrix G, over the free speeds, does not see. None of a gear whose pitch
+    point is known: its force acts on the bodies (:func:`wrenches`).
     """
+    if isinstance(model.meshes[gear.name], Mesh):
+        return []
     pairs = ((gear.first, 1), (gear.second, -state(gear.ratio)))
     return [(joint.name, model.joints[joint.name].links[0], value) for joint, value in pairs]
+
+
+def separating(model: Model, state: State, gear: Gear) -> tuple[list[tuple[Any, Vector, Vector]], Any]:
+    """What presses the teeth of a gear apart: (point, force, moment) per unit force, and that force per unit |λ|.
+
+    No pairs where only the ratio is known; None for the force where the pressure angle is not known.
+    """
+    mesh = model.meshes[gear.name]
+    if not isinstance(mesh, Mesh):
+        return [], None
+    R = rotation(model, state, mesh.carrier)
+    tangent, apart = state.vector(mesh.tangent), state.vector(mesh.apart)
+    unit = apply(R, scale(divide(1, state.field.sqrt(dot(apart, apart))), apart))
+    size = None
+    if gear.pressure_angle is not None:
+        size = state.field.sqrt(dot(tangent, tangent)) * state(sympy.tan(gear.pressure_angle))
+    return _at_pitch_point(model, state, mesh, unit), size
+
+
+def _at_pitch_point(
+    model: Model, state: State, mesh: Mesh, force: Vector
+) -> list[tuple[Any, Vector, Vector]]:
+    R, point = rotation(model, state, mesh.carrier), state.vector(mesh.point)
+    at = apply(R, point)
+    if mesh.carrier != GROUND:
+        at = add(link_postures(model, state)[mesh.carrier].position, at)
+    return [(Spot(mesh.first, at), force, ZERO), (Spot(mesh.second, at), negate(force), ZERO)]
 
 
 def wrenches(model: Model, state: State) -> list[list[tuple[Any, Vector, Vector]]]:
     """Per condition, the (point, force, moment) per unit multiplier on bodies, in ground axes.
 
-    Empty for conditions on coordinates and speeds, whose multipliers are generalized forces.
+    Empty for conditions on coordinates and speeds, whose multipliers are generalized forces, and for gears of which
+    the ratio alone is known.
     """
     result: list[list[tuple[Any, Vector, Vector]]] = []
     for constraint in model.constraints.values():
@@ -275,6 +324,9 @@ def wrenches(model: Model, state: State) -> list[list[tuple[Any, Vector, Vector]
                 friction = slip_friction(model, state, constraint)
                 pairs[0] += [(ends[0], friction, ZERO), (ends[1], negate(friction), ZERO)]
             result += pairs
+        elif isinstance(constraint, Gear) and isinstance(mesh := model.meshes[constraint.name], Mesh):
+            tangent = apply(rotation(model, state, mesh.carrier), state.vector(mesh.tangent))
+            result.append(_at_pitch_point(model, state, mesh, tangent))
         else:
             result.append([])
     return result

@@ -16,8 +16,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from ..describe.constraint import Gear
 from ..model.model import GROUND, Model
-from ..scalar.algebra import Vector, add, apply, apply_transpose, cross, scale, subtract
+from ..scalar.algebra import Vector, add, apply, apply_transpose, cross, divide, scale, subtract
 from ..space.spatial import (
     ZERO6,
     Spatial,
@@ -30,7 +31,7 @@ from ..space.spatial import (
     times,
 )
 from .composite import mass_matrix
-from .constraints import linearized, wrenches
+from .constraints import linearized, rows, separating, wrenches
 from .coordinates import forces_on_coordinates
 from .joint_freedom import transmissible
 from .kinematics import link_postures, place_of, point_position, rotation
@@ -132,14 +133,26 @@ def point_jump(model: Model, state: State, jumps: Sequence[Spatial], point: Any)
 
 
 def with_constraints(
-    model: Model, state: State, blows: Sequence[Blow], multipliers: Sequence[Any]
+    model: Model, state: State, blows: Sequence[Blow], multipliers: Sequence[Any], times: Any = 1
 ) -> list[Blow]:
-    """The blows together with the impulses of loops, ropes and rolling contacts."""
+    """The blows together with the impulses of loops, ropes, rolling contacts and teeth.
+
+    ``times`` is a factor that the blows and multipliers have; what presses teeth apart, at |Λ|, gets it too.
+    """
     result = list(blows)
-    for multiplier, acting in zip(multipliers, wrenches(model, state), strict=True):
+    for row, multiplier, acting in zip(rows(model), multipliers, wrenches(model, state), strict=True):
         if isinstance(multiplier, int) and multiplier == 0:
             continue
         result += [(where, scale(multiplier, f), scale(multiplier, n)) for where, f, n in acting]
+        owner = model.constraints[row.owner]
+        if isinstance(owner, Gear):
+            pair, size = separating(model, state, owner)
+            if size is None:
+                continue
+            pressure = size * state.field.apply("abs", multiplier)
+            if not (isinstance(times, int) and times == 1):
+                pressure = divide(pressure * times, state.field.apply("abs", times))
+            result += [(where, scale(pressure, f), n) for where, f, n in pair]
     return result
 
 

@@ -15,10 +15,14 @@ from typing import Any
 
 import numpy as np
 
+from ..describe.constraint import Gear
+from ..model.mesh import Mesh
 from ..model.model import Model
-from ..scalar.algebra import subtract
-from .constrained import DEPENDENT, constrained_loading
-from .constraints import linearized, rows
+from ..scalar.algebra import IDENTITY, ZERO, apply, subtract
+from .constrained import DEPENDENT, constrained_loading, pressed
+from .constraints import linearized, radial_names, rows, separating
+from .joint_freedom import transmissible
+from .kinematics import rotation
 from .loading import loading
 from .newton_euler import reactions
 from .state import State
@@ -52,17 +56,52 @@ def self_stresses(model: Model, state: State) -> list[SelfStress]:
             whole = np.zeros(len(names))
             whole[live] = column / sizes[live]
             basis.append(whole / np.abs(whole).max())
-    still = [0] * model.n_u
-    before = reactions(model, state, still, loads=loading(model, state)) if basis else {}
-    result = []
+    loaded = []
     for n in basis:
         cleared = [float(x) if abs(x) > DEPENDENT else 0 for x in n]
-        after = reactions(model, state, still, loads=constrained_loading(model, state, cleared))
+        loaded.append((dict(zip(names, cleared, strict=True)), constrained_loading(model, state, cleared)))
+    for gear, name in radial_names(model).items():
+        pair, size = separating(model, state, model.constraints[gear])
+        if size is None:
+            loaded.append(({name: float(1)}, pressed(model, state, loading(model, state), pair)))
+    still = [0] * model.n_u
+    before = reactions(model, state, still, loads=loading(model, state)) if loaded else {}
+    result = []
+    for multipliers, loads in loaded:
+        after = reactions(model, state, still, loads=loads)
         change = {
             name: (subtract(after[name][0], force), subtract(after[name][1], moment))
             for name, (force, moment) in before.items()
         }
-        result.append(SelfStress(dict(zip(names, cleared, strict=True)), change))
+        result.append(SelfStress(multipliers, change))
+    return result + _shared_with_teeth(model, state)
+
+
+def joints_between(model: Model, gear: Gear) -> tuple[str, ...]:
+    """The joints of the tree from one body of a gear to the other: teeth of which nothing is known may load all."""
+    ends = [model.joints[joint.name].links[-1] for joint in (gear.first, gear.second)]
+    i, j = ends
+    links = {*ends}
+    while i != j:  # parents stand before their children
+        i, j = min(i, j), max(i, j)
+        links.add(j)
+        j = model.links[j].parent
+    return tuple(name for name, joint in model.joints.items() if joint.links[-1] in links)
+
+
+def _shared_with_teeth(model: Model, state: State) -> list[SelfStress]:
+    """All that joints may transmit beside the teeth of gears of which the ratio alone is known."""
+    result = []
+    for gear, mesh in model.meshes.items():
+        if isinstance(mesh, Mesh):
+            continue
+        for name in joints_between(model, model.constraints[gear]):
+            joint = model.joints[name]
+            R = rotation(model, state, joint.links[-1])
+            for wrench in (*((ZERO, e) for e in IDENTITY), *((e, ZERO) for e in IDENTITY)):
+                n, f = transmissible(model, state, joint, wrench)
+                change = dict.fromkeys(model.joints, (ZERO, ZERO))
+                result.append(SelfStress({}, {**change, name: (apply(R, f), apply(R, n))}))
     return result
 
 

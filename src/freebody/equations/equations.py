@@ -19,7 +19,7 @@ import sympy
 from ..describe.body import Body, Point
 from ..describe.load import Damper, JointDamper, JointSpring, Spring
 from ..describe.system import System
-from ..dynamics.constrained import constrained_loading
+from ..dynamics.constrained import constrained_loading, pressed
 from ..dynamics.constraints import Linearized, linearized, rows, wrenches
 from ..dynamics.energy import kinetic_energy, potential_energy
 from ..dynamics.kinematics import (
@@ -44,11 +44,13 @@ from .constraints import closure_reactions, eliminated, indeterminate
 from .contact_modes import model_in_modes, modes_of
 from .display import Formulas, displayed, lines_of
 from .free_body import FreeBody, own_body
+from .gears import left_open, radial_forces, radial_law, radial_symbols
 from .latex import Latex
 from .lines import EQUALS, Lines, Shown
 from .mathml import MathML, document
 from .printer import Printer
 from .reaction import Reaction, unknowns
+from .show import latex_words, words
 from .text import Text
 
 if TYPE_CHECKING:
@@ -62,37 +64,9 @@ if TYPE_CHECKING:
 
 @arguments_named
 def equations(system: System | Model, *, modes: Mapping[str, Any] | None = None) -> Equations:
-    """The equations of a system: free bodies, motion, reactions, energy, momentum.
+    """The equations of a system while its contacts keep ``modes``, all of them open if none are given.
 
-    Nothing is computed before it is asked for.
-
-    Parameters
-    ----------
-    system : System or Model
-    modes : mapping of str to str, optional
-        What the contacts do, by name: "open", "stick" (round features roll), "slip+" or "slip-" by the sign of the slip
-        velocity (in 3-D "slip"). Those not named are open. The forces of a closed contact are the unknowns ``N_name``
-        and, where it sticks, ``T_name``; where it slips, friction is -μ N along the slip velocity.
-
-    Returns
-    -------
-    Equations
-
-    Raises
-    ------
-    ModelError
-        What :func:`freebody.assemble` refuses; unknown contacts and modes.
-
-    Examples
-    --------
-    >>> import freebody as fb
-    >>> s = fb.System("pendulum")
-    >>> m, L, g = s.parameters(m=1, L=1, g=9.81)
-    >>> s.gravity = (0, -g, 0)
-    >>> bob = s.body("bob", fb.particle(m))
-    >>> pin = s.hinge("pin", s.ground, bob, to=(0, L, 0), coordinate="theta")
-    >>> print(fb.equations(s).text())
-    m*L^2*theta'' + m*L*g*sin(theta) = 0
+    :func:`freebody.equations` finds the modes in which the motion starts.
     """
     model = system if isinstance(system, Model) else assemble(system)
     return Equations(model_in_modes(model, modes))
@@ -101,8 +75,10 @@ def equations(system: System | Model, *, modes: Mapping[str, Any] | None = None)
 class Equations:
     """Symbolic products of one model. Made by :func:`equations`; every product is formed once, when asked for."""
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, chosen: str = "") -> None:
         self.model = model
+        self.chosen = chosen
+        """How the modes of the contacts were chosen, if not by who asked."""
         # room for every symbol, sine and cosine from the start: growing a ring re-packs its elements
         self.ring = Ring(capacity=64 + len(model.parameters) + 6 * model.n_q)
         self.state: State = polynomial_state(model, self.ring)
@@ -355,6 +331,9 @@ class Equations:
         loads = None
         if self.model.constraints:
             loads = constrained_loading(self.model, self.state, self.canonical_multipliers)
+            for gear in radial_symbols(self):
+                if radial_law(self, gear) is None:
+                    loads = pressed(self.model, self.state, loads, radial_forces(self, gear))
         return reactions(self.model, self.state, self.udot, natural=True, loads=loads)
 
     def canonical_components(self, joint: str) -> dict[Any, Any]:
@@ -507,27 +486,43 @@ class Equations:
     def _shown(self, kind: type[Printer], sign: str) -> tuple[list[str], list[str]]:
         return lines_of(kind, [*self.balances, *((x, 0) for x in self._residuals)], self.ring, sign)
 
+    @property
+    def heading(self) -> list[str]:
+        """A line that names the modes of the contacts, unless who asked for the equations chose them."""
+        if not self.chosen:
+            return []
+        return [f"Contacts: {_modes_in_words(self.model)} ({self.chosen})"]
+
     def text(self) -> str:
         """The equations of motion as plain text, a line each; then what is named in them."""
+        return "\n".join([*self.heading, *self.lines()])
+
+    def lines(self) -> list[str]:
+        """The lines of :meth:`text` below the modes of the contacts."""
         lines, names = self._shown(Text, " = ")
-        return "\n".join([*lines, *(["where"] if names else []), *(f"  {line}" for line in names)])
+        return [*lines, *(["where"] if names else []), *(f"  {line}" for line in names)]
 
     def latex(self) -> str:
         """The equations of motion as a LaTeX ``aligned`` block."""
         lines, names = self._shown(Latex, " &= ")
-        return "\\begin{aligned}\n" + " \\\\\n".join([*lines, *names]) + "\n\\end{aligned}"
+        above = [f"&{latex_words(line)}" for line in self.heading]
+        return "\\begin{aligned}\n" + " \\\\\n".join([*above, *lines, *names]) + "\n\\end{aligned}"
 
     def mathml(self) -> str:
         """The equations of motion as presentation MathML."""
         lines, names = self._shown(MathML, "<mo>=</mo>")
-        return "\n".join(map(document, [*lines, *names]))
+        return "\n".join(map(document, [*map(words, self.heading), *lines, *names]))
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
-        contacts = ", ".join(f"{name} {mode}" for name, mode in modes_of(self.model).items())
+        contacts = "" if self.chosen else _modes_in_words(self.model)
         return f"Equations of motion of '{self.model.name}'{contacts and f' ({contacts})'}\n{self.text()}"
+
+
+def _modes_in_words(model: Model) -> str:
+    return ", ".join(f"{name} {mode}" for name, mode in modes_of(model).items())
 
 
 class Reactions(Shown, Mapping[str, Reaction]):
@@ -557,6 +552,7 @@ class Reactions(Shown, Mapping[str, Reaction]):
                 about=f"point ({', '.join(map(str, joint.to))}) of {joint.child}",
                 frame="ground",
                 components=parts,
+                notes=tuple(left_open(e, name)),
             )
         return self._made[name]
 

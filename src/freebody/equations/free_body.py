@@ -39,7 +39,10 @@ from ..model.model import Model
 from ..scalar.algebra import IDENTITY, ZERO, Vector, add, apply, apply_transpose, cross, scale, subtract
 from .contact_modes import contact_actions
 from .display import equation_latex, equation_mathml, equation_text, text
+from .gears import left_open, radial_forces, radial_laws, radial_symbols
+from .mathml import document
 from .reaction import unknowns
+from .show import latex_words, words
 
 if TYPE_CHECKING:
     from .equations import Equations
@@ -146,7 +149,21 @@ class FreeBody:
                 result.append(Action(c.name, "reaction", force, moment, at, f"joint '{name}', {other}"))
         for row, symbol, pair in zip(rows(model), e.multipliers, e.constraint_wrenches, strict=True):
             result.extend(self._of_constraint(row, symbol, pair))
+        for gear, symbol in radial_symbols(e).items():
+            for spot, force, _ in radial_forces(e, gear):
+                if spot.body.name == self.body:
+                    result.append(Action(symbol.name, "reaction", force, ZERO, spot.position, gear))
         return tuple(result)
+
+    @cached_property
+    def laws(self) -> tuple[tuple[Any, Any], ...]:
+        """(left, right) of what else holds between the forces, canonical, such as F_r = tan α |F_t| of teeth."""
+        return tuple(radial_laws(self._e, {a.by for a in self.actions}))
+
+    def remarks(self) -> list[str]:
+        """Lines of text: the laws, and what no equation determines."""
+        laws = [equation_text(left, right, self._e.ring) for left, right in self.laws]
+        return [f"  {line}" for line in (*laws, *left_open(self._e, body=self.body))]
 
     def _of_constraint(self, row: Any, symbol: Any, pair: Any) -> list[Action]:
         """Forces of a loop-closing joint or a rope on this body; conditions on coordinates act along the joints."""
@@ -367,7 +384,10 @@ class FreeBody:
         if not isinstance(plane_in(self), str):
             return planar_text(self)
         ring = self._e.ring
-        lines = [f"Free body '{self.body}': components in {self.frame} axes, moments about {self.about}"]
+        lines = [
+            *self._e.heading,
+            f"Free body '{self.body}': components in {self.frame} axes, moments about {self.about}",
+        ]
         width = max([len(a.name) for a in self.actions], default=0)
         for a in self.actions:
             parts = []
@@ -380,7 +400,7 @@ class FreeBody:
         for title, (left, right) in zip(self._titles(), self.balances, strict=True):
             if not (left == 0 and right == 0):
                 lines.append(f"  {title}:  {equation_text(left, right, ring)}")
-        return "\n".join(lines)
+        return "\n".join([*lines, *self.remarks()])
 
     def latex(self) -> str:
         """The equations as a LaTeX ``aligned`` block; of a planar model, those in the plane."""
@@ -391,10 +411,11 @@ class FreeBody:
         ring = self._e.ring
         rows = [
             equation_latex(left, right, ring).replace(" = ", " &= ", 1)
-            for left, right in self.balances
+            for left, right in (*self.balances, *self.laws)
             if not (left == 0 and right == 0)
         ]
-        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+        above = [f"&{latex_words(line)}" for line in self._e.heading]
+        return "\\begin{aligned}\n" + " \\\\\n".join([*above, *rows]) + "\n\\end{aligned}"
 
     def mathml(self) -> str:
         """The equations as presentation MathML, an element each; of a planar model, those in the plane."""
@@ -403,7 +424,8 @@ class FreeBody:
         pairs = [pair for pair in self.balances if pair != (0, 0)]
         if not isinstance(plane_in(self), str):
             pairs = [(left, right) for _, left, right in planar_balances(self)]
-        return "\n".join(equation_mathml(left, right, self._e.ring) for left, right in pairs)
+        lines = [equation_mathml(left, right, self._e.ring) for left, right in (*pairs, *self.laws)]
+        return "\n".join([*(document(words(line)) for line in self._e.heading), *lines])
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"

@@ -38,6 +38,7 @@ from ..scalar.ratio import Ratio, cleared
 from ..scalar.substitute import Substitution
 from .equations import Equations
 from .fractions import ratio_displayed, ratio_latex, ratio_mathml, ratio_text
+from .gears import left_open
 from .impulse_jumps import Jumps
 from .latex import latex_name
 from .reaction import unknowns
@@ -77,7 +78,8 @@ class ImpulsiveReaction:
 
     def text(self) -> str:
         """The named components, a line each."""
-        return "\n".join(f"{name} = {text_of(x)}" for name, x in self.components.items()) or repr(self)
+        lines = [f"{name} = {text_of(x)}" for name, x in self.components.items()]
+        return "\n".join([*(lines or [repr(self)]), *left_open(self._struck._e, self.joint)])
 
     def latex(self) -> str:
         """The named components as a LaTeX ``aligned`` block."""
@@ -150,7 +152,7 @@ class Struck:
         """(impulse, moment, child) of every joint, those that close loops included."""
         model, state = self.model, self._state
         D, jump, multipliers, blows = self._over_one()
-        everything = with_constraints(model, state, blows, multipliers)
+        everything = with_constraints(model, state, blows, multipliers, 1 if D is None else D)
         jumps = link_jumps(model, state, jump)
         found = impulsive_reactions(model, state, jumps, blows_on(model, state, everything))
         result = {}

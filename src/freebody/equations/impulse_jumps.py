@@ -29,6 +29,7 @@ from ..scalar.element import Polynomial
 from ..scalar.ratio import Ratio, cleared
 from .contact_modes import sticking_only
 from .equations import Equations
+from .gears import radial_symbols
 from .request import Request
 from .solution import SolveResult
 from .solve import answer
@@ -162,6 +163,12 @@ def percussion(
 ) -> SolveResult:
     """Distance h from the joint's point at which a blow along ``direction`` leaves the joint without impulse in it."""
     model, ring = e.model, e.ring
+    for gear in radial_symbols(e):
+        if model.constraints[gear].pressure_angle is not None:
+            raise ModelError(
+                f"A centre of percussion is not offered with the pressure_angle of gear '{gear}': what presses its "
+                f"teeth apart is not linear in the blow. Leave it out, or ask fb.impulse for one blow."
+            )
     vocabulary = Vocabulary(e)
     name = "h"
     while name in vocabulary.names:

@@ -23,6 +23,7 @@ from ..errors import ModelError
 from ..scalar.algebra import IDENTITY, ZERO, add, apply, apply_transpose, cross, dot
 from .display import equation_latex, equation_text, text
 from .reaction import LETTERS, unknowns
+from .show import latex_words
 from .systems import Row, collect, eliminate
 
 if TYPE_CHECKING:
@@ -188,8 +189,9 @@ def planar_text(body: FreeBody) -> str:
     held = [j for j in range(3) if j != k]
     letters = ", ".join(LETTERS[j] for j in held)
     lines = [
+        *body._e.heading,
         f"Free body '{body.body}': planar, components along {letters} of {body.frame} axes, "
-        f"moments about {body.about} along {LETTERS[k]}"
+        f"moments about {body.about} along {LETTERS[k]}",
     ]
     shown = [a for a in body.actions if a.name not in plane.zero]
     width = max([len(a.name) for a in shown], default=0)
@@ -212,11 +214,13 @@ def planar_text(body: FreeBody) -> str:
         if loose:
             line += f" ({', '.join(loose)}: indeterminate, zero if the loops fit without force)"
         lines.append(line)
-    return "\n".join(lines)
+    return "\n".join([*lines, *body.remarks()])
 
 
 def planar_latex(body: FreeBody) -> str:
     """The three equations as a LaTeX ``aligned`` block."""
     ring = body._e.ring
-    rows = [equation_latex(a, b, ring).replace(" = ", " &= ", 1) for _, a, b in planar_balances(body)]
-    return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+    pairs = [*((a, b) for _, a, b in planar_balances(body)), *body.laws]
+    rows = [equation_latex(a, b, ring).replace(" = ", " &= ", 1) for a, b in pairs]
+    above = [f"&{latex_words(line)}" for line in body._e.heading]
+    return "\\begin{aligned}\n" + " \\\\\n".join([*above, *rows]) + "\n\\end{aligned}"

@@ -60,6 +60,8 @@ class Reaction:
     frame : str
     components : dict
         Value of each named component, such as ``pin_x``.
+    notes : tuple of str
+        What of it no motion determines, a sentence each.
     """
 
     joint: str
@@ -69,12 +71,14 @@ class Reaction:
     about: str
     frame: str
     components: dict[str, Any]
+    notes: tuple[str, ...] = ()
 
     def text(self) -> str:
         """Where it acts, and its components, as plain text."""
         parts = self.components or {"force": self.force, "moment": self.moment}
         lines = [f"Reaction of '{self.joint}' on '{self.on}' about {self.about}, {self.frame} axes"]
-        return "\n".join([*lines, *(f"  {name} = {text_of(x)}" for name, x in parts.items())])
+        lines += [f"  {name} = {text_of(x)}" for name, x in parts.items()]
+        return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
 
     def latex(self) -> str:
         """Force and moment as a LaTeX ``aligned`` block."""

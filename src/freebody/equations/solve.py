@@ -19,10 +19,12 @@ from ..errors import ModelError
 from ..model.contact import Touching
 from ..scalar.element import Polynomial
 from ..scalar.ratio import Ratio, over_sine
+from ..scalar.substitute import Substitution
 from .contact_modes import sliding_friction
 from .display import equation_text, text
 from .fractions import ratio_displayed
 from .free_body import FreeBody
+from .gears import left_open, radial_law, radial_symbols
 from .polynomial_roots import roots
 from .request import Request, Unknown
 from .solution import Branch, SolveResult
@@ -45,6 +47,7 @@ def solve(
     request.ask(unknowns)
     also = [eliminate_also] if isinstance(eliminate_also, str | sympy.Basic) else list(eliminate_also)
     request.fix(where)
+    _fix_radial(e, request, where)
     whole = bodies is None and not sliding
     if whole and not also and not e.model.constraints and (others := _beside_accelerations(request)):
         return _put_together(request, solve(e, list(request.vocabulary.accelerations), where), others, where)
@@ -63,6 +66,54 @@ def solve(
     for symbol, friction, owner in sliding.values():
         request.add(f"sliding friction of '{owner}'", e.ring.generator(symbol, "reaction") - friction)
     return answer(request, also)
+
+
+def _fix_radial(e: Equations, request: Request, where: Any) -> None:
+    """Where reactions are asked for, what presses teeth apart as a value, tan(alpha) |F_t| of the F_t found before.
+
+    Raises
+    ------
+    ModelError
+        A reaction that a gear leaves open.
+    """
+    asked = {u.name for u in request.asked}
+    owner, symbols = request.vocabulary.owner, radial_symbols(e)
+    forces = {gear: name for name, gear in owner.items() if gear in symbols and name != symbols[gear].name}
+    reactions = asked & set(request.vocabulary.reactions) - set(forces.values())
+    given = {symbol for _, x in request.equations for symbol in e.ring.atoms_of(x)} | set(request.fixed)
+    loaded = {owner[name] for name, symbol in request.vocabulary.reactions.items() if symbol in given}
+    for joint in dict.fromkeys(owner[name] for name in reactions):
+        for note in left_open(e, joint, radial=False):
+            raise ModelError(
+                f"{note[0].upper()}{note[1:]}. What passes through both is fb.equations(s).reactions['{joint}']."
+            )
+    for gear, force in forces.items():
+        law = radial_law(e, gear)
+        if symbols[gear].name in request.fixed_names:
+            continue
+        if law is None and symbols[gear].name in asked:
+            raise ModelError(
+                f"No equation determines {symbols[gear].name}, which presses the teeth of gear '{gear}' apart. Give "
+                f"the gear its pressure_angle, or a value, where={{'{symbols[gear].name}': ...}}."
+            )
+        if law is None:
+            continue
+        if not reactions:
+            if loaded & {gear, e.model.constraints[gear].first.name, e.model.constraints[gear].second.name}:
+                request.add(f"pressure angle of '{gear}'", e.ring.generator(symbols[gear], "reaction") - law)
+            continue
+        others = [u.expression for u in request.asked if u.name not in request.vocabulary.reactions]
+        try:
+            found = solve(e, [force, *others], where).ratios[force]
+        except ModelError:
+            continue  # what is asked may not depend on it
+        size = [e.ring.apply("abs", x) for x in (found.num, found.den)]
+        (multiplier,) = (x for x in e.multipliers if x.name == force)
+        value = Substitution(e.ring, e.ring, {multiplier: e.ring.coerce(1)})(law) * size[0] / size[1]
+        if symbols[gear].name in asked:
+            request.add(f"pressure angle of '{gear}'", e.ring.generator(symbols[gear], "reaction") - value)
+        else:
+            request.fixed[symbols[gear]] = value
 
 
 def _of_motion_alone(request: Request) -> bool:

@@ -198,8 +198,14 @@ class Linear:
         return [[put_in(again(steady(x))) for x in row] for row in A]
 
     def singular(self, values: Mapping[Any, Any]) -> bool:
-        """Whether the coordinates are singular at a steady motion: det M = 0. Asked up to four speeds."""
-        return len(self.speeds) <= LARGEST and determinant(self._steady(self.M, values)) == 0
+        """Whether the coordinates are singular at a steady motion: det M = 0, or M has no value there. Asked up to
+        four speeds."""
+        if len(self.speeds) > LARGEST:
+            return False
+        try:
+            return determinant(self._steady(self.M, values)) == 0
+        except ZeroDivisionError:
+            return True
 
 
 def hurwitz(problem: Problem, c: Sequence[Any]) -> list[Any] | None:

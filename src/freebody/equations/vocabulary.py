@@ -12,6 +12,7 @@ from ..errors import ExpressionError, ModelError, nearest
 from ..scalar.expression import exact
 from ..scalar.parser import parse
 from .display import latex
+from .gears import radial_symbols
 from .reaction import unknowns
 
 if TYPE_CHECKING:
@@ -35,6 +36,9 @@ class Vocabulary:
         for row, symbol in zip(rows(e.model), e.multipliers, strict=True):
             self.reactions[row.name] = symbol
             self.owner[row.name] = row.owner
+        for gear, symbol in radial_symbols(e).items():
+            self.reactions[symbol.name] = symbol
+            self.owner[symbol.name] = gear
         self.names |= self.accelerations
         self.names |= self.reactions
         self.texts = {atom: name for name, atom in self.names.items()}

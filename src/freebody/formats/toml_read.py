@@ -273,7 +273,7 @@ def _coordinate(table: Table, value: Any) -> Any:
 CONSTRAINTS = {
     "condition": ("expression", "unilateral"),
     "speed": ("expression",),
-    "gear": ("first", "second", "ratio"),
+    "gear": ("first", "second", "ratio", "pressure_angle"),
     "rope": ("points", "length", "unilateral", "taut", "restitution"),
     "rolling": ("wheel", "radius", "axis", "normal", "plane", "unilateral", "friction"),
 }
@@ -294,7 +294,8 @@ def _constraint(system: System, name: str, table: Table) -> None:
     elif kind == "gear":
         first, second = _own_joint(table, "first"), _own_joint(table, "second")
         ratio = table.expression("ratio")
-        call = lambda: system.gear(first, second, ratio, name=name)  # noqa: E731
+        angle = table.expression("pressure_angle") if table.has("pressure_angle") else None
+        call = lambda: system.gear(first, second, ratio, name=name, pressure_angle=angle)  # noqa: E731
     elif kind == "rope":
         points = table.raw("points")
         if not isinstance(points, list):

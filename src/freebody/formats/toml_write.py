@@ -294,6 +294,8 @@ class Writer:
                 return {"type": quoted("speed"), "expression": self.value(one.expression)}
             case constraints.Gear():
                 keys = {"first": quoted(one.first.name), "second": quoted(one.second.name)}
+                if one.pressure_angle is not None:
+                    keys["pressure_angle"] = self.value(one.pressure_angle)
                 return {"type": quoted("gear"), **keys, "ratio": self.value(one.ratio)}
             case constraints.Rope():
                 points = f"[{', '.join(map(self.point, one.points))}]"

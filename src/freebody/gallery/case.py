@@ -102,11 +102,11 @@ class Case:
         e = self.equations
         return Answer(
             question,
-            e.text().splitlines()[index],
+            e.lines()[index],
             "",
             e.motion[index],
             "fb.equations(s).motion",
-            written=e.text().splitlines()[index],
+            written=e.lines()[index],
         )
 
     def square_of_speed(

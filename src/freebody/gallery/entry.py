@@ -145,12 +145,14 @@ class Entry:
         model = fb.assemble(system)
         numbers = model.values(values)
         check_assumptions(model, numbers)
+        decides = model.contacts and self.modes is None
+        start = {"initial": self.start, "near": self.near, "values": numbers} if decides else {}
         case = Case(
             system,
             numbers,
             self.until if until is None else float(until),
             TOLERANCE if tolerance is None else tolerance,
-            fb.equations(model, modes=self.modes),
+            fb.equations(model, modes=self.modes, **start),
         )
         for name in self.positive:
             case.refuse_unless(name, case[name] > 0, f"{name} greater than 0")

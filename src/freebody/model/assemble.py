@@ -16,6 +16,7 @@ from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, multiply, su
 from ..scalar.expression import exact
 from .closure import closure
 from .contact import contacts
+from .mesh import Mesh
 from .model import GROUND, Coordinate, JointPlace, Link, Model, Place, Speed
 
 
@@ -111,7 +112,9 @@ def assemble(system: System) -> Model:
     )
     _check_coordinates(model)
     _check_tips(model)
-    return replace(model, contacts=contacts(model, tuple(system.contacts.values())))
+    held = {x for mesh in model.meshes.values() if isinstance(mesh, Mesh) for x in mesh.positive}
+    positive = tuple(sorted({*model.positive, *held}, key=str)) if held else model.positive
+    return replace(model, positive=positive, contacts=contacts(model, tuple(system.contacts.values())))
 
 
 def _state(system: System) -> tuple[tuple[Coordinate, ...], tuple[Speed, ...]]:

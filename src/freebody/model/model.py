@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from ..describe.constraint import Gear
 from ..describe.load import Load
 from ..describe.system import Parameter
 from ..scalar.algebra import Matrix, Vector
 from ..space.mass import MassProperties
+
+if TYPE_CHECKING:
+    from .mesh import Mesh
 
 GROUND = -1
 
@@ -199,6 +203,13 @@ class Model:
         from .values import assumed
 
         return assumed(self)
+
+    @cached_property
+    def meshes(self) -> Mapping[str, Mesh | str]:
+        """Where the teeth of each gear touch, or why its ratio alone is known, by its name."""
+        from .mesh import mesh_of
+
+        return {name: mesh_of(self, one) for name, one in self.constraints.items() if isinstance(one, Gear)}
 
     @property
     def signals(self) -> tuple[Any, ...]:

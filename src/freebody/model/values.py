@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy
 
+from ..describe.constraint import Gear
 from ..describe.names import finite
 from ..errors import ModelError, nearest
 from ..scalar.algebra import floats
@@ -74,8 +75,8 @@ def check_assumption(model: Model, expression: Any, numbers: Mapping[str, float]
     if not value > 0:
         shown = ", ".join(f"{name} = {numbers[name]:g}" for name in sorted(known))
         raise ModelError(
-            f"{where}Expected {str(expression).replace('**', '^')} > 0 in '{model.name}', as s.assume or the use as a "
-            f"mass or a dimension says, but {shown} makes it {value:g}. Change the values, or take the assumption back."
+            f"{where}Expected {str(expression).replace('**', '^')} > 0 in '{model.name}', as s.assume or its use says, "
+            f"but {shown} makes it {value:g}. Change the values, or take the assumption back."
         )
 
 
@@ -93,7 +94,7 @@ def _number(value: Any, name: str, model: Model) -> float:
 
 def _unit_by_use(model: Model, name: str) -> str:
     """The unit of a parameter that is, but for a number, a mass, a length of a solid, a component of a joint's point
-    or of gravity; none where it stands nowhere alone, or as one and as another."""
+    or of gravity, or the pressure angle of a gear; none where it stands nowhere alone, or as one and as another."""
     used: list[tuple[str, Any]] = [("m/s^2", g) for g in model.gravity]
     for place in model.bodies.values():
         used.append(("kg", place.mass))
@@ -104,5 +105,7 @@ def _unit_by_use(model: Model, name: str) -> str:
             if shape.kind not in ("mesh", "revolved"):
                 used += [("m", length) for _, length in shape.dimensions]
     used += [("m", x) for joint in model.joints.values() for x in (*joint.at, *joint.to)]
+    gears = [one for one in model.constraints.values() if isinstance(one, Gear)]
+    used += [("rad", gear.pressure_angle) for gear in gears]
     alone = {unit for unit, x in used if isinstance(x, sympy.Expr) and str(x.as_coeff_Mul()[1]) == name}
     return alone.pop() if len(alone) == 1 else ""

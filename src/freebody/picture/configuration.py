@@ -15,8 +15,10 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from ..at_start import assembled, modes_at_start
+from ..describe.system import System
 from ..dynamics.constrained import closed_coordinates, constrained_loading, independent_rows
-from ..dynamics.constraints import rows
+from ..dynamics.constraints import radial_names, rows, separating
 from ..dynamics.contact import contact_layout, touches
 from ..dynamics.kinematics import Posture, point_position, poses
 from ..dynamics.motion import Motion, motion
@@ -114,6 +116,32 @@ def equations_at(
     t = _moment(trajectory, at)
     begun = [change for change in trajectory.modes if change.start <= t]
     return equations(system, modes={change.contact: change.mode for change in begun})
+
+
+def modes_drawn(
+    system: System | Model, at: Any, initial: Any, values: Any, near: Any
+) -> tuple[dict[str, str] | None, str]:
+    """The modes of contacts that are drawn, and in words why these; None without contacts.
+
+    Those in which the motion starts. Where no start is given and none of them is closed at rest with all coordinates
+    zero, or a place is given, those in which it starts from rest as it is drawn.
+    """
+    model = assembled(system)
+    if not model.contacts:
+        if initial is not None:
+            raise ModelError(f"Expected no initial= for '{model.name}', which has no contacts. Leave it out.")
+        return None, ""
+    if initial is not None or at is None:
+        found, why = modes_at_start(system, initial, near, values)
+        if initial is not None or set(found.values()) - {"open"}:
+            return found, why
+    there = configuration(model, at, values=values, near=near)
+    rest = dict(zip(model.coordinate_names, there.state.q, strict=True))
+    found, why = modes_at_start(system, rest, None, there.values)
+    given = {str(name) for name in values or {}}
+    drawn = [p.name for p in model.parameters if p.default is None and p.name not in given]
+    words = f"it starts from rest as it is drawn{''.join(f', {name} = 1' for name in drawn)};"
+    return found, why.replace("the motion starts;", words)
 
 
 def _touched(model: Model) -> list[Touching]:
@@ -269,8 +297,14 @@ def _of_motion(model: Model, trajectory: Any, at: Any) -> Configuration:
     lookup = _lookup(model, state)
     for speed, value in zip(model.speeds, moving.udot, strict=True):
         lookup[speed.acceleration] = float(value)
+    radial = radial_names(model)
     for row, value in zip(rows(model), moving.multipliers, strict=True):
         lookup[sympy.Symbol(row.name, real=True)] = float(value)
+        if row.owner in radial:
+            _, size = separating(model, state, model.constraints[row.owner])
+            # what no motion determines is drawn as its reactions are given, with nothing of it
+            force = 0 if size is None else size * abs(value)
+            lookup[sympy.Symbol(radial[row.owner], real=True)] = float(force)
     transmitted = reactions(model, state, moving.udot, loads=moving.loads)
     return Configuration(model, state, values, True, lookup, transmitted)
 

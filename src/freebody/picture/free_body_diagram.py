@@ -9,6 +9,7 @@ The file is longer than others: the maker of a diagram keeps what all its parts 
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -18,11 +19,15 @@ from numpy.typing import NDArray
 
 from ..describe.body import Body
 from ..describe.system import System
+from ..dynamics.constraints import radial_names
+from ..equations.display import equation_latex
 from ..equations.equations import Equations
+from ..equations.gears import left_open
+from ..equations.latex import latex_name
 from ..errors import ModelError, nearest
 from ..model.model import Model
 from ..simulate.trajectory import Trajectory
-from .configuration import Configuration, configuration, equations_at
+from .configuration import Configuration, configuration, equations_at, modes_drawn
 from .contact_states import contact_states
 from .drawing import Drawing
 from .labels import size_of
@@ -45,6 +50,9 @@ ROUND_OFF = 1e-10
 WIDE = 150.0
 """Length of the largest body on paper [pt]."""
 
+LINE = 64
+"""Characters of a line of words below a diagram."""
+
 
 def free_body_diagram(
     system: System | Model | Equations,
@@ -56,6 +64,7 @@ def free_body_diagram(
     values: Mapping[Any, Any] | None = None,
     near: Mapping[Any, Any] | None = None,
     modes: Mapping[str, Any] | None = None,
+    initial: Mapping[Any, Any] | None = None,
     angles: bool = True,
     dimensions: bool = False,
     kinetic: bool | None = None,
@@ -84,7 +93,11 @@ def free_body_diagram(
     near : mapping, optional
         Of a machine with loops: coordinates near which it is closed.
     modes : mapping, optional
-        Of contacts, as of :func:`freebody.equations`: ``{"floor": "stick"}``; of a motion, those of its moment.
+        Of contacts, as of :func:`freebody.equations`: ``{"floor": "stick"}``; of a motion, those of its moment. If
+        not given, those in which the motion starts: from ``initial``; without it from coordinates of zero or, where
+        nothing touches there or ``at`` is given, from rest as the machine is drawn.
+    initial : mapping, optional
+        The start of a motion with contacts, as of :func:`freebody.simulate`.
     angles, dimensions : bool
         Whether the angle of the body and the distances of its points are marked (planar machines).
     kinetic : bool, optional
@@ -117,7 +130,15 @@ def free_body_diagram(
     >>> fb.free_body_diagram(s, "bar").svg.count('class="force"')
     5
     """
+    chosen = ""
+    if trajectory is None and modes is None and not isinstance(system, Equations):
+        modes, chosen = modes_drawn(system, at, initial, values, near)
+    elif initial is not None:
+        raise ModelError(
+            "Expected no initial= where modes=, a motion or equations say what contacts do. Leave it out."
+        )
     e = equations_at(system, trajectory, at, modes)
+    e.chosen = e.chosen or chosen
     model = e.model
     mode = _mode(mode, trajectory)
     name = body.name if isinstance(body, Body) else body
@@ -365,7 +386,11 @@ class _Maker:
             lines.append(f"in the equations of the free body, too long for here: {', '.join(left)}")
         if self.mode != "blank":
             names = list(self.found) if len(self.found) > 1 else [next(iter(self.found))]
-            lines += contact_states(self.e, self.now, names)
+            states = contact_states(self.e, self.now, names)
+            if states and self.e.chosen:
+                states += textwrap.wrap(self.e.chosen.replace("_", " "), LINE)
+            lines += states
+            lines += self._of_teeth(names)
         where = dict.fromkeys(mark.where_tex for mark in marks if mark.where_tex)
         if where:
             lines.append(f"drawn for ${', '.join(where)}$")
@@ -399,6 +424,18 @@ class _Maker:
         ):
             words = "short arrows are drawn longer than to scale"
             root.add(Label(words, np.array([x0, top - 17.0 * (deep + 1)]), 9.0, GREY))
+
+    def _of_teeth(self, names: Sequence[str]) -> list[str]:
+        """What presses teeth apart, and what gears leave open of the reactions, a line each."""
+        laws = dict.fromkeys(pair for name in names for pair in self.e.free_body(name).laws)
+        lines = [f"${equation_latex(left, right, self.e.ring)}$" for left, right in laws]
+        notes = dict.fromkeys(note for name in names for note in left_open(self.e, body=name))
+        for note in notes:
+            words = note.replace("_", " ")
+            for name in radial_names(self.e.model).values():
+                words = words.replace(name.replace("_", " "), f"${latex_name(name)}$")
+            lines += textwrap.wrap(words, LINE)
+        return lines
 
 
 def _put(root: Group, panel: Group, by: Array) -> Group:

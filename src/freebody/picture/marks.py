@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..describe.constraint import Rolling
-from ..dynamics.constraints import _arm, rows
+from ..dynamics.constraints import _arm, radial_names, rows
 from ..dynamics.kinematics import rotation
 from ..equations.display import latex, text
 from ..equations.equations import Equations
@@ -117,6 +117,7 @@ class Marks:
                     self._numbers[c.symbol] = float(np.dot(direction, [float(x) for x in of]))
         for row in rows(equations.model):
             self.owners[row.name] = row.owner
+        self.owners |= {name: gear for gear, name in radial_names(equations.model).items()}
         self.frictions: set[str] = set()
         for one in equations.model.constraints.values():
             if isinstance(one, Touching):

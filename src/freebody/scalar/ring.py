@@ -196,6 +196,8 @@ class Ring(Field):
         x.num = self.promoted(x.num)
         _, factors = x.num.factor()
         self._memo.clear()  # what was read before did not know it
+        if len(factors) == 1 and int(factors[0][1]) % 2 == 0:
+            return  # a square that is not zero has a root of either sign
         if len(x) == 1 and len(factors) == 1 and x.num.leading_coefficient() > 0:
             self.used(x)[0].positive = True
         else:

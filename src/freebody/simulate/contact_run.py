@@ -25,7 +25,7 @@ from .bounces import settled as taken_away
 from .complementarity import OPEN
 from .contact_leaps import halt, onset
 from .contact_modes import modes_at
-from .contact_scene import Ending, Modes, Phase
+from .contact_scene import Ending, Modes, Phase, Snapshot
 from .contact_state import CROWD, ENDLESS, LOW, PHASES, ContactRun
 from .integrate import integrate
 from .path import FINISHED, TERMINAL, Array, Path, Rates, observe, projected
@@ -54,6 +54,16 @@ def shown(mode: str) -> str:
     return {"slip+": "slip +", "slip-": "slip -"}.get(mode, mode)
 
 
+def check_apart(work: ContactRun, y: Array, seen: Snapshot) -> None:
+    """Refuse a start with bodies in each other."""
+    deepest = min(range(len(work.names)), key=lambda k: seen.gap[k] if seen.reach[k] >= 0 else math.inf)
+    if seen.gap[deepest] < -work.near(y) and seen.reach[deepest] >= 0:
+        raise SimulationError(
+            f"The initial state of '{work.model.name}' has contact '{work.names[deepest]}' {-seen.gap[deepest]:.6g} m "
+            f"deep. Begin with every gap at zero or above."
+        )
+
+
 def run(
     work: ContactRun, state: Array, begin: float, end: float, between: Callable[[float], None] | None
 ) -> Phases:
@@ -67,12 +77,7 @@ def run(
     reasons: dict[int, str] = {}
     status, crowded, last = "", 0, -math.inf
     seen = work.look(t, y)
-    deepest = min(range(len(work.names)), key=lambda k: seen.gap[k] if seen.reach[k] >= 0 else math.inf)
-    if seen.gap[deepest] < -work.near(y) and seen.reach[deepest] >= 0:
-        raise SimulationError(
-            f"The initial state of '{work.model.name}' has contact '{work.names[deepest]}' {-seen.gap[deepest]:.6g} m "
-            f"deep. Begin with every gap at zero or above."
-        )
+    check_apart(work, y, seen)
     while True:
         if status:
             if status != FINISHED or not work.blows_due(t):

@@ -129,6 +129,10 @@ class Scene:
     def program(self) -> Program:
         return self.kernels._program("scene", self._functions)
 
+    def constants(self, parameters: Array) -> Array:
+        """What the kernel needs of the parameters."""
+        return self.program.constants(parameters)
+
     def slopes(self, t: float, y: Array, parameters: Array, udot: Array, forces: Array) -> Array:
         """d(A λ + c)/dt along the motion with the accelerations ``udot``, for constant λ."""
 
@@ -147,16 +151,20 @@ class Scene:
 
     def at(self, t: float, y: Array, constants: Array) -> Snapshot:
         program = self.program
-        n_u, E, m = self.model.n_u, len(self.first), self.rows
         values = observe(
             program.address("scene"), program.outputs("scene"), np.array([t]), y[None], constants
         )[0]
+        if not self._reaching:
+            self._reaching = [len(one.reach) for one in touches(self.model, self._float(t, y, constants))]
+        return self.snapshot(values)
+
+    def snapshot(self, values: Array) -> Snapshot:
+        """The outputs of :meth:`_functions` by their names."""
+        n_u, E, m = self.model.n_u, len(self.first), self.rows
         parts, at = [], 0
         for size in (E, m, m, n_u, m * m, m * n_u, 3 * E):
             parts.append(values[at : at + size])
             at += size
-        if not self._reaching:
-            self._reaching = [len(one.reach) for one in touches(self.model, self._float(t, y, constants))]
         reach = np.full(E, np.inf)
         for k, size in enumerate(self._reaching):
             if size:

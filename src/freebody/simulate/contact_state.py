@@ -17,7 +17,7 @@ from ..dynamics.unilateral import MotionWarning, limits, passed_by_impulse
 from ..errors import SimulationError
 from .blow import Blow, call_of, strike
 from .complementarity import OPEN, SLIP, SMALL, STICK, Touching, unknowns
-from .contact_scene import SMOOTH, Modes, Phase, Snapshot, scene_of
+from .contact_scene import SMOOTH, Modes, Phase, Scene, Snapshot, scene_of
 from .event import EventSpec, Happening, expressions_of
 from .impacts import impact
 from .kernels import Kernels
@@ -68,10 +68,11 @@ class ContactRun:
         blows: Sequence[tuple[float, Blow]] = (),
         called: Sequence[Blow] = (),
         least: bool = False,
+        scene: Scene | None = None,
     ) -> None:
         self.kernels, self.values = kernels, values
         self.model = kernels.model
-        self.scene = scene_of(kernels)
+        self.scene = scene_of(kernels) if scene is None else scene
         self.parameters = kernels.parameters(values)
         # events of the user, then those that call for a blow
         self.asked = len(specs)
@@ -93,7 +94,7 @@ class ContactRun:
         self.indeterminate: dict[str, float] = {}
         self._setups: dict[Any, Any] = {}
         self._seen: dict[tuple[float, bytes], Snapshot] = {}
-        self._constants = self.scene.program.constants(self.parameters)
+        self._constants = self.scene.constants(self.parameters)
         self.rates: Rates | None = None
         self.left: set[int] = set()  # contacts that begin to leave the end of their side at this moment
 

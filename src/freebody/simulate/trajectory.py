@@ -369,7 +369,8 @@ class Trajectory:
         """What every joint transmits to its child, about the joint's point on the child, in ground axes.
 
         Joints that close loops and rolling wheels (about the centre of the wheel) are among them. Those that are
-        :attr:`indeterminate` are one of many solutions: the constraints declared last carry nothing.
+        :attr:`indeterminate` are one of many solutions: the constraints declared last carry nothing, and nothing
+        presses teeth apart whose pressure angle is not given.
         """
         found = self._observed(self.kernels.reactions(), "reactions", self.t, self.states)
         return _ByName(
@@ -395,7 +396,7 @@ class Trajectory:
 
     @property
     def indeterminate(self) -> tuple[str, ...]:
-        """Reactions that no motion determines, because several constraints do the same.
+        """Reactions that no motion determines, because several constraints do the same, or as gears leave them open.
 
         A planar linkage of rigid parts has them: forces out of its plane depend on how its pins were fitted. Named
         as in :attr:`multipliers`; of the other joints ``A_z`` is the force of joint A along the ground's z, ``A_Mx``
