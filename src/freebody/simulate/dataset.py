@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import SimulationError, path_of
+from .files import replacing
 from .trajectory import Trajectory, unit_of
 
 if TYPE_CHECKING:
@@ -136,12 +137,8 @@ def save(data: xarray.Dataset, path: str | os.PathLike[str]) -> None:
         raise SimulationError(
             f"Can not write '{target}': there is no folder '{target.parent}'. Make it, or choose another path."
         )
-    new = target.with_name(f".{target.name}.{os.getpid()}.new")
-    try:
+    with replacing(target, data.nbytes) as new:
         data.to_netcdf(new, engine="h5netcdf")
-        os.replace(new, target)
-    finally:
-        new.unlink(missing_ok=True)
 
 
 def load(path: str | os.PathLike[str]) -> xarray.Dataset:
