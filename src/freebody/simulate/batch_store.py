@@ -8,6 +8,7 @@ stopped, even by force, leaves a file that can be read, and goes on with the lan
 from __future__ import annotations
 
 import json
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,7 +28,10 @@ if TYPE_CHECKING:
 _MARK = "runs"  # attribute that holds the identity of the runs, part by part
 _WHOLE = "The lanes that were written before are whole, and the same call goes on with the others. "
 _SMALL = 1 << 28  # bytes that are read at once
-_HEAP = 1 << 16  # bytes at most by which HDF5 grows a file for texts, besides these
+_HEAP = (
+    1 << 16
+)  # bytes at most by which HDF5 grows a file for texts, besides these, and of what names the file
+_EACH = 1 << 12  # bytes at most that describe a variable
 TEXTS = {
     TIMELINE: "modes of contacts: [contact, mode, start, end, why], ...; read by freebody.timeline",
     REASON: "why the run failed",
@@ -276,7 +280,7 @@ class Store:
 
         job = self.job
         with (
-            replacing(self.path, job.bytes_per_lane * job.given.count) as new,
+            replacing(self.path, self._size()) as new,
             h5netcdf.File(new, "w") as file,
         ):
             sizes = {"lane": job.given.count}
@@ -315,6 +319,19 @@ class Store:
             for key, value in _attributes(job).items():
                 file.attrs[key] = value
             file.attrs[_MARK] = json.dumps(self.parts)
+
+    def _size(self) -> int:
+        """Bytes of the file as it is laid out, at most."""
+        job = self.job
+        sizes = {"lane": job.given.count, "time": job.wanted.size, "event": len(job.specs)}
+        laid = _variables(job).values()
+        columns = [np.asarray(values).size for _, values, *_ in _coordinates(job).values()]
+        return (
+            sum(_EACH + 16 * math.prod(sizes[d] for d in dims) for dims, kind, _ in laid if kind == "text")
+            + sum(_EACH + 8 * math.prod(sizes[d] for d in dims) for dims, kind, _ in laid if kind != "text")
+            + sum(_EACH + 16 * count for count in columns)
+            + _HEAP
+        )
 
     def waiting(self, low: int, high: int) -> Any:
         """Which lanes of a range were not run, as 0 or 1."""

@@ -137,7 +137,14 @@ def save(data: xarray.Dataset, path: str | os.PathLike[str]) -> None:
         raise SimulationError(
             f"Can not write '{target}': there is no folder '{target.parent}'. Make it, or choose another path."
         )
-    with replacing(target, data.nbytes) as new:
+    texts = sum(
+        sum(len(str(x).encode()) + 64 for x in one.values.flat)
+        for one in data.variables.values()
+        if one.dtype.kind in "OU"
+    )
+    # of HDF5, for each variable and for the file
+    room = data.nbytes + 2 * texts + (len(data.variables) << 13) + (1 << 17)
+    with replacing(target, room) as new:
         data.to_netcdf(new, engine="h5netcdf")
 
 

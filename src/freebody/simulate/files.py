@@ -1,4 +1,8 @@
-"""Files of results: what is written takes its place when it is whole, and what can not be written is told in full."""
+"""Files of results: what is written takes its place when it is whole, and what can not be written is told in full.
+
+A write that fails leaves HDF5 in a state in which it damages the file that it closes, or ends the process. Room on the
+disk is therefore taken first, by the system's own calls, and HDF5 only fills it.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +13,17 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
 from ..errors import FreebodyError, SimulationError
 
-_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_FULL = (errno.ENOSPC, errno.EDQUOT)
 _FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS)
 _IN_USE = (errno.EAGAIN, errno.EWOULDBLOCK, errno.EBUSY, errno.ETXTBSY)
 
 
 @contextmanager
-def replacing(path: Path, size: int = 0) -> Iterator[Path]:
+def replacing(path: Path, size: int) -> Iterator[Path]:
     """Name of a new file, ``.NAME.PID.new``, that takes the place of ``path`` at the end of the block.
 
     A block that fails leaves the old file as it was. New files that killed processes have left are removed.
@@ -27,12 +32,14 @@ def replacing(path: Path, size: int = 0) -> Iterator[Path]:
     ----------
     path : Path
     size : int
-        Bytes that are to be written, for the error where they find no room.
+        Bytes that are to be written, at most.
     """
     _clear(path)
     new = path.with_name(f".{path.name}.{os.getpid()}.new")
     try:
         with told(path, size):
+            with new.open("wb") as file:
+                _take_room(file, size)
             yield new
             os.replace(new, path)
     finally:
@@ -58,6 +65,8 @@ def told(path: Path, size: int = 0, more: str = "") -> Iterator[None]:
         if number in _FULL:
             room = f"{size / 1e6:.3g} MB" if size else "some room"
             cure = f"Free {room}, or choose a path on another disk."
+        elif number == errno.EFBIG:
+            cure = f"Choose a disk that takes files of {size / 1e6:.3g} MB, or ask for less."
         elif number in _FORBIDDEN:
             cure = "Choose a path at which you may write, or change the rights there."
         elif number in _IN_USE or "already open" in text:
@@ -68,28 +77,39 @@ def told(path: Path, size: int = 0, more: str = "") -> Iterator[None]:
 
 
 def reserve(path: Path, size: int) -> None:
-    """Take room on the disk behind the end of a file, which HDF5 then writes to or gives back: a disk that is full is
-    noticed before anything in the file is changed.
+    """Take room on the disk behind the end of a file, which HDF5 then writes to or gives back.
 
     Raises
     ------
     OSError
         There is no room, and the file is as it was; or another process writes to it.
     """
-    if size <= 0:
+    if not size:
         return
     with path.open("r+b") as file:
         if _locked(file.fileno()):
             raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
         before = file.seek(0, os.SEEK_END)
         try:
-            while size > 0:
-                size -= file.write(bytes(min(size, 1 << 20)))
-            file.flush()
-            os.fsync(file.fileno())
+            _take_room(file, size)
         except OSError:
             os.ftruncate(file.fileno(), before)
             raise
+
+
+def _take_room(file: BinaryIO, size: int) -> None:
+    """Make a file longer by so many bytes, for which there is then room."""
+    if hasattr(os, "posix_fallocate"):
+        try:
+            os.posix_fallocate(file.fileno(), file.tell(), size)
+            return
+        except OSError as error:
+            if error.errno not in (errno.EOPNOTSUPP, errno.EINVAL, errno.ENOSYS):
+                raise
+    while size > 0:
+        size -= file.write(bytes(min(size, 1 << 20)))
+    file.flush()
+    os.fsync(file.fileno())
 
 
 def _cause(error: BaseException) -> tuple[int | None, str]:

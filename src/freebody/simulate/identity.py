@@ -10,8 +10,10 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import fields
 from functools import cache
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +64,7 @@ def parts(job: Any) -> dict[str, str]:
             ) from None
 
     machine = [getattr(model, x.name) for x in fields(Model) if x.name not in ("names", "controllers")]
-    columns = {aliases.get(name, name): np.asarray(x, dtype=float) for name, x in given.columns.items()}
+    columns = [(aliases.get(name, name), np.array(x, dtype=float)) for name, x in given.columns.items()]
     events = [(x.name, x.direction, x.terminal) for x in job.specs]
     starts = [_by_name(model, x) for x in (given.initial, alone["near"])]
     method = [job.method, job.step, job.longest, job.max_steps, job.tolerances]
@@ -94,8 +96,11 @@ def _by_name(model: Model, given: Any) -> Any:
     """Values by name, numbers as they are used."""
     if not isinstance(given, Mapping):
         return given
-    named = {model.names.text_of(key): float(x) if is_number(x) else x for key, x in given.items()}
-    return {name: named[name] for name in sorted(named)}
+    named = {model.names.text_of(key): x for key, x in given.items()}
+    # one array given twice is two arrays of one content
+    return [
+        (name, float(x) if is_number(x) else copy(x)) for name, x in sorted(named.items(), key=itemgetter(0))
+    ]
 
 
 def _controller(one: Controller, aliases: Mapping[str, str]) -> str:
@@ -107,11 +112,12 @@ def _controller(one: Controller, aliases: Mapping[str, str]) -> str:
     try:
         return digest([law, one.function])
     except NoContentError as error:
-        held, *where = error.args
+        held, _, *where = error.args
+        inside = f" (in {', in '.join(where[:-1])})" if where[:-1] else ""
         raise SimulationError(
             f"Expected a controller whose content can be read, so that a file of results is not gone on with by "
-            f"another one, but '{one.name}' holds {held!r} (in {', in '.join(where)}). Open or make it within the "
-            "function, or leave out store=."
+            f"another one, but '{one.name}' holds a {type(held).__module__}.{type(held).__qualname__}{inside}. Open or "
+            "make it within the function, or leave out store=."
         ) from None
 
 
