@@ -350,7 +350,7 @@ print((data.status == "waiting").sum().item())
 def test_ctrl_c_at_random_moments_of_other_processes(tmp_path) -> None:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     path, rng, done, ends = tmp_path / "x.nc", random.Random(0), np.full(150, -1), []
-    for k in range(60):
+    for k in range(20):
         with subprocess.Popen(
             [sys.executable, "-c", PRESSED, str(path)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
             env=environment,

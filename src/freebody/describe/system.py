@@ -55,7 +55,7 @@ class System:
     def __init__(self, name: str = "system") -> None:
         if not isinstance(name, str) or not name.strip():
             raise ModelError(f"Expected a name (text) for the system, got {name!r}.")
-        self.name = name
+        self._name = name
         self.names = Names()
         self.ground = Body(self, "ground")
         self.changes = changes = self.names.changes
@@ -72,6 +72,16 @@ class System:
         self._parameters: dict[str, Parameter] = Table(changes)
         self._of_signals: dict[Any, tuple[Parameter, ...]] = {}
         self._gravity: tuple[Any, Any, Any] = (0, 0, 0)
+
+    @property
+    def name(self) -> str:
+        """What the machine is called."""
+        return self._name
+
+    @name.setter
+    def name(self, name: str) -> None:
+        self._name = name
+        self.changes.count += 1
 
     # -- symbols --------------------------------------------------------------------------------
 
