@@ -7,9 +7,11 @@ import errno
 import os
 import random
 import resource
+import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 from typing import Any
@@ -158,16 +160,16 @@ print(os.listdir(folder), (folder / "x.nc").read_bytes() == before)
 """
 
 
-def test_a_folder_that_may_not_be_written(tmp_path) -> None:
+def test_a_folder_that_may_not_be_written() -> None:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "FREEBODY_CACHE": "off"}
-    folder = tmp_path / "results"
+    above = Path(tempfile.mkdtemp())  # that of pytest belongs to one user
+    folder = above / "results"
     folder.mkdir()
-    for one in (tmp_path, *tmp_path.parents[:2]):
-        one.chmod(0o755)
     found = subprocess.run(
         [sys.executable, "-c", READ_ONLY, str(folder)], capture_output=True, text=True, env=environment
     )
     folder.chmod(0o755)
+    shutil.rmtree(above)
     assert found.stdout.splitlines() == [
         f"Can not write '{folder}/x.nc': Permission denied. The lanes that were written before are whole, and the same "
         "call goes on with the others. Choose a path at which you may write, or change the rights there.",
@@ -213,6 +215,48 @@ fb.simulate(pendulum(), 1, initial={"theta": [0.1, 0.2]}, samples=2, store=sys.a
     fb.simulate(pendulum(), 1, initial={"theta": [0.1, 0.2]}, samples=2, store=path).close()
     assert f".x.nc.{living.pid}.new" not in os.listdir(tmp_path)
     assert ".x.nc.999999997.new" not in os.listdir(tmp_path)
+
+
+KILLED = """
+import os, signal, sys
+import h5py, numpy as np, freebody as fb
+from freebody.gallery.bouncing_ball import build
+from freebody.simulate import batch_store
+from test_batch_files import BALLS
+
+left = int(sys.argv[2])
+write, put = batch_store.Store.write, h5py.Dataset.__setitem__
+
+def counted(self, place, value):
+    global left
+    put(self, place, value)
+    left -= 1
+    if left == 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+def second(self, part):
+    write(self, part)
+    h5py.Dataset.__setitem__ = counted
+
+batch_store.Store.write = second
+fb.simulate(build(), 3, store=sys.argv[1], **BALLS)
+"""
+
+
+@pytest.mark.parametrize(
+    "moment", [3, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2, 4, 5, 7, 8, 9, 10))]
+)
+def test_a_process_killed_as_it_writes_texts_costs_these_lanes_only(tmp_path, moment: int) -> None:
+    path = tmp_path / "x.nc"
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([*sys.path, str(Path(__file__).parent)])}
+    killed = subprocess.run([sys.executable, "-c", KILLED, str(path), str(moment)], env=environment)
+    assert killed.returncode == -signal.SIGKILL
+    with h5py.File(path, "r") as file:
+        done = (file["status"][:] >= 0).sum()
+    assert 0 < done < 40
+    whole, again = fb.simulate(ball(), 3, **BALLS), fb.simulate(ball(), 3, store=path, **BALLS)
+    for name in whole.data_vars:
+        assert np.array_equal(again[name].values, whole[name].values), name
 
 
 # -- Ctrl-C --------------------------------------------------------------------------------------------------

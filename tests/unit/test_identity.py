@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy
+from scipy.interpolate import CubicSpline
 
 import freebody as fb
 import identities
@@ -337,6 +338,18 @@ def test_objects_are_their_state() -> None:
     loop: list[Any] = []
     loop.append(loop)
     assert digest(loop) != digest([[]])
+
+
+def test_functions_of_packages_are_named_and_those_made_by_them_are_read() -> None:
+    x = sympy.Symbol("x")
+    made = [sympy.lambdify(x, e) for e in (sympy.sin(x) + x**2, sympy.sin(x) + x**3, sympy.cos(x) + x**2)]
+    assert len({digest(one) for one in made}) == 3
+    assert digest(sympy.lambdify(x, sympy.sin(x) + x**2)) == digest(made[0])
+    assert len({digest(one) for one in (np.sin, np.cos, np.mean, np.clip, math.sin, np.linalg.norm)}) == 6
+    splines = [CubicSpline([0, 1, 2], [0, 1, y]) for y in (4.0, 5.0, 4.0)]
+    assert digest(splines[0]) == digest(splines[2]) != digest(splines[1])
+    with pytest.raises(NoContentError):  # of these two no more than a name can be read
+        digest([np.frompyfunc(lambda x, k=k: k * x, 1, 1) for k in (1, 2)])
 
 
 def test_expressions_are_sums_and_products_without_order() -> None:

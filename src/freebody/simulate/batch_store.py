@@ -16,7 +16,7 @@ import numpy as np
 from ..errors import SimulationError, path_of
 from . import layout
 from .batch_alone import REASON
-from .files import replacing, reserve, told
+from .files import lock, replacing, reserve, told
 from .identity import parts
 from .outputs import CONTACT_MODES, TIMELINE, OfContact
 from .trajectory import unit_of_name
@@ -31,6 +31,7 @@ _SMALL = 1 << 28  # bytes that are read at once
 _HEAP = (
     1 << 16
 )  # bytes at most by which HDF5 grows a file for texts, besides these, and of what names the file
+_ADDRESS = 16  # bytes in the file that tell the length and the place of a text
 _EACH = 1 << 12  # bytes at most that describe a variable
 TEXTS = {
     TIMELINE: "modes of contacts: [contact, mode, start, end, why], ...; read by freebody.timeline",
@@ -270,7 +271,24 @@ class Store:
             )
         if waiting:
             with told(self.path, more=_WHOLE):
-                self.path.open("r+b").close()
+                self._mend()
+
+    def _mend(self) -> None:
+        """Empty the texts of lanes that were not run: a process that was killed as it wrote them has left addresses
+        there of what it did not write any more, with which HDF5 reads no text at all."""
+        import h5py
+
+        with h5py.File(self.path, "r") as file:
+            places = [file[_escaped(name)].id.get_offset() for name in self.job.texts]
+            ended = file["status"].id.get_offset()
+        with self.path.open("r+b") as raw:
+            lock(raw)
+            raw.seek(ended)
+            statuses = np.frombuffer(raw.read(self.job.given.count), dtype=np.int8)
+            for first, last in _runs(np.flatnonzero(statuses == -1)) if places else ():
+                for place in places:
+                    raw.seek(place + _ADDRESS * first)
+                    raw.write(bytes(_ADDRESS * (last - first)))
 
     def _create(self) -> None:
         import h5netcdf

@@ -11,9 +11,11 @@ twice. Left out are file names, line numbers, and what code looks up by a text t
 
 from __future__ import annotations
 
+import copyreg
 import dis
 import hashlib
 import importlib.util
+import pickle
 import site
 import sys
 import sysconfig
@@ -258,16 +260,25 @@ class _Reader:
             "method_descriptor",
         ):
             return _leaf(kind.__name__, x.__name__)
+        reduced = copyreg.dispatch_table.get(kind)
         try:
-            kept = x.__reduce_ex__(4)
+            kept = x.__reduce_ex__(4) if reduced is None else reduced(x)
+            if isinstance(kept, str):
+                return self.named_in_module(x, kind, kept)
         except Exception:
             raise NoContentError(x) from None
         parts = [self.of(kind)]
-        if isinstance(kept, str):
-            return _node("global", [*parts, _leaf("name", kept), self.of(getattr(x, "__dict__", None))])
         for one in kept:
             parts.append(_node("items", map(self.of, one)) if isinstance(one, Iterator) else self.of(one))
         return _node("object", parts)
+
+    def named_in_module(self, x: Any, kind: Any, name: str) -> bytes:
+        """What a package knows by a name, such as a function of NumPy."""
+        module = pickle.whichmodule(x, name)  # type: ignore[attr-defined]
+        found: Any = sys.modules[module]
+        if not _installed(found.__file__) or getattr(found, name) is not x:
+            raise NoContentError(x)
+        return _node("named", [self.of(kind), _leaf("name", f"{_versioned(module)} {name}")])
 
 
 def _is_set(cell: Any) -> bool:
@@ -321,10 +332,11 @@ def _folders() -> tuple[Path, ...]:
 
 @cache
 def _installed(file: str) -> bool:
-    """Whether a file is part of Python or of a package; so is what has no file, such as ``<frozen os>``."""
-    if file.startswith("<frozen") or Path(__file__).parents[1] in Path(file).resolve().parents:
-        return True
-    return not file.startswith("<") and any(one in Path(file).resolve().parents for one in _folders())
+    """Whether a file is part of Python, of a package, or of freebody itself; what is typed is <stdin> or the like."""
+    if file.startswith("<"):
+        return file.startswith("<frozen")
+    above = Path(file).resolve().parents
+    return any(one in above for one in (Path(__file__).parents[1], *_folders()))
 
 
 def _versioned(module: str) -> str:

@@ -87,14 +87,25 @@ def reserve(path: Path, size: int) -> None:
     if not size:
         return
     with path.open("r+b") as file:
-        if _locked(file.fileno()):
-            raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+        lock(file)
         before = file.seek(0, os.SEEK_END)
         try:
             _take_room(file, size)
         except OSError:
             os.ftruncate(file.fileno(), before)
             raise
+
+
+def lock(file: BinaryIO) -> None:
+    """Keep others from a file until it is closed.
+
+    Raises
+    ------
+    BlockingIOError
+        One of them has it.
+    """
+    if _locked(file.fileno()):
+        raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
 
 def _take_room(file: BinaryIO, size: int) -> None:

@@ -113,7 +113,7 @@ def _controller(one: Controller, aliases: Mapping[str, str]) -> str:
         return digest([law, one.function])
     except NoContentError as error:
         held, _, *where = error.args
-        inside = f" (in {', in '.join(where[:-1])})" if where[:-1] else ""
+        inside = f" (in {', in '.join(where[:-1][-3:])})" if where[:-1] else ""
         raise SimulationError(
             f"Expected a controller whose content can be read, so that a file of results is not gone on with by "
             f"another one, but '{one.name}' holds a {type(held).__module__}.{type(held).__qualname__}{inside}. Open or "
