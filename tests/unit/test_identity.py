@@ -316,6 +316,34 @@ def test_laws_of_one_kind_are_told_apart(monkeypatch) -> None:
     assert len({digest(made[name]) for name in CHANGES}) == len(CHANGES)
 
 
+@dataclasses.dataclass
+class Node:
+    """A record of a user, which can be changed and refer to itself."""
+
+    value: float
+    next: Any = None
+
+    def act(self) -> None: ...
+    def rest(self) -> int:
+        return 1
+
+
+def test_modules_that_a_law_imports_count(monkeypatch) -> None:
+    """Where it runs, too; and those without a file, such as what is typed in."""
+    text = "def law(t, x):\n    import settings\n    return -settings.gain * x['x']\n"
+    found = [digest(laws(monkeypatch, text, gain)["law"]) for gain in (1.0, 1.0, 2.0)]
+    assert found[0] == found[1] != found[2]
+    typed = []
+    for k in (1.0, 1.0, 2.0):
+        module = types.ModuleType("typed")
+        monkeypatch.setitem(sys.modules, "typed", module)
+        exec(
+            f"class Law:\n    k = {k}\n    def __call__(self, t, x): return -self.k * x['x']\n", vars(module)
+        )
+        typed.append((digest(module.Law()), digest(module), digest(module.Law)))
+    assert typed[0] == typed[1] and not set(typed[0]) & set(typed[2])
+
+
 def test_objects_are_their_state() -> None:
     rng = np.random.default_rng(1)
     before = digest(rng)
@@ -335,6 +363,10 @@ def test_objects_are_their_state() -> None:
     assert digest(math.sin) != digest(math.cos) and digest(functools.partial(max, 1)) != digest(
         functools.partial(min, 1)
     )
+    one, other = Node(1.0), Node(1.0)
+    one.next, other.next = one, Node(1.0)
+    assert len({digest(x) for x in (one, other, Node(1.0), Node(2.0))}) == 4
+    assert digest({Node.act, Node.rest}) == digest({Node.rest, Node.act}) != digest({Node.act})
     loop: list[Any] = []
     loop.append(loop)
     assert digest(loop) != digest([[]])

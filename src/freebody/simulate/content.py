@@ -42,11 +42,20 @@ import sympy
 
 _PLAIN = (NoneType, bool, str, bytes, complex, range, slice, EllipsisType, NotImplementedType)
 _OWN = __name__.partition(".")[0]
-_LOOKED_UP = ("LOAD_GLOBAL", "LOAD_NAME")
+_LOOKED_UP = ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS")
 _NO_MEMBERS = frozenset(
-    ("__dict__", "__weakref__", "__module__", "__doc__", "__abstractmethods__", "_abc_impl")
+    [
+        "__dict__",
+        "__weakref__",
+        "__module__",
+        "__doc__",
+        "__abstractmethods__",
+        "_abc_impl",
+        "__firstlineno__",
+        "__static_attributes__",
+    ]
 )
-_UNSORTED = frozenset(("__firstlineno__", "__static_attributes__"))  # of the compiler, from Python 3.13 on
+"""Of a class: what Python keeps of where it stands, and what follows from the rest."""
 
 
 class NoContentError(Exception):
@@ -80,7 +89,10 @@ def digest(value: Any, named: tuple[type, ...] = (), aliases: Mapping[str, str] 
     >>> digest(control) == before
     False
     """
-    return _Reader(named, aliases or {}).of(value).hex()
+    try:
+        return _Reader(named, aliases or {}).of(value).hex()
+    except RecursionError:
+        raise NoContentError(value) from None
 
 
 def _leaf(kind: str, content: bytes | str) -> bytes:
@@ -118,14 +130,15 @@ class _Reader:
         if kind is tuple:
             return _node("tuple", map(self.of, x))
         if kind in (set, frozenset):
-            return _node("set", sorted(map(self.of, x)))
+            # each by itself: their order differs from process to process
+            return _node("set", sorted(_Reader(self.named, self.aliases).of(one) for one in x))
         if kind is CodeType:
             return self.code(x)
         if self.named and isinstance(x, self.named):
             return _leaf(kind.__name__, self.aliases.get(x.name, x.name))
         if id(x) in self.seen:
             return _leaf("again", str(self.seen[id(x)][0]))
-        if not is_dataclass(x) or isinstance(x, type):  # what can not be changed is the same as its equal
+        if not _is_record(x):  # which can not be changed, and is the same as its equal
             self.seen[id(x)] = len(self.seen), x
         try:
             return self.reached(x, kind)
@@ -150,7 +163,7 @@ class _Reader:
             return self.module(x)
         if isinstance(x, type):
             return self.of_class(x)
-        if is_dataclass(x) and kind.__module__.startswith(f"{_OWN}."):
+        if _is_record(x):
             # what two of them may differ in and still be equal is not what they are
             own = [getattr(x, one.name) for one in fields(x) if one.compare]
             return _node(f"record {kind.__qualname__}", map(self.of, own))
@@ -215,16 +228,14 @@ class _Reader:
 
     def module(self, module: ModuleType, names: frozenset[str] | None = None) -> bytes:
         """A module that is installed, by name; of another, the values of these names, or of all."""
-        file = getattr(module, "__file__", None)
-        if file is None or _installed(file) or module.__name__.partition(".")[0] == _OWN:
+        if _known(module):
             return _leaf("module", _versioned(module.__name__))
         if names is not None:
             found = sorted(name for name in names if name in vars(module))
         else:
             found = sorted(name for name in vars(module) if not name.startswith("__"))
-        if module.__name__ == "__main__":
-            return _node("main", (self._member(vars(module), name, names) for name in found))
-        return _node(f"module {module.__name__}", (self._member(vars(module), name, names) for name in found))
+        kind = "main" if module.__name__ == "__main__" else f"module {module.__name__}"
+        return _node(kind, (self._member(vars(module), name, names) for name in found))
 
     def _member(self, where: Any, name: str, names: frozenset[str] | None = None) -> bytes:
         x = where[name]
@@ -232,19 +243,17 @@ class _Reader:
 
     def _module_named(self, name: str, names: frozenset[str]) -> bytes:
         try:
-            return self.module(importlib.import_module(name), names)
-        except ImportError:
+            module = importlib.import_module(name)
+        except Exception:  # the controller will tell
             return _leaf("no module", name)
+        return self.module(module, names)
 
     def of_class(self, cls: type) -> bytes:
         """A class: its name and, unless it is installed, its bases and its members."""
         module = sys.modules.get(cls.__module__)
-        file = getattr(module, "__file__", None)
-        if cls.__module__.partition(".")[0] == _OWN or cls.__module__ != "__main__" and (
-            module is None or file is None or _installed(file)
-        ):  # fmt: skip
+        if module is not None and _known(module):
             return _leaf("class", _name(cls))
-        members = sorted(name for name in vars(cls) if name not in _NO_MEMBERS | _UNSORTED)
+        members = sorted(name for name in vars(cls) if name not in _NO_MEMBERS)
         parts = [self._member(vars(cls), name) for name in members]
         return _node(f"class {cls.__qualname__}", [self.of(cls.__bases__), *parts])
 
@@ -279,6 +288,19 @@ class _Reader:
         if not _installed(found.__file__) or getattr(found, name) is not x:
             raise NoContentError(x)
         return _node("named", [self.of(kind), _leaf("name", f"{_versioned(module)} {name}")])
+
+
+def _is_record(x: Any) -> bool:
+    return is_dataclass(x) and not isinstance(x, type) and type(x).__module__.startswith(f"{_OWN}.")
+
+
+def _known(module: ModuleType) -> bool:
+    """Whether a module is freebody's, or part of Python or of a package; what is typed in has no file."""
+    file = getattr(module, "__file__", None)
+    if module.__name__.partition(".")[0] == _OWN or module.__name__ in sys.builtin_module_names:
+        return True
+    spec = getattr(module, "__spec__", None)
+    return (spec is not None and spec.origin == "frozen") if file is None else _installed(file)
 
 
 def _is_set(cell: Any) -> bool:
