@@ -55,6 +55,7 @@ def test_a_process_that_dies_costs_its_lanes_only(tmp_path, store: bool) -> None
     with ProcessPoolExecutor(2) as pool:
         data = fb.simulate(s, 1, executor=pool, **STARTS, **kept)
     done = (data.status == "finished").values
+    assert (data.reason.values[~done] != "").all()
     assert done[:8].all() and not done[-1] and set(data.status.values[~done]) == {"waiting"}
     whole = fb.simulate(cart(pull), 1, **STARTS)
     assert np.array_equal(data["x"].values[done], whole["x"].values[done])
@@ -100,6 +101,33 @@ def test_machines_in_one_loop_tell_it_too() -> None:
     assert grid.reason.dims == ("theta_start", "m") and list(grid.reason.values[:, 0]) == ["", ""]
     with pytest.raises(SimulationError, match="Expected another name for the output 'reason'"):
         fb.simulate(pendulum(), 1, initial=start, outputs={"reason": "theta"})
+
+
+def test_an_executor_that_takes_no_more_leaves_what_it_has_done() -> None:
+    class Tired(Executor):
+        """Runs one block, leaves another, and takes no third."""
+
+        _max_workers = 1
+        calls = 0
+
+        def submit(self, function, /, *arguments, **options):
+            task: Future = Future()
+            self.calls += 1
+            if self.calls == 3:
+                raise RuntimeError("cannot schedule new futures after shutdown")
+            if self.calls == 1:
+                task.set_result(function(*arguments, **options))
+            else:
+                task.set_exception(SystemExit(1))
+            return task
+
+    start = {"theta": np.linspace(0.1, 1, 9)}
+    data = fb.simulate(pendulum(), 1, initial=start, samples=2, executor=Tired(), progress=False)
+    assert list(data.status.values) == ["finished"] + 8 * ["waiting"]
+    assert list(data.reason.values[:2]) == ["", "not finished: SystemExit: 1"]
+    assert set(data.reason.values[2:]) == {
+        "not begun: RuntimeError: cannot schedule new futures after shutdown"
+    }
 
 
 def test_where_no_lane_was_run_it_is_an_error() -> None:

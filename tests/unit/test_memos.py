@@ -65,6 +65,8 @@ def test_a_changed_system_is_assembled_anew() -> None:
         assert kernels_of(s) is seen[-1]
     assert len({id(one) for one in seen}) == len(seen) == 14
     assert kernels_of(s).model.name == "moon"
+    with pytest.raises(fb.errors.ModelError, match="Expected a name"):
+        s.name = " "
 
 
 def test_an_address_is_no_machine() -> None:

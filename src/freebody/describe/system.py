@@ -53,12 +53,10 @@ class System:
     """
 
     def __init__(self, name: str = "system") -> None:
-        if not isinstance(name, str) or not name.strip():
-            raise ModelError(f"Expected a name (text) for the system, got {name!r}.")
-        self._name = name
         self.names = Names()
-        self.ground = Body(self, "ground")
         self.changes = changes = self.names.changes
+        self.name = name
+        self.ground = Body(self, "ground")
         self.bodies: dict[str, Body] = Table(changes)
         self.joints: dict[str, Joint] = Table(changes)
         self.hung: set[str] = set()  # bodies that are the child of a joint
@@ -80,6 +78,8 @@ class System:
 
     @name.setter
     def name(self, name: str) -> None:
+        if not isinstance(name, str) or not name.strip():
+            raise ModelError(f"Expected a name (text) for the system, got {name!r}.")
         self._name = name
         self.changes.count += 1
 

@@ -382,9 +382,8 @@ class Job:
             if part.low <= lane < part.high:
                 part.kept[lane - part.low, 0] = NO_START
         loop_of_lanes = _Loop(self, first, part, watched)
-        lost = (
-            _LOST if loop_of_lanes.program.dropped else ()
-        )  # where other conditions take over, they do for a run alone
+        # where other conditions take over, they do for a run alone
+        lost = _LOST if loop_of_lanes.program.dropped else ()
         try:
             loop_of_lanes.run(todo, between)
             stiff = np.flatnonzero(part.kept[:, 0] == layout.STIFF)

@@ -75,7 +75,7 @@ class Elsewhere:
     def __init__(self, executor: Any, job: Any, task: tuple[Any, Any, Mapping[str, Any]]) -> None:
         self.executor, self.job, self.task = executor, job, task
         self.reasons: dict[int, str] = {}
-        self.error: Exception | None = None
+        self.error: BaseException | None = None
 
     def run(
         self, blocks: Iterator[tuple[int, int]], take: Callable[[Any], None], between: Callable[[float], None]
@@ -97,8 +97,9 @@ class Elsewhere:
                 for low, high in islice(left, room - len(running)):
                     try:
                         running[self.executor.submit(_block, *self._part(low, high))] = low, high
-                    except BrokenExecutor as error:
-                        self._lose(low, high, error, "not begun")
+                    except RuntimeError as error:  # the executor takes no more
+                        for first, last in ((low, high), *left):
+                            self._lose(first, last, error, "not begun")
                 if not running:
                     return
                 for task in wait(running, return_when=FIRST_COMPLETED).done:
@@ -111,7 +112,7 @@ class Elsewhere:
                             raise KeyboardInterrupt
         except (
             KeyboardInterrupt
-        ):  # other blocks that are done are kept, too, and the lanes of those that hear of it
+        ):  # other blocks that are done are kept, and what those give back that hear of it
             wait(running, timeout=_PATIENCE)
             for task in [task for task in running if task.done() and not task.cancelled()]:
                 if task.exception() is None:
@@ -130,11 +131,11 @@ class Elsewhere:
     def _result(self, task: Any, low: int, high: int) -> Any:
         try:
             return task.result()
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             self._lose(low, high, error, "not finished")
             return None
 
-    def _lose(self, low: int, high: int, error: Exception, how: str) -> None:
+    def _lose(self, low: int, high: int, error: BaseException, how: str) -> None:
         self.error = self.error or error
         reason = f"{how}: {type(error).__name__}: {error}"
         if isinstance(error, BrokenExecutor):
