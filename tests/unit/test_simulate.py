@@ -11,6 +11,7 @@ import sympy
 import xarray
 
 import freebody as fb
+from freebody.errors import SimulationError
 from freebody.simulate import Event, EventSpec, Trajectory
 from freebody.simulate.kernels import kernels_of
 from freebody.simulate.trajectory import quaternions
