@@ -11,6 +11,7 @@ import sympy
 import xarray
 
 import freebody as fb
+from freebody.errors import SimulationError
 from freebody.simulate import Event, EventSpec, Trajectory
 from freebody.simulate.kernels import kernels_of
 from freebody.simulate.trajectory import quaternions
@@ -361,8 +362,9 @@ def test_nothing_is_left_of_a_failed_save(swing, tmp_path, monkeypatch):
         raise OSError("disk full")
 
     monkeypatch.setattr(xarray.Dataset, "to_netcdf", fail)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises(SimulationError, match=f"Can not write '{target}': disk full") as error:
         swing.save(target)
+    assert type(error.value.__cause__) is OSError
     assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("swing.nc", "kept")]
 
 

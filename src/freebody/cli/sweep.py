@@ -107,7 +107,7 @@ def show(data: Any, grid: dict[str, list[float]]) -> None:
         size *= len(numbers)
     table = Grid("Output", "Smallest", "Largest", "Unit", title=f"{size} runs of {data.attrs['title'][11:]}")
     for name, variable in list(data.data_vars.items())[:MOST]:
-        if name in ("status", "blame", "steps", "event_count"):
+        if name in ("steps", "event_count") or variable.dtype.kind not in "fi":  # texts have no range
             continue
         low, high = (float(x(variable)) for x in (_least, _most))
         table.row(name, significant(low), significant(high), variable.attrs.get("units", ""))

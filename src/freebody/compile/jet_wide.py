@@ -206,8 +206,7 @@ class _Writer(Lines):
 
     def _number(self, x: Number) -> str:
         if x not in self.numbers:
-            known = x.value is not None
-            value = splat(literal(x.value), WIDTH) if known else self._load("%c", _BYTES * x.place)
+            value = self._load("%c", _BYTES * x.place) if x.value is None else splat(literal(x.value), WIDTH)
             if x.function == "square":
                 value = self._arithmetic("fmul", value, value)
             elif x.function:

@@ -645,11 +645,8 @@ class Program:
         self, name: str = "forward_dynamics", values: Mapping[Any, Any] | None = None, **named: Any
     ) -> Array:
         """The vector c for the kernel of a product at these values of the parameters."""
-        return self._hoisted(
-            name,
-            self._compiled(name, self._product(name), False),
-            parameters_given(self.model, values, named),
-        )
+        given = parameters_given(self.model, values, named)
+        return self._hoisted(name, self._compiled(name, self._product(name), False), given).copy()
 
     def describe(self, *names: str) -> str:
         """Operations, size and compile time of the products named, or of all compiled so far, a line each.
@@ -762,12 +759,9 @@ class Program:
         columns = {name: value for name, value in parameters.items() if isinstance(value, np.ndarray)}
         label: Any = None
         if not columns:
-            label = tuple(
-                sorted(
-                    (name, value if type(value) in NUMBERS else str(value))
-                    for name, value in parameters.items()
-                )
-            )
+            if not NUMBERS.issuperset(map(type, parameters.values())):  # a text and a number may print alike
+                parameters = self.model.values(parameters)
+            label = tuple(sorted(parameters.items()))
             if label in known:
                 known.move_to_end(label)
                 return known[label]

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from functools import lru_cache
 
 
-@lru_cache(maxsize=4096)
 def literal(value: float) -> str:
     """A double, bit for bit.
 
-    >>> literal(1.0)
-    '0x3FF0000000000000'
+    >>> literal(1.0), literal(-0.0)
+    ('0x3FF0000000000000', '0x8000000000000000')
     """
+    return _bits(value) if value else f"0x{'8' if math.copysign(1, value) < 0 else '0'}{'0' * 15}"
+
+
+@lru_cache(maxsize=4096)
+def _bits(value: float) -> str:
     return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"
 
 

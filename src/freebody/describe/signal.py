@@ -178,13 +178,15 @@ def signal(
     held = np.zeros((2, inner.shape[1]))
     held[:, 0] = v[0], v[-1]
     # row k: after k break points; the first and the last are outside
-    made._coefficients = np.vstack([held[:1], inner, held[1:]])
+    made._coefficients = np.vstack([held[:1], inner, held[1:]]) + 0.0
+    for array in (made.times, made._coefficients):
+        array.setflags(write=False)  # what was made of them is kept
     return made
 
 
 def _samples(given: ArrayLike, what: str, label: str) -> Array:
     try:
-        x = np.array(given, dtype=float)
+        x = np.array(given, dtype=float) + 0.0  # there is one zero
     except (TypeError, ValueError, OverflowError):
         raise ModelError(f"Expected numbers for the {what} of signal '{label}', got {given!r}.") from None
     if x.ndim != 1:

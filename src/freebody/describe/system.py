@@ -54,12 +54,10 @@ class System:
     """
 
     def __init__(self, name: str = "system") -> None:
-        if not isinstance(name, str) or not name.strip():
-            raise ModelError(f"Expected a name (text) for the system, got {name!r}.")
-        self.name = name
         self.names = Names()
-        self.ground = Body(self, "ground")
         self.changes = changes = self.names.changes
+        self.name = name
+        self.ground = Body(self, "ground")
         self.bodies: dict[str, Body] = Table(changes)
         self.joints: dict[str, Joint] = Table(changes)
         self.hung: set[str] = set()  # bodies that are the child of a joint
@@ -77,6 +75,18 @@ class System:
     def __copy__(self) -> System:
         """A machine of its own: what belongs to this one belongs to no other."""
         return copy.deepcopy(self)
+
+    @property
+    def name(self) -> str:
+        """What the machine is called."""
+        return self._name
+
+    @name.setter
+    def name(self, name: str) -> None:
+        if not isinstance(name, str) or not name.strip():
+            raise ModelError(f"Expected a name (text) for the system, got {name!r}.")
+        self._name = name
+        self.changes.count += 1
 
     # -- symbols --------------------------------------------------------------------------------
 

@@ -16,14 +16,16 @@ EVEN = frozenset({"cos", "cosh", "abs"})
 def number(x: Any) -> Any:
     """An exact int or Fraction, or a float."""
     kind = type(x)
-    if kind is int or kind is float:
+    if kind is int:
         return x
+    if kind is float:
+        return x + 0.0  # there is one zero: equal numbers are one constant
     if isinstance(x, Integral):
         return int(x)
     if isinstance(x, Rational):
         return int(x.numerator) if x.denominator == 1 else Fraction(int(x.numerator), int(x.denominator))
     if isinstance(x, Real):
-        return float(x)
+        return float(x) + 0.0
     raise ExpressionError(f"Expected a real number or a scalar of the tape, got {x!r}.")
 
 

@@ -13,9 +13,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, wait
 from dataclasses import dataclass, replace
-from itertools import islice
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -34,6 +32,7 @@ from .batch_alone import NO_START, REASON, REFUSED, Alone
 from .batch_kernels import BatchProgram, OfLimit, batch_program
 from .batch_large import Large
 from .batch_large import applies as large
+from .batch_pool import Elsewhere, check_executor
 from .batch_start import Lanes, lanes_of
 from .batch_store import Store, check_names, dataset_of
 from .batch_threads import share
@@ -43,6 +42,7 @@ from .event import EventSpec, expressions_of, specs_of
 from .impacts import ORDERS
 from .initial import named_state, number, quaternions_by_joint, several
 from .kernels import Kernels, kernels_of
+from .keyboard import Keyboard
 from .methods import (
     BUDGET,
     FINE,
@@ -133,81 +133,49 @@ def simulate_batch(
     job = job_of(s, until, initial=initial, values=values, threads=threads, **asked)
     given = job.given
     check_names(job)
+    elsewhere = None
+    if executor is not None:
+        check_executor(executor, job.kernels.model, (s, until, asked))
+        elsewhere = Elsewhere(executor, job, (s, until, asked))
     kept = None if store is None else Store(store, job)
     if kept is None:
         _check_memory(job)
-    results = Results.of(job, 0, given.count) if kept is None else None
-    part = None
-    with Progress(0.0, float(given.count), progress) as between:
+    nothing = Results.of(job, 0, 0)
+    part = results = nothing if kept else Results.of(job, 0, given.count)
+    take = kept.write if kept else results.take
+    with Keyboard() as keyboard, Progress(0.0, float(given.count), progress) as shown:
+
+        def taken(part: Results) -> None:
+            with keyboard.held():
+                take(part)
+
+        def between(done: float) -> None:
+            shown(done)
+            keyboard.check()
+
         try:
-            if executor is not None:
-                for part, ready in _elsewhere(job, kept, s, until, asked, executor):
-                    if kept is not None:
-                        kept.write(part)
-                    elif results is not None:
-                        results.take(part)
-                    between(float(ready))
+            keyboard.listening = True
+            if elsewhere is not None:
+                elsewhere.run(_blocks(job, kept), taken, between)
             else:
                 for low, high in _blocks(job, kept):
-                    part = Results.of(job, low, high) if results is None else results
+                    part = Results.of(job, low, high) if kept else results
                     job.run(part, between)
-                    if kept is not None:
-                        kept.write(part)
+                    if kept:
+                        taken(part)
+                        part = nothing
+            keyboard.listening = False
         except KeyboardInterrupt:  # what is done is kept
-            if kept is not None and part is not None:
+            keyboard.listening = False
+            part.clear(np.flatnonzero(part.waiting))
+            if kept:
                 kept.write(part)
-    data = dataset_of(job, results) if kept is None else kept.dataset()
+        data = kept.dataset() if kept else dataset_of(job, results)
+    if elsewhere is not None:
+        elsewhere.tell(data)
     if not job.looped and (data["status"] == STATUS[NO_START]).all():
         raise SimulationError(f"No lane has a start. Lane 0: {data[REASON].values[0]}")
     return data
-
-
-def _elsewhere(
-    job: Job, kept: Any, s: Any, until: Any, asked: Mapping[str, Any], executor: Any
-) -> Iterator[tuple[Results, int]]:
-    """Results of blocks of lanes that an executor runs, as they come; and how many of all lanes are then done."""
-    if isinstance(executor, type) or not hasattr(executor, "submit"):
-        raise SimulationError(
-            f"Expected an executor with submit(), such as concurrent.futures.ProcessPoolExecutor(), got {executor!r}."
-        )
-    parts = []
-    for first, last in _blocks(job, kept):
-        size = max(1, min(last - first, -(-job.given.count // 64)))
-        parts += [(low, min(low + size, last)) for low in range(first, last, size)]
-    left, ready = iter(parts), job.given.count - sum(high - low for low, high in parts)
-    # what is handed over is begun at once: in a pool that loses a process, a task that waits and is cancelled ends the
-    # thread that would end the other processes (python/cpython#107219), and the program then waits for them
-    room = getattr(executor, "_max_workers", 64) + 1
-    running: set[Any] = set()
-    try:
-        while True:
-            for low, high in islice(left, room - len(running)):
-                values, initial = job.given.part(np.arange(low, high))
-                options = {**asked, "values": values, "initial": initial}
-                running.add(executor.submit(_block, s, until, options, low))
-            if not running:
-                return
-            for task in wait(running, return_when=FIRST_COMPLETED).done:
-                part = task.result()
-                running.remove(task)
-                ready += part.high - part.low
-                yield part, ready
-    except KeyboardInterrupt:  # other blocks that are done are kept, too
-        for task in running:
-            if task.done() and not task.cancelled() and task.exception() is None:
-                yield task.result(), ready
-        raise
-    finally:
-        for task in running:
-            task.cancel()
-
-
-def _block(s: Any, until: Any, options: dict[str, Any], low: int) -> Results:
-    """Some lanes, in another process."""
-    job = job_of(s, until, threads=1, **options)
-    part = Results.of(job, 0, job.given.count)
-    job.run(part, lambda _: None)
-    return replace(part, low=low, high=low + job.given.count)
 
 
 def job_of(
@@ -457,21 +425,26 @@ class Job:
             if part.low <= lane < part.high:
                 part.kept[lane - part.low, 0] = NO_START
         loop_of_lanes = _Loop(self, first, part, watched)
-        loop_of_lanes.run(todo, between)
-        stiff = np.flatnonzero(part.kept[:, 0] == layout.STIFF)
-        if stiff.size:
-            part.clear(stiff)
-            # with signals, a run alone changes its method in the leg that is stiff
-            again = Alone(self, part) if self.kernels.model.signals else _Loop(self, "radau", part, False)
-            again.run(stiff + part.low, between)
-        apart = [k - part.low for k in self.apart if part.low <= k < part.high]
+        # where other conditions take over, they do for a run alone
+        lost = _LOST if loop_of_lanes.program.dropped else ()
         if loop_of_lanes.limit < self.most_steps:  # a run alone sees whether it sticks
-            apart += np.flatnonzero(np.isin(part.kept[:, 0], (at.TOO_MANY, layout.COLLAPSED))).tolist()
-        if loop_of_lanes.program.dropped:  # where other conditions take over, they do for a run alone
-            apart += np.flatnonzero(np.isin(part.kept[:, 0], _LOST)).tolist()
-        if apart:
-            part.clear(apart)
-            Alone(self, part).run(np.array(apart, dtype=np.int64) + part.low, between)
+            lost = (*lost, at.TOO_MANY, layout.COLLAPSED)
+        try:
+            loop_of_lanes.run(todo, between)
+            stiff = np.flatnonzero(part.kept[:, 0] == layout.STIFF)
+            if stiff.size:
+                part.clear(stiff)
+                # with signals, a run alone changes its method in the leg that is stiff
+                again = Alone(self, part) if self.kernels.model.signals else _Loop(self, "radau", part, False)
+                again.run(stiff + part.low, between)
+            apart = [k - part.low for k in self.apart if part.low <= k < part.high]
+            apart += np.flatnonzero(np.isin(part.kept[:, 0], lost)).tolist()
+            if apart:
+                part.clear(apart)
+                Alone(self, part).run(np.array(apart, dtype=np.int64) + part.low, between)
+        except KeyboardInterrupt:  # so ended lanes that were to be run once more
+            part.clear(np.flatnonzero(np.isin(part.kept[:, 0], (layout.STIFF, *lost))))
+            raise
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,9 +7,8 @@ stopped, even by force, leaves a file that can be read, and goes on with the lan
 
 from __future__ import annotations
 
-import hashlib
 import json
-import os
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +17,8 @@ from ..errors import SimulationError, path_of
 from . import lanes_layout as at
 from . import layout
 from .batch_alone import REASON
-from .contact_scene import scene_of
+from .files import lock, replacing, reserve, told
+from .identity import parts
 from .outputs import CONTACT_MODES, TIMELINE, OfContact
 from .trajectory import unit_of_name
 
@@ -26,8 +26,15 @@ if TYPE_CHECKING:
     import xarray
 
 
+_MARK = "runs"  # attribute that holds the identity of the runs, part by part
+_WHOLE = "The lanes that were written before are whole, and the same call goes on with the others. "
 _SMALL = 1 << 28  # bytes that are read at once
-_TEXTS = {
+_HEAP = (
+    1 << 16
+)  # bytes at most by which HDF5 grows a file for texts, besides these, and of what names the file
+_ADDRESS = 16  # bytes in the file that tell the length and the place of a text
+_EACH = 1 << 12  # bytes at most that describe a variable
+TEXTS = {
     TIMELINE: "modes of contacts: [contact, mode, start, end, why], ...; read by freebody.timeline",
     REASON: "why the run failed, or is not physical",
 }
@@ -54,7 +61,7 @@ def _variables(job: Any) -> dict[str, tuple[tuple[str, ...], Any, dict[str, str]
     result["end"] = (("lane",), "f8", {"units": "s", "long_name": "time at which the run ended"})
     result["steps"] = (("lane",), "i8", {"long_name": "accepted steps"})
     for name in job.texts:
-        result[name] = (("lane",), "text", {"long_name": _TEXTS[name]})
+        result[name] = (("lane",), "text", {"long_name": TEXTS[name]})
     result["blame"] = (("lane",), "i8", {"long_name": "component, or event, that stopped a failed lane"})
     result["status"] = (("lane",), "i1", {"long_name": "how the run ended"})
     return result
@@ -109,7 +116,7 @@ def check_names(job: Any) -> None:
     """
     own = [name for name in _variables(job) if name not in job.asked.timed and name not in job.asked.numbers]
     taken = dict.fromkeys(
-        [*own, "event_time", "event_last", "event_count", "event", "status"], "tells how lanes ended"
+        [*own, "event_time", "event_last", "event_count", "event", "status", REASON], "tells how lanes ended"
     )
     taken |= dict.fromkeys(("lane", "time"), "counts the lanes and the times")
     for name in job.given.varied[0]:
@@ -227,22 +234,24 @@ class Store:
 
     def __init__(self, path: Any, job: Any) -> None:
         self.path, self.job = path_of(path, "store=", SimulationError), job
-        self.mark = _mark(job)
-        if self.path.is_dir():
-            raise SimulationError(
-                f"Expected the path of a file for store=, got the folder '{self.path}'. Name a file in it, such as "
-                f"'{self.path / 'lanes.nc'}'."
-            )
-        if not self.path.parent.is_dir():
-            raise SimulationError(
-                f"Can not write '{self.path}': there is no folder '{self.path.parent}'. Make it, or choose another "
-                "path."
-            )
-        if self.path.exists() and not self.path.is_file():  # HDF5 would wait for a pipe
-            raise SimulationError(
-                f"Expected the path of a file for store=, got '{self.path}', which is none."
-            )
-        if self.path.exists():
+        self.parts = parts(job)
+        with told(self.path):
+            if self.path.is_dir():
+                raise SimulationError(
+                    f"Expected the path of a file for store=, got the folder '{self.path}'. Name a file in it, such as "
+                    f"'{self.path / 'lanes.nc'}'."
+                )
+            if not self.path.parent.is_dir():
+                raise SimulationError(
+                    f"Can not write '{self.path}': there is no folder '{self.path.parent}'. Make it, or choose another "
+                    "path."
+                )
+            there = self.path.exists()
+            if there and not self.path.is_file():  # HDF5 would wait for a pipe
+                raise SimulationError(
+                    f"Expected the path of a file for store=, got '{self.path}', which is none."
+                )
+        if there:
             self._check()
         else:
             self._create()
@@ -252,17 +261,41 @@ class Store:
 
         try:
             with h5py.File(self.path, "r") as file:
-                mark = file.attrs.get("runs", "")
+                said = file.attrs.get(_MARK, "")
+                waiting = "status" in file and bool((file["status"][:] == -1).any())
         except OSError as error:
             raise SimulationError(
                 f"Expected results of a batch in '{self.path}', but it can not be read: {error}. Choose another path."
             ) from None
-        mark = mark.decode() if isinstance(mark, bytes) else str(mark)
-        if mark != self.mark:
+        said = said.decode() if isinstance(said, bytes) else str(said)
+        known = json.loads(said) if said.startswith("{") else {}
+        others = [name for name, mark in self.parts.items() if known.get(name) != mark]
+        if others:
+            what = f"runs that differ in the {', the '.join(others)}" if known else "something else"
             raise SimulationError(
                 f"Expected '{self.path}' to hold results of the same runs, to go on with them, but it holds those of "
-                "another machine, other values, times, outputs or tolerances. Choose another path, or remove the file."
+                f"{what}. Choose another path, or remove the file."
             )
+        if waiting:
+            with told(self.path, more=_WHOLE):
+                self._mend()
+
+    def _mend(self) -> None:
+        """Empty the texts of lanes that were not run: a process that was killed as it wrote them has left addresses
+        there of what it did not write any more, with which HDF5 reads no text at all."""
+        import h5py
+
+        with h5py.File(self.path, "r") as file:
+            places = [file[_escaped(name)].id.get_offset() for name in self.job.texts]
+            ended = file["status"].id.get_offset()
+        with self.path.open("r+b") as raw:
+            lock(raw)
+            raw.seek(ended)
+            statuses = np.frombuffer(raw.read(self.job.given.count), dtype=np.int8)
+            for first, last in _runs(np.flatnonzero(statuses == -1)) if places else ():
+                for place in places:
+                    raw.seek(place + _ADDRESS * first)
+                    raw.write(bytes(_ADDRESS * (last - first)))
 
     def _create(self) -> None:
         import h5netcdf
@@ -271,49 +304,60 @@ class Store:
         from .batch import STATUS
 
         job = self.job
-        new = self.path.with_name(f".{self.path.name}.{os.getpid()}.new")
-        try:
-            with h5netcdf.File(new, "w") as file:
-                sizes = {"lane": job.given.count}
-                if job.asked.timed:
-                    sizes["time"] = job.wanted.size
-                if job.specs:
-                    sizes["event"] = len(job.specs)
-                file.dimensions = sizes
-                for name, (dims, values, *about) in _coordinates(job).items():
-                    values = np.asarray(values)
-                    if values.dtype == object:
-                        made = file.create_variable(name, (dims,), dtype=h5py.string_dtype())
-                        made[:] = values
-                    else:
-                        file.create_variable(name, (dims,), data=values)
-                    for key, text in (about[0] if about else {}).items():
-                        file[name].attrs[key] = text
-                beside = [name for name in _coordinates(job) if name not in sizes]
-                for name, (dims, kind, about) in _variables(job).items():
-                    if kind == "text":
-                        made = file.create_variable(_escaped(name), dims, dtype=h5py.string_dtype())
-                        made[:] = ""
-                        made.attrs.update(about)
-                        continue
-                    # a first number takes the whole place in the file, filled
-                    empty = np.nan if kind == "f8" else -1
-                    made = file.create_variable(_escaped(name), dims, dtype=kind, fillvalue=empty)
-                    made[(0,) * len(dims)] = empty
-                    for key, text in about.items():
-                        made.attrs[key] = text
-                    if beside:
-                        made.attrs["coordinates"] = " ".join(beside)
-                codes = {code: text for code, text in STATUS.items() if code >= 0}
-                file["status"].attrs["flag_values"] = np.array(list(codes), dtype="i1")
-                words = [text.replace(",", "").replace(" ", "_") for text in codes.values()]
-                file["status"].attrs["flag_meanings"] = " ".join(words)
-                for key, value in _attributes(job).items():
-                    file.attrs[key] = value
-                file.attrs["runs"] = self.mark
-            os.replace(new, self.path)
-        finally:
-            new.unlink(missing_ok=True)
+        with (
+            replacing(self.path, self._size()) as new,
+            h5netcdf.File(new, "w") as file,
+        ):
+            sizes = {"lane": job.given.count}
+            if job.asked.timed:
+                sizes["time"] = job.wanted.size
+            if job.specs:
+                sizes["event"] = len(job.specs)
+            file.dimensions = sizes
+            for name, (dims, values, *about) in _coordinates(job).items():
+                values = np.asarray(values)
+                if values.dtype == object:
+                    made = file.create_variable(name, (dims,), dtype=h5py.string_dtype())
+                    made[:] = values
+                else:
+                    file.create_variable(name, (dims,), data=values)
+                for key, text in (about[0] if about else {}).items():
+                    file[name].attrs[key] = text
+            beside = [name for name in _coordinates(job) if name not in sizes]
+            for name, (dims, kind, about) in _variables(job).items():
+                if kind == "text":
+                    made = file.create_variable(_escaped(name), dims, dtype=h5py.string_dtype())
+                    made[:] = ""
+                    made.attrs.update(about)
+                    continue
+                # a first number takes the whole place in the file, filled
+                empty = np.nan if kind == "f8" else -1
+                made = file.create_variable(_escaped(name), dims, dtype=kind, fillvalue=empty)
+                made[(0,) * len(dims)] = empty
+                for key, text in about.items():
+                    made.attrs[key] = text
+                if beside:
+                    made.attrs["coordinates"] = " ".join(beside)
+            codes = {code: text for code, text in STATUS.items() if code >= 0}
+            file["status"].attrs["flag_values"] = np.array(list(codes), dtype="i1")
+            words = [text.replace(",", "").replace(" ", "_") for text in codes.values()]
+            file["status"].attrs["flag_meanings"] = " ".join(words)
+            for key, value in _attributes(job).items():
+                file.attrs[key] = value
+            file.attrs[_MARK] = json.dumps(self.parts)
+
+    def _size(self) -> int:
+        """Bytes of the file as it is laid out, at most."""
+        job = self.job
+        sizes = {"lane": job.given.count, "time": job.wanted.size, "event": len(job.specs)}
+        laid = _variables(job).values()
+        columns = [np.asarray(values).size for _, values, *_ in _coordinates(job).values()]
+        return (
+            sum(_EACH + 16 * math.prod(sizes[d] for d in dims) for dims, kind, _ in laid if kind == "text")
+            + sum(_EACH + 8 * math.prod(sizes[d] for d in dims) for dims, kind, _ in laid if kind != "text")
+            + sum(_EACH + 16 * count for count in columns)
+            + _HEAP
+        )
 
     def waiting(self, low: int, high: int) -> Any:
         """Which lanes of a range were not run, as 0 or 1."""
@@ -330,20 +374,17 @@ class Store:
         done = np.flatnonzero(found["status"] != -1)
         if not done.size:
             return
-        try:
-            opened = h5py.File(self.path, "r+")
-        except OSError as error:
-            raise SimulationError(
-                f"Can not write results to '{self.path}': {error}. Close the dataset that was read from it, or wait "
-                "for the process that writes to it."
-            ) from None
-        with opened as file:
-            for name, array in found.items():
-                if name == "status":
-                    file.flush()
-                if array.size:
-                    for first, last in _runs(done):
-                        file[_escaped(name)][part.low + first : part.low + last] = array[first:last]
+        texts = {name: [x.encode() for x in found[name][done]] for name in self.job.texts}
+        growth = sum(_HEAP + sum(2 * len(x) + 64 for x in some) for some in texts.values())
+        with told(self.path, growth, _WHOLE):
+            reserve(self.path, growth)
+            with h5py.File(self.path, "r+") as file:
+                for name, array in found.items():
+                    if name == "status":
+                        file.flush()
+                    if array.size:
+                        for first, last in _runs(done):
+                            file[_escaped(name)][part.low + first : part.low + last] = array[first:last]
 
     def dataset(self) -> xarray.Dataset:
         """What the file holds: read into memory, or from the file as it is used where it is large."""
@@ -354,7 +395,7 @@ class Store:
             opened.load()
             opened.close()
         codes, blame = opened["status"].values, opened["blame"].values
-        opened.attrs.pop("runs", None)
+        opened.attrs.pop(_MARK, None)
         data = _told(opened.drop_vars(["status", "blame"]), codes, blame, self.job)
         data.set_close(opened.close)
         return data
@@ -369,31 +410,3 @@ def _runs(places: Any) -> list[tuple[int, int]]:
 def _escaped(name: str) -> str:
     """A name without the separator of groups."""
     return name.replace("/", "÷")
-
-
-def _mark(job: Any) -> str:
-    """Hash of everything that the results depend on."""
-    digest = hashlib.sha256()
-    if job.looped:
-        digest.update(repr(job.program(job.first).compiled.operations).encode())
-    else:
-        digest.update(repr(job.kernels.motion().compiled.operations).encode())
-        if job.kernels.model.contacts:
-            digest.update(repr(scene_of(job.kernels).program.compiled.operations).encode())
-        blows = [(x.name, str(x.when), x.times, *map(str, x.options.values())) for x in job.alone["impulses"]]
-        start = [(name, np.asarray(x).tolist()) for name, x in sorted(job.given.initial.items())]
-        options = [job.alone[name] for name in ("impacts", "indeterminate", "near", "project")]
-        digest.update(repr((blows, start, options, job.asked.timeline)).encode())
-    for parameter in job.kernels.model.parameters:
-        digest.update(np.asarray(job.given.columns[parameter.name], dtype=float).tobytes())
-    for array in (job.states, job.wanted, job.tolerances):
-        digest.update(np.ascontiguousarray(array).tobytes())
-    said = (
-        job.kernels.model.name, job.kernels.names, job.begin, job.end, job.method, job.step, job.longest,
-        job.max_steps, job.asked.timed, tuple(map(str, job.asked.timed_values)), job.asked.reduced,
-        sorted(job.asked.numbers.items()),
-        [(x.name, str(x.expression), x.direction, x.terminal) for x in job.specs], job.given.count,
-        sorted(job.failed),
-    )  # fmt: skip
-    digest.update(repr(said).encode())
-    return digest.hexdigest()

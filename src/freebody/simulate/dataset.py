@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import SimulationError, path_of
+from .files import replacing
 from .trajectory import Trajectory, unit_of
 
 if TYPE_CHECKING:
@@ -141,13 +142,18 @@ def save(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
         raise SimulationError(
             f"Can not write '{target}': there is no folder '{target.parent}'. Make it, or choose another path."
         )
-    new = target.with_name(f".{target.name}.{os.getpid()}.new")
-    try:
+    texts = sum(
+        sum(len(str(x).encode()) + 64 for x in one.values.flat)
+        for one in data.variables.values()
+        if one.dtype.kind in "OU"
+    )
+    # of HDF5, for each variable and for the file
+    machine = written(trajectory)
+    room = data.nbytes + 2 * texts + (len(data.variables) << 13) + (1 << 17)
+    room += sum(np.asarray(array).nbytes + (1 << 13) for array in machine.values())
+    with replacing(target, room) as new:
         data.to_netcdf(new, engine="h5netcdf")
         with h5py.File(new, "r+") as file:
             group = file.create_group(GROUP)
-            for name, array in written(trajectory).items():
+            for name, array in machine.items():
                 group[name] = array
-        os.replace(new, target)
-    finally:
-        new.unlink(missing_ok=True)

@@ -22,7 +22,7 @@ from ..space.rotation import Rotation
 def number(model: Model, values: Mapping[str, float], given: Any, what: str) -> float:
     """A finite number from a number, or an expression or text of the parameters."""
     if type(given) in _NUMBERS and math.isfinite(given):
-        return float(given)
+        return float(given) + 0.0  # there is one zero
     try:
         expression = model.names.expression(given, what)
     except ExpressionError:

@@ -105,7 +105,9 @@ def block(method: str, n: int, m: int) -> tuple[dict[str, slice], NDArray[np.int
     ends = list(accumulate(sizes))
     begins = [end - size for size, end in zip(sizes, ends, strict=True)]
     places = dict(zip((*IN_BLOCK, "told"), map(slice, begins, ends), strict=True))
-    return places, 8 * np.array(begins[:-1], dtype=np.int64), ends[-1]
+    distances = 8 * np.array(begins[:-1], dtype=np.int64)
+    distances.setflags(write=False)
+    return places, distances, ends[-1]
 
 
 def closing(n_q: int, n: int, m: int) -> int:

@@ -133,12 +133,13 @@ def simulate(
         ".normal", ".tangential", ".slip", ".margin" and ".mode"; "modes" is the timeline of all (:func:`timeline`).
     store : path, optional
         Of a batch: netCDF file that takes the results as they come. Where it exists and holds the same runs, those
-        that are missing are run.
+        that are missing are run. Runs are the same if their content is: machine, controllers, values, options, ...
     threads : int, optional
         Of a batch: how many share the lanes; all processors if not given. Results do not depend on it.
     executor : concurrent.futures.Executor, optional
         Of a batch: runs blocks of lanes elsewhere, such as a ``ProcessPoolExecutor``. Motions with contacts, which
-        threads do not speed up, go so as fast as there are processors.
+        threads do not speed up, go so as fast as there are processors. Where a process dies, its lanes are "waiting",
+        and ``reason`` says why.
     sensitivities : sequence of names, optional
         Parameters, and coordinates and speeds at the start, by which the motion is differentiated:
         ``trajectory.sensitivity["theta", "m"]``. The control of the step covers the derivatives.

@@ -193,8 +193,8 @@ class _Unit:
             table = ir.GlobalVariable(self.module, kind, f"table.{len(self._tables)}")
             table.linkage, table.global_constant = "internal", True
             table.initializer = kind([REAL(float(x)) for x in numbers.flat])
-            self._tables[id(numbers)] = table
-        return self._tables[id(numbers)]
+            self._tables[id(numbers)] = table, numbers  # which keep their address
+        return self._tables[id(numbers)][0]
 
 
 @cache
