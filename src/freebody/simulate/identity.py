@@ -63,7 +63,9 @@ def parts(job: Any) -> dict[str, str]:
                 f"Expected numbers, expressions and points for a study that is kept in a file, got {error.args[0]!r}."
             ) from None
 
-    machine = [getattr(model, x.name) for x in fields(Model) if x.name not in ("names", "controllers")]
+    machine = [
+        getattr(model, x.name) for x in fields(Model) if x.compare and x.name not in ("names", "controllers")
+    ]
     columns = [(aliases.get(name, name), np.array(x, dtype=float)) for name, x in given.columns.items()]
     events = [(x.name, x.direction, x.terminal) for x in job.specs]
     starts = [_by_name(model, x) for x in (given.initial, alone["near"])]
