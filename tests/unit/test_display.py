@@ -187,7 +187,10 @@ BARS = [  # forms of one fraction, and what is printed for each
          / (m**2 * sp.sin(theta) ** 2 - k**2 * sp.cos(theta) ** 2)],
         "1/(m*sin(theta) + k*cos(theta))",
     ),
-    ([sp.sqrt(k) * g / (m * sp.sin(theta) ** 2), 2 * sp.sqrt(k) * g / (m - m * sp.cos(2 * theta))], "sqrt(k)*g/(m*sin(theta)^2)"),
+    (
+        [sp.sqrt(k) * g / (m * sp.sin(theta) ** 2), 2 * sp.sqrt(k) * g / (m - m * sp.cos(2 * theta))],
+        "sqrt(k)*g/(m*sin(theta)^2)",
+    ),
 ]  # fmt: skip
 
 
