@@ -120,14 +120,22 @@ def _divides(x: Any, below: Any) -> bool:
     """Whether a sine or cosine occurs in what is divided by."""
     if type(below) is Polynomial and any(g.kind in KINDS for g in below.ring.used(below)):
         return True
-    return any(
-        h.kind in KINDS
-        for e in (x, below)
-        if type(e) is Polynomial
-        for g in e.ring.used(e)
-        if g.kind == "inverse"
-        for h in e.ring.used(g.arguments[0])
-    )
+    for e in (x, below):
+        # the mask of an element is quick, and holds all generators that occur
+        if type(e) is Polynomial and (mask := e.mask & _divisors(e.ring)) and mask & e.ring.support(e.num):
+            return True
+    return False
+
+
+def _divisors(ring: Any) -> int:
+    """Mask of the inverse generators of what holds a sine or cosine."""
+    known, mask = ring.cache.get("divided by angles", (0, 0))
+    if known < len(ring.generators):
+        for g in ring.generators[known:]:
+            if g.kind == "inverse" and any(h.kind in KINDS for h in ring.used(g.arguments[0])):
+                mask |= 1 << g.index
+        ring.cache["divided by angles"] = len(ring.generators), mask
+    return int(mask)
 
 
 def _cleared_size(x: Any) -> int:
