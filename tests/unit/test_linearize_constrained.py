@@ -496,3 +496,46 @@ def test_carried_deviations_that_act_back_in_text_with_numbers():
     linear = fb.linearize(s, values={}, independent="x f")
     assert linear.carried == ("y",)
     assert linear.text() == "2*x'' = 0\n0.833333*f'' + 3.5*y = 0\ny' = 0.5*f'"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_ball_joint_on_a_rail_along_a_motion_against_differences(seed):
+    """Deviations between neighbouring motions satisfy the linear equations; the axes of small turns move."""
+    rng = np.random.default_rng(seed)
+    s = fb.System("top")
+    s.gravity = (0, 0, -9.81)
+    s.ball("tip", s.ground, s.body("body", fb.box(2, (0.3, 0.5, 0.7))), to=(0.1, 0, -0.6))
+    q = rng.normal(0, 1, 4)
+    q /= np.linalg.norm(q)
+    s.constrain(f"tip_e1*tip_e3 + tip_e0*tip_e2 - {q[1] * q[3] + q[0] * q[2]}", name="rail")
+    model = fb.assemble(s)
+    u = rng.normal(0, 2, 3)
+    h = 0.005
+    times = 0.1 + h * np.arange(-2, 3)
+
+    def run(turn, change):
+        near = closed_coordinates(model, displaced(model, q.tolist(), turn))
+        given = linearized(model, float_state(model, near, (u + change).tolist()))
+        speeds = (
+            u
+            + change
+            - np.linalg.pinv(np.array(given.matrix, dtype=float)) @ np.array(given.rate, dtype=float)
+        )
+        start = {"tip": near, **dict(zip(model.speed_names, speeds.tolist(), strict=True))}
+        found = fb.simulate(s, until=0.12, initial=start, times=times, tolerance=1e-13)
+        return found, np.array([found[name] for name in model.coordinate_names]).T
+
+    motion_0, q_0 = run(np.zeros(3), np.zeros(3))
+    linear = fb.linearize(s, motion_0.at(0.1))
+    own = [("tip_rx", "tip_ry", "tip_rz").index(name) for name in linear.coordinates]
+    M, C, K = np.asarray(linear.M), np.asarray(linear.C), np.asarray(linear.K)
+    e = 1e-5
+    for _ in range(3):
+        turn, change = e * rng.normal(0, 1, 3), e * rng.normal(0, 1, 3)
+        (_, first), (_, second) = run(turn, change), run(-turn, -change)
+        p = (deviations(model, q_0, first) - deviations(model, q_0, second))[:, own] / (2 * e)
+        rate = (p[0] - 8 * p[1] + 8 * p[3] - p[4]) / (12 * h)
+        again = (-p[0] + 16 * p[1] - 30 * p[2] + 16 * p[3] - p[4]) / (12 * h**2)
+        sides = np.array([M @ again, C @ rate, K @ p[2]])
+        # h⁴ of the differences in time, e² of those between the motions, and round-off over e h²
+        assert np.abs(sides.sum(axis=0)).max() < 1e-4 * np.abs(sides).max()
