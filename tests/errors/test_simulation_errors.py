@@ -278,3 +278,34 @@ def test_too_many_steps():
     assert "of 1000 s" in text
     assert "Raise max_steps, or loosen the tolerance" in text
     assert motion.steps == 20
+
+
+# -- the component that is to blame -----------------------------------------------------------------
+
+
+def escaping(which, force):
+    """Three blocks on a track; one of them is pushed by a force that grows without bound."""
+    s = fb.System("blocks")
+    for name in "abc":
+        s.slider(f"guide_{name}", s.ground, s.body(name, fb.particle(1)), axis="x", coordinate=name)
+        s.generalized_force(name, force.replace("@", which) if name == which else f"-{name}")
+    return s
+
+
+@pytest.mark.parametrize("which", "abc")
+@pytest.mark.parametrize("method", ["dop853", "dop54", "radau", "taylor"])
+def test_the_component_that_escapes_is_named(which, method):
+    start = {"a": 1, "b": -1, "c": 0.5, f"{which}'": 1}  # q' = 1/√(1 - 2t): at t = 1/2
+    with pytest.raises(
+        SimulationError, match=f"collapsed at t = 0.5 s: '{which}'' changes faster than any step"
+    ):
+        fb.simulate(escaping(which, "@'^3"), until=1, initial=start, method=method)
+
+
+@pytest.mark.parametrize("which", "abc")
+@pytest.mark.parametrize("method", ["dop853", "radau"])
+def test_the_component_without_a_value_is_named(which, method):
+    """√(1/2 - q) of a block that moves on at a speed near 1."""
+    start = {name: 0.1 for name in "abc"} | {f"{which}'": 2}
+    with pytest.raises(SimulationError, match=f"'{which}''"):
+        fb.simulate(escaping(which, "-@'/9 - sqrt(1/2 - @)"), until=2, initial=start, method=method)

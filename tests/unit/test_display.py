@@ -173,6 +173,44 @@ def test_text(expr, shown):
     assert text(ring.from_sympy(expr), ring) == shown
 
 
+BARS = [  # forms of one fraction, and what is printed for each
+    ([1 / (1 + sp.cos(theta)), (1 - sp.cos(theta)) / sp.sin(theta) ** 2], "1/(1 + cos(theta))"),
+    ([sp.cos(theta) / (1 + sp.sin(theta)), (1 - sp.sin(theta)) / sp.cos(theta)], "cos(theta)/(1 + sin(theta))"),
+    (
+        [sp.sin(theta) / (1 + sp.cos(theta)), sp.tan(theta / 2), (1 - sp.cos(theta)) / sp.sin(theta)],
+        "sin(theta)/(1 + cos(theta))",
+    ),
+    ([1 / (1 + sp.cosh(x)), (sp.cosh(x) - 1) / sp.sinh(x) ** 2], "1/(1 + cosh(x))"),
+    ([sp.sinh(x) / (1 + sp.cosh(x)), sp.tanh(x / 2)], "sinh(x)/(1 + cosh(x))"),
+    (
+        [1 / (m * sp.sin(theta) + k * sp.cos(theta)), (m * sp.sin(theta) - k * sp.cos(theta))
+         / (m**2 * sp.sin(theta) ** 2 - k**2 * sp.cos(theta) ** 2)],
+        "1/(m*sin(theta) + k*cos(theta))",
+    ),
+    (
+        [sp.sqrt(k) * g / (m * sp.sin(theta) ** 2), 2 * sp.sqrt(k) * g / (m - m * sp.cos(2 * theta))],
+        "sqrt(k)*g/(m*sin(theta)^2)",
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("forms, shown", BARS, ids=[s for _, s in BARS])
+def test_equal_fractions_are_printed_alike(forms, shown):
+    together = ring_of([M, m, k, g, F, L, m1, m2], [x, theta])
+    for form in forms:
+        ring = ring_of([M, m, k, g, F, L, m1, m2], [x, theta])
+        assert text(ring.from_sympy(form), ring) == shown
+        assert text(together.from_sympy(form), together) == shown
+
+
+def test_names_of_coefficients_are_shared_by_fractions_and_other_equations():
+    ring, lumps = ring_of([M, m, k, g, F, L, m1, m2], [x, theta]), Lumps()
+    whole = text(ring.from_sympy((M + m) * x), ring, lumps)
+    fraction = text(ring.from_sympy((M + m) / (1 + sp.cos(theta)) + (k + g) * sp.tan(theta / 2)), ring, lumps)
+    assert (whole, fraction) == ("c1*x", "(c1 + c2*sin(theta))/(1 + cos(theta))")
+    assert {name: text(x, ring) for name, x in lumps.table.items()} == {"c1": "M + m", "c2": "k + g"}
+
+
 @pytest.mark.parametrize("expr", [e for e, _ in SHOWN], ids=[s for _, s in SHOWN])
 def test_grouped_expression_is_the_same_element(expr):
     ring = ring_of([M, m, k, g, F, L, m1, m2], [x, theta])

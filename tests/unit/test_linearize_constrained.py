@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
+import types
 
 import numpy as np
 import pytest
 import sympy
 
 import freebody as fb
+from freebody.dynamics.constrained import closed_coordinates
+from freebody.dynamics.constraints import linearized
+from freebody.dynamics.motion import motion
+from freebody.dynamics.state import float_state
 from freebody.equations.deviation import deviations, displaced
 from freebody.errors import ModelError
 from freebody.gallery.whipple_bicycle import LEAN_AND_STEER
@@ -361,3 +366,176 @@ def test_compare_linear_refuses_a_free_joint_that_runs_on_a_circle():
     s = build()
     refused("changes|change", fb.compare_linear, s, {"air_e0": 1, "air_e1": 1, "air_z": 0.3, "air_wz": 3.0},
             initial={"air_rz": 0.1}, until=1)  # fmt: skip
+
+
+# -- along motions, against numbers ------------------------------------------------------------------
+
+
+def test_bent_constraint_along_a_motion():
+    """A bead on x² + y² = 1 under gravity. With φ'' = -g cos φ, x = cos φ and δφ = -δx/y:
+
+    M = m/y²,   C = -2 m y'/y³,   K = m (2 y'²/y⁴ - y''/y³ - g/y)
+    """
+    s = fb.System("bead")
+    s.parameters(g=9.81)
+    s.gravity = (0, "-g", 0)
+    carrier, bead = s.body("carrier", fb.particle(0)), s.body("bead", fb.particle(1))
+    s.slider("sx", s.ground, carrier, axis="x", coordinate="x")
+    s.slider("sy", carrier, bead, axis="y", coordinate="y")
+    s.constrain("x^2 + y^2 - 1", name="ring")
+    run = fb.simulate(s, until=0.3, initial={"x": 0.6, "y": -0.8, "x'": 0.8, "y'": 0.6})
+    linear = fb.linearize(s, run, independent="x")
+    x, y, dx, dy = (np.asarray(run[name]) for name in ("x", "y", "x'", "y'"))
+    angular = (x * dy - y * dx) ** 2
+    ddy = -angular * y - 9.81 * x**2
+    expected = 1 / y**2, -2 * dy / y**3, 2 * dy**2 / y**4 - ddy / y**3 - 9.81 / y
+    for found, value in zip((linear.M, linear.C, linear.K), expected, strict=True):
+        assert found[:, 0, 0] == pytest.approx(value, rel=1e-8)
+    at = fb.linearize(s, run.at(0.3), independent="x")
+    assert at.K.item() == pytest.approx(7.764, abs=5e-4)
+
+
+def random_loop(rng):
+    """Two or three bars in a plane, hung from each other, the last tip on a curve; springs, dampers, gravity."""
+    n = int(rng.integers(2, 4))
+    s = fb.System("loop")
+    s.gravity = (rng.uniform(-3, 3), -9.81, 0)
+    parent, lengths = s.ground, rng.uniform(0.5, 1.5, n)
+    for k, length in enumerate(lengths):
+        bar = s.body(f"bar{k}", fb.slender_bar(rng.uniform(0.5, 2), length))
+        place = {} if k == 0 else {"at": (lengths[k - 1] / 2, 0, 0)}
+        pin = s.hinge(f"pin{k}", parent, bar, to=(-length / 2, 0, 0), coordinate=f"q{k}", **place)
+        s.torsion_spring(f"k{k}", pin, stiffness=rng.uniform(0, 9))
+        s.damper(f"c{k}", pin, damping=rng.uniform(0, 2))
+        parent = bar
+    sums = [" + ".join(f"q{j}" for j in range(k + 1)) for k in range(n)]
+    x, y = (" + ".join(f"{a}*{f}({q})" for a, q in zip(lengths, sums, strict=True)) for f in ("cos", "sin"))
+    if rng.random() < 0.5:
+        s.constrain(f"({x})^2/4 + ({y})^2 - {rng.uniform(0.3, 0.6)}", name="ellipse")
+    else:
+        s.constrain(f"{y} - sin({x})/3", name="wave")
+    if n == 3 and rng.random() < 0.5:
+        s.constrain_speed("q0' - q1' + cos(q2)*q2'/4", name="drive")
+    return s
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_loops_along_motions_against_differences(seed):
+    """M⁻¹ C and M⁻¹ K of the independent coordinates are the derivatives of their accelerations."""
+    rng = np.random.default_rng(seed)
+    s = random_loop(rng)
+    model = fb.assemble(s)
+    n = model.n_u
+
+    def moved(q, u, held, places):
+        """The state near q and u that satisfies the conditions, with some speeds and coordinates held."""
+        q = closed_coordinates(model, q.tolist(), held=places)
+        given = linearized(model, float_state(model, q, u.tolist()))
+        G, rate = np.array(given.matrix, dtype=float), np.array(given.rate, dtype=float)
+        rest = [j for j in range(n) if j not in held]
+        u = u.copy()
+        u[rest] -= np.linalg.lstsq(G[:, rest], rate, rcond=None)[0]
+        udot = motion(model, float_state(model, q, u.tolist())).udot
+        return np.array(q), u, np.array(udot, dtype=float)
+
+    start = np.array(closed_coordinates(model, rng.uniform(0.3, 1.2, n).tolist()))
+    q, u, _ = moved(start, rng.uniform(-1, 1, n), [], [])
+    at = types.SimpleNamespace(
+        t=np.zeros(1), q=q[None], u=u[None], values={}, name="loop", names=(*model.coordinate_names, *model.speed_names)
+    )  # fmt: skip
+    linear = fb.linearize(s, at)
+    own = [model.coordinate_names.index(name) for name in linear.coordinates]
+    free = [*own, *(model.coordinate_names.index(name) for name in linear.carried)]
+    M, C, K = (getattr(linear, key)[0] for key in "MCK")
+    if linear.carried:
+        K = np.concatenate([K, linear.canonical["K_carried"][0]], axis=1)
+    h = 1e-5
+    for column, j in enumerate(free):  # error: h² of the differences, and round-off over h
+        slopes = []
+        for sign in (1, -1):
+            near = q.copy()
+            near[j] += sign * h
+            slopes.append(moved(near, u, own, free)[2][own])
+        expected = -(slopes[0] - slopes[1]) / (2 * h)
+        assert np.linalg.solve(M, K[:, column]) == pytest.approx(
+            expected, rel=1e-5, abs=1e-5 * np.abs(K).max()
+        )
+    for column, j in enumerate(own):
+        slopes = []
+        for sign in (1, -1):
+            near = u.copy()
+            near[j] += sign * h
+            slopes.append(moved(q, near, own, free)[2][own])
+        expected = -(slopes[0] - slopes[1]) / (2 * h)
+        assert np.linalg.solve(M, C[:, column]) == pytest.approx(
+            expected, rel=1e-5, abs=1e-5 * np.abs(C).max()
+        )
+
+
+def test_carried_deviations_in_text_with_numbers():
+    s = fb.System("skate")
+    body = s.body("body", fb.box(2, (1, 1, 1)))
+    s.planar("p", s.ground, body, coordinate="x y f")
+    s.constrain_speed("x'*sin(f) - y'*cos(f)", name="edge")
+    numbers = fb.linearize(s, {"x'": 3}, values={}, independent="x f")
+    assert numbers.text() == "2*x'' = 0\n0.333333*f'' = 0\ny' = 3*f"
+    assert numbers.latex().splitlines()[-2] == r"\dot{y} &= 3 f"
+    assert "<mover><mi>y</mi><mo>.</mo></mover><mo>=</mo><mn>3</mn><mi>f</mi>" in numbers.mathml()
+    # symbols with the same numbers put in print the same lines
+    symbols = fb.linearize(s, {"x'": sympy.Symbol("V")}, independent="x f")
+    assert symbols.numeric({"V": 3}).text() == numbers.text()
+
+
+def test_carried_deviations_that_act_back_in_text_with_numbers():
+    """A pulled skate with a spring across: what is carried stands in the equations, and follows the others' rates."""
+    s = fb.System("sledge")
+    body = s.body("body", fb.box(2, (1, 1, 1)))
+    s.planar("p", s.ground, body, coordinate="x y f")
+    s.constrain_speed("x'*sin(f) - y'*cos(f) + f'/2", name="edge")
+    s.generalized_force("y", "-7*y")
+    linear = fb.linearize(s, values={}, independent="x f")
+    assert linear.carried == ("y",)
+    assert linear.text() == "2*x'' = 0\n0.833333*f'' + 3.5*y = 0\ny' = 0.5*f'"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_ball_joint_on_a_rail_along_a_motion_against_differences(seed):
+    """Deviations between neighbouring motions satisfy the linear equations; the axes of small turns move."""
+    rng = np.random.default_rng(seed)
+    s = fb.System("top")
+    s.gravity = (0, 0, -9.81)
+    s.ball("tip", s.ground, s.body("body", fb.box(2, (0.3, 0.5, 0.7))), to=(0.1, 0, -0.6))
+    q = rng.normal(0, 1, 4)
+    q /= np.linalg.norm(q)
+    s.constrain(f"tip_e1*tip_e3 + tip_e0*tip_e2 - {q[1] * q[3] + q[0] * q[2]}", name="rail")
+    model = fb.assemble(s)
+    u = rng.normal(0, 2, 3)
+    h = 0.005
+    times = 0.1 + h * np.arange(-2, 3)
+
+    def run(turn, change):
+        near = closed_coordinates(model, displaced(model, q.tolist(), turn))
+        given = linearized(model, float_state(model, near, (u + change).tolist()))
+        speeds = (
+            u
+            + change
+            - np.linalg.pinv(np.array(given.matrix, dtype=float)) @ np.array(given.rate, dtype=float)
+        )
+        start = {"tip": near, **dict(zip(model.speed_names, speeds.tolist(), strict=True))}
+        found = fb.simulate(s, until=0.12, initial=start, times=times, tolerance=1e-13)
+        return found, np.array([found[name] for name in model.coordinate_names]).T
+
+    motion_0, q_0 = run(np.zeros(3), np.zeros(3))
+    linear = fb.linearize(s, motion_0.at(0.1))
+    own = [("tip_rx", "tip_ry", "tip_rz").index(name) for name in linear.coordinates]
+    M, C, K = np.asarray(linear.M), np.asarray(linear.C), np.asarray(linear.K)
+    e = 1e-5
+    for _ in range(3):
+        turn, change = e * rng.normal(0, 1, 3), e * rng.normal(0, 1, 3)
+        (_, first), (_, second) = run(turn, change), run(-turn, -change)
+        p = (deviations(model, q_0, first) - deviations(model, q_0, second))[:, own] / (2 * e)
+        rate = (p[0] - 8 * p[1] + 8 * p[3] - p[4]) / (12 * h)
+        again = (-p[0] + 16 * p[1] - 30 * p[2] + 16 * p[3] - p[4]) / (12 * h**2)
+        sides = np.array([M @ again, C @ rate, K @ p[2]])
+        # h⁴ of the differences in time, e² of those between the motions, and round-off over e h²
+        assert np.abs(sides.sum(axis=0)).max() < 1e-4 * np.abs(sides).max()

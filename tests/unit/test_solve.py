@@ -1,5 +1,7 @@
 """The free-body equations solved for what a user asks: exact answers, and refusals that say what was left."""
 
+import math
+
 import numpy as np
 import pytest
 import sympy
@@ -7,6 +9,8 @@ import sympy
 import freebody as fb
 from freebody.dynamics import float_state, forward_dynamics
 from freebody.dynamics.constrained import constrained_dynamics, independent_rows
+from freebody.equations.polynomial_roots import roots
+from freebody.equations.systems import Row
 from freebody.equations.vocabulary import Vocabulary
 from freebody.errors import ModelError
 from freebody.scalar.algebra import floats
@@ -449,3 +453,81 @@ def conditions_at(e, q):
 
 def test_a_short_answer_has_no_steps(bar) -> None:
     assert bar[0].solve(["theta''", "pin_x"]).steps == ((), ())
+
+
+# -- roots of degree two ----------------------------------------------------------------------------
+
+
+def test_fast_and_slow_precession_of_a_top():
+    """(A - C) cos θ ψ'² - C φ' ψ' + m g a = 0, with A about the tip."""
+    s = fb.System("top")
+    A, C, m, a, g = s.parameters(A=0.2, C=0.1, m=1, a=0.3, g=9.81)
+    s.gravity = (0, 0, -g)
+    across = A - m * a**2
+    top = s.body("top", fb.MassProperties(m, (0, 0, a), [[across, 0, 0], [0, across, 0], [0, 0, C]]))
+    s.gimbal("tip", s.ground, top, axis="ZXZ", coordinate="psi theta phi")
+    e = fb.equations(s)
+    found = e.solve(["psi'"], where={"theta''": 0, "theta'": 0})
+    lines = [line for line in found.text().splitlines() if line != "or"]
+    root = "sqrt(-4*A*a*g*m*cos(theta) + C^2*phi'^2 + 4*C*a*g*m*cos(theta))/(2*(A - C)*cos(theta))"
+    assert sorted(lines) == sorted(f"psi' = C*phi'/(2*(A - C)*cos(theta)) {sign} {root}" for sign in "+-")
+    theta, phi = s.names.atoms["theta"], s.names.atoms["phi'"]
+    at = {A: 0.2, C: 0.1, m: 1, a: 0.3, g: 9.81, theta: 0.4, phi: 90.0}
+    rates = sorted(float(branch["psi'"].subs(at)) for branch in found.branches)
+    assert rates == pytest.approx(
+        sorted(np.roots([0.1 * math.cos(0.4), -0.1 * 90, 0.3 * 9.81]).real), rel=1e-12
+    )
+    assert rates[0] == pytest.approx(0.3 * 9.81 / (0.1 * 90), rel=0.01)  # the slow one: m g a/(C n)
+
+
+def quadratic_row(*coefficients):
+    """Σ c_k v^k = 0, by rising powers, and its ring and symbols."""
+    ring = Ring()
+    terms = {
+        ((("v", k),) if k else ()): Ratio(ring, ring.from_sympy(sympy.sympify(c)))
+        for k, c in enumerate(coefficients)
+    }
+    row = Row("line", {key: c for key, c in terms.items() if c})
+    return roots([row], ring, set(), {"v": sympy.Symbol("v", real=True)})
+
+
+p, r_, c_ = sympy.symbols("p r c", real=True)
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "expected"),
+    [
+        ((6, -5, 1), {2, 3}),  # the root of the discriminant is a number
+        ((p * r_, -p - r_, 1), {p, r_}),  # or a polynomial: (p - r)²
+        ((c_**2, -2 * c_, 1), {c_}),  # or zero
+        ((-2, 0, 1), {sympy.sqrt(2), -sympy.sqrt(2)}), ((1, -3, 1), {(3 + sympy.sqrt(5)) / 2, (3 - sympy.sqrt(5)) / 2}),
+        ((0, -p, 1), {0, p}), ((0, 0, 3), {0}), ((1, 0, 1), set()), ((1, 1, 1), set()), ((-p, 2), {p / 2}),
+        ((36, 0, -13, 0, 1), {2, -2, 3, -3}),  # squares of them
+        ((-6, 11, -6, 1), {1, 2, 3}), ((-2, 1, -2, 1), {2}),  # by factors
+        ((sympy.Rational(-1, 12), sympy.Rational(-1, 12), sympy.S.Half), {sympy.S.Half, sympy.Rational(-1, 3)}),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_roots_of_one_equation(coefficients, expected):
+    found = {sympy.simplify(root["v"]) for root in quadratic_row(*coefficients)}
+    assert found == {sympy.simplify(x) for x in map(sympy.sympify, expected)}
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_random_roots_of_degree_two(seed):
+    """With symbols in the coefficients, against NumPy's roots at numbers where they are real."""
+    rng = np.random.default_rng(seed)
+    c = [
+        sum(int(k) * x for k, x in zip(rng.integers(-4, 5, 3), (1, p, r_), strict=True)) + sympy.cos(c_)
+        for _ in range(3)
+    ]
+    found = [root["v"] for root in quadratic_row(*c)]
+    real = 0
+    for place in rng.uniform(-2, 2, (20, 3)):
+        at = dict(zip((p, r_, c_), place, strict=True))
+        numbers = [float(x.subs(at)) for x in c]
+        expected = np.roots(numbers[::-1])
+        got = np.array([complex(x.subs(at)) for x in found])
+        assert np.sort_complex(got) == pytest.approx(np.sort_complex(expected), rel=1e-9, abs=1e-9)
+        real += bool(np.isreal(expected).all())
+    assert len(found) == 2 and real

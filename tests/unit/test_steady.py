@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import sympy
 
 import freebody as fb
+from freebody.equations.stability import hurwitz
 from freebody.equations.steady_problem import Problem
+from freebody.equations.steady_solve import roots_of
 from freebody.gallery.cart_and_bar import build as cart_and_bar
 from freebody.gallery.double_pendulum import build as double_pendulum
 from freebody.gallery.gyroscope import build as gyroscope
@@ -502,3 +506,98 @@ def test_where_a_leading_coefficient_is_zero_in_numbers_the_other_root_is_left()
     assert [len(one.nonzero) for one in found] == [1, 1, 0, 0]
     (state,) = found.at({"theta": np.pi / 2, "phi'": 20})
     assert state.values["psi'"] == pytest.approx(2 * 0.3 * 9.81 / 20, rel=1e-12)  # C = m/2
+
+
+# -- conditions of stability and roots, by their definitions --------------------------------------------
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 4])
+def test_hurwitz_conditions_are_those_of_the_roots(degree):
+    """All conditions are positive exactly where all roots of Σ c_k s^k are left of the imaginary axis."""
+    rng = np.random.default_rng(degree)
+    ring = Ring()
+    symbols = sympy.symbols(f"c:{degree + 1}", real=True)
+    conditions = hurwitz(SimpleNamespace(ring=ring), [ring.generator(x) for x in symbols])
+    seen = set()
+    for _ in range(300):
+        # half of them around roots that are left of it, so that both verdicts occur at every degree
+        c = (
+            np.poly(rng.normal(-0.4, 0.7, degree))[::-1]
+            if rng.random() < 0.5
+            else rng.normal(0.3, 1, degree + 1)
+        )
+        at = dict(zip(symbols, c * rng.choice([-1, 1]), strict=True))
+        left = bool((np.roots(c[::-1]).real < 0).all())
+        assert all(float(x.to_sympy().subs(at)) > 0 for x in conditions) == left
+        seen.add(left)
+    assert seen == {True, False}
+
+
+@pytest.mark.parametrize("degree", [2, 4])
+def test_conditions_of_conservative_systems_are_those_of_the_roots(degree):
+    """Even powers alone: positive exactly where all squares of the roots are real and negative."""
+    rng = np.random.default_rng(degree)
+    ring = Ring()
+    symbols = sympy.symbols(f"d:{degree // 2 + 1}", real=True)
+    c = [0] * (degree + 1)
+    c[::2] = [ring.generator(x) for x in symbols]
+    conditions = hurwitz(SimpleNamespace(ring=ring), c)
+    seen = set()
+    for _ in range(300):
+        d = (
+            np.poly(rng.normal(-0.4, 0.7, degree // 2))[::-1]
+            if rng.random() < 0.5
+            else rng.normal(1, 1.5, degree // 2 + 1)
+        )
+        squares = np.roots(d[::-1])
+        bound = bool((np.isreal(squares) & (squares.real < 0)).all())
+        at = dict(zip(symbols, d, strict=True))
+        assert all(float(x.to_sympy().subs(at)) > 0 for x in conditions) == bound
+        seen.add(bound)
+    assert seen == {True, False}
+    assert hurwitz(SimpleNamespace(ring=ring), [ring.one] * 6) is None  # beyond degree 4
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_roots_of_even_quartics(seed):
+    """a w⁴ + b w² + c = 0: four roots, real exactly where what is said of their existence holds."""
+    rng = np.random.default_rng(seed)
+    ring = Ring()
+    a, b, c, w = sympy.symbols("a b c w", real=True)
+    found = roots_of(ring, ring.from_sympy(a * w**4 + b * w**2 + c), w)
+    assert len(found) == 4
+    counts = set()
+    for place in rng.normal(0, 1, (100, 3)):
+        at = dict(zip((a, b, c), place, strict=True))
+        expected = np.roots([place[0], 0, place[1], 0, place[2]])
+        real = np.sort(expected[np.abs(expected.imag) < 1e-9].real)
+        values = [
+            root.value.to_sympy()
+            for root in found
+            if all(float(x.to_sympy().subs(at)) > 0 for x in root.exists)
+        ]
+        assert np.sort([float(x.subs(at)) for x in values]) == pytest.approx(real, rel=1e-9)
+        counts.add(len(real))
+    assert counts == {0, 2, 4}
+
+
+def test_biquadratic_steady_motion():
+    """A bead on a turning arm, pulled inward by a constant force and driven outward by the wind, at rest at x = 0 where
+
+    m b W² - k b + c W⁴ = 0: W² = (-m b + √(m² b² + 4 c k b))/(2 c).
+    """
+    s = fb.System("arm")
+    m, k, b, c = s.parameters(m=2, k=30, b=0.5, c=0.1)
+    s.assume(k > 0)
+    s.assume(b > 0)
+    s.assume(c > 0)
+    arm, bead = s.body("arm", fb.particle(0)), s.body("bead", fb.particle(m))
+    s.hinge("shaft", s.ground, arm, axis="z", coordinate="psi")
+    s.slider("along", arm, bead, at=(b, 0, 0), axis="x", coordinate="x")
+    s.generalized_force("x", "-k*b + c*psi'^4")
+    at = {m: 2, k: 30, b: 0.5, c: 0.1, s.names.atoms["x"]: 0}
+    found = [motion.solution["psi'"].subs(at) for motion in fb.steady_motions(s, solve_for="psi'")]
+    assert len(found) == 4
+    square = (-2 * 0.5 + math.sqrt((2 * 0.5) ** 2 + 4 * 0.1 * 30 * 0.5)) / 0.2
+    rates = sorted(float(x) for x in found if x.is_real)
+    assert rates == pytest.approx([-math.sqrt(square), math.sqrt(square)], rel=1e-12)

@@ -93,3 +93,30 @@ def test_a_unit_of_another_kind_is_refused_where_the_use_tells_the_kind() -> Non
             model.values({name: wrong})
         with pytest.raises(ExpressionError, match=wanted):
             fb.compile(s).forward_dynamics([0.1], [0.0], **{name: wrong})
+
+
+TABLE = {  # size in m, kg, s, rad; exponents of these [BIPM, The International System of Units (2019), tables 2, 4, 8]
+    "m": (1, "m"), "km": (1000, "m"), "cm": (0.01, "m"), "mm": (0.001, "m"),
+    "kg": (1, "kg"), "g": (0.001, "kg"), "t": (1000, "kg"),
+    "s": (1, "s"), "ms": (0.001, "s"), "min": (60, "s"), "h": (3600, "s"), "day": (86400, "s"),
+    "N": (1, "kg m/s^2"), "kN": (1000, "kg m/s^2"), "mN": (0.001, "kg m/s^2"),
+    "J": (1, "kg m^2/s^2"), "kJ": (1000, "kg m^2/s^2"), "W": (1, "kg m^2/s^3"), "kW": (1000, "kg m^2/s^3"),
+    "Hz": (1, "1/s"), "rpm": (0.10471975511965977, "rad/s"),
+    "rad": (1, "rad"), "radian": (1, "rad"), "radians": (1, "rad"),
+    "deg": (0.017453292519943295, "rad"), "degree": (0.017453292519943295, "rad"),
+    "degrees": (0.017453292519943295, "rad"), "°": (0.017453292519943295, "rad"),
+    "rev": (6.283185307179586, "rad"), "revolution": (6.283185307179586, "rad"),
+    "revolutions": (6.283185307179586, "rad"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", TABLE)
+def test_every_unit_against_the_table(name: str) -> None:
+    size, base = TABLE[name]
+    assert float(quantity(f"3 {name}", base)) == pytest.approx(3 * size, rel=1e-15)
+    assert UNITS[name].exponents == unit(base).exponents and unit(name) == UNITS[name]
+    assert float(UNITS[name].size) == pytest.approx(size, rel=1e-15)
+
+
+def test_the_table_names_every_unit() -> None:
+    assert TABLE.keys() == UNITS.keys()

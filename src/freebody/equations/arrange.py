@@ -55,31 +55,34 @@ class Lumps:
     ----------
     table : dict
         Name -> element of the ring, in the order of first use.
+    ring : Ring, optional
+        The ring of these elements; if not given, that of the printer that uses them first.
     """
 
     prefix: str = "c"
+    ring: Ring | None = None
     table: dict[str, Polynomial] = field(default_factory=dict)
     _names: dict[Any, str] = field(default_factory=dict)
-    _arguments: dict[int, str | None] = field(default_factory=dict)
 
-    def name(self, ring: Ring, key: Key, value: Polynomial) -> str:
-        """The name of a coefficient that is ``value``."""
+    def name(self, value: Polynomial) -> str:
+        """The name of a coefficient that is ``value``, also where it is of a ring made for one fraction."""
+        ring = self.ring or value.ring
+        key = value if value.ring is ring else ring.coerce(ring.from_sympy(value.to_sympy()))
         if key not in self._names:
             taken = {str(g.atom) for g in ring.generators if g.atom is not None}
             n = len(self.table) + 1
             while f"{self.prefix}{n}" in taken:
                 self.prefix += "_"
             self._names[key] = f"{self.prefix}{n}"
-            self.table[self._names[key]] = value
+            self.table[self._names[key]] = key
         return self._names[key]
 
     def of_argument(self, g: Any) -> str | None:
         """The name of what stands under a root or a bar, such as the square of a spring's length, if it is long."""
-        if g.index not in self._arguments:
-            (x, *_) = g.arguments
-            long = g.kind in ("sqrt", "inverse") and type(x) is Polynomial and len(x) > LONG
-            self._arguments[g.index] = self.name(x.ring, tuple(x.terms()), x) if long else None
-        return self._arguments[g.index]
+        (x, *_) = g.arguments
+        if g.kind not in ("sqrt", "inverse") or len(x) <= LONG:
+            return None
+        return self.name(x)
 
 
 def arrange(x: Any, ring: Ring, lumps: Lumps | None = None, long: Lumps | None = None) -> Sum:
@@ -380,8 +383,7 @@ class _Arrangement:
             ((monomial, c),) = key
             return number * c, self._ordered(monomial)
         if self.lumps is not None:
-            element = self._element(key)
-            return number, [(self.lumps.name(self.ring, key, element), 1)]
+            return number, [(self.lumps.name(self._element(key)), 1)]
         common = common_divisor([m for m, _ in key])
         inner = [(without(m, common), c) for m, c in key]
         if common:

@@ -27,7 +27,7 @@ from .linear_model import LinearModel
 from .linearize import balanced, steady
 from .linearize_constrained import check_untouched
 from .operating_point import OperatingPoint, along, tangent_names
-from .reduction import Choice, reduced, slopes
+from .reduction import Choice, drifts, reduced, slopes
 from .systems import Row, Terms, collect, eliminate
 
 
@@ -74,7 +74,7 @@ def constrained_symbols(
     check_untouched(
         model, [name for name in inputs if name in parameters], [any(column) for column in found.touched.T]
     )
-    terms = reduced(model, found, moved.u, moved.udot, choice, solve, entry)
+    terms = reduced(model, found, drifts(model, moved.u, moved.udot, entry), choice, solve)
     names = tangent_names(model)
     chosen = [names[j] for j in choice.speeds]
     if not point.rounded:

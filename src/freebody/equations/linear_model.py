@@ -38,7 +38,7 @@ class LinearModel:
     """Linear equations of small motions. Made by :func:`freebody.linearize`.
 
     The matrices are SymPy matrices of a symbolic model, arrays of a numeric one, and arrays with the times in front
-    of a model along a trajectory.
+    of a model along a trajectory, or the axes of arrays of values; ``linear[k]`` is then one of them.
 
     Attributes
     ----------
@@ -99,6 +99,32 @@ class LinearModel:
     def states(self) -> tuple[str, ...]:
         """Names of the states of the first-order form: ξ, what is carried, ξ'."""
         return (*self.coordinates, *self.carried, *self.rates)
+
+    @property
+    def _shape(self) -> tuple[int, ...]:
+        """Shape of the times of a trajectory or of the arrays of values; () of one instant or in symbols."""
+        return () if self.ring is not None else np.shape(self.canonical["M"])[:-2]
+
+    def __getitem__(self, index: Any) -> LinearModel:
+        """The linear equations at some of many values, or times, by their index."""
+        if not self._shape:
+            raise ModelError(
+                f"The linear equations of '{self.model.name}' are of one state: they have no index."
+            )
+
+        def part(x: Any) -> Any:
+            return x[index] if np.shape(x)[: len(self._shape)] == self._shape else x
+
+        return LinearModel(
+            self.model,
+            self.coordinates,
+            self.inputs,
+            {key: x if key == "chosen" else x[index] for key, x in self.canonical.items()},
+            point={name: part(x) for name, x in self.point.items()},
+            values={name: part(x) for name, x in self.values.items()},
+            times=None if self.times is None else self.times[index],
+            carried=self.carried,
+        )
 
     # -- matrices ---------------------------------------------------------------------------------
 
@@ -246,10 +272,15 @@ class LinearModel:
         return StateSpace.of(A, B, self.states, self.inputs, outputs)
 
     def _one_instant(self, what: str) -> None:
-        if self.times is not None and np.ndim(self.times):
+        if self._shape and self.times is not None:
             raise ModelError(
                 f"The linear equations along a trajectory change with time; {what} is of one instant. "
                 "Linearise about trajectory.at(t), or about a steady motion."
+            )
+        if self._shape:
+            raise ModelError(
+                f"These are the linear equations at {' x '.join(map(str, self._shape))} values; {what} is of one. Take "
+                "one by its index, such as linear[0], or ask eigenvalues(), which is of all."
             )
 
     # -- modes ------------------------------------------------------------------------------------
@@ -271,12 +302,12 @@ class LinearModel:
         """Roots s of det(M s² + C s + K) = 0 [1/s].
 
         Numeric: a complex array, by magnitude; roots at zero (rigid-body modes and constant rates) are exactly zero.
-        Along a trajectory, those of each instant. Symbolic: a list with repetitions, where the factors of the
-        characteristic polynomial can be solved.
+        Along a trajectory, or at arrays of values, those of each one. Symbolic: a list with repetitions, where the
+        factors of the characteristic polynomial can be solved.
         """
         if self.ring is not None:
             return self.characteristic.roots()
-        if self.times is not None and np.ndim(self.times):
+        if self._shape:
             A = self.first_order[0]
             return np.array([modes.eigenvalues(a) for a in A.reshape(-1, *A.shape[-2:])]).reshape(
                 A.shape[:-1]
@@ -399,15 +430,15 @@ class LinearModel:
         return "\n".join(equation_mathml(a, b, ring) for a, b in self._balances(ring))
 
     def _repr_latex_(self) -> str | None:
-        if self.times is not None and np.ndim(self.times):
+        if self._shape:
             return None
         return f"$\\displaystyle {self.latex()}$"
 
     def __repr__(self) -> str:
-        if self.times is not None and np.ndim(self.times):
-            return (
-                f"Linear equations of '{self.model.name}' along a trajectory, at {np.size(self.times)} times"
-            )
+        if self._shape:
+            what = "values" if self.times is None else "times"
+            along = "" if self.times is None else " along a trajectory,"
+            return f"Linear equations of '{self.model.name}'{along} at {int(np.prod(self._shape))} {what}"
         return f"Linear equations of '{self.model.name}'\n{self.text()}"
 
 

@@ -28,6 +28,11 @@ def rows_of(linear: Any) -> Rows:
         result.append(
             (left, [(float(x), name, 0) for x, name in zip(terms["B"][i], linear.inputs, strict=True)])
         )
+    for name, E, E_rates in zip(linear.carried, terms.get("E", ()), terms.get("E_rates", ()), strict=True):
+        follow = zip(E, (*linear.coordinates, *linear.carried), strict=True)
+        rates = zip(E_rates, linear.coordinates, strict=True)
+        right = [(float(x), other, 0) for x, other in follow] + [(float(x), other, 1) for x, other in rates]
+        result.append(([(float(1), name, 1)], right))
     return result
 
 

@@ -25,9 +25,8 @@ from ..dynamics.articulated import forward_dynamics
 from ..dynamics.newton_euler import inverse_dynamics
 from ..dynamics.state import State
 from ..errors import ModelError, arguments_named, nearest
-from ..model.assemble import assemble
 from ..model.model import Model
-from ..model.values import check_assumptions
+from ..model.values import check_assumption
 from ..scalar.algebra import Field, floats
 from ..scalar.arrays import arrays, column
 from ..scalar.dual import DualField, slope_of, value_of
@@ -39,16 +38,19 @@ from .linear_model import LinearModel
 from .operating_point import (
     SINGULAR,
     along,
+    moved,
     operating_point,
     perturbed,
     tangent_drift,
     tangent_names,
     value_of_name,
 )
+from .recorded import Points, Recorded, recorded
 
 TIMES = (0, 1, 2, 3)
 """Quarters of a turn at which a steady motion in numbers is looked at: it and its linear equations must not change."""
 SMALL = 10**-9
+EPSILON = float(np.finfo(float).eps)
 """A balance is off when it is missed by more than this part of its terms, of the size of one unit of motion."""
 
 
@@ -80,7 +82,8 @@ def linearize(
         Parameters in terms of others, such as the relation under which a steady motion exists.
     values : mapping, optional
         Numbers for parameters: the result is numeric, with default values for the others. ``{}`` takes all
-        defaults. Without it the result is symbolic and exact.
+        defaults. Arrays, of shapes that fit each other, give the equations at all their values in one call: matrices
+        have their axes in front, and so has ``eigenvalues()``. Without it the result is symbolic and exact.
     inputs : names or symbols
         Parameters (their deviations) and coordinates (a force along them) that drive the linear equations.
     independent : names of coordinates, optional
@@ -111,18 +114,20 @@ def linearize(
     (Matrix([[L**2*m]]), Matrix([[L*g*m]]))
     >>> fb.linearize(s, values={"L": 2}).natural_frequencies().round(6)
     array([2.214723])
+    >>> fb.linearize(s, values={"L": [1, 2, 4]}).eigenvalues().imag[:, 0].round(6)
+    array([3.132092, 2.214723, 1.566046])
     """
-    model = getattr(s, "model", s)
-    if isinstance(s, System):
-        model = assemble(s)
-    if not isinstance(model, Model):
+    machine = s if isinstance(s, System) else getattr(s, "model", s)
+    if not isinstance(machine, System | Model):
         raise ModelError(f"Expected a System, a Model or its equations to linearise, got {s!r}.")
+    programs = recorded(machine)
+    model = programs.model
     named = _inputs(model, inputs)
     if _is_motion(about):
-        return _about_trajectory(model, about, values, named, independent)
+        return _about_trajectory(programs, about, values, named, independent)
     if values is None:
         return _symbolic(model, about, where or {}, named, independent)
-    return _numeric(model, about, where or {}, values, named, independent)
+    return _numeric(programs, about, where or {}, values, named, independent)
 
 
 # -- symbols --------------------------------------------------------------------------------------
@@ -289,109 +294,206 @@ def _minus(X: Sequence[Sequence[Any]], Y: Sequence[Sequence[Any]]) -> list[list[
 
 
 def _numeric(
-    model: Model,
+    programs: Recorded,
     about: Any,
     where: Mapping[Any, Any],
     values: Mapping[Any, Any],
     inputs: Sequence[str],
     independent: Any,
 ) -> LinearModel:
+    model = programs.model
     point = operating_point(model, about)
-    numbers = _numbers(model, where, values)
+    shape, numbers = _numbers(model, where, values)
+    size = int(np.prod(shape))
 
-    def number(x: Any) -> float:
-        return float(_evaluated(model, x, numbers, "`about`"))
+    def row(x: Any) -> Any:
+        return np.broadcast_to(np.asarray(_evaluated(model, x, numbers, "`about`"), dtype=float), (size,))
 
-    q0, u0 = [number(x) for x in point.q], [number(x) for x in point.u]
+    q0, u0 = (np.array([row(x) for x in xs]).reshape(len(xs), size).T for xs in (point.q, point.u))
+    known = np.array([np.broadcast_to(x, (size,)) for x in numbers.values()]).reshape(len(numbers), size).T
+    checks = Checks(model, shape, numbers)
     for i in model.quaternions:
-        length = float(np.linalg.norm(q0[i : i + 4]))
-        if not length > 0:
-            raise ModelError(f"Expected a quaternion of length 1 in `about`, got {q0[i : i + 4]}.")
-        q0[i : i + 4] = [x / length for x in q0[i : i + 4]]
+        length = np.linalg.norm(q0[:, i : i + 4], axis=1)
+        if not (length > 0).all():
+            which = int(np.argmin(length > 0))
+            raise ModelError(
+                f"Expected a quaternion of length 1 in `about`, got {q0[which, i : i + 4].tolist()}."
+            )
+        q0[:, i : i + 4] /= length[:, None]
+    points = Points(np.zeros(size), q0, u0, known)
     if model.constraints:
         from .linearize_constrained import constrained
 
-        return constrained(model, q0, u0, point.given, numbers, inputs, _names(model, independent))
-    fastest = max([abs(x) for x in u0], default=0)
-    quarter = np.pi / (2 * fastest) if fastest > 0 else 1
-    looked = []
-    for k in TIMES:
-        t = k * quarter
-        q = along(model, floats, q0, u0, t, numbers)
-        looked.append(
-            _as_arrays(_terms(model, floats, q, u0, (0,) * model.n_u, t, numbers, inputs), model, inputs)
-        )
-    scale = _scale(looked[0], np.array(u0))
+        return constrained(programs, points, point.given, inputs, _names(model, independent), checks)
+    fastest = np.abs(u0).max(axis=1, initial=0)
+    quarter = np.pi / 2 / np.where(fastest > 0, fastest, np.pi / 2)
+
+    def terms_at(state: State) -> dict[str, Any]:
+        rest = (0,) * model.n_u
+        own = {p.symbol: state.values[p.symbol] for p in model.parameters}
+        found = _terms(model, state.field, state.q, state.u, rest, state.t, own, inputs)
+        found["B"] = np.array(found["B"], dtype=object).reshape(model.n_u, len(inputs))
+        return {**found, "A": tangent_drift(model, state.u)}
+
+    looked = [programs(("terms", tuple(inputs)), terms_at, moved(model, points, k * quarter)) for k in TIMES]
+    scale = _scale(looked[0], u0)
     names = tangent_names(model)
     off = (one for one in looked if not (np.abs(one["residual"]) <= SMALL * scale).all())
     residual = next(off, looked[0])["residual"]
-    check_balance(model, residual, scale, names, "without accelerations the equations of motion leave")
-    check_regular(model, looked[0]["M"])
+    checks.balance(residual, scale, names, "without accelerations the equations of motion leave")
+    checks.regular(looked[0]["M"])
     for one in looked[1:]:
         for key in "MCKB":
-            check_same(model, looked[0][key], one[key], key)
-    terms = {k: np.array(v, dtype=float) for k, v in _in_rates(looked[0], tangent_drift(model, u0)).items()}
+            checks.same(looked[0][key], one[key], key)
+    M, C, A = (looked[0][key] for key in "MCA")
+    terms = {**looked[0], "C": C - M @ A, "K": looked[0]["K"] - C @ A}
     return LinearModel(
-        model, names, tuple(inputs), terms, point=_named_point(model, q0, u0), values=_by_name(model, numbers)
+        model,
+        names,
+        tuple(inputs),
+        {key: x.reshape(*shape, *x.shape[1:]) for key, x in terms.items()},
+        point=checks.named(q0, u0),
+        values=checks.values,
     )
 
 
-def check_balance(model: Model, residual: Any, scale: Any, names: Sequence[str], what: str) -> None:
-    """Refuse a residual that is not round-off."""
-    off = {
-        name: float(r) for name, r, a in zip(names, residual, scale, strict=True) if not abs(r) <= SMALL * a
-    }
-    if off:
-        shown = ", ".join(f"{name}: {r:.6g}" for name, r in off.items())
+class Checks:
+    """What is asked of the states at which a machine is linearised, and what is said of one that fails.
+
+    ``shape`` is that of the arrays of values, () for one state.
+    """
+
+    def __init__(self, model: Model, shape: tuple[int, ...], numbers: Mapping[Any, Any]) -> None:
+        self.model, self.shape, self._numbers = model, shape, numbers
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """Values of the parameters by name, in the shape in which they were given."""
+        return {
+            p.name: np.asarray(x).reshape(self.shape) if np.ndim(x) else x
+            for p in self.model.parameters
+            for x in (self._numbers[p.symbol],)
+        }
+
+    @property
+    def first(self) -> dict[Any, float]:
+        """Values of the parameters at the first state, by symbol."""
+        return {symbol: float(np.reshape(x, -1)[0]) for symbol, x in self._numbers.items()}
+
+    def named(self, q: Any, u: Any) -> dict[str, Any]:
+        """Coordinates and speeds by name."""
+        columns = [x.reshape(self.shape) if self.shape else float(x[0]) for x in (*q.T, *u.T)]
+        return dict(zip((*self.model.coordinate_names, *self.model.speed_names), columns, strict=True))
+
+    def which(self, i: int) -> str:
+        """The values at one of many states, as words."""
+        shown = ", ".join(
+            f"{p.name} = {np.reshape(self._numbers[p.symbol], -1)[i]:.6g}"
+            for p in self.model.parameters
+            if np.ndim(self._numbers[p.symbol])
+        )
+        return f" at {shown}" if shown else ""
+
+    def balance(self, residual: Any, scale: Any, names: Sequence[str], what: str) -> None:
+        """Refuse a residual that is not round-off."""
+        bad = ~(np.abs(residual) <= SMALL * scale)
+        if not bad.any():
+            return
+        i = int(np.argmax(bad.any(axis=1)))
+        shown = ", ".join(
+            f"{name}: {r:.6g}" for name, r, off in zip(names, residual[i], bad[i], strict=True) if off
+        )
         raise ModelError(
-            f"The state given is not an equilibrium or a steady motion of '{model.name}': {what} {shown} in place of "
-            "0. Give a balanced state in `about` (fb.steady_motions finds them), or a trajectory."
+            f"The state given is not an equilibrium or a steady motion of '{self.model.name}'{self.which(i)}: {what} "
+            f"{shown} in place of 0. Give a balanced state in `about` (fb.steady_motions finds them), or a trajectory."
         )
 
+    def regular(self, M: Any) -> None:
+        """Refuse a mass matrix that is singular, with each coordinate in a unit in which its own entry is 1."""
+        own = np.sqrt(np.abs(np.diagonal(M, axis1=1, axis2=2)))
+        if (own > 0).all():
+            scaled = M / own[:, :, None] / own[:, None, :]
+            if np.isfinite(scaled).all() and (np.linalg.cond(scaled) * 10 * M.shape[-1] * EPSILON < 1).all():
+                return
+        raise ModelError(SINGULAR.format(self.model.name))
 
-def check_regular(model: Model, M: Any) -> None:
-    """Refuse a mass matrix that is singular, with each coordinate in a unit in which its own entry is 1."""
-    own = np.sqrt(np.abs(np.diagonal(M)))
-    if (own > 0).all() and np.linalg.cond(M / np.outer(own, own)) * 10 * len(M) * np.finfo(float).eps < 1:
-        return
-    raise ModelError(SINGULAR.format(model.name))
-
-
-def check_same(model: Model, first: Any, later: Any, what: str) -> None:
-    """Refuse matrices that change along a steady motion."""
-    size = np.max(np.abs(first), initial=0)
-    change = np.max(np.abs(later - first), initial=0)
-    if not change <= 10**4 * SMALL * size:
-        raise ModelError(
-            f"The motion given is balanced, but the linear equations of '{model.name}' about it change with time: "
-            f"entries of {what} up to {size:.6g} change by {change:.6g}. Linearise about a trajectory "
-            "(about=fb.simulate(...)), or use coordinates in which the motion is steady."
-        )
+    def same(self, first: Any, later: Any, what: str, at: Any = None) -> None:
+        """Refuse matrices that change along a steady motion; ``at`` are the places of these states among all."""
+        size, change = (np.abs(x).max(axis=(1, 2), initial=0) for x in (first, later - first))
+        bad = ~(change <= 10**4 * SMALL * size)
+        if bad.any():
+            i = int(np.argmax(bad))
+            raise ModelError(
+                f"The motion given is balanced, but the linear equations of '{self.model.name}' about it change with "
+                f"time{self.which(i if at is None else int(at[i]))}: entries of {what} up to {size[i]:.6g} change by "
+                f"{change[i]:.6g}. Linearise about a trajectory (about=fb.simulate(...)), or use coordinates in which "
+                "the motion is steady."
+            )
 
 
 def _scale(terms: Mapping[str, Any], u: Any) -> Any:
     """Size of the terms of each equation at unit deviations."""
-    fast = np.max(np.abs(u), initial=0)
-    M, C, K = (np.abs(terms[key]).sum(axis=1) for key in "MCK")
+    fast = np.abs(u).max(axis=1, initial=0)[:, None]
+    M, C, K = (np.abs(terms[key]).sum(axis=2) for key in "MCK")
     return M * (1 + fast**2) + C * (1 + fast) + K
 
 
-def _as_arrays(terms: Mapping[str, Any], model: Model, inputs: Sequence[str]) -> dict[str, Any]:
-    shapes = {"B": (model.n_u, len(inputs)), "residual": (model.n_u,)}
-    n = (model.n_u, model.n_u)
-    return {k: np.array(v, dtype=float).reshape(shapes.get(k, n)) for k, v in terms.items()}
-
-
-def _numbers(model: Model, where: Mapping[Any, Any], values: Mapping[Any, Any]) -> dict[Any, float]:
+def _numbers(
+    model: Model, where: Mapping[Any, Any], values: Mapping[Any, Any]
+) -> tuple[tuple[int, ...], dict[Any, Any]]:
+    """The shape of the arrays given, and the parameters by symbol: numbers, and flat arrays of one length."""
     replaced = _where(model, where)
     known = {p.symbol: p for p in model.parameters}
     missing = {p.name: 1 for p in model.parameters if p.symbol in replaced}
-    plain = model.values({**missing, **values})
-    numbers = {symbol: plain[p.name] for symbol, p in known.items()}
+    shape, many = _arrays(model, values)
+    plain = model.values({**missing, **values, **{key: x.flat[0] for key, x in many.items()}})
+    numbers: dict[Any, Any] = {symbol: plain[p.name] for symbol, p in known.items()}
+    for key, x in many.items():
+        name = key if isinstance(key, str) else model.parameter_names.get(key, key)
+        numbers[next(p.symbol for p in model.parameters if p.name == name)] = column(x.reshape(-1))
     for symbol, x in replaced.items():
-        numbers[symbol] = float(_evaluated(model, x, numbers, "`where`"))
-    check_assumptions(model, _by_name(model, numbers))
-    return numbers
+        numbers[symbol] = _evaluated(model, x, numbers, "`where`")
+    by_name = {p.name: np.reshape(numbers[p.symbol], -1) for p in model.parameters}
+    for expression in model.assumed:
+        holds = np.reshape(_evaluated(model, expression, numbers, "assumptions"), -1) > 0
+        k = int(np.argmin(holds))  # the first that does not hold, if there is one
+        check_assumption(model, expression, {name: float(x[k % len(x)]) for name, x in by_name.items()})
+    return shape, numbers
+
+
+def _arrays(model: Model, values: Mapping[Any, Any]) -> tuple[tuple[int, ...], dict[Any, Any]]:
+    """The values that are arrays or lists, in one shape."""
+    if not isinstance(values, Mapping):
+        return (), {}
+    found = {}
+    for key, value in values.items():
+        if isinstance(value, str | sympy.Basic) or not hasattr(value, "__len__") and not np.ndim(value):
+            continue
+        try:
+            listed = np.asarray(value)
+        except ValueError:
+            raise ModelError(f"Expected rows of one length for '{key}' in values=, got {value!r}.") from None
+        if not listed.ndim:
+            continue
+        if not listed.size:
+            raise ModelError(f"Expected at least one value of '{key}' in values=, got an empty array.")
+        if (
+            listed.dtype.kind not in "iuf" or not np.isfinite(listed).all()
+        ):  # texts with units, and what is refused
+            name = key if isinstance(key, str) else model.parameter_names.get(key, key)
+            each = [model.values({**_defaults(model), key: x})[name] for x in listed.reshape(-1).tolist()]
+            listed = np.array(each).reshape(listed.shape)
+        found[key] = listed.astype(float)
+    try:
+        full = np.broadcast_arrays(*found.values())
+    except ValueError:
+        shapes = ", ".join(f"{key}: {x.shape}" for key, x in found.items())
+        raise ModelError(f"Expected arrays in values= that fit each other's shape, got {shapes}.") from None
+    return (full[0].shape if full else ()), dict(zip(found, full, strict=True))
+
+
+def _defaults(model: Model) -> dict[str, Any]:
+    return {p.name: 1 for p in model.parameters if p.default is None}
 
 
 def _evaluated(model: Model, x: Any, numbers: Mapping[Any, float], what: str) -> Any:
@@ -402,7 +504,7 @@ def _evaluated(model: Model, x: Any, numbers: Mapping[Any, float], what: str) ->
                 f"Expected numbers in {what}, but '{x}' holds {', '.join(sorted(map(str, unknown)))}, which "
                 "has no value. Put a number, or leave out values= for a symbolic result."
             )
-    return evaluate(x, numbers, floats)
+    return evaluate(x, numbers, arrays if any(np.ndim(value) for value in numbers.values()) else floats)
 
 
 def _by_name(model: Model, numbers: Mapping[Any, float]) -> dict[str, float]:
@@ -417,15 +519,22 @@ def _is_motion(about: Any) -> bool:
 
 
 def _about_trajectory(
-    model: Model, about: Any, values: Mapping[Any, Any] | None, inputs: Sequence[str], independent: Any
+    programs: Recorded, about: Any, values: Mapping[Any, Any] | None, inputs: Sequence[str], independent: Any
 ) -> LinearModel:
+    model = programs.model
     trajectory = getattr(about, "_trajectory", about)
     if tuple(trajectory.names) != (*model.coordinate_names, *model.speed_names):
         raise ModelError(
             f"Expected a motion of '{model.name}' in `about`, got one of '{trajectory.name}' with the names "
             f"{', '.join(trajectory.names)}."
         )
-    numbers = _numbers(model, {}, trajectory.values if values is None else {**trajectory.values, **values})
+    lanes, numbers = _numbers(
+        model, {}, trajectory.values if values is None else {**trajectory.values, **values}
+    )
+    if lanes:
+        raise ModelError(
+            f"Expected one value of each parameter along a trajectory of '{model.name}', got arrays of shape {lanes}."
+        )
     times = np.asarray(about.t, dtype=float)
     states = about.states if hasattr(about, "states") else np.concatenate([about.q, about.u], axis=-1)
     shape = times.shape
@@ -436,16 +545,11 @@ def _about_trajectory(
     if model.constraints:
         from .linearize_constrained import constrained_along
 
-        return constrained_along(
-            model,
-            [*map(np.asarray, q)],
-            [*map(np.asarray, u)],
-            times,
-            shape,
-            numbers,
-            inputs,
-            _names(model, independent),
-        )
+        size = times.size
+        known = np.tile([numbers[p.symbol] for p in model.parameters], (size, 1)).reshape(size, -1)
+        points = Points(times, states[:, : model.n_q], states[:, model.n_q : model.n_q + model.n_u], known)
+        checks = Checks(model, shape, numbers)
+        return constrained_along(programs, points, shape, numbers, inputs, _names(model, independent), checks)
     udot = forward_dynamics(model, State(model, arrays, at, q, u, numbers))
     terms = _terms(model, arrays, q, u, udot, at, numbers, inputs)
     terms = _in_rates(terms, tangent_drift(model, u), tangent_drift(model, udot))

@@ -11,15 +11,18 @@ from typing import Any
 
 import numpy as np
 import sympy
+from numpy.typing import NDArray
 
 from ..dynamics.kinematics import coordinate_rates
 from ..dynamics.state import State, rest_coordinates
 from ..errors import ModelError, nearest
 from ..model.model import Model
 from ..scalar.algebra import Field, add, apply, cross, divide, dot, scale
+from ..scalar.arrays import arrays, column
 from ..scalar.dual import DualField
 from ..scalar.expression import exact
 from ..space.quaternion import matrix_from_quaternion, quaternion_product
+from .recorded import Points
 
 SINGULAR = (
     "The mass matrix of '{}' is singular at the state given: its coordinates are singular there (as Euler angles of an "
@@ -147,18 +150,18 @@ def along(
     model: Model, field: Field, q: Sequence[Any], u: Sequence[Any], t: Any, values: Mapping[Any, Any]
 ) -> tuple[Any, ...]:
     """Coordinates after a time t of motion at the constant speeds u."""
-    if all(x == 0 for x in u):
+    if all(map(_still, u)):
         return tuple(q)
     rates = coordinate_rates(model, State(model, field, 0, q, u, values))
-    result = [a if b == 0 else a + b * t for a, b in zip(q, rates, strict=True)]
+    result = [a if _still(b) else a + b * t for a, b in zip(q, rates, strict=True)]
     for link in model.links:
         if link.kind not in ("ball", "free"):
             continue
         w = tuple(u[link.u : link.u + 3])
         start = link.q + (3 if link.kind == "free" else 0)
-        if all(x == 0 for x in w):
+        if all(map(_still, w)):
             continue
-        live = [x for x in w if x != 0]
+        live = [x for x in w if not _still(x)]
         rate = live[0] if len(live) == 1 else field.sqrt(dot(w, w))
         half = divide(rate * t, 2)
         s, c = divide(field.sin(half), rate), field.cos(half)
@@ -174,6 +177,23 @@ def along(
             p0 = tuple(q[link.q : link.q + 3])
             result[link.q : link.q + 3] = add(p0, apply(matrix_from_quaternion(e0), way))
     return tuple(result)
+
+
+def moved(model: Model, points: Points, t: NDArray[np.float64]) -> Points:
+    """Many states after times of motion at their constant speeds; those with the same speeds at zero go together."""
+    patterns, which = np.unique(points.u != 0, axis=0, return_inverse=True)
+    q = points.q.copy()
+    for k, moving in enumerate(patterns):
+        own = np.flatnonzero(which.reshape(-1) == k)
+        part = points[own]
+        values = {p.symbol: column(x) for p, x in zip(model.parameters, part.values.T, strict=True)}
+        u = [column(x) if moves else 0 for x, moves in zip(part.u.T, moving, strict=True)]
+        q[own] = np.array([*along(model, arrays, [*map(column, part.q.T)], u, column(t[own]), values)]).T
+    return points.at(q=q, t=points.t + t)
+
+
+def _still(x: Any) -> bool:
+    return bool(np.all(x == 0))
 
 
 def perturbed(

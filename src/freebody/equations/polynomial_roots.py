@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
 import sympy
 
 from ..errors import ModelError
-from ..scalar.element import Polynomial
+from ..scalar.element import Polynomial, element
 from ..scalar.ratio import Ratio
+from ..scalar.roots import with_sines
 from .fractions import ratio_displayed
 from .systems import Row
 
@@ -129,7 +131,7 @@ def _quadratic(c: Mapping[int, Ratio], ring: Any) -> list[Any]:
 def _root(square: Ratio, ring: Any) -> tuple[Ratio, Any]:
     """(a, b) with √square = ±a √b; b is a SymPy expression without squares."""
     x = square.num * square.den
-    number, factors = ring.factor(x) if type(x) is Polynomial else (x, [])
+    number, factors = (x, []) if type(x) is not Polynomial else _factored(ring, x)
     outside = Ratio(ring, 1, square.den)
     inside: Any = 1
     for f, n in factors:
@@ -144,10 +146,18 @@ def _root(square: Ratio, ring: Any) -> tuple[Ratio, Any]:
     )
 
 
+def _factored(ring: Any, x: Polynomial) -> tuple[Any, list[tuple[Any, int]]]:
+    """Number and factors of an element, (1 - cos)(1 + cos) as a square of the sine."""
+    x.num = ring.promoted(x.num)
+    constant, found = x.num.factor()
+    sign, left = with_sines(ring, found)
+    return Fraction(sign * int(constant), x.den), [
+        (element(ring, ring.promoted(f), 1, ring.support(f)), n) for f, n in left
+    ]
+
+
 def sympy_fraction(x: Any) -> Any:
     """A SymPy rational as a Fraction."""
-    from fractions import Fraction
-
     return Fraction(int(x.p), int(x.q))
 
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Any
 
+from ..scalar.half_angles import half_angles
 from ..scalar.polynomial import Ring
-from .arrange import Lumps, arrange
+from .arrange import LONG, Lumps, arrange
 from .terms import Sum, Term
 
 
@@ -23,11 +24,18 @@ class Printer(ABC):
         self.ring = ring
         self.lumps = lumps
         self.long = long
+        for names in (lumps, long):
+            if names is not None and names.ring is None:
+                names.ring = ring
         self.memo: dict[Any, Any] = {}
 
     def show(self, x: Any) -> Any:
-        """An element or a number."""
-        return self.sum(arrange(x, self.ring, self.lumps, self.long))
+        """An element or a number; one that is divided by sines in the form that all equal ones have."""
+        form = half_angles(x)
+        if form is None or self.long is not None and form.longest > LONG:
+            return self.sum(arrange(x, self.ring, self.lumps, self.long))
+        own = type(self)(form.ring, self.lumps, self.long)
+        return own.sum(arrange(form.whole, form.ring, self.lumps, self.long))
 
     def sum(self, s: Sum) -> Any:
         """All terms of a sum."""

@@ -156,69 +156,68 @@ def _array(rows_: Any, shape: tuple[int, ...]) -> Array:
 
 
 def reduced(
-    model: Model,
-    found: Slopes,
-    u: Sequence[Any],
-    udot: Sequence[Any],
-    choice: Choice,
-    solve: Solve,
-    entry: Callable[[Any], Any],
+    model: Model, found: Slopes, drifts: tuple[Array, Array], choice: Choice, solve: Solve
 ) -> dict[str, Array]:
     """M, C, K, B of the independent deviations; K_carried, E and E_rates of those carried; what is left of balance.
 
     c' = E (ξ, c) + E_rates ξ'. ``T``, ``S`` and ``P`` are those above, with w = ξ' in place of v = w - to_rates p.
+    ``drifts`` are `tangent_drift` of speeds and accelerations. Matrices of many states have an axis in front.
     """
-    n = model.n_u
     kinds = rows(model)
     speeds, carried = list(choice.speeds), list(choice.carried)
     free = [*speeds, *carried]
     m, f = len(speeds), len(free)
     holonomic = [k for k, i in enumerate(choice.active) if not kinds[i].on_speeds]
     G, M = found.G, found.M
-    T, T_rate = _zeros((n, f)), _zeros((n, f))
-    T[free, range(f)] = 1
+    n = M.shape[-1]
+
+    def zeros(rows: int, columns: int) -> Array:
+        return np.zeros((*M.shape[:-2], rows, columns), dtype=M.dtype)
+
+    T, T_rate = zeros(n, f), zeros(n, f)
+    T[..., free, range(f)] = 1
     if choice.dependent:
-        tied, H = list(choice.dependent), G[holonomic]
-        T[tied] = -solve(H[:, tied], H[:, free])
-        T_rate[tied] = -solve(H[:, tied], found.G_rate[holonomic] @ T)
+        tied, H = list(choice.dependent), G[..., holonomic, :]
+        T[..., tied, :] = -solve(H[..., tied], H[..., free])
+        T_rate[..., tied, :] = -solve(H[..., tied], found.G_rate[..., holonomic, :] @ T)
     fixed = list(choice.dependent_speeds)
-    S, P, W, Z = _zeros((n, m)), _zeros((n, f)), _zeros((n, m)), _zeros((n, f))
-    S[speeds, range(m)] = 1
+    S, P, W, Z = zeros(n, m), zeros(n, f), zeros(n, m), zeros(n, f)
+    S[..., speeds, range(m)] = 1
     if fixed:
-        D = G[:, fixed]
-        S[fixed] = -solve(D, G[:, speeds])
-        P[fixed] = -solve(D, found.speed_by_q @ T)
-        W[fixed] = -solve(D, found.acceleration_by_u @ S)
-        Z[fixed] = -solve(D, found.acceleration_by_u @ P + found.acceleration_by_q @ T)
-    A, A_rate = (
-        _array([[entry(x) for x in row] for row in tangent_drift(model, w)], (n, n)) for w in (u, udot)
-    )
+        D = G[..., fixed]
+        S[..., fixed, :] = -solve(D, G[..., speeds])
+        P[..., fixed, :] = -solve(D, found.speed_by_q @ T)
+        W[..., fixed, :] = -solve(D, found.acceleration_by_u @ S)
+        Z[..., fixed, :] = -solve(D, found.acceleration_by_u @ P + found.acceleration_by_q @ T)
+    A, A_rate = drifts
     # p' = v + (P + A T) p in the rows of the independent speeds; w = p' takes the place of v
     drift = P + A @ T
-    to_w = drift[speeds]
-    to_w_rate = (A_rate @ T + A @ T_rate)[speeds]
-    E_rates = S[carried]
-    E = drift[carried] - E_rates @ to_w
-    p_by_w = np.concatenate([_unit(m), E_rates])
-    p_by_p = np.concatenate([_zeros((m, f)), E])
-    least = S.T @ M @ S
-    V = S.T @ (M @ W + found.by_u @ S)
-    K = S.T @ (M @ Z + found.by_u @ P + found.by_q @ T)
+    to_w = drift[..., speeds, :]
+    to_w_rate = (A_rate @ T + A @ T_rate)[..., speeds, :]
+    E_rates = S[..., carried, :]
+    E = drift[..., carried, :] - E_rates @ to_w
+    unit = zeros(m, m)
+    unit[..., range(m), range(m)] = 1
+    p_by_w = np.concatenate([unit, E_rates], axis=-2)
+    p_by_p = np.concatenate([zeros(m, f), E], axis=-2)
+    St = np.swapaxes(S, -1, -2)
+    least = St @ M @ S
+    V = St @ (M @ W + found.by_u @ S)
+    K = St @ (M @ Z + found.by_u @ P + found.by_q @ T)
     C = V - least @ to_w @ p_by_w
     K = K - V @ to_w - least @ (to_w @ p_by_p + to_w_rate)
     return {
-        "M": least, "C": C, "K": K[:, :m], "K_carried": K[:, m:], "B": S.T @ found.B, "E": E, "E_rates": E_rates,
-        "residual": S.T @ found.left, "T": T, "S": S, "P": P, "to_rates": to_w,
+        "M": least, "C": C, "K": K[..., :m], "K_carried": K[..., m:], "B": St @ found.B, "E": E, "E_rates": E_rates,
+        "residual": (St @ found.left[..., None])[..., 0], "T": T, "S": S, "P": P, "to_rates": to_w,
     }  # fmt: skip
 
 
-def _zeros(shape: tuple[int, ...]) -> Array:
-    result = np.empty(shape, dtype=object)
-    result[...] = 0
-    return result
-
-
-def _unit(m: int) -> Array:
-    result = _zeros((m, m))
-    result[range(m), range(m)] = 1
-    return result
+def drifts(
+    model: Model, u: Sequence[Any], udot: Sequence[Any], entry: Callable[[Any], Any]
+) -> tuple[Array, Array]:
+    """`tangent_drift` of speeds and accelerations, as arrays of ``entry`` of each scalar."""
+    first, second = (
+        _array([[entry(x) for x in row] for row in tangent_drift(model, w)], (model.n_u, model.n_u))
+        for w in (u, udot)
+    )
+    return first, second

@@ -111,8 +111,8 @@ def root_locus(
     Parameters
     ----------
     of : LinearModel, or function of a number
-        Linear equations in symbols, the parameter among them; or what gives linear equations in numbers, or
-        eigenvalues, for a value of it.
+        Linear equations in symbols, the parameter among them, or in numbers at these values; or what gives linear
+        equations in numbers, or eigenvalues, for a value of it.
     parameter : str
         Its name.
     values : sequence of numbers
@@ -146,7 +146,10 @@ def root_locus(
     p = np.asarray(values, dtype=float)
     if p.ndim != 1 or len(p) < 2 or not np.all(np.isfinite(p)):
         raise ModelError("Expected at least two finite values of the parameter for a root locus.")
-    roots = _joined([_roots(of, parameter, float(x)) for x in p])
+    if isinstance(of, LinearModel) and not of.symbolic and np.array_equal(of.values.get(parameter, ()), p):
+        roots = _joined(of.eigenvalues())
+    else:
+        roots = _joined([_roots(of, parameter, float(x)) for x in p])
     if ax is None:
         ax = figure(6.4, 5.4).subplots() if over == "plane" else figure(8, 4.6).subplots()
     if over == "plane":
@@ -170,8 +173,9 @@ def _roots(of: Any, parameter: str, value: float) -> Array:
     if isinstance(of, LinearModel):
         if not of.symbolic:
             raise ModelError(
-                f"Expected linear equations that hold '{parameter}' as a symbol, got numbers. Give a function of "
-                f"{parameter} that makes them, or linearize without values."
+                f"Expected linear equations that hold '{parameter}' as a symbol, got numbers. Linearize without "
+                f"values, or at these: fb.linearize(..., values={{'{parameter}': ...}}); or give a function of "
+                f"{parameter}."
             )
         known = [p.name for p in of.model.parameters]
         if parameter not in known and parameter not in {

@@ -41,10 +41,16 @@ def column(values: Any) -> Any:
     return np.asarray(values, dtype=float).view(Column)
 
 
+def function_of_arrays(name: str) -> Callable[..., Any]:
+    """NumPy's function of that name in :data:`FUNCTIONS`."""
+    found: Callable[..., Any] = getattr(np, _NAMES.get(name, name))
+    return found
+
+
 class Arrays(Field):
     """Arrays of one shape; plain numbers are constants."""
 
-    _functions = {name: getattr(np, _NAMES.get(name, name)) for name in FUNCTIONS}
+    _functions = {name: function_of_arrays(name) for name in FUNCTIONS}
 
     def constant(self, value: int | Fraction | float | str) -> float:
         if isinstance(value, str):

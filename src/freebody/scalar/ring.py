@@ -12,6 +12,12 @@ each other; inverses of expressions of three and more angles with symbols for th
 as that of a spring's length (`relations.LIMITS`; `zero.is_zero` decides exactly there too); sines of
 pi/n for n outside 1, 2, 3, 4, 6, 12; multiples of an angle beyond 24-fold (``sin(1.2345*theta)`` is
 not related to ``sin(theta)``).
+
+Within one ring equal elements are one element. Their *text* does not even depend on what the ring read before, where
+sines and cosines (or sinh and cosh) of commensurable angles are below a bar, beside whatever else (`half_angles`).
+Limits of that: a root, an absolute value or a quaternion's component with a square below, more than
+`half_angles.LONGEST` terms, and long denominators that get a name of their own. Without a bar an angle and a fraction
+of it (theta, theta/2) are printed by those that were read first.
 """
 
 from __future__ import annotations
