@@ -126,7 +126,7 @@ def linearize(
     if _is_motion(about):
         return _about_trajectory(programs, about, values, named, independent)
     if values is None:
-        return _symbolic(model, about, where or {}, named, independent)
+        return _symbolic(programs, about, where or {}, named, independent)
     return _numeric(programs, about, where or {}, values, named, independent)
 
 
@@ -134,11 +134,12 @@ def linearize(
 
 
 def _symbolic(
-    model: Model, about: Any, where: Mapping[Any, Any], inputs: Sequence[str], independent: Any
+    programs: Recorded, about: Any, where: Mapping[Any, Any], inputs: Sequence[str], independent: Any
 ) -> LinearModel:
+    model = programs.model
     point = operating_point(model, about)
     if point.rounded:
-        point = replace(point, rounded=_is_balanced_in_numbers(model, about, where, inputs, independent))
+        point = replace(point, rounded=_is_balanced_in_numbers(programs, about, where, inputs, independent))
     ring = Ring(capacity=64 + len(model.parameters) + 2 * model.n_u)
     for expression in model.positive:
         ring.assume_positive(expression)
@@ -180,11 +181,11 @@ def _symbolic(
 
 
 def _is_balanced_in_numbers(
-    model: Model, about: Any, where: Mapping[Any, Any], inputs: Sequence[str], independent: Any
+    programs: Recorded, about: Any, where: Mapping[Any, Any], inputs: Sequence[str], independent: Any
 ) -> bool:
     """Whether a state of floats is balanced but for round-off, at the default values."""
     try:
-        _numeric(model, about, where, {}, inputs, independent)
+        _numeric(programs, about, where, {}, inputs, independent)
     except ModelError:
         return False
     return True
