@@ -574,3 +574,17 @@ def test_ends_of_lanes_have_numbers_of_their_own():
     ends += [lanes_layout.UNPHYSICAL, lanes_layout.STOPPED_UNPHYSICAL, NO_START, REFUSED]
     assert len(set(ends)) == len(ends)
     assert len(set(STATUS.values())) == len(STATUS)
+
+
+@pytest.mark.parametrize("method", ["auto", "dop853", "radau"])
+@pytest.mark.parametrize("which", ["a", "b", "c"])
+def test_lanes_blame_what_escapes(which, method):
+    """Of three blocks one is driven by the cube of its speed v, and gone at 1/(2 v²)."""
+    s = fb.System("blocks")
+    for name in "abc":
+        s.slider(f"guide_{name}", s.ground, s.body(name, fb.particle(1)), axis="x", coordinate=name)
+        s.generalized_force(name, f"{which}'^3" if name == which else f"-{name}")
+    speeds = np.array([0.1, 1, 2])
+    data = fb.simulate(s, 1, initial={f"{which}'": speeds}, outputs=["a"], samples=2, method=method)
+    assert data.blame.values.tolist() == ["", f"{which}'", f"{which}'"]
+    assert data.end.values[1:] == pytest.approx(1 / (2 * speeds[1:] ** 2), abs=1e-6)

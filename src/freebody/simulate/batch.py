@@ -39,6 +39,7 @@ from .batch_threads import share
 from .blow import blows_of
 from .driven import at_time, check_signals, intervals
 from .event import EventSpec, expressions_of, specs_of
+from .failure import to_blame
 from .impacts import ORDERS
 from .initial import named_state, number, quaternions_by_joint, several
 from .kernels import Kernels, kernels_of
@@ -653,6 +654,12 @@ class _Loop:
             *given, self.directions, self.terminal, *memory, new.values, new.reduced, new.event_times, new.counts,
             new.kept, new.ends,
         )  # fmt: skip
+        for k in np.flatnonzero(
+            np.isin(new.kept[:, 0], (layout.NOT_FINITE, layout.COLLAPSED, layout.DIVERGED))
+        ):
+            rates = job.kernels.rates(parameters[k])
+            blame, end = int(new.kept[k, 3]), float(new.ends[k])
+            new.kept[k, 3] = to_blame(job.kernels, blame, self.method, rates, end, initial[k, : self.n])
         if new.values.size:
             part.values[rows[:, None], self.order] = new.values
         part.reduced[rows], part.event_times[rows], part.counts[rows] = (

@@ -16,7 +16,7 @@ from .closing import nearly_dependent
 from .event import EventSpec, expressions_of
 from .holding import taking_over
 from .kernels import Kernels
-from .path import Path, observe
+from .path import Array, Path, Rates, observe
 from .phases import Phases
 from .switching import switching
 from .trajectory import Trajectory
@@ -25,13 +25,18 @@ from .trajectory import Trajectory
 def culprit(path: Path, kernels: Kernels) -> int:
     """The component, or event, to blame; for the work, which has no motion of its own, and of a series, in whose
     coefficients all meet, the speed that changes fastest."""
-    n_q, n_u = kernels.model.n_q, kernels.model.n_u
-    if path.status == runs.UNDEFINED or (path.blame < n_q + n_u and (path.method != "taylor" or not n_u)):
+    if path.status == runs.UNDEFINED:
         return path.blame
-    rates = observe(
-        path.rates.address, path.rates.size, path.times[-1:], path.states[-1:], path.rates.constants
-    )[0]
-    fast = np.abs(rates[n_q : n_q + n_u]) / (1 + np.abs(path.states[-1, n_q : n_q + n_u]))
+    return to_blame(kernels, path.blame, path.method, path.rates, path.end, path.states[-1])
+
+
+def to_blame(kernels: Kernels, blame: int, method: str, rates: Rates, t: float, y: Array) -> int:
+    """The component to blame for a run that a method could not continue from a state, ``blame`` by its own account."""
+    n_q, n_u = kernels.model.n_q, kernels.model.n_u
+    if blame < n_q + n_u and (method != "taylor" or not n_u):
+        return blame
+    found = observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
+    fast = np.abs(found[n_q : n_q + n_u]) / (1 + np.abs(y[n_q : n_q + n_u]))
     return n_q + int(np.argmax(np.where(np.isfinite(fast), fast, math.inf)))
 
 

@@ -386,6 +386,8 @@ def lanes(
             taken += integers[TAKEN]
             rejected += integers[REJECTED]
             blame = integers[BLAME]
+        for i in range(n):  # what is to blame is looked for there
+            initial[lane * n + i] = work[STATE * w + i]
         kept[KEPT * lane] = code
         kept[KEPT * lane + 1] = taken
         kept[KEPT * lane + 2] = rejected

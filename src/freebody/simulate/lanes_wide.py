@@ -266,6 +266,13 @@ def tune(lane: int, n: int, wide: Reals, w: int, tolerances: Reals, fixed: float
 
 
 @part
+def last_state(lane: int, n: int, wide: Reals, w: int, counts: Integers, initial: Reals) -> None:
+    """The last good state of a lane takes the place of its start: what is to blame is looked for there."""
+    for i in range(n):
+        initial[counts[RUN + lane] * n + i] = wide[STATE * w + 8 * i + lane]
+
+
+@part
 def leave(lane: int, code: int, blame: int, t: float, counts: Integers, kept: Integers, ends: Reals) -> None:
     """A run leaves its lane."""
     run = counts[RUN + lane]
@@ -516,6 +523,7 @@ def lanes_wide(
                         size = straight
                 if size != size:
                     blame = blame_wide(lane, n, wide, w)
+                    last_state(lane, n, wide, w, counts, initial)
                     leave(lane, NOT_FINITE, blame, t, counts, kept, ends)
                     active -= 1
                     wide[more + STEPS + lane] = 0.0
@@ -531,6 +539,7 @@ def lanes_wide(
                 counts[ENDS + lane] = 1
                 after = until
             elif abs(h) <= 8.0 * _EPS * abs(t) or abs(h) < _TINY:
+                last_state(lane, n, wide, w, counts, initial)
                 leave(lane, COLLAPSED, 0, t, counts, kept, ends)
                 active -= 1
                 h = 0.0
@@ -695,6 +704,7 @@ def lanes_wide(
                 wide[more + STEPS + lane] = h
                 control[OLDS + lane] = greater(error, 1e-4)
             if code != RUNNING:
+                last_state(lane, n, wide, w, counts, initial)
                 leave(lane, code, blame, t, counts, kept, ends)
                 active -= 1
         blend(wide, w, END * w, STATE * w, more + WANTED)
