@@ -18,8 +18,11 @@ from chapter_changes import changes, judged, names_of, same
 from freebody.cli import command
 from freebody.errors import ModelError
 from freebody.gallery.equations import find, statements
-from freebody.gallery.equations.notation import evaluate, read
-from freebody.gallery.equations.statement import Meaning, Small, Statement, components, is_zero
+from freebody.gallery.equations.meaning import Meaning
+from freebody.gallery.equations.notation import read
+from freebody.gallery.equations.small import Small, components
+from freebody.gallery.equations.statement import Statement, is_zero
+from freebody.gallery.equations.values import evaluate
 
 ALL = statements()
 LETTERS = {
@@ -51,7 +54,7 @@ ex-6-4(a) h           ex-6-4(b) h           ex-6-4(c) hhh         ex-6-4(d) h
 6.56 ddd   6.57 hhh   6.58 ddd   6.59a hhhh 6.59b hhhhh           6.60 hhh   6.61 hh    6.62 hhhh  6.63 hh
 6.64 hhhh  6.65 hhhh  6.66 hhmm
 6.67a h    6.67b h    6.68 h
-ex-6-5(a) h           ex-6-5(b) h           ex-6-5(c) h           ex-6-5(d) h           ex-6-5(e) h
+ex-6-5(a) h           ex-6-5(b) h           ex-6-5(c) h           ex-6-5(d) h           ex-6-5(e) hhh
 ex-6-5(f) hh          ex-6-5(g) hh          ex-6-5(h) hh          ex-6-5(i) hh          ex-6-5(j) hhh
 ex-6-5(k) h           ex-6-5(l) hh          ex-6-5(m) hm
 6.69 hhh   6.70 h     6.71 dd    6.72 hh    6.73 h     6.74 hh    6.75 hh    6.76 h     6.77 hhh   6.78 hhh

@@ -12,8 +12,10 @@ import freebody as fb
 
 from ..case import mass_properties
 from . import machines
+from .meaning import Meaning
 from .momentum import resolved
-from .statement import Meaning, Statement, put
+from .small import put
+from .statement import Statement
 
 t = machines.t
 

@@ -12,8 +12,10 @@ import freebody as fb
 
 from ..case import mass_properties
 from . import machines
+from .meaning import Meaning
 from .momentum import angular_momentum, resolved, vector
-from .statement import Meaning, Small, Statement, put
+from .small import Small, put
+from .statement import Statement
 
 t = machines.t
 ZERO = sympy.Integer(0)

@@ -11,7 +11,8 @@ import freebody as fb
 
 from ..case import mass_properties
 from . import machines
-from .statement import Meaning, Statement
+from .meaning import Meaning
+from .statement import Statement
 
 
 def vector(*components: Any) -> Any:

@@ -10,8 +10,9 @@ import sympy
 import freebody as fb
 
 from . import machines
+from .meaning import Meaning
 from .momentum import angular_momentum, body_rates, flight, mass_of_flight, resolved, split, triple, vector
-from .statement import Meaning, Statement
+from .statement import Statement
 
 t = machines.t
 

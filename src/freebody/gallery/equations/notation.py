@@ -15,8 +15,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-import sympy
-
 from ...errors import ModelError
 
 _WORDS = "alpha beta gamma delta epsilon zeta eta theta mu xi rho sigma phi psi omega Omega Theta Psi"
@@ -243,7 +241,7 @@ class _Reader:
         return Node("power", None, (node, exponent)) if exponent else node
 
 
-def _sum_text(node: Node, *parts: str) -> str:
+def signed(node: Node, *parts: str) -> str:
     first = node.value[0] + parts[0]
     return first + "".join(f" {s} {p}" for s, p in zip(node.value[1:], parts[1:], strict=True))
 
@@ -266,7 +264,7 @@ _TEXT: dict[str, Callable[..., str]] = {
     "number": lambda n: n.value,
     "name": lambda n: n.value,
     "const": lambda n: "const",
-    "sum": _sum_text,
+    "sum": signed,
     "product": _product_text,
     "cross": lambda n, a, b: f"{a} × {b}",
     "dot": lambda n, a, b: f"{a} · {b}",
@@ -277,171 +275,3 @@ _TEXT: dict[str, Callable[..., str]] = {
     "rate": lambda n, a: f"d/dt {a}",
     "group": lambda n, a: f"{n.value}{a}{')' if n.value == '(' else ']'}",
 }
-
-
-def latex(node: Node, vectors: frozenset[str] = frozenset()) -> str:
-    """A print as LaTeX; the names of vectors are bold.
-
-    >>> print(latex(read("R = 1/2 m L^2 cos θ").members[1]))
-    \\frac{1}{2} m L^{2} \\cos \\theta
-    """
-    p = [latex(x, vectors) for x in node.parts]
-    if node.kind == "name":
-        return _name_latex(node.value, node.value in vectors)
-    if node.kind == "product":
-        return _product_latex(node, p)
-    if node.kind == "group":
-        return rf"\left{node.value}{p[0]}\right{')' if node.value == '(' else ']'}"
-    if node.kind == "call" and node.value == "det":
-        return r"\begin{vmatrix}" + rf"{p[0]} & {p[1]} \\ {p[2]} & {p[3]}" + r"\end{vmatrix}"
-    if node.kind == "call" and node.value == "int":
-        return rf"\int_{{{p[1]}}}^{{{p[2]}}} {p[0]}\,\mathrm{{d}}x"
-    if node.kind == "call" and node.value == "between":
-        return rf"\left. {p[0]} \right|_{{{p[1]}}}^{{{p[2]}}}"
-    plain = {
-        "number": node.value, "const": r"\mathrm{const}", "cross": r" \times ".join(p), "dot": r" \cdot ".join(p),
-        "call": f"\\{node.value} {' '.join(p)}",
-        "integral": rf"\int {' '.join(p)}" + (r"\,\mathrm{d}m" if node.value else ""),
-        "size": f"|{' '.join(p)}|", "rate": rf"\frac{{\mathrm{{d}}}}{{\mathrm{{d}}t}} {' '.join(p)}",
-        "power": "^".join((p[0], f"{{{p[1]}}}")) if len(p) == 2 else "",
-    }  # fmt: skip
-    return _sum_text(node, *p) if node.kind == "sum" else str(plain[node.kind])
-
-
-def _product_latex(node: Node, parts: list[str]) -> str:
-    """Factors; a stroke makes a fraction of what stands before it since the last one, and of the factor behind it."""
-    bare = [_unbracketed(x, text) for x, text in zip(node.parts, parts, strict=True)]
-    done: list[str] = []
-    above = [0]
-    for k, sign in enumerate(node.value[1:], start=1):
-        if sign == "*":
-            above.append(k)
-            continue
-        over = bare[above[0]] if len(above) == 1 else " ".join(parts[i] for i in above)
-        done.append(rf"\frac{{{over or 1}}}{{{bare[k]}}}")
-        above = []
-    return " ".join([*done, *(parts[i] for i in above)])
-
-
-def _unbracketed(node: Node, text: str) -> str:
-    """What stands in brackets, without them: a fraction's bar holds it together."""
-    return text.removeprefix(r"\left(").removesuffix(r"\right)") if node.kind == "group" else text
-
-
-_LETTERS = {letter: f"\\{name} " for name, letter in GREEK.items()}
-
-
-def _name_latex(name: str, bold: bool) -> str:
-    rate = re.fullmatch(r"d('?)([A-Za-z]+)(_\w+)?/dt", name)
-    if rate:
-        inner = _name_latex(rate[2] + (rate[3] or ""), True)
-        return rf"\frac{{\mathrm{{d}}{rate[1]}{inner}}}{{\mathrm{{d}}t}}"
-    found = re.fullmatch(r"(\w+?)('*)(?:_(\w+(?:'\w)?|C/A))?('*)(\([0t]\))?", name)
-    assert found is not None, name
-    stem, own, index, primes, at = (x or "" for x in found.groups())
-    spelt = lambda x: "".join(_LETTERS.get(c, c) for c in x).strip()  # noqa: E731
-    head = rf"\boldsymbol{{{spelt(stem)}}}" if bold else spelt(stem)
-    return head + own + (f"_{{{spelt(index)}}}" if index else "") + primes + at
-
-
-def evaluate(node: Node, meaning: Any, element: Any = None) -> Any:
-    """The value of a print where its names mean what the library gives: a SymPy expression, or a column.
-
-    Raises
-    ------
-    TypeError, sympy.ShapeError
-        Of a scalar and a vector added, and the like: what the print says has no value.
-    """
-    value = lambda n: evaluate(n, meaning, element)  # noqa: E731
-    match node.kind:
-        case "number":
-            return sympy.Rational(node.value)
-        case "name":
-            return _named(node.value, meaning, element)
-        case "sum":
-            return _added([(s, value(p)) for s, p in zip(node.value, node.parts, strict=True)])
-        case "product":
-            return _multiplied([(s, value(p)) for s, p in zip(node.value, node.parts, strict=True)])
-        case "cross":
-            a, b = (_vector(value(p)) for p in node.parts)
-            return sympy.Matrix(cross(tuple(a), tuple(b)))
-        case "dot":
-            a, b = (_vector(value(p)) for p in node.parts)
-            return sum((x * y for x, y in zip(a, b, strict=True)), sympy.Integer(0))
-        case "power":
-            base, exponent = (value(p) for p in node.parts)
-            return (
-                base.dot(base)
-                if isinstance(base, sympy.MatrixBase) and exponent == 2
-                else _scalar(base) ** exponent
-            )
-        case "call" if node.value == "det":
-            a, b, c, d = (_scalar(value(p)) for p in node.parts)
-            return a * d - b * c
-        case "call" if node.value in ("int", "between"):
-            inside, low, high = (_scalar(value(p)) for p in node.parts)
-            x = _named("x", meaning, element)
-            if node.value == "int":
-                return sympy.integrate(inside, (x, low, high))
-            return inside.subs(x, high) - inside.subs(x, low)
-        case "call":
-            return getattr(sympy, node.value)(_scalar(value(node.parts[0])))
-        case "integral":
-            return meaning.integral(node, evaluate)
-        case "size":
-            return sympy.sqrt(value(node.parts[0]).dot(value(node.parts[0])))
-        case "rate":
-            return sympy.diff(value(node.parts[0]), meaning.time)
-        case "group":
-            return value(node.parts[0])
-    raise TypeError(f"{node.kind} has no value")
-
-
-def cross(a: Any, b: Any) -> Any:
-    """The library's vector product."""
-    from ...scalar.algebra import cross as product
-
-    return product(a, b)
-
-
-def _named(name: str, meaning: Any, element: Any) -> Any:
-    for known in (element or {}, meaning.names):
-        if name in known:
-            return known[name]
-    if name.endswith("'"):
-        return sympy.diff(_named(name[:-1], meaning, element), meaning.time)
-    raise KeyError(name)
-
-
-def _vector(x: Any) -> Any:
-    if not isinstance(x, sympy.MatrixBase):
-        raise TypeError("a vector product of numbers")
-    return x
-
-
-def _scalar(x: Any) -> Any:
-    if isinstance(x, sympy.MatrixBase):
-        raise TypeError("a vector where a number is expected")
-    return x
-
-
-def _added(terms: list[tuple[str, Any]]) -> Any:
-    total = None
-    for sign, x in terms:
-        signed = -x if sign == "-" else x
-        if total is not None and isinstance(total, sympy.MatrixBase) != isinstance(signed, sympy.MatrixBase):
-            raise TypeError("a sum of a number and a vector")
-        total = signed if total is None else total + signed
-    return total
-
-
-def _multiplied(factors: list[tuple[str, Any]]) -> Any:
-    total = None
-    for sign, x in factors:
-        if sign == "/":
-            total = total / _scalar(x)
-        elif total is not None and isinstance(total, sympy.MatrixBase) and isinstance(x, sympy.MatrixBase):
-            raise TypeError("a product of vectors without a sign")
-        else:
-            total = x if total is None else total * x
-    return total

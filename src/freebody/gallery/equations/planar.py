@@ -10,8 +10,9 @@ import freebody as fb
 
 from ..case import mass_properties
 from . import machines
+from .meaning import Meaning
 from .momentum import resolved
-from .statement import Meaning, Statement
+from .statement import Statement
 
 t = machines.t
 

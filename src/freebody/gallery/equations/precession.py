@@ -23,8 +23,10 @@ from .gyroscope import (
     theta_0,
     top,
 )
+from .meaning import Meaning
 from .momentum import resolved
-from .statement import Meaning, Small, Statement, is_zero, put
+from .small import Small, put
+from .statement import Statement, is_zero
 
 t = machines.t
 ZERO = sympy.Integer(0)
@@ -78,8 +80,8 @@ def _first_order() -> Meaning:
 
 def _zeroth() -> Meaning:
     """The second equation has no term of order zero: it would be a row here."""
-    assert_zero = [(zero, ZERO) for zero, _ in orders() if not is_zero(zero)]
-    return Meaning(_names(), rows=dict(enumerate(assert_zero)))
+    found = [(zero, ZERO) for zero, _ in orders() if not is_zero(zero)]
+    return Meaning(_names(), rows=dict(enumerate(found)))
 
 
 def _condition() -> Meaning:
@@ -180,12 +182,12 @@ def _at_start() -> list[tuple[Any, Any]]:
     return [(psi_1.diff(t), sympy.Symbol("psi_1'(0)"))]
 
 
-def inverse(image: Any, square: Any, known: Any = ()) -> Any:
+def inverse(image: Any, square: Any) -> Any:
     """The time function of a rational transform with poles at 0 and ± i Ω, by the square of Ω:
 
     a/s + b/s² + (c s + d)/(s² + Ω²)  ->  a + b t + c cos Ω t + (d/Ω) sin Ω t
     """
-    numerator = sympy.Poly(sympy.cancel(sympy.cancel(image.subs(known)) * lap**2 * (lap**2 + square)), lap)
+    numerator = sympy.Poly(sympy.cancel(image * lap**2 * (lap**2 + square)), lap)
     n = [numerator.coeff_monomial(lap**k) for k in range(4)]
     b, a = n[0] / square, n[1] / square
     c, d, root = n[3] - a, n[2] - b, sqrt(square)

@@ -12,8 +12,8 @@ Every member of a print is judged against its first one. With the names put in,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -23,10 +23,11 @@ from ...equations.show import latex_of, text_of
 from ...scalar.ring import Ring
 from ...scalar.zero import is_zero as is_zero_element
 from . import notation
-from .notation import Node, Relation, evaluate
-
-DIGITS = 60
-"""Of the numbers that errors of approximations are measured with."""
+from .latex import latex
+from .meaning import Meaning
+from .notation import Node, Relation
+from .small import Small, components, put
+from .values import evaluate
 
 VERDICTS = ("misprint", "holds under a condition", "approximation", "definition", "holds")
 """Of a relation; that of a statement is the first that one of its relations has."""
@@ -55,101 +56,6 @@ def _factored_roots(x: Any) -> Any:
         if root.exp.is_Rational and not root.exp.is_Integer
     }
     return x.xreplace(roots)
-
-
-def put(expression: Any, pairs: Sequence[tuple[Any, Any]]) -> Any:
-    """Replace one after the other: accelerations before speeds before coordinates."""
-    result = sympy.sympify(expression)
-    for old, new in pairs:
-        result = result.xreplace({old: sympy.sympify(new)})
-    return result
-
-
-@dataclass(frozen=True)
-class Small:
-    """The quantity that is small in an approximation, its ordinary size, and what makes a value a number.
-
-    ``pairs`` are put in one after the other, and leave no other symbol than this one.
-    """
-
-    symbol: Any
-    size: Any
-    pairs: Sequence[tuple[Any, Any]]
-    _known: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
-
-    def number(self, value: Any, size: Any) -> Any:
-        """The magnitude of a value at a size of the small quantity."""
-        known = self._numbers(size)
-        return sympy.sqrt(sum(abs(sympy.N(x.xreplace(known), DIGITS)) ** 2 for x in components(value)))
-
-    def _numbers(self, size: Any) -> dict[Any, Any]:
-        """Every symbol as a number: the last pair first, as the others are made of it."""
-        if size not in self._known:
-            known = {self.symbol: sympy.N(size, DIGITS)}
-            for old, new in reversed(self.pairs):
-                known[old] = sympy.N(sympy.sympify(new).xreplace(known), DIGITS)
-            self._known[size] = known
-        return self._known[size]
-
-    def order(self, value: Any) -> float:
-        """The power of the small quantity that a value falls with: the slope between two small sizes."""
-        a, b = (self.number(value, self.size / 10**k) for k in (4, 5))
-        return float(sympy.log(a / b, 10)) if a and b else float("inf")
-
-
-@dataclass(frozen=True)
-class Meaning:
-    """What the library gives for the names of a print.
-
-    Attributes
-    ----------
-    names : mapping
-        A SymPy expression, or a column for a vector.
-    elements : sequence of (mass, names), or function
-        Elements of mass to be summed for ∫ dm; or what integrates a function of its element over the body.
-    loads : sequence of names
-        Forces dF with their places, to be summed for ∫ dF.
-    along : pairs
-        Put into every difference: what holds along a motion, as its accelerations.
-    steady : pairs
-        The state at which rates of what is constant are taken, their rates too.
-    rows : mapping from a print's place to (left, right)
-        Where a print is a balance that the library states itself, this: only a number may stand between the two.
-    positive : expression
-        Where a print is an inequality: what the library finds to be positive.
-    small : Small
-        Where a print is an approximation.
-    units : triple
-        Names of the unit vectors that components of columns go with, for right forms.
-    """
-
-    names: Mapping[str, Any]
-    elements: Any = ()
-    loads: Sequence[Mapping[str, Any]] = ()
-    along: Sequence[tuple[Any, Any]] = ()
-    steady: Sequence[tuple[Any, Any]] = ()
-    rows: Mapping[int, tuple[Any, Any]] = field(default_factory=dict)
-    positive: Any = None
-    small: Small | None = None
-    units: tuple[str, str, str] = ("i", "j", "k")
-    time: Any = sympy.Symbol("t")
-
-    def integral(self, node: Node, value: Any) -> Any:
-        """∫ of a print: a sum over the elements of mass, or over the loads."""
-        inside = lambda element: value(node.parts[0], self, element) if node.parts else sympy.Integer(1)  # noqa: E731
-        if callable(self.elements) and node.value:
-            return self.elements(inside)
-        weighted = self.elements if node.value else [(1, load) for load in self.loads]
-        terms = [weight * inside(element) for weight, element in weighted]
-        total = terms[0]
-        for term in terms[1:]:
-            total = total + term
-        return total
-
-
-def components(value: Any) -> tuple[Any, ...]:
-    """Components of a vector, or the one value."""
-    return tuple(value) if isinstance(value, sympy.MatrixBase) else (sympy.sympify(value),)
 
 
 @dataclass(frozen=True)
@@ -316,7 +222,7 @@ class Statement:
         """Printed and derived forms as LaTeX, one under the other."""
         names = self.meanings[0].names
         bold = frozenset(k for k, v in names.items() if isinstance(v, sympy.MatrixBase))
-        write = lambda node: notation.latex(node, bold)  # noqa: E731
+        write = lambda node: latex(node, bold)  # noqa: E731
         signs = {"≅": r"\approx"}
         rows = [
             rf"{write(r.left)} {signs.get(r.sign, r.sign)} {write(r.right)} && \text{{printed}}"

@@ -9,10 +9,12 @@ from typing import Any
 import sympy
 
 from ..cart_and_bar import build as cart_and_bar
+from ..case import mass_properties
 from ..double_pendulum import build as double_pendulum
 from . import machines
+from .meaning import Meaning
 from .momentum import angular_momentum, resolved, vector
-from .statement import Meaning, Statement
+from .statement import Statement
 
 t = machines.t
 
@@ -77,7 +79,7 @@ def cart() -> Meaning:
         **machine.names, **resolved("F_x F_y", -pin[:2, 0]), "f": guide[1],
         **resolved("a_0x a_0y", a_0[:2]), **resolved("a_Cx a_Cy", a_C[:2]), "a_0": a_0, "a_C": a_C, "ω": omega,
         "r_0C": place("bar") - place("cart"), "i": vector(1, 0, 0), "j": vector(0, 1, 0), "k": vector(0, 0, 1),
-        "I_C": machines.mass_properties(machine.body("bar")).inertia[2][2],
+        "I_C": mass_properties(machine.body("bar")).inertia[2][2],
     }  # fmt: skip
     return Meaning(names)
 
@@ -106,7 +108,8 @@ STATEMENTS = (
     Statement("ex-6-5 (b)", "particle: force equation along y", FREE, "f + F_y - M g = M a_0y", _scalars),
     Statement("ex-6-5 (c)", "bar: force equation along x", FREE, "F - F_x = m a_Cx", _scalars),
     Statement("ex-6-5 (d)", "bar: force equation along y", FREE, "-F_y - m g = m a_Cy", _scalars),
-    Statement("ex-6-5 (e)", "bar: moment equation about C", FREE, "(F + F_x) a cos θ + F_y a sin θ = I_C θ''",
+    Statement("ex-6-5 (e)", "bar: moment equation about C", FREE + "; fb.slender_bar(m, 2*a).inertia",
+              ("(F + F_x) a cos θ + F_y a sin θ = I_C θ''", "I_C = m (2 a)^2/12 = m a^2/3"),
               _scalars),
     Statement("ex-6-5 (f)", "the combinations that are free of the hinge force", "fb.equations(s).motion",
               ("M a_0x + m a_Cx + k x = F",

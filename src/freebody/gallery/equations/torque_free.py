@@ -9,9 +9,11 @@ import sympy
 from sympy import acos, atan2, cos, sin, sqrt
 
 from . import machines
+from .meaning import Meaning
 from .momentum import resolved, vector
 from .motion import principal
-from .statement import Meaning, Small, Statement, put
+from .small import Small, put
+from .statement import Statement
 
 t = machines.t
 AXIS = vector(0, 0, 1)
