@@ -556,6 +556,11 @@ def test_all_as_data():
     found = json.loads(CliRunner().invoke(command, ["chapter", "--json"]).output)
     assert [data["number"] for data in found] == list(ALL)
     assert all(len(data["relations"]) >= len(data["printed"]) > 0 for data in found)
+    for data in found:
+        for one in data["relations"]:
+            assert bool(one["derived"]) == (one["verdict"] == "misprint")
+            zero = set(one["residual"]) <= set("0, ")
+            assert zero == (one["verdict"] in ("holds", "definition")) or data["number"] == "6.100"
 
 
 def test_numbers_are_found_as_people_write_them():

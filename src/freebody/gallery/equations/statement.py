@@ -69,8 +69,8 @@ class Finding:
         The condition, the error measured, or which relations are misprinted.
     residual : tuple
         Of a relation: the components of left minus right.
-    derived : tuple or None
-        Of a relation: what is right, (name or expression, sign, expression).
+    derived : tuple
+        Of a relation: what the library gives, (print or expression, sign, expression); shown where it is a misprint.
     """
 
     verdict: str
@@ -254,7 +254,7 @@ class Statement:
                     "relation": str(relation),
                     "verdict": found.verdict,
                     "residual": _written(found.residual, units),
-                    "derived": self._plain(found.derived) if found.derived else "",
+                    "derived": self._plain(found.derived) if found.verdict == "misprint" else None,
                 }
                 for (_, relation), found in zip(self.relations, self.findings, strict=True)
             ],
