@@ -145,7 +145,9 @@ def test_flat_bodies_on_the_bound_are_bodies_also_after_rounding():
                                                   [0, np.sin(angle), np.cos(angle)]]))  # fmt: skip
         again = MassProperties(turned.mass, turned.center, turned.inertia)
         # m R²/4 twice, m R²/2 about the normal, which is turned by the angle
-        assert sorted(again.principal().moments) == pytest.approx([0.3 * 0.49 / 4] * 2 + [0.3 * 0.49 / 2], rel=1e-14)
+        assert sorted(again.principal().moments) == pytest.approx(
+            [0.3 * 0.49 / 4] * 2 + [0.3 * 0.49 / 2], rel=1e-14
+        )
         normal = np.array([0, -np.sin(angle), np.cos(angle)])
         assert normal @ np.array(again.inertia, float) @ normal == pytest.approx(0.3 * 0.49 / 2, rel=1e-14)
 

@@ -257,9 +257,13 @@ def test_arrows_are_loads_and_reactions(pendulum, text):
     force = np.asarray(motion.reactions["pin"].force)
     # the tolerance of the moments holds in the middle between two, where a line is farthest from a bend, half as much
     # again for what bends there; at the moments themselves it is the force
-    assert np.abs(here - force).max() < 1.5 * keyframes(motion).tolerance * np.linalg.norm(force, axis=1).max()
+    assert (
+        np.abs(here - force).max() < 1.5 * keyframes(motion).tolerance * np.linalg.norm(force, axis=1).max()
+    )
     shared = np.isin(motion.t, t)
-    assert shared.sum() >= 2 and here[shared] == pytest.approx(force[shared], rel=1e-6, abs=1e-6 * np.abs(force).max())
+    assert shared.sum() >= 2 and here[shared] == pytest.approx(
+        force[shared], rel=1e-6, abs=1e-6 * np.abs(force).max()
+    )
 
 
 def test_round_off_is_no_arrow():
