@@ -157,16 +157,10 @@ class Statement:
         left, right = (evaluate(x, meaning) for x in (relation.left, relation.right))
         gap = left - right if relation.sign == ">" else right - left
         derived = (meaning.positive, ">", sympy.Integer(0))
-        for verdict, detail, pairs in (
-            ("holds", "", ()),
-            *(
-                [("holds under a condition", self.condition[0], self.condition[1]())]
-                if self.condition
-                else []
-            ),
-        ):
-            factor = sympy.factor(sympy.cancel(put(gap, pairs) / put(meaning.positive, pairs)))
-            if factor.is_positive:
+        words, pairs = self.condition or ("", tuple)
+        for verdict, detail, known in (("holds", "", ()), ("holds under a condition", words, pairs())):
+            # a positive multiple of what is positive
+            if sympy.factor(sympy.cancel(put(gap, known) / put(meaning.positive, known))).is_positive:
                 return Finding(verdict, detail, (left - right,), derived)
         return Finding("misprint", "", (left - right,), derived)
 
@@ -199,17 +193,21 @@ class Statement:
         """The statement, its verdict and the derivation, as plain text."""
         rows = [f"({self.number})  {self.about}", "", "  as printed:", *(f"    {row}" for row in self.rows)]
         rows += ["", f"  by the library: {self.call}"]
-        for (_, relation), found in zip(self.relations, self.findings, strict=True):
-            says = {
-                "misprint": f"left minus right is {_written(found.residual, self.meanings[0].units)}",
-                "holds under a condition": f"holds if {found.detail}",
-                "approximation": f"error of {found.detail.partition('error of ')[2]}",
-            }
-            rows.append(f"    {relation}: {says.get(found.verdict, found.verdict)}")
+        rows += [
+            f"    {r}: {self._said(found)}"
+            for (_, r), found in zip(self.relations, self.findings, strict=True)
+        ]
         if self.right:
             rows += ["", "  right:", *(f"    {self._plain(form)}" for form in self.right)]
         rows += ["", f"  verdict: {self.verdict}"]
         return "\n".join(rows)
+
+    def _said(self, found: Finding) -> str:
+        if found.verdict == "misprint":
+            return f"left minus right is {_written(found.residual, self.meanings[0].units)}"
+        if found.verdict == "holds under a condition":
+            return f"holds if {found.detail}"
+        return found.detail.rpartition(": ")[2] or found.verdict
 
     def _plain(self, form: tuple[Any, str, Any]) -> str:
         units = self.meanings[0].units
@@ -254,7 +252,9 @@ class Statement:
                     "relation": str(relation),
                     "verdict": found.verdict,
                     "residual": _written(found.residual, units),
-                    "derived": self._plain(found.derived) if found.verdict == "misprint" else None,
+                    "derived": self._plain(found.derived)
+                    if found.verdict == "misprint" and found.derived
+                    else None,
                 }
                 for (_, relation), found in zip(self.relations, self.findings, strict=True)
             ],
@@ -267,11 +267,8 @@ def _difference(
     """Components of left minus right, and the right form: what the library gives for the left."""
     left = evaluate(relation.left, meaning)
     if relation.right.kind == "const":
-        return _rates(meaning, left), (
-            notation.Node("rate", None, (relation.left,)),
-            "=",
-            left.diff(meaning.time),
-        )
+        rate = notation.Node("rate", None, (relation.left,))
+        return _rates(meaning, left), (rate, "=", left.diff(meaning.time))
     right = evaluate(relation.right, meaning)
     if isinstance(left, sympy.MatrixBase) != isinstance(right, sympy.MatrixBase) and right != 0:
         raise TypeError("a vector equal to a number")
@@ -280,8 +277,8 @@ def _difference(
         gap = sympy.sympify(row[0] - row[1])
         return (left - right - _scale(left - right, gap) * gap,), (row[0], "=", row[1])
     gap = left - right if right != 0 else left
-    derived = (relation.left, "=", left.applyfunc(lambda x: put(x, meaning.along)) if isinstance(left, sympy.MatrixBase)
-               else put(left, meaning.along))  # fmt: skip
+    known = [put(x, meaning.along) for x in components(left)]
+    derived = (relation.left, "=", sympy.Matrix(known) if len(known) == 3 else known[0])
     return tuple(put(put(x, meaning.along), meaning.steady) for x in components(gap)), derived
 
 
