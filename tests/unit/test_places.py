@@ -109,6 +109,10 @@ def test_drawings_say_the_projection_they_are_in(name: str) -> None:
 # --- dimensions ----------------------------------------------------------------------------------------------------
 
 
+HUNG = (0.7, -0.4)
+"""The pin of the bar, off the origin."""
+
+
 def measured(seed: int) -> tuple[Any, dict[str, float], float]:
     """A bar of random length on a hinge, pushed and pulled at random points; its points along it, its angle."""
     rng = random.Random(seed)
@@ -125,7 +129,7 @@ def measured(seed: int) -> tuple[Any, dict[str, float], float]:
     s.gravity = (0, -9.81, 0)
     m, L, p, c = s.parameters(m=2, L=length, p=along["pin"], c=along["P point"])
     bar = s.body("bar", fb.slender_bar(m, L, axis="x"))
-    s.hinge("pin", s.ground, bar, to=(p, 0, 0), coordinate="theta")
+    s.hinge("pin", s.ground, bar, at=(*HUNG, 0), to=(p, 0, 0), coordinate="theta")
     s.force("P", bar.point(c, 0, 0), (0, 5, 0))
     return free_body_diagram(s, "bar", at={"theta": angle}, dimensions=True), along, angle
 
@@ -146,11 +150,12 @@ def test_dimension_lines_are_parallel_to_what_they_measure_and_as_long(seed: int
         assert arrow.head == "both" and way == pytest.approx(distance * d, abs=PLACED * scale)
         ends.append((arrow.points[0], arrow.points[-1]))
         # the lines that lead to it stand at right angles on it, and each points to its point of the bar
-        pin = scale * along["pin"]  # on paper the pin is the origin
+        base = scale * np.array(HUNG)
         for name, line in zip((first, second), (x for x in group.items if isinstance(x, Line)), strict=True):
             lead = line.points[-1] - line.points[0]
             assert lead @ d == pytest.approx(0, abs=PLACED * scale)
-            assert line.points[0] @ d == pytest.approx(scale * along[name] - pin, abs=PLACED * scale)
+            away = (line.points[0] - base) @ d
+            assert away == pytest.approx(scale * (along[name] - along["pin"]), abs=PLACED * scale)
     # one chain: each begins where the last one ends
     for (_, end), (start, _) in itertools.pairwise(ends):
         assert start == pytest.approx(end, abs=PLACED * scale)
@@ -261,6 +266,6 @@ def test_a_drawing_is_of_the_place_it_was_asked_for() -> None:
     drawing, along, angle = measured(3)
     scale = float(drawing.sheet.attributes["data-scale"])
     d = np.array([math.cos(angle), math.sin(angle)])
-    outline = np.vstack(inked(groups(drawing, "outline")[0].items)) @ d / scale
+    outline = (np.vstack(inked(groups(drawing, "outline")[0].items)) / scale - HUNG) @ d
     assert outline.min() == pytest.approx(along["end -1"] - along["pin"], abs=6 / scale)
     assert outline.max() == pytest.approx(along["end 1"] - along["pin"], abs=6 / scale)
