@@ -116,8 +116,15 @@ def _two(system: fb.System) -> tuple[Any, list[tuple[Any, Any]]]:
     """
     masses = system.parameters(m_1=1, m_2=2)
     places = [system.parameters(**{f"{c}_{i}": 1 for c in "xyz"}) for i in (1, 2)]
-    whole = fb.particle(masses[0]).moved(places[0]) + fb.particle(masses[1]).moved(places[1])
-    return whole, list(zip(masses, places, strict=True))
+    parts = tuple(zip(masses, map(tuple, places), strict=True))
+    return _together(parts), list(parts)
+
+
+@cache
+def _together(parts: tuple[tuple[Any, Any], ...]) -> Any:
+    """Both particles as one body; the same symbols give the same one in every system."""
+    (m_1, r_1), (m_2, r_2) = parts
+    return fb.particle(m_1).moved(r_1) + fb.particle(m_2).moved(r_2)
 
 
 @cache
