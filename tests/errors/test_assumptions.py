@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 import freebody as fb
@@ -19,7 +21,7 @@ def oscillator():
 
 
 ASKED = {
-    "simulate": lambda s, values: fb.simulate(s, 1, values=values),
+    "simulate": lambda s, values: fb.simulate(s, 1, initial={"x'": 1}, values=values),
     "linearize": lambda s, values: fb.linearize(s, values=values),
     "numeric": lambda s, values: fb.linearize(s).numeric(values),
     "steady motions": lambda s, values: fb.steady_motions(s, values=values).states,
@@ -39,21 +41,35 @@ def test_values_that_contradict_an_assumption(how, c):
         ASKED[how](oscillator(), {"c": c})
 
 
+ROOT = math.sqrt(2.5 - 2)  # of the stiffness c - k, at m = 1
+AGREED = {
+    "simulate": lambda motion: (motion["x"][-1], math.sin(ROOT) / ROOT),
+    "linearize": lambda linear: (float(linear.natural_frequencies()[0]), ROOT),
+    "numeric": lambda linear: (float(linear.natural_frequencies()[0]), ROOT),
+    "steady motions": lambda states: ([one.state["x"] for one in states], [0]),
+    "where": lambda linear: (float(linear.natural_frequencies()[0]), ROOT),
+    "impulse": lambda blow: (float(blow.after["x'"]), 1),
+}
+
+
 @pytest.mark.parametrize("how", ASKED)
 def test_values_that_agree(how):
-    ASKED[how](oscillator(), {"c": 2.5})
+    found, expected = AGREED[how](ASKED[how](oscillator(), {"c": 2.5}))
+    assert found == pytest.approx(expected, rel=1e-8)
 
 
 def test_a_dimension_turned_round():
     s = fb.System("tube")
     outer, inner = s.parameters(outer=2, inner=1)
     s.free("air", s.ground, s.body("tube", fb.tube(1, inner, outer, 1)))
-    fb.simulate(s, 0.1)
-    with pytest.raises(ModelError):
+    assert fb.simulate(s, 0.1).t[-1] == 0.1
+    with pytest.raises(ModelError, match=r"Body 'tube': Expected -inner \+ outer not to be negative"):
         fb.simulate(s, 0.1, values={"inner": 3})
 
 
 def test_assumptions_on_the_motion_are_not_asked():
     s = oscillator()
     s.assume(s.names.atoms["x"] + 1 > 0)
-    fb.simulate(s, 0.1)
+    # x + 1 > 0 is not so at the start: the motion goes on as one of a unit mass on a spring of c - k = 1
+    motion = fb.simulate(s, 0.1, initial={"x": -2})
+    assert motion["x"][-1] == pytest.approx(-2 * math.cos(0.1), rel=1e-8)

@@ -139,7 +139,13 @@ def test_flat_bodies_on_the_bound_are_bodies_also_after_rounding():
     for angle in np.linspace(0, 3, 31):
         turned = disk(0.3, 0.7).rotated(np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)],
                                                   [0, np.sin(angle), np.cos(angle)]]))  # fmt: skip
-        MassProperties(turned.mass, turned.center, turned.inertia)
+        again = MassProperties(turned.mass, turned.center, turned.inertia)
+        # m R²/4 twice, m R²/2 about the normal, which is turned by the angle
+        assert sorted(again.principal().moments) == pytest.approx(
+            [0.3 * 0.49 / 4] * 2 + [0.3 * 0.49 / 2], rel=1e-14
+        )
+        normal = np.array([0, -np.sin(angle), np.cos(angle)])
+        assert normal @ np.array(again.inertia, float) @ normal == pytest.approx(0.3 * 0.49 / 2, rel=1e-14)
 
 
 def test_a_hair_too_much_is_refused():

@@ -85,4 +85,5 @@ def test_strange_titles_are_text(title: str):
     s = fb.System(title)
     s.planar("plane", s.ground, s.body("a_b", fb.disk(2, 0.3)), coordinate="x y phi")
     for svg in (fb.draw(s).svg, fb.free_body_diagram(s, "a_b").svg):
-        ElementTree.fromstring(svg)
+        root = ElementTree.fromstring(svg)
+        assert root.tag.endswith("svg") and not any(e.tag.endswith("script") for e in root.iter())

@@ -386,4 +386,5 @@ def test_no_order_and_no_number():
 
 
 def test_polynomial_is_exported():
-    assert isinstance(Ring().generator(x), Polynomial)
+    element = Ring().generator(x)
+    assert isinstance(element, Polynomial) and element.ring.to_sympy(element) == x

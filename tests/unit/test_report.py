@@ -226,7 +226,12 @@ def test_a_motion_of_many_moments_is_drawn_coarser(monkeypatch, pendulum):
     monkeypatch.setattr("freebody.picture.keyframes.MOST", len(fine.t) // 3)
     coarse = keyframes(motion, 1e-4)
     assert len(coarse.t) <= len(fine.t) // 3
-    assert fine.tolerance == 1e-4 and coarse.tolerance == pytest.approx(1e-4 * 2**4, rel=0.8)
+    # doubled as often as it takes, and not once more
+    doubled = np.log2(coarse.tolerance / fine.tolerance)
+    assert fine.tolerance == 1e-4 and doubled == round(doubled) >= 1
+    monkeypatch.undo()
+    assert len(keyframes(motion, coarse.tolerance).t) == len(coarse.t)
+    assert len(keyframes(motion, coarse.tolerance / 2).t) > len(fine.t) // 3
 
 
 def test_arrows_are_loads_and_reactions(pendulum, text):
@@ -251,7 +256,16 @@ def test_arrows_are_loads_and_reactions(pendulum, text):
     # the joint's force at the output times, between the keyframes
     values = floats(scene["channels"][reaction["channel"]]["values"], 3)
     here = np.stack([np.interp(motion.t, t, values[:, k]) for k in range(3)], axis=1)
-    assert here == pytest.approx(motion.reactions["pin"].force, abs=0.1)
+    force = np.asarray(motion.reactions["pin"].force)
+    # the tolerance of the moments holds in the middle between two, where a line is farthest from a bend, half as much
+    # again for what bends there; at the moments themselves it is the force
+    assert (
+        np.abs(here - force).max() < 1.5 * keyframes(motion).tolerance * np.linalg.norm(force, axis=1).max()
+    )
+    shared = np.isin(motion.t, t)
+    assert shared.sum() >= 2 and here[shared] == pytest.approx(
+        force[shared], rel=1e-6, abs=1e-6 * np.abs(force).max()
+    )
 
 
 def test_round_off_is_no_arrow():

@@ -182,7 +182,9 @@ def test_a_system_that_changes_is_followed(kept):
 def test_lanes_after_a_single_run(kept, changed):
     arguments = {key: value for key, value in (USUAL | changed).items() if key != "events"}
     fb.simulate(kept, 3, initial={"x": 1.0}, values={"c": 0.25})
-    assert isinstance(fb.simulate(kept, 3, **arguments), xarray.Dataset)
+    lanes = fb.simulate(kept, 3, **arguments)
+    assert isinstance(lanes, xarray.Dataset) and np.isfinite(lanes["x"].values).all()
+    assert lanes.identical(fb.simulate(oscillator(), 3, **arguments))
 
 
 @pytest.mark.parametrize(

@@ -38,17 +38,12 @@ def rolling_planes(m: Machine) -> None:
         arm = np.array([float(x) for x in _arm(m.model, m.now.state, one)])
         feet.append(m.now.point(one.center) + arm)
     middle = np.mean(feet, axis=0)
+    if m.view.planar:
+        _ground(m, middle, np.array([float(x) for x in wheels[0].normal[1]]))
+        return
     size = max(m.wide / m.scale * 0.42, float(np.ptp(np.array(feet), axis=0).max()) * 0.75)
-    n = np.array([float(x) for x in wheels[0].normal[1]])
     first = np.array([float(x) for x in wheels[0].first[1]])
     second = np.array([float(x) for x in wheels[0].second[1]])
-    if m.view.planar:
-        normal_axis = np.eye(3)[m.view.normal or 0]
-        along = first if abs(float(first @ normal_axis)) < 0.5 else second
-        start, end = m.page(middle - size * along), m.page(middle + size * along)
-        up = m.view(n)
-        _edge(m, start, end, up)
-        return
     corners = [
         m.page(middle + size * (a * first + b * second * 0.7))
         for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))

@@ -12,9 +12,9 @@ from __future__ import annotations
 import re
 
 from ...errors import ModelError, nearest
-from .statement import Finding, Line, Statement
+from .statement import Finding, Statement
 
-__all__ = ["Finding", "Line", "Statement", "find", "statements"]
+__all__ = ["Finding", "Statement", "find", "statements"]
 
 
 def statements() -> dict[str, Statement]:

@@ -6,25 +6,36 @@ from functools import cache
 from typing import Any
 
 import sympy
-from sympy import cos, sin, sqrt
+from sympy import cos, pi, sin, sqrt
 
 import freebody as fb
 
+from ..case import mass_properties
 from ..hinged_bar import build as hinged_bar
 from . import machines
-from .statement import Line, Statement, balance, value
+from .meaning import Meaning
+from .momentum import resolved
+from .small import put
+from .statement import Statement
 
 t = machines.t
+ZERO = sympy.Integer(0)
 SENSE = sympy.Symbol("sense")
 """+1 where friction acts backwards on the disk, -1 where it acts forwards."""
+
+
+def planar_rows(machine: machines.Machine, body: str, pairs: Any) -> list[tuple[Any, Any]]:
+    """(sum of the loads, what the motion asks for) of two force equations and the moment equation, in a position."""
+    rows = machine.free_body(body).planar_equations
+    return [(put(row.lhs, pairs), put(row.rhs, pairs)) for row in rows]
 
 
 # --- Example 6.1 ---------------------------------------------------------------------------------------------------
 
 
 @cache
-def sliding() -> tuple[fb.System, list[tuple[Any, Any]]]:
-    """The body on two feet, every force on it a load; (left, right) of its two force and one moment equations."""
+def sliding() -> tuple[Meaning, list[Any], dict[str, Any]]:
+    """The body on two feet, every force on it a load: (meaning, rows that are zero, atoms)."""
     s = fb.System("sliding body")
     m, L, H, D, mu, beta, F, g = s.parameters(m=50, L=1.2, H=0.8, D=0.15, mu=0.25, beta=0.35, F=200, g=9.81)
     N_A, N_B = s.parameters(N_A=1, N_B=1)
@@ -34,349 +45,255 @@ def sliding() -> tuple[fb.System, list[tuple[Any, Any]]]:
     s.force("F", body.point(-L / 2, H / 2, 0), (F * cos(beta), F * sin(beta), 0))
     for name, N, side in (("A", N_A, -1), ("B", N_B, 1)):
         s.force(f"foot_{name}", body.point(side * L / 2, -(H / 2 + D), 0), (-mu * N, N, 0))
-    rows = fb.equations(s).free_body("body").planar_equations
-    still = {s.names.atoms["theta"]: 0}
-    put = {sympy.Function(q)(t).diff(t, 2): 0 for q in ("theta", "y")}
-    return s, [tuple(sympy.sympify(x).subs(put).subs(still) for x in (row.lhs, row.rhs)) for row in rows]
+    machine = machines.Machine(s)
+    a = machine.atoms
+    # it translates along x: neither turns nor rises
+    rows = planar_rows(machine, "body", [(a["theta"].diff(t, 2), 0), (a["y"].diff(t, 2), 0), (a["theta"], 0)])
+    sums = resolved("F_x F_y M_Cz", [left for left, _ in rows])
+    zero = [left - right for left, right in rows]
+    acceleration = a["x"].diff(t, 2)
+    names = {**machine.names, **sums, "a_Cx": acceleration}
+    return Meaning(names, along=machines.solved(zero, [acceleration, N_A, N_B])), zero, a
 
 
-def _a61() -> tuple[dict[str, Any], Any]:
-    s, _ = sliding()
-    return s.names.atoms, s.names.atoms["x"].diff(t, 2)
-
-
-def _sliding_forces(i: int) -> list[Line]:
-    a, ax = _a61()
-    _, rows = sliding()
-    N = a["N_A"] + a["N_B"]
-    left, right = (
-        (a["F"] * cos(a["beta"]) - a["mu"] * N, a["m"] * ax),
-        (a["F"] * sin(a["beta"]) + N - a["m"] * a["g"], sympy.Integer(0)),
-    )[i]
-    return [balance(left, right, rows[i])]
-
-
-def _sliding_moment() -> list[Line]:
-    a, _ = _a61()
-    _, rows = sliding()
-    F, H, L, D, mu, b = (a[k] for k in ("F", "H", "L", "D", "mu", "beta"))
-    left = (
-        -F * cos(b) * H / 2
-        + (a["N_B"] - a["N_A"] - F * sin(b)) * L / 2
-        - mu * (a["N_A"] + a["N_B"]) * (D + H / 2)
-    )
-    return [balance(left, sympy.Integer(0), rows[2])]
-
-
-def _tipping() -> list[Line]:
-    a, _ = _a61()
-    _, rows = sliding()
-    F, H, L, D, mu, b, m, g = (a[k] for k in ("F", "H", "L", "D", "mu", "beta", "m", "g"))
-    equations = [sympy.expand((x - y).subs(a["N_A"], 0)) for x, y in rows]
-    # N_B from the vertical balance, then F from that of moments: both are linear
-    N_B = -equations[1].coeff(a["N_B"], 0) / equations[1].coeff(a["N_B"], 1)
-    last = sympy.expand(equations[2].subs(a["N_B"], N_B))
-    derived = -last.coeff(F, 0) / last.coeff(F, 1)
-    printed = m * g * (L - 2 * mu * D - mu * H) / (H * cos(b) + (2 * L - 2 * mu * D - mu * H) * sin(b))
-    return [value(F, printed, derived)]
+def _tipping() -> Meaning:
+    """F from the rows with N_A = 0: N_B by the vertical balance, F by that of moments."""
+    meaning, rows, a = sliding()
+    _, vertical, moment = (put(row, [(a["N_A"], 0)]) for row in rows)
+    (pair,) = machines.solved([vertical], [a["N_B"]])
+    ((_, found),) = machines.solved([sympy.expand(put(moment, [pair]))], [a["F"]])
+    return Meaning({**meaning.names, "F": found})
 
 
 # --- Example 6.2 ---------------------------------------------------------------------------------------------------
 
 
 @cache
-def bar() -> tuple[Any, dict[str, Any], Any]:
-    """(equations, atoms, moment of inertia about the hinge by the library) of the hinged bar."""
-    s = hinged_bar()
-    e = fb.equations(s)
-    return e, s.names.atoms, e.mass_matrix[0, 0]
-
-
-def _bar_alpha() -> Any:
-    """Angular acceleration at rest in the horizontal position, by the library's equation of motion."""
-    e, a, I_0 = bar()
-    return -(e.bias[0].subs({a["theta'"]: 0, a["theta"]: 0})) / I_0
-
-
-def _bar_moment() -> list[Line]:
-    e, a, I_0 = bar()
-    printed = -a["L"] * a["m"] * a["g"] / 6
-    return [value(sympy.Symbol("M_0"), printed, I_0 * _bar_alpha())]
-
-
-def _bar_inertia() -> list[Line]:
-    _, a, I_0 = bar()
-    x = sympy.Symbol("x")
-    integral = sympy.integrate(x**2, (x, -a["L"] / 3, 2 * a["L"] / 3)) * a["m"] / a["L"]
-    return [
-        value(sympy.Symbol("I_0"), integral, I_0),
-        value(sympy.Symbol("I_0"), a["m"] * a["L"] ** 2 / 9, I_0),
-    ]
-
-
-def _bar_first() -> list[Line]:
-    _, a, _ = bar()
-    return [value(sympy.Symbol("alpha"), -sympy.Rational(3, 2) * a["g"] / a["L"], _bar_alpha())]
-
-
-def _bar_reaction() -> Any:
-    e, a, _ = bar()
-    name = next(iter(e.reactions))
-    force = e.reactions[name].force[1]
-    put = {a["theta"].diff(t, 2): _bar_alpha(), a["theta'"]: 0}
-    return sympy.sympify(force).subs(put).subs(a["theta"], 0)
-
-
-def _bar_vertical() -> list[Line]:
-    _, a, _ = bar()
-    m, g = a["m"], a["g"]
-    F_y = sympy.Symbol("F_y")
-    found = _bar_reaction() - m * g
-    return [
-        value(F_y, m * a["L"] / 6 * (-sympy.Rational(3, 2) * g / a["L"]), found),
-        value(F_y, -m * g / 4, found),
-    ]
-
-
-def _bar_r() -> list[Line]:
-    _, a, _ = bar()
-    return [value(sympy.Symbol("R"), sympy.Rational(3, 4) * a["m"] * a["g"], _bar_reaction())]
-
-
-def _bar_energy() -> list[Line]:
-    """The rate of T + V along the motion, by the library's proof of its integral."""
-    e, _, _ = bar()
-    integral = e.integrals["energy"]
-    along = sympy.sympify(integral.expression).diff(t)
-    a = bar()[1]
-    acceleration = -e.bias[0] / e.mass_matrix[0, 0]
-    return [value(sympy.Symbol("dE/dt"), sympy.Integer(0), along.subs(a["theta"].diff(t, 2), acceleration))]
-
-
-def _potential(angle: Any) -> Any:
-    """V less that of the horizontal position."""
-    e, a, _ = bar()
-    V = sympy.sympify(e.energy.potential)
-    return V.subs(a["theta"], angle) - V.subs(a["theta"], 0)
-
-
-def _bar_start() -> list[Line]:
-    e, a, _ = bar()
-    T = sympy.sympify(e.energy.kinetic).subs(a["theta'"], 0)
-    return [value(sympy.Symbol("E"), sympy.Integer(0), T + _potential(sympy.Integer(0)))]
-
-
-def _bar_v2() -> list[Line]:
-    _, a, _ = bar()
-    return [value(sympy.Symbol("V_2"), -a["L"] * a["m"] * a["g"] / 6, _potential(-sympy.pi / 2))]
-
-
-def _bar_t2() -> list[Line]:
-    e, a, I_0 = bar()
+def bar() -> Meaning:
+    """The hinged bar: just after its release, and where it is vertical, by the library's equations and energy."""
+    machine = machines.Machine(hinged_bar())
+    a = machine.atoms
+    theta, m, L = a["theta"], a["m"], a["L"]
+    ((_, alpha),) = machine.along()
+    release = [(a["theta'"], 0), (theta, 0)]
+    alpha = put(alpha, release)
+    at_release = [(theta.diff(t, 2), alpha), *release]
+    force = put(machine.equations.reactions["pin"].force[1], at_release)
+    weight = machine.free_body("bar", about=machine.system.ground.origin).moments["weight"][2]
+    rows = machine.free_body("bar").equations
+    own = mass_properties(machine.body("bar"))
+    V = machine.potential - put(machine.potential, [(theta, 0)])
+    I_0 = own.about((-L / 6, 0, 0))[2][2]
     w = sympy.Symbol("omega_2")
-    T = sympy.sympify(e.energy.kinetic).subs(a["theta'"], w)
-    return [value(sympy.Symbol("T_2"), w**2 * a["m"] * a["L"] ** 2 / 6, T)]
+    T = machine.kinetic
+    V_2 = put(V, [(theta, -pi / 2)])
+    T_2 = put(T, [(a["theta'"], w), (theta, -pi / 2)])
+    x = sympy.Symbol("x", real=True)
+    names = {
+        **machine.names, "x": x, "M_0": put(weight, release), "I_0": I_0, "α": alpha, "R": force,
+        "F_y": put(rows[1].rhs, at_release), "a_Cy": put(machine.acceleration(machine.point("bar", 0, 0, 0))[1],
+        at_release),
+        "E": put(T + V, release), "T_1": put(T, release), "V_1": put(V, release), "V_2": V_2, "T_2": T_2, "ω_2": w,
+    }  # fmt: skip
+
+    def along_the_bar(inside: Any) -> Any:
+        return sympy.integrate(inside({"x": x}), (x, -L / 3, 2 * L / 3)) * m / L
+
+    return Meaning(names, along_the_bar)
 
 
-def _bar_omega() -> list[Line]:
-    _, a, I_0 = bar()
-    derived = -sqrt(-2 * _potential(-sympy.pi / 2) / I_0)
+def _energy_of_bar() -> Meaning:
+    machine = machines.Machine(hinged_bar())
+    T, V = machine.kinetic, machine.potential
+    energy = sympy.sympify(machine.equations.integrals["energy"].expression)
+    return Meaning({"E": energy, "T": T, "V": V}, along=machine.along())
+
+
+def _vertical() -> Meaning:
+    """ω_2 from T_2 + V_2 = 0, clockwise."""
+    names = bar().names
+    w = names["ω_2"]
     L, g = sympy.symbols("L g", positive=True)
-    put = {a["L"]: L, a["g"]: g}
-    return [
-        value(
-            sympy.Symbol("omega_2"), -sqrt(3 * g / L), sympy.sqrt(sympy.cancel((derived**2).subs(put))) * -1
-        )
-    ]
+    square = sympy.cancel(-names["V_2"] / sympy.cancel(names["T_2"] / w**2)).subs(
+        {names["L"]: L, names["g"]: g}
+    )
+    return Meaning({"ω_2": -sqrt(square), "L": L, "g": g})
 
 
 # --- Example 6.3 ---------------------------------------------------------------------------------------------------
 
 
 @cache
-def pulled() -> tuple[dict[str, Any], list[tuple[Any, Any]]]:
-    """The disk, every force on it a load."""
+def pulled() -> tuple[Meaning, list[Any]]:
+    """The disk, every force on it a load: (meaning, rows that are zero)."""
     s = fb.System("pulled disk")
     m, R, h, mu, F, H, V, W = s.parameters(m=10, R=0.3, h=0.4, mu=0.2, F=30, H=1, V=98, W=98)
-    s.parameters(alpha=0, a_Cx=0)
     disk = s.body("disk", fb.disk(m, R))
     s.planar("plane", s.ground, disk, coordinate="x y theta")
     # a point of the ground's axes at height h - R above C: of the body at θ = 0
     s.force("F", disk.point(0, h - R, 0), (F, 0, 0))
     s.force("floor", disk.point(0, -R, 0), (-H, V, 0))
     s.force("weight", disk.origin, (0, -W, 0))
-    a = s.names.atoms
-    put = {a["theta"].diff(t, 2): a["alpha"], a["x"].diff(t, 2): a["a_Cx"], a["y"].diff(t, 2): 0}
-    rows = fb.equations(s).free_body("disk").planar_equations
-    return a, [tuple(sympy.sympify(x).subs(put).subs(a["theta"], 0) for x in (r.lhs, r.rhs)) for r in rows]
-
-
-def _I_C(a: dict[str, Any]) -> Any:
-    return a["m"] * a["R"] ** 2 / 2
-
-
-def _pulled_rows() -> list[Line]:
-    a, rows = pulled()
-    F, H, V, W, m, R, h = (a[k] for k in ("F", "H", "V", "W", "m", "R", "h"))
-    return [
-        balance(F - H, m * a["a_Cx"], rows[0]),
-        balance(V - W, sympy.Integer(0), rows[1]),
-        balance(-F * (h - R) - H * R, _I_C(a) * a["alpha"], rows[2]),
+    machine = machines.Machine(s)
+    a = machine.atoms
+    alpha, acceleration = sympy.symbols("alpha a_Cx")
+    pairs = [
+        (a["theta"].diff(t, 2), alpha),
+        (a["x"].diff(t, 2), acceleration),
+        (a["y"].diff(t, 2), 0),
+        (a["theta"], 0),
     ]
-
-
-@cache
-def _solved(slip: bool) -> dict[str, Any]:
-    """Accelerations and friction by the free-body equations and the condition of the case: all linear."""
-    a, rows = pulled()
-    unknowns = [a["a_Cx"], a["alpha"], a["H"], a["V"]]
-    extra = a["H"] - SENSE * a["mu"] * a["V"] if slip else _no_slip()
-    found = sympy.solve([x - y for x, y in rows] + [extra], unknowns, dict=True)[0]
-    return {str(k): v for k, v in found.items()}
+    rows = planar_rows(machine, "disk", pairs)
+    sums = resolved("F_x F_y M_C", [left for left, _ in rows])
+    own = {"α": alpha, "a_Cx": acceleration, "I_C": mass_properties(machine.body("disk")).inertia[2][2]}
+    zero = [left - right for left, right in rows]
+    meaning = Meaning({**machine.names, **sums, **own}, along=machines.solved(zero, [acceleration, alpha, V]))
+    return meaning, zero
 
 
 def _no_slip() -> Any:
-    """Acceleration along x of the point of the disk at the floor, by the library: zero as it rolls."""
-    from ...dynamics.kinematics import point_velocity
-
-    s = fb.System("rolling")
-    R = s.parameters(R=1)
-    body = s.body("disk", fb.disk(1, R))
-    s.planar("plane", s.ground, body, coordinate="x y theta")
-    e = fb.equations(s)
-    # the velocity of the lowest point at θ = 0; as the disk rolls it stays zero, and so does its rate
-    speed = e.sympy(point_velocity(e.model, e.state, body.point(0, -R, 0))[0])
-    b, a = s.names.atoms, pulled()[0]
-    return speed.subs({b["x'"]: a["a_Cx"], b["theta'"]: a["alpha"]}).subs(b["theta"], 0).subs(b["R"], a["R"])
+    """Velocity of the lowest point of the disk, in the rates: as it rolls it stays zero, and so does its own rate."""
+    machine = machines.carried_disk()
+    a, names = machine.atoms, pulled()[0].names
+    speed = machine.velocity(machine.point("disk", 0, -a["R"], 0))[0]
+    return put(
+        speed, [(a["x'"], names["a_Cx"]), (a["theta'"], names["α"]), (a["theta"], 0), (a["R"], names["R"])]
+    )
 
 
-def _roll() -> list[Line]:
-    a, _ = pulled()
-    return [balance(a["a_Cx"], -a["alpha"] * a["R"], (_no_slip(), sympy.Integer(0)))]
+@cache
+def solved(slip: bool) -> Meaning:
+    """Accelerations, friction and the floor's push by the rows and the condition of the case: all linear."""
+    meaning, rows = pulled()
+    n = meaning.names
+    extra = n["H"] - SENSE * n["μ"] * n["V"] if slip else _no_slip()
+    found = machines.solved([*rows, extra], [n["a_Cx"], n["α"], n["H"], n["V"]])
+    return Meaning({**n, **resolved("a_Cx α H V", [sympy.cancel(x) for _, x in found])})
 
 
-def _roll_answer(name: str, printed: Any) -> list[Line]:
-    a, _ = pulled()
-    return [value(sympy.Symbol(name), x, _solved(False)[name]) for x in printed(a)]
-
-
-def _limit() -> list[Line]:
-    """The force at which friction is just enough: H = ± μ V with H as it rolls, + where it acts backwards."""
-    a, _ = pulled()
-    F, mu, W, h, R = (a[k] for k in ("F", "mu", "W", "h", "R"))
-    ratio = sympy.cancel(_solved(False)["H"] / F)
-    return [value(F, mu * W / (1 - 2 * h / (3 * R)), SENSE * mu * _solved(False)["V"] / ratio)]
-
-
-def _slip_answer(name: str, printed: Any) -> list[Line]:
-    a, _ = pulled()
-    return [value(sympy.Symbol(name), printed(a), _solved(True)[name])]
+def _limit() -> Meaning:
+    """Friction is enough where |H| < μ V: μ V - H where it acts backwards, μ V + H where it acts forwards."""
+    n = solved(False).names
+    return Meaning({**n, "W": n["W"]}, positive=n["μ"] * n["V"] - SENSE * n["H"])
 
 
 # --- Example 6.4 ---------------------------------------------------------------------------------------------------
 
 
 @cache
-def rolling() -> tuple[dict[str, Any], Any, Any]:
-    """A disk that rolls down an incline: (atoms, kinetic energy in v, potential energy after a drop H)."""
-    s = fb.System("disk down an incline")
-    m, R, g, H, v, w = s.parameters(m=5, R=0.25, g=9.81, H=2, v_2=1, omega_2=1)
-    s.gravity = (0, -g, 0)
-    disk = s.body("disk", fb.disk(m, R))
-    s.planar("plane", s.ground, disk, coordinate="x y theta")
-    e = fb.equations(s)
-    a = s.names.atoms
-    T = sympy.sympify(e.energy.kinetic).subs({a["x'"]: v, a["y'"]: 0, a["theta'"]: w})
-    V = sympy.sympify(e.energy.potential)
-    return a, T, V.subs(a["y"], -H) - V.subs(a["y"], 0)
+def rolling() -> Meaning:
+    """A disk that rolls down an incline: T after a drop H in v_2 and ω_2, tied as its lowest point is at rest."""
+    machine = machines.carried_disk()
+    a = machine.atoms
+    v, w = sympy.symbols("v_2 omega_2")
+    H = sympy.Symbol("H", positive=True)
+    T = put(machine.kinetic, [(a["x'"], v), (a["y'"], 0), (a["theta'"], w)])
+    V = put(machine.potential, [(a["y"], -H)]) - put(machine.potential, [(a["y"], 0)])
+    low = machine.velocity(machine.point("disk", 0, -a["R"], 0))[0]
+    still = machines.solved([put(low, [(a["x'"], v), (a["theta'"], w), (a["theta"], 0)])], [w])
+    I_C = mass_properties(machine.body("disk")).inertia[2][2]
+    return Meaning({**machine.names, "T_2": T, "V_2": V, "v_2": v, "ω_2": w, "H": H, "I_C": I_C}, along=still)
 
 
-def _disk_t2() -> list[Line]:
-    a, T, _ = rolling()
-    return [
-        value(
-            sympy.Symbol("T_2"),
-            a["m"] * a["v_2"] ** 2 / 2 + a["m"] * a["R"] ** 2 / 2 * a["omega_2"] ** 2 / 2,
-            T,
-        )
-    ]
+def _drop() -> Meaning:
+    """The speed that the conserved energy gives, put in."""
+    n, still = rolling().names, rolling().along
+    g = sympy.Symbol("g", positive=True)
+    T = sympy.cancel(put(n["T_2"], still) / n["v_2"] ** 2)
+    speed = sqrt(sympy.cancel(-n["V_2"] / T).subs(n["g"], g))
+    names = {**n, "E": n["T_2"] + n["V_2"], "v_2": n["v_2"], "g": n["g"]}
+    return Meaning(names, along=[*still, (n["v_2"], speed.subs(g, n["g"]))])
 
 
-def _disk_rolling() -> Any:
-    """T_2 with v = -R ω, the velocity of the lowest point zero."""
-    a, T, _ = rolling()
-    return sympy.expand(T.subs(a["omega_2"], -a["v_2"] / a["R"]))
+def _speed() -> Meaning:
+    n, still = rolling().names, rolling().along
+    g = sympy.Symbol("g", positive=True)
+    T = sympy.cancel(put(n["T_2"], still) / n["v_2"] ** 2)
+    return Meaning({**n, "g": g, "v_2": sqrt(sympy.cancel(-n["V_2"] / T).subs(n["g"], g))})
 
 
-def _disk_e() -> list[Line]:
-    a, _, V = rolling()
-    return [balance(sympy.Rational(3, 4) * a["m"] * a["v_2"] ** 2 - a["m"] * a["g"] * a["H"], sympy.Integer(0),
-                    (_disk_rolling() + V, sympy.Integer(0)))]  # fmt: skip
-
-
-def _disk_v2() -> list[Line]:
-    a, _, V = rolling()
-    square = -V / sympy.cancel(_disk_rolling() / a["v_2"] ** 2)
-    g, H = sympy.symbols("g H", positive=True)
-    put = {a["g"]: g, a["H"]: H}
-    return [value(a["v_2"], sqrt(4 * g * H / 3), sqrt(sympy.cancel(square.subs(put))))]
+def _backwards() -> list[tuple[Any, Any]]:
+    """2 h = 3 R/(1 + p) with p > 0."""
+    n = pulled()[0].names
+    p = sympy.Symbol("p", positive=True)
+    return [(SENSE, 1), (n["h"], 3 * n["R"] / (2 * (1 + p)))]
 
 
 FREE = "fb.equations(s).free_body(...).planar_equations"
+ENERGY = "fb.equations(s).energy"
+LOW = ("friction acts backwards: 2 h < 3 R", _backwards)
+FORWARDS = ("friction acts backwards: the lowest point slips forwards", lambda: [(SENSE, 1)])
 
 
-def _backwards() -> dict[Any, Any]:
-    return {SENSE: 1}
+def _sliding() -> Meaning:
+    return sliding()[0]
 
 
-BACKWARDS = ("friction acts backwards: 2 h < 3 R, and the lowest point slips forwards", _backwards)
+def _pulled() -> Meaning:
+    return pulled()[0]
+
+
+def _rolls() -> Meaning:
+    return solved(False)
+
+
+def _slips() -> Meaning:
+    return solved(True)
+
 
 STATEMENTS = (
-    Statement("ex-6-1 (a)", "sliding body: force equation along x", FREE, lambda: _sliding_forces(0)),
-    Statement("ex-6-1 (b)", "sliding body: force equation along y", FREE, lambda: _sliding_forces(1)),
-    Statement("ex-6-1 (c)", "sliding body: moment equation about C", FREE, _sliding_moment),
-    Statement("ex-6-1 (d)", "the force at which the rear foot lifts", FREE + ", solved at N_A = 0", _tipping),
-    Statement("ex-6-2 (a)", "hinged bar: moment about the hinge just after release", "fb.equations(s).motion",
-              _bar_moment),
-    Statement("ex-6-2 (b)", "hinged bar: moment of inertia about the hinge", "fb.equations(s).mass_matrix",
-              _bar_inertia),
+    Statement("ex-6-1 (a)", "sliding body: force equation along x", FREE,
+              "F_x = F cos β - μ (N_A + N_B) = m a_Cx", _sliding),
+    Statement("ex-6-1 (b)", "sliding body: force equation along y", FREE, "F_y = F sin β + N_A + N_B - m g = 0",
+              _sliding),
+    Statement("ex-6-1 (c)", "sliding body: moment equation about C", FREE,
+              "M_Cz = -F cos β H/2 + (N_B - N_A - F sin β) L/2 - μ (N_A + N_B) (D + H/2) = 0", _sliding),
+    Statement("ex-6-1 (d)", "the force at which the rear foot lifts", FREE + ", solved at N_A = 0",
+              "F = m g (L - 2 μ D - μ H)/(H cos β + (2 L - 2 μ D - μ H) sin β)", _tipping),
+    Statement("ex-6-2 (a)", "hinged bar: moment about the hinge just after release",
+              "fb.equations(s).free_body('bar', about=0).moments; .motion; MassProperties.about(point)",
+              "M_0 = -1/6 L m g = I_0 α", bar),
+    Statement("ex-6-2 (b)", "hinged bar: moment of inertia about the hinge", "fb.slender_bar(m, L).about(point)",
+              "I_0 = ∫ x^2 dm = m/L int(x^2, -L/3, 2 L/3) = m/L 1/3 between(x^3, -L/3, 2 L/3) = 1/9 m L^2", bar),
     Statement("ex-6-2 (c)", "hinged bar: angular acceleration just after release", "fb.equations(s).motion",
-              _bar_first),
+              "α = -3/2 g/L", bar),
     Statement("ex-6-2 (d)", "hinged bar: vertical force equation just after release",
-              "fb.equations(s).reactions['hinge']", _bar_vertical),
-    Statement("ex-6-2 (e)", "hinged bar: reaction just after release", "fb.equations(s).reactions['hinge']", _bar_r),
-    Statement("ex-6-2 (f)", "hinged bar: the energy is conserved", "fb.equations(s).integrals['energy']", _bar_energy,
-              print_is="E = T + V = const"),
-    Statement("ex-6-2 (g)", "hinged bar: the energy at the start", "fb.equations(s).energy", _bar_start),
-    Statement("ex-6-2 (h)", "hinged bar: potential energy in the vertical position", "fb.equations(s).energy.potential",
-              _bar_v2),
-    Statement("ex-6-2 (i)", "hinged bar: kinetic energy in the vertical position", "fb.equations(s).energy.kinetic",
-              _bar_t2),
-    Statement("ex-6-2 (j)", "hinged bar: angular velocity in the vertical position", "fb.equations(s).energy",
-              _bar_omega),
-    Statement("ex-6-3 (a)", "pulled disk: two force equations and a moment equation", FREE, _pulled_rows),
+              "fb.equations(s).free_body('bar').equations, .reactions['pin'], .center_acceleration('bar')",
+              "F_y = R - m g = m a_Cy = m 1/6 L α = m 1/6 L (-3/2 g/L) = -1/4 m g", bar),
+    Statement("ex-6-2 (e)", "hinged bar: reaction just after release", "fb.equations(s).reactions['pin']",
+              "R = 3/4 m g", bar),
+    Statement("ex-6-2 (f)", "hinged bar: the energy is conserved", "fb.equations(s).integrals['energy'], .energy",
+              "E = T + V = const", _energy_of_bar),
+    Statement("ex-6-2 (g)", "hinged bar: the energy at the start", ENERGY, "E = T_1 + V_1 = 0", bar),
+    Statement("ex-6-2 (h)", "hinged bar: potential energy in the vertical position", ENERGY + ".potential",
+              "V_2 = -1/6 L m g", bar),
+    Statement("ex-6-2 (i)", "hinged bar: kinetic energy in the vertical position", ENERGY + ".kinetic",
+              "T_2 = 1/2 I_0 ω_2^2 = 1/2 1/3 m L^2 ω_2^2", bar),
+    Statement("ex-6-2 (j)", "hinged bar: angular velocity in the vertical position", ENERGY,
+              "ω_2 = -(3 g/L)^(1/2)", _vertical),
+    Statement("ex-6-3 (a)", "pulled disk: two force equations and a moment equation", FREE,
+              ("F_x = F - H = m a_Cx", "F_y = V - W = 0", "M_C = -F (h - R) - H R = I_C α"), _pulled),
     Statement("ex-6-3 (b)", "rolling without slip: accelerations are tied",
-              "dynamics.kinematics.point_velocity of the lowest point", _roll),
-    Statement("ex-6-3 (c)", "pulled disk, no slip: acceleration of C", FREE + ", solved", lambda: _roll_answer(
-        "a_Cx", lambda a: (a["F"] * a["R"] * a["h"] / (_I_C(a) + a["m"] * a["R"] ** 2),
-                           2 * a["F"] * a["h"] / (3 * a["m"] * a["R"])))),
-    Statement("ex-6-3 (d)", "pulled disk, no slip: angular acceleration", FREE + ", solved", lambda: _roll_answer(
-        "alpha", lambda a: (-2 * a["F"] * a["h"] / (3 * a["m"] * a["R"] ** 2),))),
-    Statement("ex-6-3 (e)", "pulled disk, no slip: friction force", FREE + ", solved", lambda: _roll_answer(
-        "H", lambda a: (a["F"] * (1 - 2 * a["h"] / (3 * a["R"])),))),
-    Statement("ex-6-3 (f)", "the largest force without slip", FREE + ", solved for |H| = mu V", _limit,
-              condition=BACKWARDS),
-    Statement("ex-6-3 (g)", "friction as the disk slips", FREE + ", solved", lambda: _slip_answer(
-        "H", lambda a: a["mu"] * a["W"]), condition=BACKWARDS),
-    Statement("ex-6-3 (h)", "pulled disk that slips: acceleration of C", FREE + ", solved", lambda: _slip_answer(
-        "a_Cx", lambda a: (a["F"] - a["mu"] * a["W"]) / a["m"]), condition=BACKWARDS),
-    Statement("ex-6-3 (i)", "pulled disk that slips: angular acceleration", FREE + ", solved", lambda: _slip_answer(
-        "alpha", lambda a: -2 * (a["F"] * (a["h"] - a["R"]) + a["mu"] * a["W"] * a["R"]) / (a["m"] * a["R"] ** 2)),
-        condition=BACKWARDS),
-    Statement("ex-6-4 (a)", "rolling disk: kinetic energy", "fb.equations(s).energy.kinetic", _disk_t2),
-    Statement("ex-6-4 (b)", "rolling disk: kinetic energy in the speed of C", "fb.equations(s).energy.kinetic",
-              lambda: [value(sympy.Symbol("T_2"), sympy.Rational(3, 4) * rolling()[0]["m"] * rolling()[0]["v_2"] ** 2,
-                             _disk_rolling())]),
-    Statement("ex-6-4 (c)", "rolling disk: the energy is conserved", "fb.equations(s).energy", _disk_e),
-    Statement("ex-6-4 (d)", "rolling disk: speed after the drop", "fb.equations(s).energy", _disk_v2),
+              FREE + ", solved with dynamics.kinematics.point_velocity of the lowest point", "a_Cx = -α R", _rolls),
+    Statement("ex-6-3 (c)", "pulled disk, no slip: acceleration of C", FREE + ", solved",
+              "a_Cx = F R h/(I_C + m R^2) = 2 F h/(3 m R)", _rolls),
+    Statement("ex-6-3 (d)", "pulled disk, no slip: angular acceleration", FREE + ", solved", "α = -2 F h/(3 m R^2)",
+              _rolls),
+    Statement("ex-6-3 (e)", "pulled disk, no slip: friction force", FREE + ", solved",
+              "H = F - m a_Cx = F (1 - 2 h/(3 R))", _rolls),
+    Statement("ex-6-3 (f)", "the largest force without slip", FREE + ", solved for |H| < mu V",
+              "F < μ W/(1 - 2 h/(3 R))", _limit, condition=LOW),
+    Statement("ex-6-3 (g)", "friction as the disk slips", FREE + ", solved", "H = μ W", _slips, condition=FORWARDS),
+    Statement("ex-6-3 (h)", "pulled disk that slips: acceleration of C", FREE + ", solved",
+              "a_Cx = (F - μ W)/m", _slips, condition=FORWARDS),
+    Statement("ex-6-3 (i)", "pulled disk that slips: angular acceleration", FREE + ", solved",
+              "α = -2 [F (h - R) + μ W R]/(m R^2)", _slips, condition=FORWARDS),
+    Statement("ex-6-4 (a)", "rolling disk: kinetic energy", ENERGY + ".kinetic",
+              "T_2 = 1/2 m v_2^2 + 1/2 I_C ω_2^2", lambda: Meaning(rolling().names)),
+    Statement("ex-6-4 (b)", "rolling disk: kinetic energy in the speed of C",
+              ENERGY + ".kinetic; dynamics.kinematics.point_velocity of the lowest point", "T_2 = 3/4 m v_2^2",
+              rolling),
+    Statement("ex-6-4 (c)", "rolling disk: the energy is conserved", ENERGY,
+              "E = T_2 + V_2 = -m g H + 3/4 m v_2^2 = 0", _drop),
+    Statement("ex-6-4 (d)", "rolling disk: speed after the drop", ENERGY, "v_2 = (4 g H/3)^(1/2)", _speed),
 )  # fmt: skip

@@ -12,190 +12,119 @@ import freebody as fb
 
 from ..case import mass_properties
 from . import machines
-from .statement import Line, Statement, balance, value
+from .meaning import Meaning
+from .momentum import resolved
+from .small import put
+from .statement import Statement
 
 t = machines.t
-ZERO = sympy.Integer(0)
-QUARTER = sympy.Rational(1, 4)
 
 
-def _axis() -> list[Line]:
-    from ...dynamics.kinematics import angular_velocity
-
-    s, e = machines.shaft()
-    w = [e.sympy(x) for x in angular_velocity(e.model, e.state, s.bodies["rotor"])]
-    names = sympy.symbols("omega_x omega_y omega_z")
-    return [value(n, p, d) for n, p, d in zip(names, (ZERO, ZERO, s.names.atoms["theta'"]), w, strict=True)]
-
-
-def _rotor_moments() -> list[tuple[Any, Any]]:
-    """(left, right) of the moment equations about 0, in body axes."""
-    _, e = machines.shaft()
-    return [(row.lhs, row.rhs) for row in e.free_body("rotor", frame="rotor").equations[3:]]
-
-
-def _axis_moments() -> list[Line]:
-    s, _ = machines.shaft()
-    a = s.names.atoms
-    w, dw = a["theta'"], a["theta"].diff(t, 2)
-    xz, yz, zz = a["I_xz"], a["I_yz"], a["I_zz"]
-    printed = [-xz * dw + yz * w**2, -yz * dw - xz * w**2, zz * dw]
-    names = sympy.symbols("M_0x M_0y M_0z")
-    return [value(n, p, d[1]) for n, p, d in zip(names, printed, _rotor_moments(), strict=True)]
+def _axis() -> Meaning:
+    """The body on its shaft: ω, and moments about 0, in its axes."""
+    machine = machines.shaft()
+    _, moment = machine.balances("rotor", frame="rotor")
+    return Meaning({**machine.names, **resolved("ω_x ω_y ω_z", machine.omega("rotor")), "ω": machine.atoms["theta'"],
+                    **resolved("M_0x M_0y M_0z", moment)})  # fmt: skip
 
 
 @cache
-def _turned() -> tuple[Any, Any, Any]:
-    """(angle, a body with any inertia in axes x'y'z', the same in xyz) by the library."""
+def turned() -> Meaning:
+    """Two particles in axes x'y'z', and the same body in xyz, turned by the library."""
     beta = sympy.Symbol("beta", real=True)
-    names = "I_x'x' I_y'y' I_z'z' I_x'y' I_x'z' I_y'z'"
-    xx, yy, zz, xy, xz, yz = (sympy.Symbol(n, real=True) for n in names.split())
     c, d = cos(beta), sin(beta)
-    own = fb.MassProperties(1, (0, 0, 0), ((xx, -xy, -xz), (-xy, yy, -yz), (-xz, -yz, zz)))
-    return beta, (xx, yy, zz, xy, xz, yz), own.rotated(((1, 0, 0), (0, c, d), (0, -d, c)))
+    matrix = ((1, 0, 0), (0, c, d), (0, -d, c))
+    whole, elements = None, []
+    for i in (1, 2):
+        m = sympy.Symbol(f"m_{i}", positive=True)
+        own = sympy.symbols(f"x_{i}' y_{i}' z_{i}'", real=True)
+        one = fb.particle(m).moved(own)
+        whole = one if whole is None else whole + one
+        place = one.rotated(matrix).center
+        elements.append((m, {"x'": own[0], "y'": own[1], "z'": own[2], "r'": sympy.Matrix(own),
+                             **resolved("x y z", place)}))  # fmt: skip
+    assert whole is not None
+    J, P, Q = (
+        whole.about((0, 0, 0)),
+        whole.products_about((0, 0, 0)),
+        whole.rotated(matrix).products_about((0, 0, 0)),
+    )
+    names = {
+        **elements[0][1],
+        "β": beta,
+        "I_xz": Q.xz,
+        "I_yz": Q.yz,
+        "I_x'y'": P.xy,
+        "I_x'z'": P.xz,
+        "I_y'z'": P.yz,
+    }
+    return Meaning({**names, **{f"I_{c}'{c}'": J[i][i] for i, c in enumerate("xyz")}}, elements)
 
 
-def _transformation() -> list[Line]:
-    """Components of a vector in x'y'z', brought into xyz by the same matrix that turned the body."""
-    from ...scalar.algebra import apply
-
-    beta, _, _ = _turned()
-    x, y, z = (sympy.Symbol(n, real=True) for n in ("x'", "y'", "z'"))
-    c, d = cos(beta), sin(beta)
-    found = apply(((1, 0, 0), (0, c, d), (0, -d, c)), (x, y, z))
-    printed = (x, y * c + z * d, -y * d + z * c)
-    return [value(n, p, f) for n, p, f in zip(sympy.symbols("x y z"), printed, found, strict=True)]
-
-
-def _product_xz() -> list[Line]:
-    beta, (_, _, _, xy, xz, _), turned = _turned()
-    return [value(sympy.Symbol("I_xz"), -sin(beta) * xy + cos(beta) * xz, turned.products.xz)]
-
-
-def _product_yz() -> list[Line]:
-    beta, (_, yy, zz, _, _, yz), turned = _turned()
-    c, d = cos(beta), sin(beta)
-    return [value(sympy.Symbol("I_yz"), d * c * (yy - zz) + (c**2 - d**2) * yz, turned.products.yz)]
-
-
-def _thin_disk() -> list[Line]:
+def _thin_disk() -> Meaning:
     m, R = sympy.symbols("m R", positive=True)
     J = fb.disk(m, R).inertia
-    printed = (m * R**2 / 4, m * R**2 / 4, m * R**2 / 2)
-    return [
-        value(sympy.Symbol(f"I_{c}'{c}'"), p, J[i][i])
-        for i, (c, p) in enumerate(zip("xyz", printed, strict=True))
-    ]
+    return Meaning({"m": m, "R": R, **{f"I_{c}'{c}'": J[i][i] for i, c in enumerate("xyz")}})
 
 
 @cache
-def disk() -> dict[str, Any]:
-    """The tilted disk as it turns at a constant rate: its atoms, products of inertia and the shaft's reaction."""
-    s, e = machines.tilted_disk()
-    a = s.names.atoms
-    steady = {a["theta"].diff(t, 2): 0, a["theta'"]: a["omega"]}
-    r = e.reactions["shaft"]
-    free = e.free_body("disk", frame="disk")
-
-    def put(x: Any) -> Any:
-        return sympy.sympify(x).subs(steady)
-
-    return {
-        **a,
-        "P": mass_properties(s.bodies["disk"]).products,
-        "force": [put(x) for x in r.force],
-        "body": [put(row.rhs) for row in free.equations[3:]],
-        "ground": [put(row.rhs) for row in e.free_body("disk").equations[3:]],
-        "W": a["m"] * a["g"],
-    }
+def disk() -> Meaning:
+    """The tilted disk as it turns at a constant rate: moments in its axes and the ground's, and bearing reactions."""
+    machine = machines.tilted_disk()
+    a = machine.atoms
+    steady = ((a["theta"].diff(t, 2), 0), (a["theta'"], a["omega"]))
+    found = fb.bearing_reactions(machine.equations, "shaft", at={"A": "L/2", "B": "-L/2"}).ground
+    products = mass_properties(machine.body("disk")).products
+    force, ground = machine.balances("disk")
+    _, own = machine.balances("disk", frame="disk")
+    values: dict[str, Any] = {
+        **{f"R_{name}{c}": found[name][i] for name in "AB" for i, c in enumerate("XY")},
+        **resolved("F_X F_Y", force[:2]), **resolved("M_0X M_0Y", ground[:2]), **resolved("M_0x M_0y M_0z", own),
+        "I_xz": products.xz, "I_yz": products.yz, "W": a["m"] * a["g"],
+    }  # fmt: skip
+    return Meaning({**machine.names, **{name: put(x, steady) for name, x in values.items()}})
 
 
-def _amplitude() -> Any:
-    d = disk()
-    return QUARTER * d["m"] * d["R"] ** 2 * d["omega"] ** 2 * sin(d["beta"]) * cos(d["beta"])
+def _in_time() -> Meaning:
+    names = disk().names
+    theta, omega = names["θ"], names["ω"]
+    return Meaning({**{k: put(v, [(theta, omega * t)]) for k, v in names.items()}, "t": t})
 
 
-def _products() -> list[Line]:
-    d = disk()
-    printed = -QUARTER * d["m"] * d["R"] ** 2 * sin(d["beta"]) * cos(d["beta"])
-    return [value(sympy.Symbol("I_xz"), ZERO, d["P"].xz), value(sympy.Symbol("I_yz"), printed, d["P"].yz)]
-
-
-def _steady_moments() -> list[Line]:
-    names = sympy.symbols("M_0x M_0y M_0z")
-    return [
-        value(n, p, x) for n, p, x in zip(names, (-_amplitude(), ZERO, ZERO), disk()["body"], strict=True)
-    ]
-
-
-def _resolved() -> list[Line]:
-    d = disk()
-    M = d["body"][0]
-    printed = (M * cos(d["theta"]), M * sin(d["theta"]))
-    return [value(n, p, x) for n, p, x in zip(sympy.symbols("M_0X M_0Y"), printed, d["ground"], strict=False)]
-
-
-R = {k: sympy.Symbol(k) for k in ("R_AX", "R_AY", "R_BX", "R_BY")}
-
-
-def _forces() -> list[Line]:
-    d = disk()
-    force = d["force"]
-    e = machines.tilted_disk()[1]
-    row = e.free_body("disk").equations
-    ma = [sympy.sympify(row[i].rhs).subs({d["theta"].diff(t, 2): 0}) for i in (0, 1)]
-    return [
-        balance(R["R_AX"] + R["R_BX"], ZERO, (R["R_AX"] + R["R_BX"] - force[0] + ma[0], ZERO)),
-        balance(R["R_AY"] + R["R_BY"] - d["W"], ZERO, (R["R_AY"] + R["R_BY"] - force[1] + ma[1], ZERO)),
-    ]
-
-
-def _moments() -> list[Line]:
-    d, half = disk(), disk()["L"] / 2
-    A, B = sympy.Matrix([R["R_AX"], R["R_AY"], 0]), sympy.Matrix([R["R_BX"], R["R_BY"], 0])
-    moment = sympy.Matrix([0, 0, half]).cross(A - B)
-    printed = (
-        ((R["R_BY"] - R["R_AY"]) * half, -_amplitude() * cos(d["theta"])),
-        ((R["R_AX"] - R["R_BX"]) * half, -_amplitude() * sin(d["theta"])),
-    )
-    return [balance(*p, (moment[i], d["ground"][i])) for i, p in enumerate(printed)]
-
-
-def _reactions() -> list[Line]:
-    d = disk()
-    found = fb.bearing_reactions(machines.tilted_disk()[1], "shaft", at={"A": "L/2", "B": "-L/2"}).ground
-    size = _amplitude() / d["L"]
-    angle = d["omega"] * t
-    put = [(d["theta"].diff(t, 2), 0), (d["theta'"], d["omega"]), (d["theta"], angle)]
-    derived = {f"R_{name}{c}": found[name][i].subs(put) for name in "AB" for i, c in enumerate("XY")}
-    printed = {
-        "R_BX": size * sin(angle),
-        "R_AX": -size * sin(angle),
-        "R_AY": d["W"] / 2 - size * cos(angle),
-        "R_BY": d["W"] / 2 + size * cos(angle),
-    }
-    return [value(R[k], printed[k], derived[k]) for k in printed]
-
-
+OWN = "fb.equations(s).free_body('disk', frame='disk').equations"
+GROUND = "fb.equations(s).free_body('disk').equations"
+BEARINGS = "fb.bearing_reactions(s, 'shaft', at={'A': 'L/2', 'B': '-L/2'}).ground"
 STATEMENTS = (
-    Statement("6.56", "rotation about the fixed axis z", "s.hinge(...)", _axis, defines=True,
-              print_is="ω_x = ω_y = 0, ω_z = ω"),
+    Statement("6.56", "rotation about the fixed axis z", "dynamics.kinematics.angular_velocity of a body on a hinge",
+              ("ω_x = ω_y = 0", "ω_z = ω"), _axis, defines=True),
     Statement("6.57", "moments on a body that turns about a fixed axis",
-              "fb.equations(s).free_body('rotor', frame='rotor').equations", _axis_moments),
-    Statement("6.58", "axes turned by β about x", "scalar.algebra.apply(R, v)", _transformation, defines=True),
-    Statement("6.59a", "the product I_xz in turned axes", "MassProperties.rotated(R).products", _product_xz),
-    Statement("6.59b", "the product I_yz in turned axes", "MassProperties.rotated(R).products", _product_yz),
-    Statement("6.60", "moments of inertia of a thin disk", "fb.disk(m, R).inertia", _thin_disk),
-    Statement("6.61", "products of inertia of the tilted disk", "fb.disk(m, R).rotated(R).products", _products),
-    Statement("6.62", "moments on the tilted disk at a constant rate, in body axes",
-              "fb.equations(s).free_body('disk', frame='disk').equations", _steady_moments),
-    Statement("6.63", "the moment resolved along ground axes", "fb.equations(s).free_body('disk').equations",
-              _resolved),
-    Statement("6.64", "force equations of the tilted disk", "fb.equations(s).free_body('disk'), .reactions['shaft']",
-              _forces),
-    Statement("6.65", "moments of the bearing reactions about 0", "fb.equations(s).free_body('disk').equations",
-              _moments),
-    Statement("6.66", "bearing reactions on the shaft at a constant rate",
-              "fb.bearing_reactions(s, 'shaft', at={'A': 'L/2', 'B': '-L/2'}).ground",
-              _reactions),
+              "fb.equations(s).free_body('rotor', frame='rotor').equations",
+              ("M_0x = -I_xz ω' + I_yz ω^2", "M_0y = -I_yz ω' - I_xz ω^2", "M_0z = I_zz ω'"), _axis),
+    Statement("6.58", "axes turned by β about x", "MassProperties.rotated(R).center",
+              ("x = x'", "y = y' cos β + z' sin β", "z = -y' sin β + z' cos β"), turned, defines=True),
+    Statement("6.59a", "the product I_xz in turned axes", "MassProperties.rotated(R).products_about((0, 0, 0))",
+              "I_xz = ∫ x z dm = ∫ x' (-y' sin β + z' cos β) dm = -sin β ∫ x' y' dm + cos β ∫ x' z' dm"
+              " = -sin β I_x'y' + cos β I_x'z'", turned),
+    Statement("6.59b", "the product I_yz in turned axes", "MassProperties.rotated(R).products_about((0, 0, 0))",
+              "I_yz = ∫ y z dm = ∫ (y' cos β + z' sin β) (-y' sin β + z' cos β) dm"
+              " = sin β cos β ∫ (z'^2 - y'^2) dm + (cos^2 β - sin^2 β) ∫ y' z' dm"
+              " = sin β cos β ∫ [(r'^2 - y'^2) - (r'^2 - z'^2)] dm + (cos^2 β - sin^2 β) ∫ y' z' dm"
+              " = sin β cos β (I_y'y' - I_z'z') + (cos^2 β - sin^2 β) I_y'z'", turned),
+    Statement("6.60", "moments of inertia of a thin disk", "fb.disk(m, R).inertia",
+              ("I_x'x' = I_y'y' = 1/4 m R^2", "I_z'z' = 1/2 m R^2"), _thin_disk),
+    Statement("6.61", "products of inertia of the tilted disk", "fb.disk(m, R).rotated(R).products",
+              ("I_xz = 0", "I_yz = -1/4 m R^2 sin β cos β"), disk),
+    Statement("6.62", "moments on the tilted disk at a constant rate, in body axes", OWN,
+              ("M_0x = I_yz ω^2 = -1/4 m R^2 ω^2 sin β cos β", "M_0y = 0", "M_0z = 0"), disk),
+    Statement("6.63", "the moment resolved along ground axes", OWN + "; " + GROUND,
+              ("M_0X = M_0x cos θ", "M_0Y = M_0x sin θ"), disk),
+    Statement("6.64", "force equations of the tilted disk", GROUND + "; " + BEARINGS,
+              ("F_X = R_AX + R_BX = 0", "F_Y = R_AY + R_BY - W = 0"), disk),
+    Statement("6.65", "moments of the bearing reactions about 0", GROUND + "; " + BEARINGS,
+              ("M_0X = (R_BY - R_AY) L/2 = -1/4 m R^2 ω^2 sin β cos β cos θ",
+               "M_0Y = (R_AX - R_BX) L/2 = -1/4 m R^2 ω^2 sin β cos β sin θ"), disk),
+    Statement("6.66", "bearing reactions on the shaft at a constant rate", BEARINGS,
+              ("R_BX = -R_AX = 1/4 m R^2 ω^2/L sin β cos β sin(ω t)",
+               "R_AY = 1/2 W - 1/4 m R^2 ω^2/L sin β cos β cos(ω t)",
+               "R_BY = 1/2 W + 1/4 m R^2 ω^2/L sin β cos β cos(ω t)"), _in_time),
 )  # fmt: skip

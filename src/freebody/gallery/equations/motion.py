@@ -2,324 +2,197 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import sympy
 
 import freebody as fb
 
-from ..case import mass_properties
 from . import machines
-from .momentum import flight, lines, omega, triple, vector
-from .statement import Line, Statement, balance, value
+from .meaning import Meaning
+from .momentum import angular_momentum, body_rates, flight, mass_of_flight, resolved, split, triple, vector
+from .statement import Statement
 
 t = machines.t
-MOMENT = [sympy.Symbol(f"M_0{c}") for c in "xyz"]
 
 
-def _newton() -> list[Line]:
-    s, e = machines.flying()
-    a = s.names.atoms
-    rows = []
-    body = e.free_body("body")
-    force = vector([a[f"F_{c}"] for c in "xyz"])
-    acceleration = sympy.Matrix([e.sympy(x) for x in e.center_acceleration("body")])
-    m = a["m_1"] + a["m_2"]
-    for k in range(3):
-        left, right = body.equations[k].lhs, body.equations[k].rhs
-        rows.append(balance(force[k], m * acceleration[k], (left, right)))
-    return rows
+def _newton() -> Meaning:
+    """F is what the free-body equations ask for."""
+    force, _ = machines.flying()[0].balances("body")
+    return Meaning({**flight().names, "F": force})
 
 
-def _rate_by_angles() -> tuple[Any, Any, Any, Any]:
-    """Of the body by Euler's angles: H_0 in ground axes, its derivative, ω and H_0 in body axes."""
-    s, e = machines.angles()
-    H = sympy.Matrix(e.momentum.angular())
-    free = e.free_body("body", frame="body")
-    return s, e, H, free
+@cache
+def _turning() -> Meaning:
+    """The body about 0 in ground axes; its components by the library's free body and forms in body axes."""
+    machine = machines.turning()
+    _, moment = machine.balances("body")
+    _, own = machine.balances("body", frame="body")
+    axes = machine.frame("body")
+    units = [axes[c] for c in "ijk"]
+    omega = machine.omega("body")
+    rates = [omega.dot(u) for u in units]
+    inside = angular_momentum(_matrix(machine), rates)
+    apparent = angular_momentum(_matrix(machine), [x.diff(t) for x in rates])
+    names = {
+        "M_0": moment, "H_0": machine.momentum(), "dH_0/dt": machine.momentum().diff(t), "ω": omega, **axes,
+        "d'H_0/dt": sum((x * u for x, u in zip(apparent, units, strict=True)), sympy.zeros(3, 1)),
+        **resolved("M_0x M_0y M_0z", own), **resolved("H_0x H_0y H_0z", inside),
+    }  # fmt: skip
+    return Meaning(names)
 
 
-def _moment_is_rate() -> list[Line]:
-    _, e, H, _ = _rate_by_angles()
-    rows = e.free_body("body").equations[3:]
-    return [value(n, h, row.rhs) for n, h, row in zip(MOMENT, H.diff(t), rows, strict=True)]
+def _matrix(machine: machines.Machine) -> Any:
+    """The matrix of inertia as the system holds it."""
+    from ..case import mass_properties
+
+    return mass_properties(machine.body("body")).about((0, 0, 0))
 
 
-def _units() -> list[Line]:
-    """Unit vectors of a body, seen from the ground: their places differentiated, against ω × them."""
-    from ...dynamics.kinematics import angular_velocity, point_position
-
-    s, e = machines.angles()
-    body = s.bodies["body"]
-    show = lambda v: sympy.Matrix([e.sympy(x) for x in v])  # noqa: E731
-    w = show(angular_velocity(e.model, e.state, body))
-    rows = []
-    for name, c in zip("ijk", ((1, 0, 0), (0, 1, 0), (0, 0, 1)), strict=True):
-        u = show(point_position(e.model, e.state, body.point(*c)))
-        symbols = [sympy.Symbol(f"d{name}_{axis}") for axis in "XYZ"]
-        rows += [value(n, p, d) for n, p, d in zip(symbols, w.cross(u), u.diff(t), strict=True)]
-    return rows
+def _plain_moments() -> Meaning:
+    """Moments in body axes, in ω_x, ω_y, ω_z and their rates: the speeds of a ball joint."""
+    machine = machines.ball()
+    _, moment = machine.balances("body", frame="body")
+    return Meaning({**body_rates(machine), **resolved("M_0x M_0y M_0z", moment)})
 
 
-def _h_by_components() -> list[Line]:
-    """H_0 along the body axes, put together from its components there."""
-    _, H, units = _body_components()
-    whole = sum((h * u for h, u in zip(H, units, strict=True)), sympy.zeros(3, 1))
-    _, e = machines.angles()
-    return lines([f for f in sympy.symbols("H_0X H_0Y H_0Z")], whole, e.momentum.angular())
+def _about_centre() -> Meaning:
+    """The free body: M_C as its free-body equations ask for it; the rate of H_C in the ground and in its axes."""
+    machine, whole, _ = machines.flying()
+    _, moment = machine.balances("body")
+    axes = [flight().names[c] for c in "ijk"]
+    omega = flight().names["ω"]
+    rates = [omega.dot(u).diff(t) for u in axes]
+    apparent = angular_momentum(whole, rates)
+    names = {
+        **flight().names, "M_C": moment, "dH_C/dt": flight().names["H_C"].diff(t),
+        "d'H_C/dt": sum((x * u for x, u in zip(apparent, axes, strict=True)), sympy.zeros(3, 1)),
+    }  # fmt: skip
+    return Meaning(names)
 
 
-def _body_components() -> tuple[Any, Any, list[Any]]:
-    """(ω, H_0) along the body axes, and these axes in the ground."""
-    from ...dynamics.kinematics import angular_velocity, point_position
-
-    s, e = machines.angles()
-    body = s.bodies["body"]
-    show = lambda v: sympy.Matrix([e.sympy(x) for x in v])  # noqa: E731
-    units = [
-        show(point_position(e.model, e.state, body.point(*c))) for c in ((1, 0, 0), (0, 1, 0), (0, 0, 1))
-    ]
-    w_ground = show(angular_velocity(e.model, e.state, body))
-    w = sympy.Matrix([w_ground.dot(u) for u in units])
-    names = s.names.atoms
-    J = sympy.Matrix(
-        3, 3, lambda i, j: (1 if i == j else -1) * names[f"I_{''.join(sorted('xyz'[i] + 'xyz'[j]))}"]
-    )
-    return w, J * w, units
-
-
-def _rate_in_body_axes() -> list[Line]:
-    """d/dt of H_0 in the ground = components' rates along the body axes + ω × H_0."""
-    w, H, units = _body_components()
-    inner = H.diff(t) + w.cross(H)
-    whole = sum((h * u for h, u in zip(inner, units, strict=True)), sympy.zeros(3, 1))
-    _, e = machines.angles()
-    rate = sympy.Matrix(e.momentum.angular()).diff(t)
-    return lines(sympy.symbols("dH_0X dH_0Y dH_0Z"), whole, rate)
-
-
-def _put(expression: Any) -> Any:
-    """Speeds of the ball joint as the chapter's ω_x, ω_y, ω_z."""
-    w = [sympy.Function(f"omega_w{c}")(t) for c in "xyz"]
-    mine = [sympy.Function(f"omega_{c}")(t) for c in "xyz"]
-    return (
-        sympy.sympify(expression)
-        .subs(dict(zip([x.diff(t) for x in w], [x.diff(t) for x in mine], strict=True)))
-        .subs(dict(zip(w, mine, strict=True)))
-    )
-
-
-def _derived_moments() -> list[tuple[Any, Any]]:
-    s, e = machines.turning()
-    free = e.free_body("body", frame="body")
-    return [(row.lhs, _put(row.rhs)) for row in free.equations[3:]]
-
-
-def _inertia(s: fb.System) -> dict[str, Any]:
-    return {k: v for k, v in s.names.atoms.items() if k.startswith("I_")}
-
-
-def _moment_vector() -> list[Line]:
-    s, _ = machines.turning()
-    I = _inertia(s)  # noqa: E741
-    w = sympy.Matrix([sympy.Function(f"omega_{c}")(t) for c in "xyz"])
-    J = sympy.Matrix(
-        3, 3, lambda i, j: (1 if i == j else -1) * I[f"I_{''.join(sorted('xyz'[i] + 'xyz'[j]))}"]
-    )
-    printed = J * w.diff(t) + w.cross(J * w)
-    return [balance(m, p, d) for m, p, d in zip(_moment_symbols(s), printed, _derived_moments(), strict=True)]
-
-
-def _moment_symbols(s: fb.System) -> list[Any]:
-    return [s.names.atoms[f"M_0{c}"] for c in "xyz"]
-
-
-def _moment_components() -> list[Line]:
-    s, e = machines.turning()
-    applied = e.free_body("body", frame="body").equations[3:]
-    return [value(sympy.Symbol(f"M_0{c}"), m, row.lhs) for c, m, row in
-            zip("xyz", _moment_symbols(s), applied, strict=True)]  # fmt: skip
-
-
-def _moment_equations() -> list[Line]:
-    s, _ = machines.turning()
-    a = s.names.atoms
-    xx, yy, zz, xy, xz, yz = (a[f"I_{k}"] for k in ("xx", "yy", "zz", "xy", "xz", "yz"))
-    x, y, z = (sympy.Function(f"omega_{c}")(t) for c in "xyz")
-    dx, dy, dz = x.diff(t), y.diff(t), z.diff(t)
-    printed = [
-        xx * dx - xy * dy - xz * dz - xz * x * y + xy * x * z + (zz - yy) * y * z - yz * (y**2 - z**2),
-        -xy * dx + yy * dy - yz * dz + yz * x * y + (xx - zz) * x * z - xy * y * z - xz * (z**2 - x**2),
-        -xz * dx - yz * dy + zz * dz + (yy - xx) * x * y - yz * x * z + xz * y * z - xy * (x**2 - y**2),
-    ]
-    return [balance(m, p, d) for m, p, d in zip(_moment_symbols(s), printed, _derived_moments(), strict=True)]
-
-
-def _about_centre() -> list[Line]:
-    """The free cloud: moments about C of the force at one particle, against the rate of H_C in its axes."""
-    s, e = machines.flying()
-    free = e.free_body("body", frame="body")
-    body = s.bodies["body"]
-    names = [sympy.Symbol(f"M_C{c}") for c in "xyz"]
-    J = sympy.Matrix(mass_properties(body).inertia)
-    w = sympy.Matrix([sympy.Function(f"flight_w{c}")(t) for c in "xyz"])
-    printed = J * w.diff(t) + w.cross(J * w)
-    return [value(n, p, row.rhs) for n, p, row in zip(names, printed, free.equations[3:], strict=True)]
-
-
-def _principal() -> list[Line]:
-    """Principal axes turned by an angle and back: along them, and along them only, the products are zero."""
+def _principal() -> Meaning:
+    """A body by its principal moments, turned by an angle out of its principal axes and back."""
     moments = sympy.symbols("I_1 I_2 I_3", positive=True)
-    angle = sympy.Symbol("beta", real=True)
-    c, d = sympy.cos(angle), sympy.sin(angle)
+    c, d = sympy.cos(sympy.Symbol("beta", real=True)), sympy.sin(sympy.Symbol("beta", real=True))
     turn = sympy.Matrix([[1, 0, 0], [0, c, -d], [0, d, c]])
     own = fb.MassProperties(1, (0, 0, 0), ((moments[0], 0, 0), (0, moments[1], 0), (0, 0, moments[2])))
-    turned = own.rotated(turn.tolist())
-    back = turned.rotated(turn.T.tolist())
-    rows = [value(sympy.Symbol(f"I_{c}{c}"), moments[i], back.inertia[i][i]) for i, c in enumerate("xyz")]
-    zero = sympy.Integer(0)
-    return rows + [value(sympy.Symbol(f"I_{k}"), zero, getattr(back.products, k)) for k in ("xy", "xz", "yz")]
+    back = own.rotated(turn.tolist()).rotated(turn.T.tolist())
+    names = {f"I_{c}{c}": back.inertia[i][i] for i, c in enumerate("xyz")}
+    names |= {f"I_{k}": getattr(back.products, k) for k in ("xy", "xz", "yz")}
+    return Meaning({**names, **resolved("I_1 I_2 I_3", moments)})
 
 
-def euler_symbols() -> tuple[list[Any], list[Any], list[Any]]:
-    """(moments of inertia, ω_1, ω_2, ω_3, moments) of the body in principal axes."""
-    s, _ = machines.spinning()
-    a = s.names.atoms
-    return (
-        [a[f"I_{i}"] for i in "123"],
-        [sympy.Function(f"omega_{i}")(t) for i in "123"],
-        [a[f"M_{i}"] for i in "123"],
+@cache
+def principal() -> Meaning:
+    """Moments, energy and rates of the body in principal axes."""
+    machine = machines.spinning()
+    _, moment = machine.balances("body", frame="body")
+    return Meaning(
+        {**body_rates(machine, "123"), **resolved("M_1 M_2 M_3", moment), "T_rot": machine.kinetic}
     )
-
-
-def euler_derived() -> list[tuple[Any, Any]]:
-    """The moment equations of that body about its mass centre, in body axes."""
-    _, e = machines.spinning()
-    put = dict(zip("xyz", "123", strict=True))
-
-    def renamed(x: Any) -> Any:
-        w = {sympy.Function(f"omega_w{c}")(t): sympy.Function(f"omega_{k}")(t) for c, k in put.items()}
-        first = sympy.sympify(x).subs({a.diff(t): b.diff(t) for a, b in w.items()})
-        return first.subs(w)
-
-    return [(row.lhs, renamed(row.rhs)) for row in e.free_body("body", frame="body").equations[3:]]
-
-
-def _euler() -> list[Line]:
-    I, w, M = euler_symbols()  # noqa: E741
-    printed = [
-        I[0] * w[0].diff(t) + (I[2] - I[1]) * w[1] * w[2],
-        I[1] * w[1].diff(t) + (I[0] - I[2]) * w[0] * w[2],
-        I[2] * w[2].diff(t) + (I[1] - I[0]) * w[0] * w[1],
-    ]
-    return [balance(m, p, d) for m, p, d in zip(M, printed, euler_derived(), strict=True)]
 
 
 # --- kinetic energy ---------------------------------------------------------------------------------------------
 
-T, T_tr, T_rot = sympy.symbols("T T_tr T_rot")
+
+@cache
+def energy() -> Meaning:
+    """T of the free body, T_rot of the body held at its mass centre, T_tr of the body that does not turn."""
+    machine, whole, _ = machines.flying()
+    still = {machine.atoms[f"{q}'"]: 0 for q in ("psi", "theta", "phi")}
+    velocity = dict(zip((machine.atoms[f"{q}'"] for q in "XYZ"), flight().names["v_C"], strict=True))
+    carried = machine.kinetic.subs(still).subs(velocity, simultaneous=True)
+    names = {**flight().names, "T_rot": machines.centred().kinetic, "T_tr": carried}
+    return Meaning(names, flight().elements)
 
 
-def _energy() -> Any:
-    _, e = machines.flying()
-    return machines.upright(sympy.sympify(e.energy.kinetic), "flight")
+def _split_energy() -> Meaning:
+    return Meaning({**split().names, "T": machines.flying()[0].kinetic}, split().elements)
 
 
-def _parts() -> tuple[Any, Any, Any]:
-    """(translation, cross term, rotation)."""
-    f = flight()
-    m = sum(f["m"])
-    spin = [f["omega"].cross(rho) for rho in f["rho"]]
-    whole = sum((k * rho for k, rho in zip(f["m"], f["rho"], strict=True)), sympy.zeros(3, 1))
-    return (
-        m * f["v_C"].dot(f["v_C"]) / 2,
-        f["v_C"].dot(f["omega"].cross(whole)),
-        sum(k * v.dot(v) for k, v in zip(f["m"], spin, strict=True)) / 2,
+def _by_components() -> Meaning:
+    """T_rot in components along the body's axes."""
+    machine, _, parts = machines.flying()
+    whole = mass_of_flight()
+    units = [flight().names[c] for c in "ijk"]
+    omega = [flight().names["ω"].dot(u) for u in units]
+    elements = [
+        (m, {c: x - y for c, x, y in zip("xyz", place, whole.center, strict=True)}) for m, place in parts
+    ]
+    J, P = whole.inertia, whole.products
+    names = {f"I_{c}{c}": J[i][i] for i, c in enumerate("xyz")} | {
+        f"I_{k}": getattr(P, k) for k in ("xy", "xz", "yz")
+    }
+    return Meaning({**names, "T_rot": machines.centred().kinetic, **resolved("ω_x ω_y ω_z", omega)}, elements)
+
+
+def _spin_velocity() -> Meaning:
+    omega, rho = triple("omega"), sympy.symbols("x y z", real=True)
+    axes = {name: vector(*axis) for name, axis in zip("ijk", machines.AXES, strict=True)}
+    return Meaning(
+        {"ω": omega, "ρ": vector(*rho), **resolved("x y z", rho), **resolved("ω_x ω_y ω_z", omega), **axes}
     )
 
 
-def _rotation_energy() -> Any:
-    """By the library: kinetic energy of the cloud less that of its mass at C."""
-    return _energy() - _parts()[0]
-
-
-def _by_components() -> list[Line]:
-    f = flight()
-    mass = mass_properties(machines.flying()[0].bodies["body"])
-    J, P = mass.inertia, mass.products
-    x, y, z = f["omega"]
-    squares = sum(
-        m * ((y * r[2] - z * r[1]) ** 2 + (z * r[0] - x * r[2]) ** 2 + (x * r[1] - y * r[0]) ** 2)
-        for m, r in zip(f["m"], f["rho"], strict=True)
-    )
-    printed = (
-        J[0][0] * x**2
-        + J[1][1] * y**2
-        + J[2][2] * z**2
-        - 2 * P.xy * x * y
-        - 2 * P.xz * x * z
-        - 2 * P.yz * y * z
-    )
-    return [value(T_rot, squares / 2, _rotation_energy()), value(T_rot, printed / 2, _rotation_energy())]
-
-
-def _spin_velocity() -> list[Line]:
-    from ...scalar.algebra import cross
-
-    x, y, z = sympy.symbols("x y z", real=True)
-    wx, wy, wz = omega
-    printed = [wy * z - wz * y, wz * x - wx * z, wx * y - wy * x]
-    return lines(triple("v"), printed, cross(tuple(omega), (x, y, z)))
-
-
-def _principal_energy() -> list[Line]:
-    _, e = machines.spinning()
-    I, _, _ = euler_symbols()  # noqa: E741
-    w = [sympy.Function(f"omega_w{c}")(t) for c in "xyz"]
-    return [value(T_rot, sum(a * b**2 for a, b in zip(I, w, strict=True)) / 2, e.energy.kinetic)]
-
-
+BALANCES = "fb.equations(s).free_body('body').equations"
+OWN = "fb.equations(s).free_body('body', frame='body').equations"
+KINETIC = "fb.equations(s).energy.kinetic"
 STATEMENTS = (
-    Statement("6.20", "the force is the rate of the linear momentum", "fb.equations(s).free_body('body').equations",
-              _newton, print_is="F = dp/dt = m a_C"),
+    Statement("6.20", "the force is the rate of the linear momentum", BALANCES + "; fb.equations(s).momentum.linear",
+              "F = dp/dt = m a_C", _newton),
     Statement("6.21", "the moment about a fixed point is the rate of the angular momentum",
-              "fb.equations(s).free_body('body').equations", _moment_is_rate, print_is="M_0 = dH_0/dt"),
-    Statement("6.22", "unit vectors of axes that turn", "dynamics.kinematics.point_position, differentiated", _units,
-              print_is="di/dt = ω × i, dj/dt = ω × j, dk/dt = ω × k"),
-    Statement("6.23", "components of the angular momentum along body axes", "fb.equations(s).momentum.angular()",
-              _h_by_components, defines=True, print_is="H_0 = H_0x i + H_0y j + H_0z k"),
-    Statement("6.24", "rate of a vector that is given in axes that turn", "fb.equations(s).momentum.angular()",
-              _rate_in_body_axes, print_is="dH_0/dt = H'_0 + ω × H_0"),
-    Statement("6.25", "the moment equation in body axes", "fb.equations(s).free_body('body', frame='body').equations",
-              _moment_vector, print_is="M_0 = H'_0 + ω × H_0"),
-    Statement("6.26", "components of the moment along body axes",
-              "fb.equations(s).free_body('body', frame='body').moments", _moment_components, defines=True,
-              print_is="M_0 = M_0x i + M_0y j + M_0z k"),
-    Statement("6.27", "the moment equations in body axes that need not be principal",
-              "fb.equations(s).free_body('body', frame='body').equations; fb.forms.moment_equations()",
-              _moment_equations),
-    Statement("6.28", "the moment equation about the mass centre", "fb.equations(s).free_body('body', frame='body')",
-              _about_centre, print_is="M_C = dH_C/dt = H'_C + ω × H_C"),
-    Statement("6.29", "principal axes: no products of inertia", "MassProperties.principal(), .rotated(R)",
-              _principal, defines=True),
-    Statement("6.30", "Euler's moment equations", "fb.equations(s).free_body('body', frame='body').equations; "
-              "fb.forms.euler_equations()", _euler),
-    Statement("6.31", "the kinetic energy is the sum over all elements of mass", "fb.equations(s).energy.kinetic",
-              lambda: [value(T, sum(m * v.dot(v) for m, v in zip(flight()["m"], flight()["v"], strict=True)) / 2,
-                             _energy())], defines=True, print_is="T = 1/2 ∫ v·v dm"),
-    Statement("6.32", "the kinetic energy in three parts", "fb.equations(s).energy.kinetic",
-              lambda: [value(T, sum(_parts()), _energy())],
-              print_is="T = 1/2 m v_C·v_C + v_C·(ω × ∫ρ dm) + 1/2 ∫ (ω × ρ)·(ω × ρ) dm"),
-    Statement("6.33", "kinetic energy of translation and of rotation", "fb.equations(s).energy.kinetic",
-              lambda: [value(T, _parts()[0] + _parts()[2], _energy())], print_is="T = T_tr + T_rot"),
-    Statement("6.34a", "the kinetic energy of translation", "fb.equations(s).energy.kinetic",
-              lambda: [value(T_tr, _parts()[0], _energy() - _parts()[2])], defines=True,
-              print_is="T_tr = 1/2 m v_C·v_C"),
-    Statement("6.34b", "the kinetic energy of rotation about the mass centre", "fb.equations(s).energy.kinetic",
-              lambda: [value(T_rot, _parts()[2], _rotation_energy())], defines=True,
-              print_is="T_rot = 1/2 ∫ (ω × ρ)·(ω × ρ) dm"),
-    Statement("6.35", "the velocity from rotation, by components", "scalar.algebra.cross", _spin_velocity),
-    Statement("6.36", "the kinetic energy of rotation by components", "fb.equations(s).energy.kinetic", _by_components),
-    Statement("6.37", "the kinetic energy of rotation in principal axes", "fb.equations(s).energy.kinetic",
-              _principal_energy),
+              BALANCES + "; fb.equations(s).momentum.angular()", "M_0 = dH_0/dt", _turning),
+    Statement("6.22", "unit vectors of axes that turn",
+              "dynamics.kinematics.point_position, differentiated; .angular_velocity",
+              ("di/dt = ω × i", "dj/dt = ω × j", "dk/dt = ω × k"), _turning),
+    Statement("6.23", "components of the angular momentum along body axes",
+              "fb.equations(s).momentum.angular(); fb.forms.angular_momentum(inertia, omega)",
+              "H_0 = H_0x i + H_0y j + H_0z k", _turning, defines=True),
+    Statement("6.24", "rate of a vector that is given in axes that turn; d' is the rate in these",
+              "fb.equations(s).momentum.angular(), differentiated; fb.forms.angular_momentum(inertia, alpha)",
+              "dH_0/dt = d/dt (H_0x i + H_0y j + H_0z k)"
+              " = H_0x' i + H_0x di/dt + H_0y' j + H_0y dj/dt + H_0z' k + H_0z dk/dt"
+              " = H_0x' i + H_0y' j + H_0z' k + H_0x ω × i + H_0y ω × j + H_0z ω × k"
+              " = H_0x' i + H_0y' j + H_0z' k + ω × (H_0x i + H_0y j + H_0z k) = d'H_0/dt + ω × H_0", _turning),
+    Statement("6.25", "the moment equation in body axes; d' is the rate in these", BALANCES, "M_0 = d'H_0/dt + ω × H_0",
+              _turning),
+    Statement("6.26", "components of the moment along body axes", BALANCES + "; " + OWN,
+              "M_0 = M_0x i + M_0y j + M_0z k", _turning, defines=True),
+    Statement("6.27", "the moment equations in body axes that need not be principal", OWN,
+              ("M_0x = I_xx ω_x' - I_xy ω_y' - I_xz ω_z' - I_xz ω_x ω_y + I_xy ω_x ω_z + (I_zz - I_yy) ω_y ω_z"
+               " - I_yz (ω_y^2 - ω_z^2)",
+               "M_0y = -I_xy ω_x' + I_yy ω_y' - I_yz ω_z' + I_yz ω_x ω_y + (I_xx - I_zz) ω_x ω_z - I_xy ω_y ω_z"
+               " - I_xz (ω_z^2 - ω_x^2)",
+               "M_0z = -I_xz ω_x' - I_yz ω_y' + I_zz ω_z' + (I_yy - I_xx) ω_x ω_y - I_yz ω_x ω_z + I_xz ω_y ω_z"
+               " - I_xy (ω_x^2 - ω_y^2)"), _plain_moments),
+    Statement("6.28", "the moment equation about the mass centre; d' is the rate in body axes",
+              BALANCES + "; fb.equations(s).momentum.angular(C)", "M_C = dH_C/dt = d'H_C/dt + ω × H_C", _about_centre),
+    Statement("6.29", "principal axes: no products of inertia", "MassProperties.rotated(R)",
+              ("I_xx = I_1", "I_yy = I_2", "I_zz = I_3", "I_xy = I_xz = I_yz = 0"), _principal, defines=True),
+    Statement("6.30", "Euler's moment equations", OWN,
+              ("M_1 = I_1 ω_1' + (I_3 - I_2) ω_2 ω_3", "M_2 = I_2 ω_2' + (I_1 - I_3) ω_1 ω_3",
+               "M_3 = I_3 ω_3' + (I_2 - I_1) ω_1 ω_2"), principal),
+    Statement("6.31", "the kinetic energy is the sum over all elements of mass", KINETIC, "T = 1/2 ∫ v · v dm", flight,
+              defines=True),
+    Statement("6.32",
+              "the kinetic energy in three parts; they are the same for any point of the body in the place of C",
+              KINETIC, "T = 1/2 ∫ (v_C + ω × ρ) · (v_C + ω × ρ) dm"
+              " = 1/2 v_C · v_C ∫ dm + v_C · ω × ∫ ρ dm + 1/2 ∫ (ω × ρ) · (ω × ρ) dm", _split_energy),
+    Statement("6.33", "kinetic energy of translation and of rotation",
+              KINETIC + ": of the body, of the body that does not turn, and of the body held at C", "T = T_tr + T_rot",
+              energy),
+    Statement("6.34a", "the kinetic energy of translation", KINETIC + " of the body that does not turn",
+              "T_tr = 1/2 m v_C · v_C", energy, defines=True),
+    Statement("6.34b", "the kinetic energy of rotation about the mass centre", KINETIC + " of the body held at C",
+              "T_rot = 1/2 ∫ (ω × ρ) · (ω × ρ) dm", energy, defines=True),
+    Statement("6.35", "the velocity from rotation, by components", "scalar.algebra.cross",
+              "ω × ρ = (ω_y z - ω_z y) i + (ω_z x - ω_x z) j + (ω_x y - ω_y x) k", _spin_velocity),
+    Statement("6.36", "the kinetic energy of rotation by components", KINETIC + " of the body held at C",
+              "T_rot = 1/2 ∫ [(ω_y z - ω_z y)^2 + (ω_z x - ω_x z)^2 + (ω_x y - ω_y x)^2] dm"
+              " = 1/2 (I_xx ω_x^2 + I_yy ω_y^2 + I_zz ω_z^2 - 2 I_xy ω_x ω_y - 2 I_xz ω_x ω_z - 2 I_yz ω_y ω_z)",
+              _by_components),
+    Statement("6.37", "the kinetic energy of rotation in principal axes", KINETIC,
+              "T_rot = 1/2 (I_1 ω_1^2 + I_2 ω_2^2 + I_3 ω_3^2)", principal),
 )  # fmt: skip

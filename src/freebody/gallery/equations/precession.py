@@ -1,7 +1,4 @@
-"""Section 6.10: small oscillations about steady precession, (6.107)-(6.125).
-
-The file is longer than others: every equation of the section is derived here.
-"""
+"""Section 6.10: small oscillations about steady precession, (6.107)-(6.125)."""
 
 from __future__ import annotations
 
@@ -9,424 +6,369 @@ from functools import cache
 from typing import Any
 
 import sympy
-from sympy import cos, sin
+from sympy import atan2, cos, sin, sqrt
+
+import freebody as fb
 
 from . import machines
-from .gyroscope import condition, rate_0, reduced, theta_0, top
-from .statement import Approximation, Line, Statement, balance, identity, value
+from .gyroscope import (
+    POSITIVE,
+    at_steady,
+    condition,
+    fast_spin,
+    n_spin,
+    rate_0,
+    rows,
+    steady_spin,
+    theta_0,
+    top,
+)
+from .meaning import Meaning
+from .momentum import resolved
+from .small import Small, put
+from .statement import Statement, is_zero
 
 t = machines.t
 ZERO = sympy.Integer(0)
 eps = sympy.Symbol("epsilon")
 theta_1, psi_1 = sympy.Function("theta_1")(t), sympy.Function("psi_1")(t)
-Theta, Psi = sympy.symbols("Theta_1 Psi_1")
 lap = sympy.Symbol("s")
-w_xi, w_eta, w_both, gamma = sympy.symbols("omega_xi(0) omega_eta(0) omega_xieta(0) gamma", real=True)
+S, C = sin(theta_0), cos(theta_0)
 sigma, w_eta0, W = sympy.symbols("sigma omega_eta0 Omega", positive=True)
-S = sympy.Symbol("S", positive=True)
-"""sin θ_0, where only that stands: a positive symbol, so that ratios cancel."""
+w_xi, w_eta = sympy.symbols("omega_xi(0) omega_eta(0)", real=True)
 
 
 @cache
 def orders() -> list[tuple[Any, Any]]:
     """(zeroth, first) order in the deviations of the library's two equations, left minus right."""
-    k = top()
-    theta, psi = k["theta"], k["psi"]
+    n = top().names
+    theta, psi, phi = n["θ"], n["ψ"], n["φ"]
+    rate = n_spin() - psi.diff(t) * cos(theta)
+    deviation = [
+        (theta.diff(t, 2), eps * theta_1.diff(t, 2)), (psi.diff(t, 2), eps * psi_1.diff(t, 2)),
+        (theta.diff(t), eps * theta_1.diff(t)), (psi.diff(t), rate_0 + eps * psi_1.diff(t)),
+        (theta, theta_0 + eps * theta_1),
+    ]  # fmt: skip
     result = []
-    for left, right in reduced():
-        row = sympy.sympify(left - right)
-        moved = [
-            (theta.diff(t, 2), eps * theta_1.diff(t, 2)),
-            (psi.diff(t, 2), eps * psi_1.diff(t, 2)),
-            (theta.diff(t), eps * theta_1.diff(t)),
-            (psi.diff(t), rate_0 + eps * psi_1.diff(t)),
-            (theta, theta_0 + eps * theta_1),
-        ]
-        deviated = row.subs(moved)
-        result.append((deviated.subs(eps, 0), deviated.diff(eps).subs(eps, 0).doit()))
+    for left, right in rows()[:2]:
+        row = put(left - right, [(phi.diff(t, 2), rate.diff(t)), (phi.diff(t), rate), *deviation])
+        result.append((row.subs(eps, 0), row.diff(eps).subs(eps, 0)))
     return result
 
 
-def parts() -> dict[str, Any]:
-    k = top()
-    return {"A": k["I_xi"], "C": k["I_zeta"], "W": k["Omega_zeta"], "mgL": k["m"] * k["g"] * k["L"]}
+def at_condition(x: Any) -> Any:
+    """With m g L from the steady condition: it is in g, linear."""
+    (pair,) = machines.solved([condition()], [POSITIVE["g"]])
+    return sympy.expand(put(x, [pair]))
 
 
-def _printed_linear() -> list[Any]:
-    p = parts()
-    A, C, spin, mgL = p["A"], p["C"], p["W"], p["mgL"]
-    s0, c0 = sin(theta_0), cos(theta_0)
-    d1 = psi_1.diff(t)
-    inner = C * spin - A * rate_0 * c0
-    first = (
-        A * theta_1.diff(t, 2)
-        + (rate_0 * inner - mgL) * s0
-        + d1 * inner * s0
-        - rate_0 * A * (d1 * c0 - theta_1 * rate_0 * s0) * s0
-        + (rate_0 * inner - mgL) * theta_1 * c0
-    )
-    second = A * (psi_1.diff(t, 2) * s0 + theta_1.diff(t) * rate_0 * c0) + theta_1.diff(t) * (
-        A * rate_0 * c0 - C * spin
-    )
-    return [first, second]
+@cache
+def linear() -> list[Any]:
+    """The first-order equations with that."""
+    return [at_condition(one) for _, one in orders()]
 
 
-def _linear() -> list[Line]:
-    rows = [(zero + one, ZERO) for zero, one in orders()]
-    return [balance(p, ZERO, row) for p, row in zip(_printed_linear(), rows, strict=True)]
+def _names() -> dict[str, Any]:
+    n = top().names
+    return {**{k: n[k] for k in ("m", "g", "L", "I_ξ", "I_ζ")}, "Ω_ζ": n_spin(), "θ_0": theta_0, "ψ_0'": rate_0,
+            "θ_1": theta_1, "ψ_1": psi_1}  # fmt: skip
 
 
-def _zeroth() -> list[Line]:
-    p = parts()
-    printed = (rate_0 * (p["C"] * p["W"] - p["A"] * rate_0 * cos(theta_0)) - p["mgL"]) * sin(theta_0)
-    return [balance(printed, ZERO, (orders()[0][0], ZERO)), identity(orders()[1][0], ZERO)]
+def _first_order() -> Meaning:
+    return Meaning(_names(), rows={i: (zero + one, ZERO) for i, (zero, one) in enumerate(orders())})
 
 
-def _nontrivial() -> list[Line]:
-    p = parts()
-    printed = rate_0 * (p["C"] * p["W"] - p["A"] * rate_0 * cos(theta_0)) - p["mgL"]
-    return [balance(printed, ZERO, (condition(), ZERO), scale=-1)]
+def _zeroth() -> Meaning:
+    """The second equation has no term of order zero: it would be a row here."""
+    found = [(zero, ZERO) for zero, _ in orders() if not is_zero(zero)]
+    return Meaning(_names(), rows=dict(enumerate(found)))
 
 
-def _steady_spin(x: Any) -> Any:
-    """With Ω_ζ from the steady condition: ψ_0' (I_ζ Ω_ζ - I_ξ ψ_0' cos θ_0) = m g L."""
-    p = parts()
-    spin = (p["mgL"] / rate_0 + p["A"] * rate_0 * cos(theta_0)) / p["C"]
-    return sympy.sympify(x).subs(p["W"], spin)
+def _condition() -> Meaning:
+    return Meaning(_names(), rows={0: (condition(), ZERO)})
 
 
-def _perturbation() -> list[Line]:
-    p = parts()
-    A = p["A"]
-    s0 = sin(theta_0)
-    slope = p["C"] * p["W"] - 2 * A * rate_0 * cos(theta_0)
-    printed = (
-        A * theta_1.diff(t, 2) + (rate_0 * s0) ** 2 * theta_1 + slope * s0 * psi_1.diff(t),
-        -slope * theta_1.diff(t) + A * s0 * psi_1.diff(t, 2),
-    )
-    right = (
-        A * theta_1.diff(t, 2) + A * (rate_0 * s0) ** 2 * theta_1 + slope * s0 * psi_1.diff(t),
-        printed[1],
-    )
-    # a right form is shown as such only if it is what the library gives, at the steady spin
-    rows = []
-    for mine, shown, (_, one) in zip(printed, right, orders(), strict=True):
-        agrees = _steady_spin(shown - one)
-        rows.append(Line(sympy.Eq(mine, 0, evaluate=False), _steady_spin(mine - one),
-                         sympy.Eq(shown - sympy.simplify(agrees), 0, evaluate=False)))  # fmt: skip
-    return rows
+def _perturbation() -> Meaning:
+    return Meaning(_names(), rows={i: (row, ZERO) for i, row in enumerate(linear())})
 
 
-def _sigma() -> Any:
-    p = parts()
-    return (p["C"] * p["W"] - 2 * p["A"] * rate_0 * cos(theta_0)) / p["A"]
+@cache
+def coefficients() -> tuple[Any, Any]:
+    """σ, from the rate of θ_1 in the second equation, and ω_η0, the rate of the axes along η in steady precession."""
+    second = linear()[1]
+    return -second.coeff(theta_1.diff(t)) / POSITIVE["I_xi"], at_steady(top().names["ω_η"])
 
 
-def _notation() -> list[Line]:
-    """σ as the coefficient of ψ_1' sin θ_0 in the library's linear equation; ω_η0² as that of θ_1."""
-    p = parts()
-    one = sympy.expand(_steady_spin(orders()[0][1]))
-    s0 = sin(theta_0)
-    of_rate = one.coeff(psi_1.diff(t)) / (p["A"] * s0)
-    of_angle = one.coeff(theta_1) / p["A"]
-    return [
-        value(sigma, _steady_spin(_sigma()), of_rate),
-        value(w_eta0**2, (rate_0 * s0) ** 2, of_angle),
-    ]
+def _notation() -> Meaning:
+    value, across = coefficients()
+    return Meaning({**_names(), "σ": value, "ω_η0": across})
 
 
-def _library_rows() -> list[Any]:
-    """The first-order equations, divided by I_ξ, in σ, ω_η0 and S = sin θ_0: their coefficients are the library's."""
-    p = parts()
-    rows = []
-    for _, one in orders():
-        row = sympy.expand(_steady_spin(one) / p["A"])
-        slope = sympy.expand(_steady_spin(_sigma()))
-        s0 = sin(theta_0)
-        expected = {
-            theta_1.diff(t, 2): None, theta_1.diff(t): None, theta_1: None,
-            psi_1.diff(t, 2): None, psi_1.diff(t): None,
-        }  # fmt: skip
+def _simple() -> Meaning:
+    """The accelerations by the library's linear equations put in."""
+    return Meaning(_notation().names, along=machines.solved(linear(), [theta_1.diff(t, 2), psi_1.diff(t, 2)]))
+
+
+@cache
+def named_rows() -> list[Any]:
+    """The first-order equations, divided by I_ξ, with σ and ω_η0 for what is proven to be these."""
+    value, across = coefficients()
+    found = []
+    for row in linear():
         total = ZERO
-        for term in expected:
-            factor = row.coeff(term)
-            total += _named(factor, slope, s0) * term
-        rows.append(total)
-    return rows
+        for term in (theta_1.diff(t, 2), theta_1.diff(t), theta_1, psi_1.diff(t, 2), psi_1.diff(t)):
+            factor = row.coeff(term) / POSITIVE["I_xi"]
+            shapes = {value: sigma, -value: -sigma, value * S: sigma * S, across**2: w_eta0**2}
+            total += (
+                next((name for x, name in shapes.items() if is_zero(factor - x)), sympy.cancel(factor)) * term
+            )
+        found.append(total)
+    return found
 
 
-def _named(factor: Any, slope: Any, s0: Any) -> Any:
-    """A coefficient of the library written in σ, ω_η0 and S, or as it is."""
-    from .statement import is_zero
-
-    candidates = {
-        ZERO: ZERO, sympy.Integer(1): sympy.Integer(1), s0: S, slope * s0: sigma * S, slope: sigma, -slope: -sigma,
-        (rate_0 * s0) ** 2: w_eta0**2,
-    }  # fmt: skip
-    for expression, name in candidates.items():
-        if is_zero(factor - expression):
-            return name
-    return factor
-
-
-def _simple() -> list[Line]:
-    printed = (
-        theta_1.diff(t, 2) + w_eta0**2 * theta_1 + sigma * S * psi_1.diff(t),
-        -sigma * theta_1.diff(t) + S * psi_1.diff(t, 2),
-    )
-    return [balance(p, ZERO, (row, ZERO)) for p, row in zip(printed, _library_rows(), strict=True)]
-
-
-def laplace(row: Any, start: dict[str, Any]) -> Any:
+def laplace(row: Any, images: tuple[Any, Any], start: dict[str, Any]) -> Any:
     """The transform of a linear equation: f'' -> s² F - s f(0) - f'(0) and so on, term by term."""
     row = sympy.expand(row)
     total = ZERO
-    for function, image, name in ((theta_1, Theta, "theta"), (psi_1, Psi, "psi")):
-        f0, d0 = start[name], start[name + "'"]
+    for function, image, name in zip((theta_1, psi_1), images, ("θ_1", "ψ_1"), strict=True):
+        f0, d0 = start[f"{name}(0)"], start[f"{name}'(0)"]
         total += row.coeff(function.diff(t, 2)) * (lap**2 * image - lap * f0 - d0)
         total += row.coeff(function.diff(t)) * (lap * image - f0)
         total += row.coeff(function) * image
     return total
 
 
-START = {
-    "theta": sympy.Symbol("theta_1(0)"), "theta'": sympy.Symbol("theta_1'(0)"), "psi": sympy.Symbol("psi_1(0)"),
-    "psi'": sympy.Symbol("psi_1'(0)"),
-}  # fmt: skip
-GIVEN = {"theta": ZERO, "theta'": w_xi, "psi": ZERO, "psi'": w_eta / S}
+ANY_START = {name: sympy.Symbol(name) for name in ("θ_1(0)", "θ_1'(0)", "ψ_1(0)", "ψ_1'(0)")}
+STRUCK = {"θ_1(0)": ZERO, "θ_1'(0)": w_xi, "ψ_1(0)": ZERO, "ψ_1'(0)": w_eta / S}
 
 
-def _transformed() -> list[Line]:
-    b = START
-    printed = (
-        lap**2 * Theta
-        - lap * b["theta"]
-        - b["theta'"]
-        + w_eta0**2 * Theta
-        + sigma * S * (lap * Psi - b["psi"]),
-        -sigma * (lap * Theta - b["theta"]) + S * (lap**2 * Psi - lap * b["psi"] - b["psi'"]),
-    )
-    return [
-        balance(p, ZERO, (laplace(row, b), ZERO)) for p, row in zip(printed, _library_rows(), strict=True)
-    ]
-
-
-def _start() -> list[Line]:
-    """A change of ω by ω_ξ(0), ω_η(0) along ξ and η is θ' = ω_ξ(0), ψ' sin θ_0 = ω_η(0): by the frame's rates."""
-    from .gyroscope import frame
-
-    k = top()
-    put = [
-        (k["psi"].diff(t), sympy.Symbol("p")),
-        (k["theta"].diff(t), sympy.Symbol("q")),
-        (k["theta"], theta_0),
-    ]
-    rates = [sympy.sympify(x).subs(put) for x in frame()[:2]]
-    return [
-        value(w_xi, sympy.Symbol("q"), rates[0]),
-        value(w_eta, sin(theta_0) * sympy.Symbol("p"), rates[1]),
-    ]
-
-
-def _with_start() -> list[Line]:
-    printed = (
-        ((lap**2 + w_eta0**2) * Theta + sigma * S * lap * Psi, w_xi),
-        (-sigma * lap * Theta + S * lap**2 * Psi, w_eta),
-    )
-    return [balance(*p, (laplace(row, GIVEN), ZERO)) for p, row in zip(printed, _library_rows(), strict=True)]
-
-
-@cache
-def solved() -> tuple[Any, Any]:
+def transformed(start: dict[str, Any]) -> tuple[Any, Any]:
     """Θ_1(s), Ψ_1(s): the transformed equations of the library, solved by Cramer's rule."""
-    rows = [sympy.expand(laplace(row, GIVEN)) for row in _library_rows()]
-    matrix = sympy.Matrix(2, 2, lambda i, j: rows[i].coeff((Theta, Psi)[j]))
-    right = sympy.Matrix([-row.subs({Theta: 0, Psi: 0}) for row in rows])
-    both = matrix.adjugate() * right / matrix.det()
-    return sympy.cancel(both[0]), sympy.cancel(both[1])
+    images = sympy.symbols("Theta_1 Psi_1")
+    found = machines.solved([laplace(row, images, start) for row in named_rows()], images)
+    return sympy.cancel(found[0][1]), sympy.cancel(found[1][1])
 
 
-def _transforms() -> list[Line]:
-    square = w_eta0**2 + sigma**2
-    Th, Ps = solved()
-    det = lap**2 * (lap**2 + square) * S
-    return [
-        value(Theta, lap * (lap * w_xi - w_eta) * S / det, Th),
-        value(Theta, w_xi / (lap**2 + square) - sigma * w_eta / (lap * (lap**2 + square)), Th),
-        value(Psi, (sigma * lap * w_xi + (lap**2 + w_eta0**2) * w_eta) / det, Ps),
-        value(Psi, sigma * w_xi / (lap * (lap**2 + square) * S)
-              + (1 / lap**2 - sigma**2 / (lap**2 * (lap**2 + square)) * w_eta / S), Ps),
-    ]  # fmt: skip
+def frequency() -> Any:
+    """Ω²: the square of the frequency that is not zero, from the determinant of the transformed equations."""
+    images = sympy.symbols("Theta_1 Psi_1")
+    still = {name: ZERO for name in ANY_START}
+    found = [laplace(row, images, still) for row in named_rows()]
+    determinant = sympy.Matrix([[sympy.diff(row, x) for x in images] for row in found]).det()
+    return sympy.expand(sympy.cancel(determinant / (S * lap**2)) - lap**2)
 
 
-def _frequency() -> list[Line]:
-    """The square of the frequency that is not zero: from the determinant of the transformed equations."""
-    rows = [sympy.expand(laplace(row, GIVEN)) for row in _library_rows()]
-    matrix = sympy.Matrix(2, 2, lambda i, j: rows[i].coeff((Theta, Psi)[j]))
-    rest = sympy.cancel(matrix.det() / (S * lap**2))
-    return [value(W**2, w_eta0**2 + sigma**2, sympy.expand(rest - lap**2))]
+def _transforms(start: dict[str, Any]) -> Meaning:
+    first, second = transformed(start)
+    return Meaning({
+        **start, "Θ_1": first, "Ψ_1": second, "s": lap, "σ": sigma, "ω_η0": w_eta0, "θ_0": theta_0,
+        "Ω": sqrt(frequency()), "ω_ξ(0)": w_xi, "ω_η(0)": w_eta,
+    })  # fmt: skip
 
 
-def inverse(image: Any) -> Any:
-    """The time function of a rational transform with poles at 0 and ± i Ω: by residues, checked by its own transform.
+def _struck() -> Meaning:
+    """What a blow adds to the angular velocity of the axes along ξ and η: it changes speeds, and not places."""
+    n = top().names
+    p, q = sympy.symbols("psi_1'(0) theta_1'(0)")
+    theta, psi = n["θ"], n["ψ"]
+    pairs = [(theta.diff(t), eps * q), (psi.diff(t), rate_0 + eps * p), (theta, theta_0)]
+    added = [put(n[f"ω_{c}"], pairs).diff(eps).subs(eps, 0) for c in "ξη"]
+    return Meaning(
+        {**_names(), "θ_1(0)": ZERO, "ψ_1(0)": ZERO, "θ_1'(0)": q, **resolved("ω_ξ(0) ω_η(0)", added)}
+    )
+
+
+def _at_start() -> list[tuple[Any, Any]]:
+    return [(psi_1.diff(t), sympy.Symbol("psi_1'(0)"))]
+
+
+def inverse(image: Any, square: Any) -> Any:
+    """The time function of a rational transform with poles at 0 and ± i Ω, by the square of Ω:
 
     a/s + b/s² + (c s + d)/(s² + Ω²)  ->  a + b t + c cos Ω t + (d/Ω) sin Ω t
     """
-    image = sympy.cancel(sympy.sympify(image).subs(w_eta0**2, W**2 - sigma**2))
-    numerator = sympy.Poly(sympy.cancel(image * lap**2 * (lap**2 + W**2)), lap)
+    numerator = sympy.Poly(sympy.cancel(image * lap**2 * (lap**2 + square)), lap)
     n = [numerator.coeff_monomial(lap**k) for k in range(4)]
-    b, a = n[0] / W**2, n[1] / W**2
-    c, d = n[3] - a, n[2] - b
-    return sympy.expand(a + b * t + c * cos(W * t) + d / W * sin(W * t))
+    b, a = n[0] / square, n[1] / square
+    c, d, root = n[3] - a, n[2] - b, sqrt(square)
+    return a + b * t + c * cos(root * t) + d / root * sin(root * t)
 
 
 @cache
 def response() -> tuple[Any, Any]:
-    """θ_1(t), ψ_1(t) in σ and Ω."""
-    return inverse(solved()[0]), inverse(solved()[1])
+    """θ_1(t), ψ_1(t) after a blow, in σ and Ω."""
+    known = {w_eta0**2: W**2 - sigma**2}
+    first, second = (inverse(sympy.cancel(x).subs(known), W**2) for x in transformed(STRUCK))
+    return sympy.expand(first), sympy.expand(second)
 
 
-def _response() -> list[Line]:
+def _response() -> Meaning:
     th, ps = response()
-    printed_th = w_xi / W * sin(W * t) - sigma * w_eta / W**2 * (1 - cos(W * t))
-    printed_ps = sigma * w_xi / (W**2 * S) * (1 - cos(W * t)) + w_eta / S * (
-        t - sigma**2 / W**2 * (W * t - sin(W * t))
+    return Meaning(
+        {
+            "θ_1(t)": th,
+            "ψ_1(t)": ps,
+            "σ": sigma,
+            "Ω": W,
+            "θ_0": theta_0,
+            "t": t,
+            "ω_ξ(0)": w_xi,
+            "ω_η(0)": w_eta,
+        }
     )
-    return [value(theta_1, printed_th, th), value(psi_1, printed_ps, ps)]
 
 
-SMALL = sympy.Symbol("delta", positive=True)
-"""ω_η0/σ: the rate of precession across the axis, small beside the spin."""
+# --- a fast spin ------------------------------------------------------------------------------------------------
 
 
-def ordinary() -> Any:
-    """ω_η0/σ of the gyroscope of section 6.9 at 300 rad/s."""
-    from .gyroscope import numbers, precession
-
-    k, n = top(), numbers()
-    slow = precession()["slow"].solution["psi'"]
-    spin = {k["Omega_zeta"]: 300}
-    p = sympy.N(slow.subs(k["theta"], theta_0).subs(spin).subs(n), 30)
-    s = sympy.N(_sigma().subs(rate_0, p).subs(spin).subs(n), 30)
-    return sympy.Rational(str(sympy.N(p * sin(sympy.pi / 3) / s, 15)))
+def at_spin() -> list[tuple[Any, Any]]:
+    """σ, ω_η0 and Ω of a spin, in the steady rate and its angle."""
+    value, across = coefficients()
+    return [(W, sqrt(frequency())), (sigma, value), (w_eta0, across)]
 
 
-def _fast_spin() -> list[Approximation]:
-    """Ω/σ = sqrt(1 + δ²), and I_ζ Ω_ζ/(I_ξ σ) = 1 + 2 ψ_0' cos θ_0/σ, at the angle 60 degrees."""
-    cot = cos(sympy.pi / 3) / sin(sympy.pi / 3)
-    one = sympy.Integer(1)
-    return [
-        Approximation(sympy.Symbol("Omega/sigma"), sympy.sqrt(1 + SMALL**2), one, SMALL, ordinary(), {}),
-        Approximation(
-            sympy.Symbol("I_zeta Omega_zeta/(I_xi sigma)"), 1 + 2 * cot * SMALL, one, SMALL, ordinary(), {}
-        ),
-    ]
+def small() -> Small:
+    """A fast spin, seen at a given phase Ω t, with a blow that adds rates of the size of the steady one (Fig. 6.12)."""
+    spin = fast_spin()
+    blow = [(w_xi, rate_0 * sympy.Rational(7, 10)), (w_eta, rate_0 * sympy.Rational(11, 10))]
+    return Small(spin.symbol, spin.size, [(t, sympy.Integer(13) / W), *at_spin(), *blow, *spin.pairs])
 
 
-def _rough(expression: Any) -> Any:
-    """With σ = Ω/sqrt(1 + δ²), at Ω = 130/s, a tenth of a second, and the deviations of section 6.10."""
-    numbers = {
-        w_xi: sympy.Rational(1, 20),
-        w_eta: sympy.Rational(2, 25),
-        S: sin(sympy.pi / 3),
-        t: sympy.Rational(1, 10),
-    }
-    return sympy.sympify(expression).subs(sigma, W / sympy.sqrt(1 + SMALL**2)).subs(W, 130).subs(numbers)
+def _fast() -> Meaning:
+    return Meaning({**_names(), "Ω": W, "σ": sigma}, small=small())
 
 
-def _rough_response() -> list[Approximation]:
+def _polar() -> Meaning:
+    """Size and angle of the added angular velocity across the axis, a vector along ξ and η."""
+    added = sympy.Matrix([w_xi, w_eta, 0])
+    return Meaning(
+        {"ω_ξ(0)": w_xi, "ω_η(0)": w_eta, "ω_ξη(0)": sqrt(added.dot(added)), "γ": atan2(added[1], added[0])}
+    )
+
+
+def _fast_response() -> Meaning:
+    """The steady motion and the response to the blow, exact for any spin."""
     th, ps = response()
-    approximate_th = w_xi / W * sin(W * t) - w_eta / W * (1 - cos(W * t))
-    approximate_ps = w_xi / (W * S) * (1 - cos(W * t)) + w_eta / (W * S) * sin(W * t)
-    return [
-        Approximation(theta_1, _rough(th), _rough(approximate_th), SMALL, ordinary(), {}),
-        Approximation(psi_1, _rough(ps), _rough(approximate_ps), SMALL, ordinary(), {}),
+    names = {**_response().names, **_polar().names, "θ_1(t)": th, "ψ_1(t)": ps, "ψ_0'": rate_0,
+             "θ(t)": theta_0 + th, "ψ(t)": rate_0 * t + ps}  # fmt: skip
+    return Meaning(names, small=small())
+
+
+# --- the library's own linear model -----------------------------------------------------------------------------
+
+
+@cache
+def linear_model() -> tuple[Any, dict[Any, Any]]:
+    """fb.linearize about steady precession, its spin by the steady condition: (model, symbols of the chapter)."""
+    machine = machines.gyroscope_about()
+    a = machine.atoms
+    p, angle = a["p_0"], a["angle_0"]
+    back = {p: rate_0, angle: theta_0}
+    ((_, spin),) = steady_spin()
+    here = {v: k for k, v in {a[n]: x for n, x in POSITIVE.items()}.items()} | {v: k for k, v in back.items()}
+    about = {"theta": angle, "psi'": p, "phi'": spin.xreplace(here) - p * cos(angle)}
+    return fb.linearize(machine.system, about=about), {**{a[n]: x for n, x in POSITIVE.items()}, **back}
+
+
+def _deviation() -> Meaning:
+    """The motion by fb.linearize, which keeps φ; its deviation by the two equations of the section.
+
+    The blow adds nothing to the spin Ω_ζ: φ_1' = -ψ_1' cos θ_0.
+    """
+    model, names = linear_model()
+    images = sympy.symbols("Psi Theta Phi")
+    added = {"psi": w_eta / S, "theta": w_xi, "phi": -w_eta / S * C}
+    start = sympy.Matrix([added[name] for name in model.coordinates])
+    M, B, K = (sympy.Matrix(x).xreplace(names) for x in (model.M, model.damping + model.gyroscopic, model.K))
+    unknown = sympy.Matrix(images)
+    equations = (M * lap**2 + B * lap + K) * unknown - M * start
+    found = dict(
+        zip(model.coordinates, (x for _, x in machines.solved(list(equations), images)), strict=True)
+    )
+    square, steady = frequency().subs(dict(at_spin()[1:])), dict(steady_spin())
+    square = square.subs(steady)
+    motion = [inverse(sympy.cancel(found[name]), square) for name in ("theta", "psi")]
+    mine = [
+        inverse(sympy.cancel(x.subs(dict(at_spin()[1:])).subs(steady)), square) for x in transformed(STRUCK)
     ]
+    values = {
+        "θ(t)": theta_0 + motion[0], "ψ'(t)": rate_0 + motion[1].diff(t), "θ_1(t)": mine[0], "ψ_1'(t)": mine[1].diff(t),
+        "θ_0": theta_0, "ψ_0'": rate_0,
+    }  # fmt: skip
+    return Meaning(values)
 
 
-def _limit() -> tuple[Any, Any]:
-    """The library's response for σ = Ω: the same approximation, by substitution."""
-    th, ps = response()
-    return sympy.expand(th.subs(sigma, W)), sympy.expand(ps.subs(sigma, W))
+def _sines() -> Meaning:
+    angle = sympy.Symbol("theta_1")
+    numbers = [(theta_0, sympy.Integer(1))]
+    return Meaning(
+        {"θ": theta_0 + angle, "θ_0": theta_0, "θ_1": angle},
+        small=Small(angle, sympy.Rational(1, 1000), numbers),
+    )
 
 
-theta_of, psi_of = sympy.symbols("theta(t) psi(t)")
-
-
-def _whole() -> list[Line]:
-    th, ps = _limit()
-    printed_th = theta_0 + w_xi / W * sin(W * t) - w_eta / W * (1 - cos(W * t))
-    printed_ps = rate_0 * t + w_xi / (W * S) * (1 - cos(W * t)) + w_both / (W * S) * sin(W * t)
-    return [value(theta_of, printed_th, theta_0 + th), value(psi_of, printed_ps, rate_0 * t + ps)]
-
-
-def _polar() -> list[Line]:
-    """Any pair of components has such a modulus and angle."""
-    a, b = w_both * cos(gamma), w_both * sin(gamma)
-    return [value(sympy.Symbol("omega_xi(0)^2 + omega_eta(0)^2"), a**2 + b**2, w_both**2)]
-
-
-def _circle() -> list[Line]:
-    th, ps = _limit()
-    put = {w_xi: w_both * cos(gamma), w_eta: w_both * sin(gamma)}
-    printed_th = theta_0 - w_eta / W + w_both / W * sin(W * t + gamma)
-    printed_ps = rate_0 * t + w_xi / (W * S) - w_both / W * cos(W * t + gamma)
-    derived_th = theta_0 - w_eta / W + sympy.expand((th + w_eta / W).subs(put))
-    derived_ps = rate_0 * t + w_xi / (W * S) + sympy.expand((ps - w_xi / (W * S)).subs(put))
-    return [value(theta_of, printed_th, derived_th), value(psi_of, printed_ps, _collected(derived_ps))]
-
-
-def _collected(x: Any) -> Any:
-    return sympy.collect(x, [w_both])
-
-
-def _deviation() -> list[Line]:
-    """Any motion is the steady one and a deviation; that of zero size satisfies the library's equations."""
-    p = condition()
-    zero = sympy.cancel(orders()[0][0] + p * sin(theta_0))
-    return [value(sympy.Symbol("zeroth order + sin(theta_0) (steady condition)"), ZERO, zero)]
-
-
-def _sines() -> list[Approximation]:
-    at = {theta_0: sympy.pi / 3}
-    small, size = sympy.Symbol("theta_1"), sympy.Rational(1, 1000)
-    return [
-        Approximation(name, exact, printed, small, size, at)
-        for name, exact, printed in (
-            (sympy.Symbol("sin(theta)"), sin(theta_0 + small), sin(theta_0) + small * cos(theta_0)),
-            (sympy.Symbol("cos(theta)"), cos(theta_0 + small), cos(theta_0) - small * sin(theta_0)),
-        )
-    ]  # fmt: skip
-
-
-LINEAR = "fb.equations(s), with the spin put in, differentiated by the deviation"
+LINEAR = "fb.equations(s).free_body('rotor', about=0, frame=axes).equations, differentiated by the deviation"
+SOLVED = LINEAR + ", transformed and solved"
+BACK = SOLVED + ", brought back"
 STATEMENTS = (
-    Statement("6.107", "the motion is the steady one and a deviation", "fb.equations(s), fb.steady_motions(s)",
-              _deviation, defines=True, print_is="θ = θ_0 + θ_1, ψ' = ψ_0' + ψ_1'"),
-    Statement("6.108", "sine and cosine of an angle near θ_0", "sin, cos", _sines),
-    Statement("6.109", "the equations to the first order in the deviations", LINEAR, _linear),
-    Statement("6.110", "the terms of order zero", LINEAR, _zeroth),
-    Statement("6.111", "the condition of steady precession once more", "fb.steady_motions(s).branches", _nontrivial),
-    Statement("6.112", "the perturbation equations", LINEAR, _perturbation),
-    Statement("6.113", "sigma and omega_eta0, coefficients of the perturbation equations", LINEAR, _notation,
-              defines=True),
-    Statement("6.114", "the perturbation equations in these; S = sin(theta_0)", LINEAR, _simple),
-    Statement("6.115", "their Laplace transforms; S = sin(theta_0)", LINEAR + ", transformed", _transformed),
-    Statement("6.116", "the initial conditions", "angular velocity of the axes ξηζ", _start, defines=True),
-    Statement("6.117", "the transforms with the initial conditions; S = sin(theta_0)", LINEAR + ", transformed",
-              _with_start),
-    Statement("6.118", "the transformed motion; S = sin(theta_0)", LINEAR + ", transformed and solved", _transforms),
-    Statement("6.119", "the frequency of the small oscillation", "determinant of the transformed equations; "
-              "fb.linearize(s, about=...).natural_frequencies()", _frequency),
-    Statement("6.120", "the small oscillation; S = sin(theta_0)", LINEAR + ", transformed, solved and brought back",
-              _response),
-    Statement("6.121", "the frequency for a fast spin, delta = omega_eta0/sigma", "fb.linearize(s, about=...)",
-              _fast_spin),
-    Statement("6.122", "the small oscillation for a fast spin, after 0.1 s of section 6.10's example",
-              LINEAR + ", transformed, solved and brought back", _rough_response),
-    Statement("6.123", "the angles for a fast spin, sigma = Omega; S = sin(theta_0)",
-              LINEAR + ", transformed, solved and brought back", _whole),
-    Statement("6.124", "modulus and angle of the initial deviation", "sin, cos", _polar, defines=True),
-    Statement("6.125", "the axis goes round a circle that advances; S = sin(theta_0)",
-              LINEAR + ", transformed, solved and brought back", _circle),
+    Statement("6.107", "the motion is the steady one and a deviation", "fb.linearize(s, about=...); " + BACK,
+              ("θ(t) = θ_0 + θ_1(t)", "ψ'(t) = ψ_0' + ψ_1'(t)"), _deviation, defines=True),
+    Statement("6.108", "sine and cosine of an angle near θ_0", "sin, cos",
+              ("sin θ = sin(θ_0 + θ_1) ≅ sin θ_0 + θ_1 cos θ_0", "cos θ = cos(θ_0 + θ_1) ≅ cos θ_0 - θ_1 sin θ_0"),
+              _sines),
+    Statement("6.109", "the equations to the first order in the deviations", LINEAR,
+              ("I_ξ θ_1'' + [ψ_0' (I_ζ Ω_ζ - I_ξ ψ_0' cos θ_0) - m g L] sin θ_0"
+               " + ψ_1' (I_ζ Ω_ζ - I_ξ ψ_0' cos θ_0) sin θ_0 - ψ_0' I_ξ (ψ_1' cos θ_0 - θ_1 ψ_0' sin θ_0) sin θ_0"
+               " + [ψ_0' (I_ζ Ω_ζ - I_ξ ψ_0' cos θ_0) - m g L] θ_1 cos θ_0 = 0",
+               "I_ξ (ψ_1'' sin θ_0 + θ_1' ψ_0' cos θ_0) + θ_1' (I_ξ ψ_0' cos θ_0 - I_ζ Ω_ζ) = 0"), _first_order),
+    Statement("6.110", "the terms of order zero", LINEAR, "[ψ_0' (I_ζ Ω_ζ - I_ξ ψ_0' cos θ_0) - m g L] sin θ_0 = 0",
+              _zeroth),
+    Statement("6.111", "the condition of steady precession once more", "fb.steady_motions(s, ...).branches",
+              "ψ_0' (I_ζ Ω_ζ - I_ξ ψ_0' cos θ_0) - m g L = 0", _condition),
+    Statement("6.112", "the perturbation equations", LINEAR,
+              ("I_ξ θ_1'' + (ψ_0' sin θ_0)^2 θ_1 + (I_ζ Ω_ζ - 2 I_ξ ψ_0' cos θ_0) sin θ_0 ψ_1' = 0",
+               "-(I_ζ Ω_ζ - 2 I_ξ ψ_0' cos θ_0) θ_1' + I_ξ sin θ_0 ψ_1'' = 0"), _perturbation),
+    Statement("6.113", "sigma and omega_eta0 of the perturbation equations",
+              LINEAR + "; the rates of the axes' unit vectors",
+              ("(I_ζ Ω_ζ - 2 I_ξ ψ_0' cos θ_0)/I_ξ = σ", "ψ_0' sin θ_0 = ω_η0"), _notation, defines=True),
+    Statement("6.114", "the perturbation equations in these", LINEAR,
+              ("θ_1'' + ω_η0^2 θ_1 + σ sin θ_0 ψ_1' = 0", "-σ θ_1' + sin θ_0 ψ_1'' = 0"), _simple),
+    Statement("6.115", "their Laplace transforms", SOLVED,
+              ("s^2 Θ_1 - s θ_1(0) - θ_1'(0) + ω_η0^2 Θ_1 + σ sin θ_0 [s Ψ_1 - ψ_1(0)] = 0",
+               "-σ [s Θ_1 - θ_1(0)] + sin θ_0 [s^2 Ψ_1 - s ψ_1(0) - ψ_1'(0)] = 0"), lambda: _transforms(ANY_START)),
+    Statement("6.116", "the initial conditions", "the rates of the axes' unit vectors, differentiated by the deviation",
+              ("θ_1(0) = ψ_1(0) = 0", "θ_1'(0) = ω_ξ(0)", "sin θ_0 ψ_1' = ω_η(0)"), _struck, defines=True,
+              condition=("psi_1', without (0), stands for its value at the start", _at_start)),
+    Statement("6.117", "the transforms with the initial conditions", SOLVED,
+              ("(s^2 + ω_η0^2) Θ_1 + σ sin θ_0 s Ψ_1 = ω_ξ(0)", "-σ s Θ_1 + sin θ_0 s^2 Ψ_1 = ω_η(0)"),
+              lambda: _transforms(STRUCK)),
+    Statement("6.118", "the transformed motion", SOLVED,
+              ("Θ_1 = det(ω_ξ(0), s σ sin θ_0; ω_η(0), s^2 sin θ_0)/det(s^2 + ω_η0^2, s σ sin θ_0; -s σ, s^2 sin θ_0)"
+               " = s [s ω_ξ(0) - ω_η(0)] sin θ_0/(s^2 (s^2 + ω_η0^2 + σ^2) sin θ_0)"
+               " = ω_ξ(0)/(s^2 + Ω^2) - σ ω_η(0)/(s (s^2 + Ω^2))",
+               "Ψ_1 = det(s^2 + ω_η0^2, ω_ξ(0); -s σ, ω_η(0))/det(s^2 + ω_η0^2, s σ sin θ_0; -s σ, s^2 sin θ_0)"
+               " = (σ s ω_ξ(0) + (s^2 + ω_η0^2) ω_η(0))/(s^2 (s^2 + ω_η0^2 + σ^2) sin θ_0)"
+               " = σ ω_ξ(0)/(s (s^2 + Ω^2) sin θ_0) + [1/s^2 - σ^2/(s^2 (s^2 + Ω^2)) ω_η(0)/sin θ_0]"),
+              lambda: _transforms(STRUCK)),
+    Statement("6.119", "the frequency of the small oscillation", LINEAR + ", transformed: their determinant",
+              "Ω^2 = ω_η0^2 + σ^2", lambda: _transforms(STRUCK)),
+    Statement("6.120", "the small oscillation", BACK,
+              ("θ_1(t) = ω_ξ(0)/Ω sin(Ω t) - σ ω_η(0)/Ω^2 (1 - cos(Ω t))",
+               "ψ_1(t) = σ ω_ξ(0)/(Ω^2 sin θ_0) (1 - cos(Ω t)) + ω_η(0)/sin θ_0 [t - σ^2/Ω^2 (Ω t - sin(Ω t))]"),
+               _response),
+    Statement("6.121", "the frequency for a fast spin",
+              LINEAR + ", transformed; fb.steady_motions(s, ...)['slow'].solution",
+              "Ω ≅ σ ≅ I_ζ Ω_ζ/I_ξ", _fast),
+    Statement("6.122", "the small oscillation for a fast spin", BACK + "; fb.steady_motions(s, ...)['slow'].solution",
+              ("θ_1(t) = ω_ξ(0)/Ω sin(Ω t) - ω_η(0)/Ω (1 - cos(Ω t))",
+               "ψ_1(t) = ω_ξ(0)/(Ω sin θ_0) (1 - cos(Ω t)) + ω_η(0)/(Ω sin θ_0) sin(Ω t)"), _fast_response),
+    Statement("6.123", "the angles for a fast spin", BACK + "; fb.steady_motions(s, ...)['slow'].solution",
+              ("θ(t) = θ_0 + ω_ξ(0)/Ω sin(Ω t) - ω_η(0)/Ω (1 - cos(Ω t))",
+               "ψ(t) = ψ_0' t + ω_ξ(0)/(Ω sin θ_0) (1 - cos(Ω t)) + ω_ξη(0)/(Ω sin θ_0) sin(Ω t)"), _fast_response),
+    Statement("6.124", "size and angle of the initial deviation", "size and angle of the vector that is added to ω",
+              ("ω_ξ(0) = ω_ξη(0) cos γ", "ω_η(0) = ω_ξη(0) sin γ"), _polar, defines=True),
+    Statement("6.125", "the axis goes round a circle that advances",
+              BACK + "; fb.steady_motions(s, ...)['slow'].solution",
+              ("θ(t) = θ_0 - ω_η(0)/Ω + ω_ξη(0)/Ω sin(Ω t + γ)",
+               "ψ(t) = ψ_0' t + ω_ξ(0)/(Ω sin θ_0) - ω_ξη(0)/Ω cos(Ω t + γ)"), _fast_response),
 )  # fmt: skip

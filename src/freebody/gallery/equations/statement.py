@@ -1,18 +1,18 @@
 """A statement of the chapter, and the verdict on it: worked out each time it is asked for, never written down.
 
-A statement holds the formula as it is printed and what the library derives for it. The verdict follows from their
-difference in canonical form, which is zero or it is not:
+A statement holds the equations as they are printed, and a meaning: what the library gives for each name in them.
+Every member of a print is judged against its first one. With the names put in,
 
-    holds                       the difference is zero
+    holds                       their difference is zero in canonical form
     holds if ...                it is zero once the condition is put in, and not before
-    definition                  a name is given; what the library calls so is the same
-    approximation               the difference falls as a power of a small quantity; power and size are measured
-    misprint                    the difference is not zero, and the form that is derived instead is shown
+    definition                  it is zero, and the print gives a name to what the library knows by itself
+    approximation               it falls faster with a small quantity than the least term that is printed
+    misprint                    none of these: the form that the library derives is shown
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -21,130 +21,62 @@ import sympy
 
 from ...equations.show import latex_of, text_of
 from ...scalar.ring import Ring
+from ...scalar.zero import is_zero as is_zero_element
+from . import notation
+from .latex import latex
+from .meaning import Meaning
+from .notation import Node, Relation
+from .small import Small, components, put
+from .values import evaluate
 
-_LONGEST = 240
-
-DIGITS = 40
-"""Of the numbers that errors of approximations are measured with."""
+VERDICTS = ("misprint", "holds under a condition", "approximation", "definition", "holds")
+"""Of a relation; that of a statement is the first that one of its relations has."""
 
 
 def is_zero(expression: Any) -> bool:
-    """Whether an expression is zero in canonical form.
+    """Whether an expression is zero in canonical form, roots and complex numbers included.
 
     >>> x = sympy.Symbol("x")
     >>> is_zero(sympy.sin(2 * x) - 2 * sympy.sin(x) * sympy.cos(x))
     True
     """
-    return bool(Ring().from_sympy(sympy.sympify(expression)) == 0)
+    expression = sympy.sympify(expression)
+    if expression.has(sympy.I):
+        atoms = expression.atoms(sympy.Derivative, sympy.core.function.AppliedUndef) | expression.free_symbols
+        real = expression.xreplace({x: sympy.Dummy(real=True) for x in atoms})
+        return all(map(is_zero, sympy.expand(real, complex=True).as_real_imag()))
+    return bool(is_zero_element(Ring().from_sympy(_factored_roots(expression))))
 
 
-@dataclass(frozen=True)
-class Line:
-    """One scalar equation of a statement.
-
-    Attributes
-    ----------
-    printed : SymPy Eq
-        As the chapter has it, or its components where it prints vectors.
-    residual : SymPy expression
-        Left minus right of the print, less the same of what the library derives: zero if the print is right.
-    derived : SymPy Eq
-        The equation as the library derives it.
-    """
-
-    printed: Any
-    residual: Any
-    derived: Any
-
-    @cached_property
-    def holds(self) -> bool:
-        """Whether the residual is canonically zero."""
-        return is_zero(self.residual)
-
-
-def value(symbol: Any, printed: Any, derived: Any) -> Line:
-    """A quantity that the chapter gives as one expression and the library as another."""
-    return Line(_eq(symbol, printed), printed - derived, _eq(symbol, derived))
-
-
-def balance(left: Any, right: Any, derived: Any, scale: Any = 1) -> Line:
-    """A printed equation against a derived one, ``(left, right)``; ``scale`` times the print is to be the derived."""
-    residual = sympy.sympify(scale) * (left - right) - (derived[0] - derived[1])
-    return Line(_eq(left, right), residual, _eq(*derived))
-
-
-def identity(left: Any, right: Any) -> Line:
-    """Two sides that the library gives both: they are to be equal."""
-    return Line(_eq(left, right), left - right, _eq(left, left))
-
-
-def _eq(left: Any, right: Any) -> Any:
-    return sympy.Eq(left, right, evaluate=False)
-
-
-@dataclass(frozen=True)
-class Approximation:
-    """An exact expression, its approximation, and the quantity that is small.
-
-    ``at`` holds numbers for all other symbols; ``small`` is the value that is ordinary in the chapter. ``scale`` is
-    what the error is compared with where it is not the exact expression, as for a part that is left out.
-    """
-
-    name: Any
-    exact: Any
-    approximate: Any
-    symbol: Any
-    small: Any
-    at: Mapping[Any, Any]
-    scale: Any = None
-
-    def error(self, size: Any) -> Any:
-        """The difference at a size of the small quantity."""
-        numbers = {k: sympy.N(sympy.sympify(v), DIGITS) for k, v in self.at.items()}
-        put = {**numbers, self.symbol: sympy.N(sympy.sympify(size), DIGITS)}
-        difference = sympy.sympify(self.exact - self.approximate).xreplace(put)
-        return sympy.N(difference, DIGITS)
-
-    @cached_property
-    def order(self) -> int:
-        """The power of the small quantity that the error falls with: the slope between two small sizes."""
-        a, b = (abs(self.error(self.small * sympy.Rational(1, 10**k))) for k in (4, 5))
-        return round(float(sympy.log(a / b, 10))) if a and b else 0
-
-    @cached_property
-    def relative_error(self) -> float:
-        """The error at the ordinary size, divided by the exact value there, or by the scale."""
-        numbers = {**self.at, self.symbol: self.small}
-        whole = self.exact if self.scale is None else self.scale
-        exact = sympy.N(sympy.sympify(whole).xreplace(numbers), DIGITS)
-        return float(abs(self.error(self.small) / exact)) if exact else float(abs(self.error(self.small)))
-
-    @cached_property
-    def line(self) -> Line:
-        """The approximation as a line of its statement."""
-        return Line(
-            _eq(self.name, self.approximate), self.approximate - self.exact, _eq(self.name, self.exact)
-        )
+def _factored_roots(x: Any) -> Any:
+    """With what stands under a root factored, so that positive factors leave it."""
+    roots = {
+        root: sympy.factor(sympy.together(root.base)) ** root.exp
+        for root in x.atoms(sympy.Pow)
+        if root.exp.is_Rational and not root.exp.is_Integer
+    }
+    return x.xreplace(roots)
 
 
 @dataclass(frozen=True)
 class Finding:
-    """The verdict on a statement.
+    """The verdict on one relation of a statement, or on all of them.
 
     Attributes
     ----------
-    verdict : "holds", "holds under a condition", "definition", "approximation", "misprint" or "unproven"
+    verdict : one of `VERDICTS`
     detail : str
-        The condition, the error measured, or which lines are misprinted.
-    lines : tuple of Line
-    wrong : tuple of int
-        Lines whose residual is not zero.
+        The condition, the error measured, or which relations are misprinted.
+    residual : tuple
+        Of a relation: the components of left minus right.
+    derived : tuple
+        Of a relation: what the library gives, (print or expression, sign, expression); shown where it is a misprint.
     """
 
     verdict: str
-    detail: str
-    lines: tuple[Line, ...]
-    wrong: tuple[int, ...] = ()
+    detail: str = ""
+    residual: tuple[Any, ...] = ()
+    derived: tuple[Any, str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -158,148 +90,268 @@ class Statement:
     about : str
         What it states, in words.
     call : str
-        What of the library produces it or verifies it.
+        What of the library gives its names their meaning.
+    prints : str or tuple of str
+        Its equations as printed, in the letters of `notation`.
     work : function
-        Gives the lines, each with its residual; or approximations.
+        Gives the meaning of the names; or several, as where the print is for every body i.
     condition : tuple, optional
-        Words, and a function that gives what to put in (expression -> expression) for the statement to hold.
+        Words, and a function that gives pairs to put in for the statement to hold.
     defines : bool
         Whether it gives a name to something.
-    print_is : str
-        Where a vector equation is printed, its form; shown above the components.
     """
 
     number: str
     about: str
     call: str
-    work: Callable[[], Sequence[Line | Approximation]]
-    condition: tuple[str, Callable[[], Mapping[Any, Any]]] | None = None
+    prints: str | tuple[str, ...]
+    work: Callable[[], Meaning | Sequence[Meaning]]
+    condition: tuple[str, Callable[[], Sequence[tuple[Any, Any]]]] | None = None
     defines: bool = False
-    print_is: str = ""
+
+    @cached_property
+    def rows(self) -> tuple[str, ...]:
+        """The prints, one equation each."""
+        return (self.prints,) if isinstance(self.prints, str) else self.prints
+
+    @cached_property
+    def relations(self) -> tuple[tuple[int, Relation], ...]:
+        """Every relation with the place of its print."""
+        return tuple((i, r) for i, row in enumerate(self.rows) for r in notation.read(row).relations)
+
+    @cached_property
+    def meanings(self) -> tuple[Meaning, ...]:
+        """What the names mean, derived now."""
+        work = self.work()
+        return (work,) if isinstance(work, Meaning) else tuple(work)
+
+    @cached_property
+    def findings(self) -> tuple[Finding, ...]:
+        """The verdict on every relation."""
+        return tuple(self.judge(place, relation) for place, relation in self.relations)
+
+    def judge(self, place: int, relation: Relation) -> Finding:
+        """The verdict on a relation in the place of a print, by what the names mean here."""
+        found = [self._judged(m, place, relation) for m in self.meanings]
+        return min(found, key=lambda f: VERDICTS.index(f.verdict))
+
+    def _judged(self, meaning: Meaning, place: int, relation: Relation) -> Finding:
+        if relation.sign in "<>":
+            return self._inequality(meaning, relation)
+        residual, derived = _difference(meaning, place, relation)
+        if all(map(is_zero, residual)):
+            return Finding("definition" if self.defines else "holds", "", residual, derived)
+        if self.condition is not None:
+            words, pairs = self.condition
+            if all(is_zero(put(x, pairs())) for x in residual):
+                return Finding("holds under a condition", words, residual, derived)
+        # the chapter writes = for ≅ too, but not where it has both
+        rough = relation.sign == "≅" or "≅" not in self.rows[place]
+        if meaning.small is not None and rough and relation.right.kind != "const":
+            error = _approximated(meaning, meaning.small, relation)
+            if error:
+                return Finding("approximation", error, residual, derived)
+        return Finding("misprint", "", residual, derived)
+
+    def _inequality(self, meaning: Meaning, relation: Relation) -> Finding:
+        left, right = (evaluate(x, meaning) for x in (relation.left, relation.right))
+        gap = left - right if relation.sign == ">" else right - left
+        derived = (meaning.positive, ">", sympy.Integer(0))
+        words, pairs = self.condition or ("", tuple)
+        for verdict, detail, known in (("holds", "", ()), ("holds under a condition", words, pairs())):
+            # a positive multiple of what is positive
+            if sympy.factor(sympy.cancel(put(gap, known) / put(meaning.positive, known))).is_positive:
+                return Finding(verdict, detail, (left - right,), derived)
+        return Finding("misprint", "", (left - right,), derived)
 
     @cached_property
     def finding(self) -> Finding:
-        """The verdict, derived now."""
-        work = tuple(self.work())
-        rough = [x for x in work if isinstance(x, Approximation)]
-        lines = tuple(x.line if isinstance(x, Approximation) else x for x in work)
-        if rough:
-            return _approximation(rough, lines)
-        wrong = tuple(i for i, line in enumerate(lines) if not line.holds)
-        if not wrong:
-            return Finding("definition" if self.defines else "holds", "", lines)
-        if self.condition is not None:
-            words, put = self.condition
-            if all(is_zero(sympy.sympify(lines[i].residual).subs(put())) for i in wrong):
-                return Finding("holds under a condition", words, lines, wrong)
-        if all(is_zero(line.derived.lhs - line.derived.rhs) for line in (lines[i] for i in wrong)):
-            return Finding("unproven", "two sides that the library gives differ", lines, wrong)
-        return Finding("misprint", _count(wrong, len(lines)), lines, wrong)
-
-    def text(self) -> str:
-        """The statement, its verdict and the derivation, as plain text."""
-        found = self.finding
-        rows = [f"({self.number})  {self.about}", ""]
-        if self.print_is:
-            rows += [f"  {self.print_is}", ""]
-        rows += ["  by components:" if self.print_is else "  as printed:"]
-        rows += [f"    {_short(_written(line.printed))}" for line in found.lines]
-        rows += ["", f"  by the library: {self.call}"]
-        for i, line in enumerate(found.lines):
-            if found.verdict == "approximation":
-                exact = (
-                    _written(line.derived) if line.derived.lhs != line.derived.rhs else "the left side itself"
-                )
-                rows.append(f"    exactly: {exact}")
-            elif i in found.wrong:
-                rows.append(f"    line {i + 1}, printed minus derived: {text_of(_tidy(line.residual))}")
-            else:
-                rows.append(f"    line {i + 1}, printed minus derived: 0")
-        if found.verdict == "misprint":
-            rows += ["", "  right:"]
-            rows += [f"    {_written(_tidied(found.lines[i].derived))}" for i in found.wrong]
-        rows += ["", f"  verdict: {self.verdict}"]
-        return "\n".join(rows)
+        """The verdict on the whole: the worst of its relations."""
+        found = self.findings
+        verdict = min((f.verdict for f in found), key=VERDICTS.index)
+        if verdict == "misprint":
+            detail = _count([i for i, f in enumerate(found) if f.verdict == verdict], len(found))
+        else:
+            detail = "; ".join(dict.fromkeys(f.detail for f in found if f.verdict == verdict))
+        return Finding(verdict, detail)
 
     @property
     def verdict(self) -> str:
         """The verdict with its detail, in a line."""
         found = self.finding
-        joint = {"holds under a condition": "holds if", "misprint": "misprint in"}.get(
-            found.verdict, found.verdict
-        )
         if not found.detail:
             return found.verdict
-        return (
-            f"{joint} {found.detail}"
-            if found.verdict in ("holds under a condition", "misprint")
-            else (f"{found.verdict}: {found.detail}")
+        joint = {"holds under a condition": "holds if ", "misprint": "misprint in "}
+        return joint.get(found.verdict, f"{found.verdict}: ") + found.detail
+
+    @property
+    def right(self) -> list[tuple[Any, str, Any]]:
+        """What the library derives in the place of what is misprinted."""
+        return [f.derived for f in self.findings if f.verdict == "misprint" and f.derived is not None]
+
+    def text(self) -> str:
+        """The statement, its verdict and the derivation, as plain text."""
+        rows = [f"({self.number})  {self.about}", "", "  as printed:", *(f"    {row}" for row in self.rows)]
+        rows += ["", f"  by the library: {self.call}"]
+        rows += [
+            f"    {r}: {self._said(found)}"
+            for (_, r), found in zip(self.relations, self.findings, strict=True)
+        ]
+        if self.right:
+            rows += ["", "  right:", *(f"    {self._plain(form)}" for form in self.right)]
+        rows += ["", f"  verdict: {self.verdict}"]
+        return "\n".join(rows)
+
+    def _said(self, found: Finding) -> str:
+        if found.verdict == "misprint":
+            return f"left minus right is {_written(found.residual, self.meanings[0].units)}"
+        if found.verdict == "holds under a condition":
+            return f"holds if {found.detail}"
+        return found.detail.rpartition(": ")[2] or found.verdict
+
+    def _plain(self, form: tuple[Any, str, Any]) -> str:
+        units = self.meanings[0].units
+        left, sign, right = form
+        return f"{left if isinstance(left, Node) else _written(components(left), units)} {sign} " + _written(
+            components(right), units
         )
 
     def latex(self) -> str:
         """Printed and derived forms as LaTeX, one under the other."""
-        found = self.finding
-        rows = [rf"{latex_of(line.printed)} && \text{{printed}}" for line in found.lines]
-        rows += [rf"{latex_of(_tidied(found.lines[i].derived))} && \text{{derived}}" for i in found.wrong]
+        names = self.meanings[0].names
+        bold = frozenset(k for k, v in names.items() if isinstance(v, sympy.MatrixBase))
+        write = lambda node: latex(node, bold)  # noqa: E731
+        signs = {"≅": r"\approx"}
+        rows = [
+            rf"{write(r.left)} {signs.get(r.sign, r.sign)} {write(r.right)} && \text{{printed}}"
+            for _, r in self.relations
+        ]
+        for left, sign, right in self.right:
+            side = write(left) if isinstance(left, Node) else latex_of(_tidy(left))
+            vector = [latex_of(_tidy(x)) for x in components(right)]
+            value = (
+                vector[0]
+                if len(vector) == 1
+                else r"\begin{bmatrix}" + r" \\ ".join(vector) + r"\end{bmatrix}"
+            )
+            rows.append(rf"{side} {sign} {value} && \text{{derived}}")
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
     def data(self) -> dict[str, Any]:
         """The same as plain data, for JSON."""
-        found = self.finding
+        units = self.meanings[0].units
         return {
             "number": self.number,
             "about": self.about,
             "call": self.call,
-            "verdict": found.verdict,
-            "detail": found.detail,
-            "printed": [_written(line.printed) for line in found.lines],
-            "residuals": [text_of(_tidy(line.residual)) for line in found.lines],
-            "derived": [_written(_tidied(line.derived)) for line in found.lines],
+            "verdict": self.finding.verdict,
+            "detail": self.finding.detail,
+            "printed": list(self.rows),
+            "relations": [
+                {
+                    "relation": str(relation),
+                    "verdict": found.verdict,
+                    "residual": _written(found.residual, units),
+                    "derived": self._plain(found.derived)
+                    if found.verdict == "misprint" and found.derived
+                    else None,
+                }
+                for (_, relation), found in zip(self.relations, self.findings, strict=True)
+            ],
         }
 
 
-def _approximation(rough: Sequence[Approximation], lines: tuple[Line, ...]) -> Finding:
-    parts = [
-        f"{x.name}: error of order {x.order} in {x.symbol}, relative {x.relative_error:.1e} at {x.symbol} = "
-        f"{float(sympy.N(x.small)):.3g}"
-        for x in rough
-    ]
-    if any(x.order < 1 for x in rough):
-        return Finding("unproven", "the error does not vanish with the small quantity", lines)
-    return Finding("approximation", "; ".join(parts), lines, tuple(range(len(lines))))
+def _difference(
+    meaning: Meaning, place: int, relation: Relation
+) -> tuple[tuple[Any, ...], tuple[Any, str, Any] | None]:
+    """Components of left minus right, and the right form: what the library gives for the left."""
+    left = evaluate(relation.left, meaning)
+    if relation.right.kind == "const":
+        rate = notation.Node("rate", None, (relation.left,))
+        return _rates(meaning, left), (rate, "=", left.diff(meaning.time))
+    right = evaluate(relation.right, meaning)
+    if isinstance(left, sympy.MatrixBase) != isinstance(right, sympy.MatrixBase) and right != 0:
+        raise TypeError("a vector equal to a number")
+    if place in meaning.rows:
+        row = meaning.rows[place]
+        gap = sympy.sympify(row[0] - row[1])
+        return (left - right - _scale(left - right, gap) * gap,), (row[0], "=", row[1])
+    gap = left - right if right != 0 else left
+    known = [put(x, meaning.along) for x in components(left)]
+    derived = (relation.left, "=", sympy.Matrix(known) if len(known) == 3 else known[0])
+    return tuple(put(put(x, meaning.along), meaning.steady) for x in components(gap)), derived
+
+
+def _rates(meaning: Meaning, value: Any) -> tuple[Any, ...]:
+    """The rate of what is to be constant; at a steady state its own rate too."""
+    rate = lambda x: put(x.diff(meaning.time), meaning.along)  # noqa: E731
+    first = [rate(x) for x in components(value)]
+    both = [*first, *map(rate, first)] if meaning.steady else first
+    return tuple(put(x, meaning.steady) for x in both)
+
+
+def terms(expression: Any) -> dict[Any, Any]:
+    """Monomials of the canonical form with their numbers."""
+    ring = Ring()
+    plain = ring.to_sympy(ring.from_sympy(sympy.sympify(expression)))
+    return dict(sympy.expand(plain).as_coefficients_dict())
+
+
+def _scale(printed: Any, derived: Any) -> Any:
+    """The number between two balances, by the first monomial that they share."""
+    mine, other = terms(printed), terms(derived)
+    return next((mine[k] / other[k] for k in sorted(other, key=str) if mine.get(k)), sympy.Integer(1))
+
+
+def _approximated(meaning: Meaning, small: Small, relation: Relation) -> str:
+    """The order and size of the error; nothing where it is not smaller than every term that is printed."""
+    left, right = (evaluate(x, meaning) for x in (relation.left, relation.right))
+    error = left - right if right != 0 else left
+    order = small.order(error)
+    kept = [x for x in (evaluate(x, meaning) for x in summands(relation.right)) if any(components(x))]
+    if not kept or order < max(map(small.order, kept)) + 1 / 4:
+        return ""
+    relative = small.number(error, small.size) / small.number(left, small.size)
+    lead = small.order(left)
+    return (
+        f"{relation}: relative error of order {order - lead:.2g} in {small.symbol}, {float(relative):.1e} at "
+        f"{small.symbol} = {float(sympy.N(small.size)):.3g}"
+    )
+
+
+def summands(node: Node) -> tuple[Node, ...]:
+    """The terms of a side, brackets around all of it opened."""
+    while node.kind == "group":
+        node = node.parts[0]
+    return node.parts if node.kind == "sum" else (node,)
 
 
 def _count(wrong: Sequence[int], total: int) -> str:
     """
     >>> _count([2, 3], 4)
-    'lines 3 and 4 of 4'
+    'relations 3 and 4 of 4'
     """
     if total == 1:
         return ""
     numbers = " and ".join(str(i + 1) for i in wrong)
-    return f"line{'s' if len(wrong) > 1 else ''} {numbers} of {total}"
+    return f"relation{'s' if len(wrong) > 1 else ''} {numbers} of {total}"
 
 
 def _tidy(x: Any) -> Any:
     """The canonical form, or it factored: whichever is written shorter."""
-    ring = Ring()
-    element = ring.from_sympy(sympy.sympify(x))
-    if element == 0:
+    x = sympy.sympify(x)
+    if is_zero(x):
         return sympy.Integer(0)
-    plain = ring.to_sympy(element)
-    return min(
-        (sympy.factor_terms(plain), sympy.factor(plain), sympy.sympify(x)), key=lambda e: len(text_of(e))
-    )
+    if x.has(sympy.I):  # the ring is of real numbers
+        return x
+    ring = Ring()
+    plain = ring.to_sympy(ring.from_sympy(x))
+    return min((sympy.factor_terms(plain), sympy.factor(plain), x), key=lambda e: len(text_of(e)))
 
 
-def _tidied(equation: Any) -> Any:
-    return _eq(_tidy(equation.lhs), _tidy(equation.rhs))
-
-
-def _short(line: str) -> str:
-    """A line without its middle where it is too long to read."""
-    return line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 4 :]}"
-
-
-def _written(equation: Any) -> str:
-    return f"{text_of(equation.lhs)} = {text_of(equation.rhs)}"
+def _written(parts: Sequence[Any], units: Sequence[str]) -> str:
+    """Components with their unit vectors; those that are zero are left out."""
+    texts = [notation.greek(text_of(_tidy(x))) for x in parts]
+    if len(texts) != 3:
+        return ", ".join(texts)
+    return " + ".join(f"({x}) {u}" for x, u in zip(texts, units, strict=True) if x != "0") or "0"

@@ -1,0 +1,57 @@
+"""The quantity that is small in an approximation, and the order that a value falls with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import sympy
+
+DIGITS = 60
+"""Of the numbers that errors of approximations are measured with."""
+
+
+def put(expression: Any, pairs: Sequence[tuple[Any, Any]]) -> Any:
+    """Replace one after the other: accelerations before speeds before coordinates."""
+    result = sympy.sympify(expression)
+    for old, new in pairs:
+        result = result.xreplace({old: sympy.sympify(new)})
+    return result
+
+
+@dataclass(frozen=True)
+class Small:
+    """The quantity that is small in an approximation, its ordinary size, and what makes a value a number.
+
+    ``pairs`` are put in one after the other, and leave no other symbol than this one.
+    """
+
+    symbol: Any
+    size: Any
+    pairs: Sequence[tuple[Any, Any]]
+    _known: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
+
+    def number(self, value: Any, size: Any) -> Any:
+        """The magnitude of a value at a size of the small quantity."""
+        known = self._numbers(size)
+        return sympy.sqrt(sum(abs(sympy.N(x.xreplace(known), DIGITS)) ** 2 for x in components(value)))
+
+    def _numbers(self, size: Any) -> dict[Any, Any]:
+        """Every symbol as a number: the last pair first, as the others are made of it."""
+        if size not in self._known:
+            known = {self.symbol: sympy.N(size, DIGITS)}
+            for old, new in reversed(self.pairs):
+                known[old] = sympy.N(sympy.sympify(new).xreplace(known), DIGITS)
+            self._known[size] = known
+        return self._known[size]
+
+    def order(self, value: Any) -> float:
+        """The power of the small quantity that a value falls with: the slope between two small sizes."""
+        a, b = (self.number(value, self.size / 10**k) for k in (4, 5))
+        return float(sympy.log(a / b, 10)) if a and b else float("inf")
+
+
+def components(value: Any) -> tuple[Any, ...]:
+    """Components of a vector, or the one value."""
+    return tuple(value) if isinstance(value, sympy.MatrixBase) else (sympy.sympify(value),)
