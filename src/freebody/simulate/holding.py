@@ -27,7 +27,8 @@ from ..dynamics.constrained import DEPENDENT, alike
 from ..dynamics.constraints import rows
 from ..errors import SimulationError
 from .kernels import LOOSE, Kernels
-from .path import CONTRADICTED, RELEASED, Array, Path, Rates, cut, observe, projected
+from .branch import Crossing
+from .path import CONTRADICTED, FINISHED, RELEASED, Array, Path, Rates, cut, observe, projected
 from .phases import Happening, Phases, Segment, parts_of
 from .trajectory import Trajectory
 
@@ -43,9 +44,10 @@ class Holding:
     ``told``     what changed, in its order
     """
 
-    def __init__(self, kernels: Kernels) -> None:
+    def __init__(self, kernels: Kernels, finest: float | None = None) -> None:
         self.begun = self.now = kernels
         self.told: list[Happening] = []
+        self.crossing = Crossing(finest) if finest is not None and kernels.active else None
 
     def path(
         self, leg: Callable[..., Path], parameters: Array, rates: Rates, y: Array, start: float, until: float,
@@ -55,24 +57,42 @@ class Holding:
 
         Parameters
         ----------
-        leg              (kernels, rates, state, from, to, halt) -> Path
+        leg              (kernels, rates, state, from, to, halt, method) -> Path
         rates            of the conditions that the run began with
         work             that blows have done until now
         """
-        if not (self.begun.active and self.begun.dropped):
+        crossing = self.crossing
+        if not (self.begun.active and (self.begun.dropped or crossing)):
             return leg(self.now, rates, y, start, until, None)
+        if crossing is not None:
+            crossing.begin(start, until)
         segments: list[Segment] = []
         while True:
             kernels = self.now
             here = rates if kernels is self.begun else kernels.rates(parameters)
-            part = leg(kernels, here, y, start, until, self._halt(parameters, here))
-            segments.append(Segment(part, kernels, work))
+            change = self._halt(parameters, here)
+            near = None if crossing is None else crossing.halt(kernels, here)
+            part = leg(kernels, here, y, start, until, _first(change, near))
+            if part.steps or part.status != RELEASED:
+                segments.append(Segment(part, kernels, work))
             if part.status != RELEASED:
                 break
+            if crossing is not None and crossing.ahead is not None and crossing.ahead.start == part.end:
+                y = part.states[-1]
+                across, happened = crossing.across(leg, kernels, parameters, here, y, part.end, until)
+                segments += [Segment(one, kernels, work) for one in across]
+                self.told += happened
+                if across:
+                    start, y = across[-1].end, across[-1].states[-1]
+                    if across[-1].status not in (RELEASED, FINISHED) or start == until:
+                        break
+                else:
+                    start = part.end
+                continue
             start, y = part.end, self._changed(parameters, part.end, part.states[-1])
         if self.now is self.begun and len(segments) == 1:
             return part
-        return Phases(tuple(segments), part.status)
+        return Phases(tuple(segments), segments[-1].path.status)
 
     def _halt(self, parameters: Array, rates: Rates) -> Callable[[Array, Array], int | None] | None:
         """Of times and states: the first at which other conditions hold better, if there is one."""
@@ -105,6 +125,19 @@ class Holding:
         text = f"{gained} holds the machine in place of {lost}"
         self.told.append(Happening(t, gained, 0, states[0], text, states[1]))
         return after
+
+
+def _first(*halts: Callable[[Array, Array], int | None] | None) -> Callable[[Array, Array], int | None] | None:
+    """The one of several halts that comes first."""
+    asked = [one for one in halts if one is not None]
+    if len(asked) < 2:
+        return asked[0] if asked else None
+
+    def first(times: Array, states: Array) -> int | None:
+        found = [k for one in asked if (k := one(times, states)) is not None]
+        return min(found) if found else None
+
+    return first
 
 
 def taking_over(kernels: Kernels, parameters: Array, t: float, y: Array) -> tuple[int, ...]:

@@ -28,6 +28,7 @@ SOURCES = {
     "dop54": ("dop54.py",),
     "radau": ("radau.py",),
     "gauss": ("gauss.py", "collocation.py"),
+    "crossing": ("crossing.py", "gauss.py", "collocation.py"),
     "taylor": ("taylor.py",),
     "structure": ("structure.py", "collocation.py"),
 }

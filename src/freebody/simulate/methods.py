@@ -203,6 +203,10 @@ def _with_others(kernels: Kernels, parameters: NDArray[np.float64], method: str,
         from .others import series
 
         return with_series(rates, series(kernels), parameters, kernels)
+    if method == "crossing":
+        from .branch import along_branch
+
+        return along_branch(rates)
     if method == "structure":
         from .others import hamilton
 

@@ -18,6 +18,7 @@ import sympy
 from . import loop
 from . import path as runs
 from .closing import closed_start
+from .branch import ahead
 from .event import EventSpec
 from .failure import failure
 from .initial import are_single, asks_for_many, named_numbers, plain_state, texts_read
@@ -88,8 +89,9 @@ class PlainRun:
             self.read = texts_read(model, initial, y)
         return y
 
-    def motion(self, y: list[float], progress: bool | Callable[[float], Any] | None) -> Trajectory:
-        """The motion from a state (q, u)."""
+    def motion(self, y: list[float], progress: bool | Callable[[float], Any] | None) -> Trajectory | None:
+        """The motion from a state (q, u); None where it comes near a position that one leg does not pass
+        (`branch`)."""
         kernels, way, begin, end, absolute = self.kernels, self.way, self.begin, self.end, self.tolerances
         if kernels.works:
             y.append(0.0)
@@ -99,6 +101,8 @@ class PlainRun:
             path = way.path(y, begin, end, absolute, between)
         finally:
             between.close()
+        if kernels.active and way.first.step is None and ahead(kernels, way.rates, path.times, path.states):
+            return None
         motion = Trajectory(
             kernels, self.numbers, path, self.specs, self.tolerances, self.wanted, self.samples
         )
