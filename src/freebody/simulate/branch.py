@@ -2,11 +2,11 @@
 
 Bars of a parallelogram come into line: from there it could go on as a parallelogram, or crossed. The motion goes on
 along its branch, which is smooth; what fails there are the equations: with the distance s from that position
-(`dynamics.constrained.hold`) round-off of the state becomes accelerations that are wrong by ε/s³. So a run halts where s
-falls below the distance at which that is a tenth of the tolerance, the moment s = 0 is foreseen on the motion so
-far, and one step (`crossing`) goes from as long before it to as long after it. It is taken if its error is within
-the tolerance, and the conditions hold along it. A linkage that only comes near such a position does not pass that test,
-and goes on by ordinary steps.
+(`dynamics.constrained.hold`) round-off ε of the state becomes accelerations that are wrong by ε/s³, and a step that is
+controlled closes in on it. So a run that meets s = 0 is taken back to where s became small, and one step (`crossing`)
+goes from as long before the meeting to as long after it. Steps of several lengths are tried: one is taken that agrees
+with a longer one. A linkage that only comes near such a position meets nothing, or its steps do not agree: it goes on by
+ordinary steps.
 """
 
 from __future__ import annotations
@@ -21,26 +21,37 @@ import numpy as np
 from ..dynamics.state import float_state
 from . import loop
 from .closing import nearly_dependent
-from .crossing import MOVED, ONTO, OWN, PLACES, RATES, ROOM, SIZE, TURNING
+from .crossing import MOVED, ONTO, OWN, PLACES, RATES, ROOM, ROUNDED, SIZE, TURNING
 from .kernels import Kernels
-from .path import FINISHED, TERMINAL, UNDEFINED, Array, Path, Rates, observe, projected
+from .path import FINISHED, RELEASED, Array, Path, Rates, cut, observe, projected
 from .phases import Happening
 
-LIMIT = 0.1
-"""s from which a run looks ahead."""
-SHARES = (1.0, 0.7, 0.5, 0.35)  # of that distance, at which steps across are tried
-MET = 1e-2  # of the distance: below it the position itself is met, not passed by
+LIMIT = 0.2
+"""s from which a position is looked for."""
+SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18)
+"""Of the time from there to the meeting, at which steps across are tried, the longest first."""
+FAR = 0.5  # a run whose s never was less has met none, between its steps neither
+CLOSE = 0.3  # of the limit: a run that came so close without turning away is on its way to s = 0
+MET = 5e-3  # of the limit: below it s is 0 but for what is not known of the meeting
+SEEN = 128  # places at which the motion is looked at
+AGREED = 1e3
+"""Units of the tolerance by which the coordinates of two steps may differ at worst; or ROUNDED, which no tolerance makes
+smaller."""
+CLOSED = 1e-11
+"""What a condition may be missed by along a step, where the tolerance is less: some ten thousand units in the last place, which the stages divide by s."""
+SAMPLED = 12  # places at which two steps are compared
+LONGEST = 10_000  # steps beside a position, from which on it is forgotten
 SHOWN = 3  # names of conditions in a sentence
-SEEN = 256  # places at which the motion ahead is looked at
-MISSED = 1e3  # units of the tolerance by which a condition may be missed along a step
-_PASSED = (FINISHED, TERMINAL, UNDEFINED)
 SOURCES = ("crossing.py", "machine.py", "translation.py", "rows.py", "layout.py")
+
+Leg = Callable[..., Path]
+"""(kernels, rates, state, from, to, halt) and, for a step across, its method and whether events are watched."""
 
 
 def along_branch(rates: Rates) -> Rates:
     """f(P(y)) of the rates f and their projection P (`crossing`)."""
     n = rates.size
-    room = np.zeros(2 * n + 8)
+    room = np.zeros(2 * n)
     function = loop.code("crossing", "along_branch", SOURCES)
     constants = np.zeros(OWN + rates.constants.size)
     constants[RATES], constants[ONTO], constants[SIZE] = rates.address, rates.projection, n
@@ -49,132 +60,191 @@ def along_branch(rates: Rates) -> Rates:
     constants[OWN:] = rates.constants
     address = ctypes.cast(function.code, ctypes.c_void_p).value
     assert address is not None
-    return replace(
-        rates, address=address, constants=constants, keep=(rates, room, function), projection=0, projected=0
-    )
+    keep = rates, room, function
+    return replace(rates, address=address, constants=constants, keep=keep, projection=0, projected=0)
 
 
 def closeness(kernels: Kernels, rates: Rates, times: Array, states: Array) -> Array:
     """s at states."""
-    squares = observe(kernels.motion().address("hold"), 1, times, states, rates.constants)[:, 0]
-    return np.sqrt(np.maximum(squares, 0))
+    return np.sqrt(np.maximum(_squares(kernels, rates, times, states), 0))
+
+
+def _squares(kernels: Kernels, rates: Rates, times: Array, states: Array) -> Array:
+    return observe(kernels.motion().address("hold"), 1, times, states, rates.constants)[:, 0]
+
+
+def meets(kernels: Kernels, rates: Rates, path: Path) -> bool:
+    """Whether a run has met such a position, or was about to."""
+    squares = _squares(kernels, rates, path.times, path.states)
+    if squares.min() > FAR * FAR:
+        return False
+    s = np.sqrt(np.maximum(squares, 0))
+    return ahead(kernels, rates, path.times, path.states, s, path.start) is not None
 
 
 @dataclass(frozen=True, eq=False)
 class Ahead:
-    """What a run comes to: the time of its last state before s is small, the next one's, that of s = 0, and that at which
-    s is LIMIT before."""
+    """What a run comes to: the time of its last state before s is small, that at which it becomes small, and that of
+    s = 0."""
 
     start: float
-    after: float
-    meeting: float
     before: float
+    meeting: float
 
 
-def ahead(kernels: Kernels, rates: Rates, times: Array, states: Array, behind: float = -np.inf) -> tuple[int, Ahead] | None:
-    """The first such position that a run meets after a time, and the number of the last state before it is near."""
-    s = closeness(kernels, rates, times, states)
+def ahead(kernels: Kernels, rates: Rates, times: Array, states: Array, s: Array, behind: float) -> Ahead | None:
+    """The first such position that is met in these steps, or just after them, and not before a time;
+    ``s`` at the states."""
     near = s < LIMIT
-    for k in np.flatnonzero(near[1:] & ~near[:-1] & (times[:-1] >= behind)):
-        pair = slice(k, k + 2)
-        found = _foreseen(kernels, rates, times[pair], states[pair], s[pair])
-        if found is not None:
-            return int(k), Ahead(float(times[k]), float(times[k + 1]), *found)
+    entered = near[1:] & ~near[:-1]
+    if len(s) > 2:  # a step may go from one side to the other: s falls towards 0 before it, and has risen behind
+        ends = s[1:-1] + (s[1:-1] - s[:-2]) * np.diff(times)[1:] / np.diff(times)[:-1]
+        entered[1:] |= ~near[1:-1] & ~near[2:] & (ends < LIMIT)
+    for k in np.flatnonzero(entered & (times[:-1] >= behind)):
+        rising = np.flatnonzero(np.diff(s[k:]) >= 0)
+        i = int(k + rising[0]) if len(rising) else len(s) - 1
+        if i == len(s) - 1 and s[i] > CLOSE * LIMIT:
+            return None  # more steps will tell
+        before = k + int(np.flatnonzero(s[k:i] >= 2 * s[i])[-1]) if s[k] >= 2 * s[i] else k
+        pairs = [[before, i]] * int(before < i) + [[i, i + 1]] * int(i + 1 < len(s))
+        meetings = [_least(kernels, rates, times[j], states[j], s[j]) for j in pairs]
+        met = [found for found in meetings if found is not None]
+        if met:
+            moments, there, seen = _between(kernels, rates, times[k : k + 2], states[k : k + 2], 0.0, 1.0)
+            before = moments[max(int(np.argmax(seen < LIMIT)) - 1, 0)] if (seen < LIMIT).any() else moments[-1]
+            return Ahead(float(times[k]), float(before), min(met, key=lambda one: one[1])[0])
     return None
 
 
-def _foreseen(kernels: Kernels, rates: Rates, times: Array, states: Array, s: Array) -> tuple[float, float] | None:
-    """When s = 0 is met in or after a step, and when it is LIMIT before; None if it is not met.
-
-    The coordinates are followed along the cubic through both states and their rates, and beyond it.
-    """
+def _between(
+    kernels: Kernels, rates: Rates, times: Array, states: Array, first: float, last: float
+) -> tuple[Array, Array, Array]:
+    """Moments from the part ``first`` of a step to ``last``, states and s there: along the cubic through the coordinates
+    at both ends, and their rates, and beyond it."""
     n_q, h = kernels.model.n_q, float(times[1] - times[0])
-    speeds = observe(rates.address, rates.size, times, states, rates.constants)[:, :n_q]
-    q0, q1, v0, v1 = states[0, :n_q], states[1, :n_q], h * speeds[0], h * speeds[1]
-    if not np.isfinite(speeds).all():
-        return None
-    first, last, before, k = 0.0, 1 + 2.5 * s[1] / (s[0] - s[1]), 0.0, 0
-    for turn in range(3):
-        x = np.linspace(first, last, SEEN)
-        z, d, there = x[:, None], q1 - q0, np.repeat(states[:1], SEEN, axis=0)
-        there[:, :n_q] = q0 + z * (v0 + z * ((3 * d - 2 * v0 - v1) + z * (v0 + v1 - 2 * d)))
-        seen = closeness(kernels, rates, times[0] + h * x, there)
-        k = int(np.argmin(seen))
-        if turn == 0:
-            far = np.flatnonzero(seen[:k] >= LIMIT)
-            before = float(x[far[-1]]) if len(far) else 0.0
-        if k in (0, SEEN - 1) or not np.isfinite(seen).all():
+    speeds = h * observe(rates.address, rates.size, times, states, rates.constants)[:, :n_q]
+    (q0, q1), (v0, v1) = states[:, :n_q], speeds
+    z = np.linspace(first, last, SEEN)[:, None]
+    d, there = q1 - q0, np.repeat(states[:1], SEEN, axis=0)
+    there[:, :n_q] = q0 + z * (v0 + z * ((3 * d - 2 * v0 - v1) + z * (v0 + v1 - 2 * d)))
+    moments = times[0] + h * z[:, 0]
+    return moments, there, closeness(kernels, rates, moments, there)
+
+
+def _least(kernels: Kernels, rates: Rates, times: Array, states: Array, s: Array) -> tuple[float, float] | None:
+    """When s = 0 in a step or soon after, and what s is there as far as is known; None if it is not."""
+    first, last = 0.0, 1.0 if s[1] >= s[0] else 1 + min(2.5 * s[1] / (s[0] - s[1]), 4.0)
+    for _ in range(3):
+        moments, _, seen = _between(kernels, rates, times, states, first, last)
+        if not np.isfinite(seen).all():
             return None
-        first, last = float(x[k - 1]), float(x[k + 1])
-    if not seen[k] < MET * LIMIT:
-        return None
-    return float(times[0]) + h * float(x[k]), float(times[0]) + h * before
+        k = int(np.argmin(seen))
+        width = (last - first) / (SEEN - 1)
+        first, last = first + width * max(k - 1, 0), first + width * min(k + 1, SEEN - 1)
+    return (float(moments[k]), float(seen[k])) if seen[k] < MET * LIMIT else None
 
 
 class Crossing:
-    """Of one run: where it halts, and how it goes on."""
+    """Of one run: where it is taken back to, and how it goes on.
+
+    ``finest``   the tolerance
+    ``ahead``    what the run has come to, once it was halted for it
+    """
 
     def __init__(self, finest: float) -> None:
-        self.finest = finest
+        self.finest, self.most = finest, max(AGREED * finest, ROUNDED)
         self.ahead: Ahead | None = None
         self.behind = -np.inf
-
-    def begin(self, start: float, until: float) -> None:
-        self.ahead, self.behind = None, -np.inf if until > start else np.inf
+        self.tail: tuple[Array, Array] | None = None
 
     def halt(self, kernels: Kernels, rates: Rates) -> Callable[[Array, Array], int | None] | None:
-        """Of times and states: the last before such a position is near."""
-        if not kernels.active or self.behind == np.inf:
+        """Of times and states: whether the run has met such a position, or is about to."""
+        if not kernels.active:
+            return None
+        self.ahead = self.tail = None
+
+        def met(times: Array, states: Array) -> int | None:
+            if times[-1] < times[0]:  # backwards: the parts of such a run are not put together
+                return None
+            begin = times[0]
+            if self.tail is not None:
+                times, states = (np.concatenate([a, b[1:]]) for a, b in zip(self.tail, (times, states), strict=True))
+            s = closeness(kernels, rates, times, states)
+            self.ahead = ahead(kernels, rates, times, states, s, self.behind)
+            if self.ahead is not None:
+                return int(np.searchsorted(times[times >= begin], self.ahead.start))
+            # of a position that is not passed yet, what goes before it is looked at again with what follows
+            outside = np.flatnonzero(s >= LIMIT)
+            last = int(outside[-1]) if len(outside) and len(s) - outside[-1] < LONGEST else len(s) - 1
+            self.tail = times[last:].copy(), states[last:].copy()
             return None
 
-        def last(times: Array, states: Array) -> int | None:
-            found = ahead(kernels, rates, times, states, self.behind)
-            self.ahead = None if found is None else found[1]
-            return None if found is None else found[0]
-
-        return last
+        return met
 
     def across(
-        self, leg: Callable[..., Path], kernels: Kernels, parameters: Array, rates: Rates, y: Array, start: float,
-        until: float,
-    ) -> tuple[list[Path], list[Happening]]:  # fmt: skip
-        """Paths up to behind the position, and what is told of it; none if the run has to go on by ordinary steps."""
-        assert self.ahead is not None
-        meeting, before = self.ahead.meeting, self.ahead.before
-        self.ahead, self.behind = None, max(self.ahead.after, meeting + (meeting - before))
-        if until <= meeting:
-            return [], []
+        self, leg: Leg, kernels: Kernels, parameters: Array, rates: Rates, before: Path, until: float
+    ) -> tuple[list[Path], list[Happening]]:
+        """Paths that take the place of one, up to behind the position, and what is told of it. If no step across is
+        found, the path up to where s became small; the run goes on from there by ordinary steps."""
+        found, self.ahead = self.ahead, None
+        assert found is not None
+        self.behind = found.meeting
+        kept = cut(before, int(np.searchsorted(before.times, found.start)), RELEASED)
+        start, y = kept.end, kept.states[-1]
+        if until <= found.meeting:
+            return [kept], []
+        meeting, before = found.meeting, found.before
+        best: tuple[float, Path | None, Path] | None = None
+        last: Path | None = None
         for share in SHARES:
             begin = max(start, meeting - share * (meeting - before))
-            first = leg(kernels, rates, y, start, begin, None) if begin > start else None
-            if first is not None and first.status != FINISHED:
-                return [], []
-            there = y if first is None else first.states[-1]
-            step = leg(kernels, rates, there, begin, meeting + (meeting - begin), None, "crossing")
-            if step.steps == 1 and step.status in _PASSED and self._held(kernels, parameters, rates, step):
-                if step.end >= until:
-                    step = _until(step, until)
-                self.behind = step.end
-                paths = [step] if first is None else [first, step]
-                return paths, [] if step.end < meeting else [_told(kernels, parameters, step, meeting)]
-        return [], []
+            lead = leg(kernels, rates, y, start, begin, None) if begin > start else None
+            if lead is not None and lead.status != FINISHED:
+                break
+            there, end = y if lead is None else lead.states[-1], meeting + (meeting - begin)
+            step = leg(kernels, rates, there, begin, end, None, "crossing", False)
+            if step.steps != 1 or not self._held(kernels, parameters, step):
+                continue
+            seen = _met(kernels, rates, step)
+            if seen is None:
+                break
+            apart = np.inf if last is None else _difference(last, step, kernels.model.n_q)
+            if best is None or apart < best[0]:
+                best = apart, lead, step
+            if apart <= self.finest:
+                break
+            last, meeting = step, seen
+        if best is None or not best[0] <= self.most:
+            return [kept], []
+        _, lead, step = best
+        end = step.end
+        step = leg(kernels, rates, step.states[0], step.start, end, None, "crossing")
+        if step.status == FINISHED:
+            step.states[-1] = projected(rates, step.end, step.states[-1])
+        if step.end >= until:
+            step = _until(step, until)
+        self.behind = step.end
+        parts = [one for one in (kept, lead, step) if one is not None and one.steps]
+        return parts, [_told(kernels, parameters, step, meeting)] if step.end >= meeting else []
 
-    def _held(self, kernels: Kernels, parameters: Array, rates: Rates, step: Path) -> bool:
-        """Whether the conditions hold along a step; its end is moved onto them."""
-        times = np.linspace(step.start, step.end, 12)
+    def _held(self, kernels: Kernels, parameters: Array, step: Path) -> bool:
+        """Whether the conditions hold along a step."""
+        times = np.linspace(step.start, step.end, SAMPLED)
         states = step.sample(times)
         program, m = kernels.closing(), len(kernels.on_speeds)
         n_q, n_u = kernels.model.n_q, kernels.model.n_u
-        seen = observe(
-            program.address("conditions"), m + m * n_u, times, np.ascontiguousarray(states[:, : n_q + n_u]),
-            program.constants(parameters),
-        )[:, :m]
-        scale = 1 + np.abs(states[:, :n_q]).max(axis=1, keepdims=True)
-        if not (np.abs(seen) <= MISSED * self.finest * scale).all():
-            return False
-        if step.status == FINISHED:
-            step.states[-1] = projected(rates, step.end, step.states[-1])
-        return True
+        moved = np.ascontiguousarray(states[:, : n_q + n_u])
+        constants = program.constants(parameters)
+        seen = observe(program.address("conditions"), m + m * n_u, times, moved, constants)[:, :m]
+        scale = 1 + np.abs(moved[:, :n_q]).max(axis=1, keepdims=True)
+        return bool((np.abs(seen) <= max(CLOSED, self.finest) * scale).all())
+
+
+def _difference(one: Path, other: Path, n_q: int) -> float:
+    """Of two steps across, the greatest difference of a coordinate at times of both, relative to 1 + |value|."""
+    times = np.linspace(max(one.start, other.start), min(one.end, other.end), SAMPLED)
+    a, b = one.sample(times)[:, :n_q], other.sample(times)[:, :n_q]
+    return float((np.abs(a - b) / (1 + np.abs(b))).max(initial=0.0))
 
 
 def _until(step: Path, until: float) -> Path:
@@ -185,14 +255,31 @@ def _until(step: Path, until: float) -> Path:
     return replace(step, times=times, states=states, crossings=crossings, status=FINISHED)
 
 
+def _met(kernels: Kernels, rates: Rates, step: Path) -> float | None:
+    """When s = 0 along a step; None if it is not: each of three looks is closer, and s falls with the distance."""
+    first, last, most = step.start, step.end, np.inf
+    for _ in range(3):
+        times = np.linspace(first, last, SEEN)
+        s = closeness(kernels, rates, times, step.sample(times))
+        k = int(np.argmin(s))
+        most = min(most, max(s[0], s[-1])) * 4 / SEEN
+        if not 0 < k < SEEN - 1 or s[k] > max(most, MET * MET):
+            return None
+        first, last = float(times[k - 1]), float(times[k + 1])
+    return float(times[k])
+
+
 def _told(kernels: Kernels, parameters: Array, step: Path, meeting: float) -> Happening:
     """What is said of it: the conditions that lose their hold there."""
     model = kernels.model
     values = {one.name: x for one, x in zip(model.parameters, parameters.tolist(), strict=True)}
     y = step.sample([meeting])[0]
     q, u = y[: model.n_q].tolist(), y[model.n_q : model.n_q + model.n_u].tolist()
-    names = nearly_dependent(model, float_state(model, q, u, meeting, values), kernels.active)
+    names = nearly_dependent(model, float_state(model, q, u, meeting, values), kernels.active, LIMIT)
     shown = [*map(repr, names[:SHOWN]), *([f"{len(names) - SHOWN} others"] if len(names) > SHOWN else [])]
     state = dict(zip(kernels.names, y.tolist(), strict=False))
-    text = f"the bars come into line: {' and '.join(shown) or 'the conditions'} could let go of the branch, and it is kept"
-    return Happening(meeting, names[0] if names else "", 0, state, text, state)
+    text = (
+        f"{' and '.join(shown)} lose{'s its' if len(names) == 1 else ' their'} hold, as where bars come into line: the "
+        "machine could go on in more ways than one, and keeps to its branch"
+    )
+    return Happening(meeting, names[0], 0, state, text, state)

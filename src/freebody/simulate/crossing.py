@@ -53,7 +53,7 @@ def along_branch(t: float, y: Reals, c: Reals, out: Reals) -> None:
     call(whole(c[RATES]), t, state, 0, own, out, 0)
 
 
-ROUNDED = 1e-10
+ROUNDED = 1e-8
 """Change of the stages, in parts of the state, that may be round-off: of accelerations across the branch, which P takes out
 again."""
 _bound = bound_to(gauss.STAGES, goal=1e-3, most=25, floor=ROUNDED)

@@ -64,31 +64,24 @@ class Holding:
         crossing = self.crossing
         if not (self.begun.active and (self.begun.dropped or crossing)):
             return leg(self.now, rates, y, start, until, None)
-        if crossing is not None:
-            crossing.begin(start, until)
         segments: list[Segment] = []
         while True:
             kernels = self.now
             here = rates if kernels is self.begun else kernels.rates(parameters)
             change = self._halt(parameters, here)
             near = None if crossing is None else crossing.halt(kernels, here)
-            part = leg(kernels, here, y, start, until, _first(change, near))
-            if part.steps or part.status != RELEASED:
-                segments.append(Segment(part, kernels, work))
+            part = leg(kernels, here, y, start, until, _first(near, change))
+            if crossing is not None and crossing.ahead is not None and part.status == RELEASED:
+                parts, told = crossing.across(leg, kernels, parameters, here, part, until)
+                segments += [Segment(one, kernels, work) for one in parts]
+                self.told += told
+                start, y = parts[-1].end, parts[-1].states[-1]
+                if parts[-1].status not in (RELEASED, FINISHED) or start == until:
+                    break
+                continue
+            segments.append(Segment(part, kernels, work))
             if part.status != RELEASED:
                 break
-            if crossing is not None and crossing.ahead is not None and crossing.ahead.start == part.end:
-                y = part.states[-1]
-                across, happened = crossing.across(leg, kernels, parameters, here, y, part.end, until)
-                segments += [Segment(one, kernels, work) for one in across]
-                self.told += happened
-                if across:
-                    start, y = across[-1].end, across[-1].states[-1]
-                    if across[-1].status not in (RELEASED, FINISHED) or start == until:
-                        break
-                else:
-                    start = part.end
-                continue
             start, y = part.end, self._changed(parameters, part.end, part.states[-1])
         if self.now is self.begun and len(segments) == 1:
             return part
@@ -128,16 +121,11 @@ class Holding:
 
 
 def _first(*halts: Callable[[Array, Array], int | None] | None) -> Callable[[Array, Array], int | None] | None:
-    """The one of several halts that comes first."""
+    """The first of several halts that has something to say."""
     asked = [one for one in halts if one is not None]
-    if len(asked) < 2:
-        return asked[0] if asked else None
-
-    def first(times: Array, states: Array) -> int | None:
-        found = [k for one in asked if (k := one(times, states)) is not None]
-        return min(found) if found else None
-
-    return first
+    if not asked:
+        return None
+    return lambda times, states: next((k for one in asked if (k := one(times, states)) is not None), None)
 
 
 def taking_over(kernels: Kernels, parameters: Array, t: float, y: Array) -> tuple[int, ...]:

@@ -18,7 +18,7 @@ import sympy
 from . import loop
 from . import path as runs
 from .closing import closed_start
-from .branch import ahead
+from .branch import meets
 from .event import EventSpec
 from .failure import failure
 from .initial import are_single, asks_for_many, named_numbers, plain_state, texts_read
@@ -101,7 +101,7 @@ class PlainRun:
             path = way.path(y, begin, end, absolute, between)
         finally:
             between.close()
-        if kernels.active and way.first.step is None and ahead(kernels, way.rates, path.times, path.states):
+        if kernels.active and way.first.step is None and begin < end and meets(kernels, way.rates, path):
             return None
         motion = Trajectory(
             kernels, self.numbers, path, self.specs, self.tolerances, self.wanted, self.samples

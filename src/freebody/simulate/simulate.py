@@ -292,13 +292,15 @@ def simulate(
             p: Any, how: str, here: Rates, y: Any, t0: float, t1: float, work: float = 0.0, **more: Any
         ) -> Any:
             def part(
-                held: Kernels, rates: Rates, y: Any, t0: float, t1: float, halt: Any, method: str = how
-            ) -> Path:
+                held: Kernels, rates: Rates, y: Any, t0: float, t1: float, halt: Any, method: str = how,
+                watched: bool = True,
+            ) -> Path:  # fmt: skip
                 nonlocal left
                 # a step across a position in which conditions lose their hold is one
                 most, length = (longest, step) if method == how else (math.inf, abs(t1 - t0))
+                asked = more if watched else {**more, "watch": None}
                 one = Way(
-                    held, p, method, rates, tolerances, step=length, max_step=most, max_steps=left, **more,
+                    held, p, method, rates, tolerances, step=length, max_step=most, max_steps=left, **asked,
                 )  # fmt: skip
                 done = one.path(y, t0, t1, absolute, between, halt)
                 left = None if left is None else left - done.steps
