@@ -139,5 +139,6 @@ def test_runs_may_end_and_events_happen_beside_it():
         motion = fb.simulate(machine, until, initial=start, tolerance=1e-10)
         assert motion.t[-1] == until
         assert abs(motion["phi0"][-1] - angle(1, until)) < 1e-8
-    motion = fb.simulate(machine, 2.0, initial=start, events=[fb.event("phi0", "level", terminal=True)], tolerance=1e-10)
+    stop = fb.event("phi0", "level", terminal=True)
+    motion = fb.simulate(machine, 2.0, initial=start, events=[stop], tolerance=1e-10)
     assert abs(angle(1, motion.t[-1])) < 1e-8

@@ -246,7 +246,10 @@ def hold(model: Model, state: State, active: Sequence[int]) -> Any:
                 most = length(i) if most is None else state.field.apply("max", most, length(i))
         longest |= dict.fromkeys(group, most)
     held = [i for i in active if entries(G[i])]
-    weighed = [[x if j not in dict(entries(G[i])) else divide(x, masses[j][j]) for j, x in enumerate(G[i])] for i in held]
+    weighed = [
+        [x if j not in dict(entries(G[i])) else divide(x, masses[j][j]) for j, x in enumerate(G[i])]
+        for i in held
+    ]
     factors = Factorization(products(weighed, [G[i] for i in held]))
     least: Any = 1
     for k, pivot in zip(factors.order, factors.D, strict=True):

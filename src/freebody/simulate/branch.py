@@ -5,8 +5,8 @@ along its branch, which is smooth; what fails there are the equations: with the 
 (`dynamics.constrained.hold`) round-off ε of the state becomes accelerations that are wrong by ε/s³, and a step that is
 controlled closes in on it. So a run that meets s = 0 is taken back to where s became small, and one step (`crossing`)
 goes from as long before the meeting to as long after it. Steps of several lengths are tried: one is taken that agrees
-with a longer one. A linkage that only comes near such a position meets nothing, or its steps do not agree: it goes on by
-ordinary steps.
+with a longer one. A linkage that only comes near such a position meets nothing, or its steps do not agree: it goes on
+by ordinary steps.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -35,10 +34,11 @@ CLOSE = 0.3  # of the limit: a run that came so close without turning away is on
 MET = 5e-3  # of the limit: below it s is 0 but for what is not known of the meeting
 SEEN = 128  # places at which the motion is looked at
 AGREED = 1e3
-"""Units of the tolerance by which the coordinates of two steps may differ at worst; or ROUNDED, which no tolerance makes
-smaller."""
+"""Units of the tolerance by which the coordinates of two steps may differ at worst; or ROUNDED, which no tolerance
+makes smaller."""
 CLOSED = 1e-11
-"""What a condition may be missed by along a step, where the tolerance is less: some ten thousand units in the last place, which the stages divide by s."""
+"""What a condition may be missed by along a step, where the tolerance is less: some ten thousand units in the last
+place, which the stages divide by s."""
 SAMPLED = 12  # places at which two steps are compared
 LONGEST = 10_000  # steps beside a position, from which on it is forgotten
 SHOWN = 3  # names of conditions in a sentence
@@ -92,12 +92,16 @@ class Ahead:
     meeting: float
 
 
-def ahead(kernels: Kernels, rates: Rates, times: Array, states: Array, s: Array, behind: float) -> Ahead | None:
+def ahead(
+    kernels: Kernels, rates: Rates, times: Array, states: Array, s: Array, behind: float
+) -> Ahead | None:
     """The first such position that is met in these steps, or just after them, and not before a time;
     ``s`` at the states."""
     near = s < LIMIT
     entered = near[1:] & ~near[:-1]
-    if len(s) > 2:  # a step may go from one side to the other: s falls towards 0 before it, and has risen behind
+    if (
+        len(s) > 2
+    ):  # a step may go from one side to the other: s falls towards 0 before it, and has risen behind
         ends = s[1:-1] + (s[1:-1] - s[:-2]) * np.diff(times)[1:] / np.diff(times)[:-1]
         entered[1:] |= ~near[1:-1] & ~near[2:] & (ends < LIMIT)
     for k in np.flatnonzero(entered & (times[:-1] >= behind)):
@@ -106,12 +110,14 @@ def ahead(kernels: Kernels, rates: Rates, times: Array, states: Array, s: Array,
         if i == len(s) - 1 and s[i] > CLOSE * LIMIT:
             return None  # more steps will tell
         before = k + int(np.flatnonzero(s[k:i] >= 2 * s[i])[-1]) if s[k] >= 2 * s[i] else k
-        pairs = [[before, i]] * int(before < i) + [[i, i + 1]] * int(i + 1 < len(s))
-        meetings = [_least(kernels, rates, times[j], states[j], s[j]) for j in pairs]
+        pairs = [pair for pair in ((before, i), (i, i + 1)) if pair[0] < pair[1] < len(s)]
+        meetings = [_least(kernels, rates, times[[*j]], states[[*j]], s[[*j]]) for j in pairs]
         met = [found for found in meetings if found is not None]
         if met:
             moments, there, seen = _between(kernels, rates, times[k : k + 2], states[k : k + 2], 0.0, 1.0)
-            before = moments[max(int(np.argmax(seen < LIMIT)) - 1, 0)] if (seen < LIMIT).any() else moments[-1]
+            before = (
+                moments[max(int(np.argmax(seen < LIMIT)) - 1, 0)] if (seen < LIMIT).any() else moments[-1]
+            )
             return Ahead(float(times[k]), float(before), min(met, key=lambda one: one[1])[0])
     return None
 
@@ -119,8 +125,8 @@ def ahead(kernels: Kernels, rates: Rates, times: Array, states: Array, s: Array,
 def _between(
     kernels: Kernels, rates: Rates, times: Array, states: Array, first: float, last: float
 ) -> tuple[Array, Array, Array]:
-    """Moments from the part ``first`` of a step to ``last``, states and s there: along the cubic through the coordinates
-    at both ends, and their rates, and beyond it."""
+    """Moments from the part ``first`` of a step to ``last``, states and s there: along the cubic through the
+    coordinates at both ends, and their rates, and beyond it."""
     n_q, h = kernels.model.n_q, float(times[1] - times[0])
     speeds = h * observe(rates.address, rates.size, times, states, rates.constants)[:, :n_q]
     (q0, q1), (v0, v1) = states[:, :n_q], speeds
@@ -131,7 +137,9 @@ def _between(
     return moments, there, closeness(kernels, rates, moments, there)
 
 
-def _least(kernels: Kernels, rates: Rates, times: Array, states: Array, s: Array) -> tuple[float, float] | None:
+def _least(
+    kernels: Kernels, rates: Rates, times: Array, states: Array, s: Array
+) -> tuple[float, float] | None:
     """When s = 0 in a step or soon after, and what s is there as far as is known; None if it is not."""
     first, last = 0.0, 1.0 if s[1] >= s[0] else 1 + min(2.5 * s[1] / (s[0] - s[1]), 4.0)
     for _ in range(3):
@@ -168,7 +176,9 @@ class Crossing:
                 return None
             begin = times[0]
             if self.tail is not None:
-                times, states = (np.concatenate([a, b[1:]]) for a, b in zip(self.tail, (times, states), strict=True))
+                times, states = (
+                    np.concatenate([a, b[1:]]) for a, b in zip(self.tail, (times, states), strict=True)
+                )
             s = closeness(kernels, rates, times, states)
             self.ahead = ahead(kernels, rates, times, states, s, self.behind)
             if self.ahead is not None:
@@ -193,11 +203,11 @@ class Crossing:
         start, y = kept.end, kept.states[-1]
         if until <= found.meeting:
             return [kept], []
-        meeting, before = found.meeting, found.before
+        meeting, near = found.meeting, found.before
         best: tuple[float, Path | None, Path] | None = None
         last: Path | None = None
         for share in SHARES:
-            begin = max(start, meeting - share * (meeting - before))
+            begin = max(start, meeting - share * (meeting - near))
             lead = leg(kernels, rates, y, start, begin, None) if begin > start else None
             if lead is not None and lead.status != FINISHED:
                 break

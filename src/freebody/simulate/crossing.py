@@ -1,8 +1,8 @@
 """One step across a position in which conditions depend on each other: Gauss collocation with stages on the conditions.
 
 Bars of a parallelogram come into line: there two motions meet, and G M⁻¹ Gᵀ is singular. Beside that position, at the
-distance s in terms of `dynamics.constrained.hold`, what is off the conditions by e is off by e/s after it was moved onto
-them, and turns into accelerations that are off by e/s³: stages that are off by the error of a method make every step
+distance s in terms of `dynamics.constrained.hold`, what is off the conditions by e is off by e/s after it was moved
+onto them, and turns into accelerations that are off by e/s³: stages that are off by the error of a method make every step
 fail, and so the control of the step closes in on that position. But the motion along its branch is smooth. So
 
     y' = f(P(y)),   P: onto the conditions
@@ -54,8 +54,8 @@ def along_branch(t: float, y: Reals, c: Reals, out: Reals) -> None:
 
 
 ROUNDED = 1e-8
-"""Change of the stages, in parts of the state, that may be round-off: of accelerations across the branch, which P takes out
-again."""
+"""Change of the stages, in parts of the state, that may be round-off: of accelerations across the branch, which P takes
+out again."""
 _bound = bound_to(gauss.STAGES, goal=1e-3, most=25, floor=ROUNDED)
 step_from = _bound["step_from"]
 

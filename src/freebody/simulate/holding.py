@@ -26,8 +26,8 @@ import numpy as np
 from ..dynamics.constrained import DEPENDENT, alike
 from ..dynamics.constraints import rows
 from ..errors import SimulationError
-from .kernels import LOOSE, Kernels
 from .branch import Crossing
+from .kernels import LOOSE, Kernels
 from .path import CONTRADICTED, FINISHED, RELEASED, Array, Path, Rates, cut, observe, projected
 from .phases import Happening, Phases, Segment, parts_of
 from .trajectory import Trajectory
@@ -120,7 +120,9 @@ class Holding:
         return after
 
 
-def _first(*halts: Callable[[Array, Array], int | None] | None) -> Callable[[Array, Array], int | None] | None:
+def _first(
+    *halts: Callable[[Array, Array], int | None] | None,
+) -> Callable[[Array, Array], int | None] | None:
     """The first of several halts that has something to say."""
     asked = [one for one in halts if one is not None]
     if not asked:

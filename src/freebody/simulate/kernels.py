@@ -183,7 +183,8 @@ class Kernels:
 
     def motion(self) -> Program:
         """Functions ``rates``, ``energy`` (kinetic, potential) and, of a constrained model, ``projection``, ``hold``
-        (how well the conditions do) and ``dropped`` (residual and rate of the conditions that were redundant at the start)."""
+        (how well the conditions do) and ``dropped`` (residual and rate of the conditions that were redundant at the
+        start)."""
 
         def functions(state: State) -> dict[str, Sequence[Any]]:
             moving = self._motion(state)

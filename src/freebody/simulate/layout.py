@@ -79,7 +79,9 @@ def most_events(m: int) -> int:
 
 def rows(method: str, n: int) -> int:
     """Rows of the work array of a method for ``n`` components."""
-    return ROWS + {"radau": 4 * n + 24, "gauss": 38, "crossing": 38, "structure": 60, "taylor": 22}.get(method, 0)
+    return ROWS + {"radau": 4 * n + 24, "gauss": 38, "crossing": 38, "structure": 60, "taylor": 22}.get(
+        method, 0
+    )
 
 
 # What `gauss_newton.close` reports: there is a start; else no direction, coordinates that are not met, speeds that

@@ -17,8 +17,8 @@ import sympy
 
 from . import loop
 from . import path as runs
-from .closing import closed_start
 from .branch import meets
+from .closing import closed_start
 from .event import EventSpec
 from .failure import failure
 from .initial import are_single, asks_for_many, named_numbers, plain_state, texts_read

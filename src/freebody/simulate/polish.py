@@ -8,7 +8,8 @@ with s the row's own A. They are smooth between contact and none, stick and slip
 least change where impulses are not determined, is quadratic once it knows the modes (`polished`).
 
 Where many corners of one face share few freedoms, these slopes are singular and the modes are not near. There the
-contacts are made compliant first (`eased`): with A = H Hᵀ, v = Hᵀ x and impulses that follow from the speeds r = H v + b,
+contacts are made compliant first (`eased`): with A = H Hᵀ, v = Hᵀ x and impulses that follow from the speeds
+r = H v + b,
 
     x_N = max(0, y_N - r_N/ε),    x_T = P(y_T - r_T/ε),    F(v) = v - Hᵀ x(H v + b) = 0
 

@@ -707,8 +707,8 @@ def sample(
         x = (t - start) / h
         if (dense == 0 and WHOLE == 0) or fresh:
             _shorter(
-                rates, 1.0 if dense != 0 or WHOLE != 0 else x, start, h, work, w, n, c, quaternions, nq, relative, absolute,
-                integers,
+                rates, 1.0 if dense != 0 or WHOLE != 0 else x, start, h, work, w, n, c, quaternions, nq, relative,
+                absolute, integers,
             )  # fmt: skip
         if dense != 0 or WHOLE != 0:
             if fresh:
