@@ -2,8 +2,8 @@
 
 Bars of a parallelogram come into line: there two motions meet, and G M⁻¹ Gᵀ is singular. Beside that position, at the
 distance s in terms of `dynamics.constrained.hold`, what is off the conditions by e is off by e/s after it was moved
-onto them, and turns into accelerations that are off by e/s³: stages that are off by the error of a method make every step
-fail, and so the control of the step closes in on that position. But the motion along its branch is smooth. So
+onto them, and turns into accelerations that are off by e/s³: stages that are off by the error of a method make every
+step fail, and so the control of the step closes in on that position. But the motion along its branch is smooth. So
 
     y' = f(P(y)),   P: onto the conditions
 
