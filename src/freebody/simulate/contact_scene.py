@@ -90,8 +90,8 @@ def _described(contact: Contact, mode: str) -> Any:
     return "slip+" if contact.tangents == 1 else ("slip", (1, 0))
 
 
-ROUNDED = Fraction(1, 10**12)
-"""Part of μ N that |T| must be beyond it for stick to end: some thousand units in the last place, which the forces of a
+ROUNDED = Fraction(1, 10**13)
+"""Part of μ N that |T| must be beyond it for stick to end: some hundred units in the last place, which the forces of a
 motion lose. A load that is just at the limit is one decision: stick holds at equality."""
 
 
