@@ -242,7 +242,9 @@ class _Writer:
         )
         # what does not fit in registers goes to whole lines of the cache
         kept = "nounwind" if lanes == 1 else f"nounwind alignstack({self.align})"
-        frame = f"  %frame = alloca {T}, i64 {self.frame_size}, align 64" if self.frame_size else ""
+        # pieces are passed a frame, also where no value crosses a cut
+        size = max(self.frame_size, int(len(self.pieces) > 1))
+        frame = f"  %frame = alloca {T}, i64 {size}, align 64" if size else ""
         stored: dict[int, list[int]] = {}
         runs = self._runs_of_zeros()
         zero = {k for start, n in runs for k in range(start, start + n)}

@@ -167,7 +167,7 @@ def _shape(system: System, shape: Any, what: str) -> Any:
     if not isinstance(
         shape, Point | Ball | Ellipsoid | Circle | Cylinder | Plane | Segment | Corners | Heightline
     ):
-        raise ModelError(f"Expected a shape for {what}, {SHAPES}, got {shape!r}.")
+        raise ModelError(f"Expected a shape for {what}, {SHAPES}, got {_said(shape)}.")
     system.own_body(shape.body, what)
     return shape
 
@@ -179,3 +179,12 @@ def coefficient(system: System, value: Any, what: str) -> Any:
     if value_now is not None and value_now < 0:
         raise ModelError(f"Expected a coefficient of 0 or more for {what}, got {value_now:g}.")
     return expression
+
+
+def _said(thing: Any) -> str:
+    """What was given, in the user's words: by its name, else by its kind; plain values as typed."""
+    name = getattr(thing, "name", None)
+    if isinstance(name, str):
+        return f"{type(thing).__name__.lower()} '{name}'"
+    plain = thing is None or isinstance(thing, str | int | float | tuple | list)
+    return repr(thing) if plain else f"a {type(thing).__name__}"

@@ -21,14 +21,14 @@ from ..errors import ModelError
 from ..model.closure import Closure
 from ..model.contact import Touching
 from ..model.model import GROUND, Model
-from ..scalar.algebra import Vector, apply_transpose, cross, scale, subtract
+from ..scalar.algebra import Vector, apply_transpose, cross, divide, scale, subtract
 from ..scalar.expression import exact
 from ..space.spatial import plus
 from .composite import mass_matrix
 from .constraints import linearized, residuals, rows, separating, slip_direction, torques, wrenches
 from .contact import rows_of
 from .kinematics import coordinate_rates, link_postures, place_of, point_position
-from .linear import Elimination, Factorization, applied, combined, products
+from .linear import Elimination, Factorization, applied, combined, entries, products
 from .loading import Loading, loading
 from .loops import loop_motion, own_speeds
 from .mobility import check_mobility
@@ -229,6 +229,36 @@ def alike(model: Model) -> list[list[int]]:
         turns = isinstance(owner, Closure) and place >= len(owner.along)
         groups.setdefault((row.owner, row.on_speeds, turns), []).append(i)
     return list(groups.values())
+
+
+def hold(model: Model, state: State, active: Sequence[int]) -> Any:
+    """How well the active conditions hold: the least s², s the part of a row of G that is independent of the others.
+
+    Columns are measured by the masses they move, rows in the length of the longest of their kind (:func:`alike`). A row
+    that vanishes beside others of its joint, or follows from other rows, has s = 0. There another motion branches off.
+    """
+    G, masses = linearized(model, state).matrix, mass_matrix(model, state)
+
+    def length(i: int) -> Any:
+        return sum((divide(x * x, masses[j][j]) for j, x in entries(G[i])), 0)
+
+    longest: dict[int, Any] = {}
+    for group in alike(model):
+        most: Any = None
+        for i in group:
+            if entries(G[i]):
+                most = length(i) if most is None else state.field.apply("max", most, length(i))
+        longest |= dict.fromkeys(group, most)
+    held = [i for i in active if entries(G[i])]
+    weighed = [
+        [x if j not in dict(entries(G[i])) else divide(x, masses[j][j]) for j, x in enumerate(G[i])]
+        for i in held
+    ]
+    factors = Factorization(products(weighed, [G[i] for i in held]))
+    least: Any = 1
+    for k, pivot in zip(factors.order, factors.D, strict=True):
+        least = state.field.apply("min", least, divide(pivot, longest[held[k]]))
+    return least
 
 
 # Rows of G are compared at unit length; what is left of a dependent row after Gram-Schmidt is round-off.

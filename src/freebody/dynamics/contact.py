@@ -161,7 +161,7 @@ def _on_flat(model: Model, state: State, shape: Any, flat: Any) -> Found:
     """Point, sphere, ellipsoid or edge of a disk on a plane or on a straight side with the normal n:
 
         P = C,    C - r n,    C - D n/sqrt(n·D n)  with D = R diag(a², b², c²) Rᵀ of the half axes,
-        C - r (n - (n·a) a)/sqrt(1 - (n·a)²)  with the axis a of the disk;    Q = P - g n.
+        C - r p/|p|, p = n - (n·a) a = a × (n × a)  with the axis a of the disk;    Q = P - g n.
 
     The foot of the side is at s = e·(P - start) along it.
     """
@@ -181,9 +181,9 @@ def _on_flat(model: Model, state: State, shape: Any, flat: Any) -> Found:
         P = subtract(C, apply(R, scale(divide(1, width), support)))
     elif kind in ("circle", "cylinder"):
         a = _turned(model, state, shape.body, shape.axis)
-        lean = dot(n, a)
-        slope = state.field.sqrt(1 - lean * lean)
-        P = subtract(C, scale(divide(state(shape.radius), slope), subtract(n, scale(lean, a))))
+        # as a product p is exact to its last digits where the disk all but lies flat; where it does, the whole edge
+        # touches, and what acts on it acts at the middle
+        P = subtract(C, scale(state(shape.radius), state.field.unit(cross(a, cross(n, a)))))
     side = kind_of(flat) == "segment"
     O = _at(model, state, flat.body, flat.start if side else flat.at)  # noqa: E741
     gap = dot(n, subtract(P, O))

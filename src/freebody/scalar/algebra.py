@@ -41,6 +41,15 @@ class Field(ABC):
     def sqrt(self, x: Any) -> Any:
         return self.apply("sqrt", x)
 
+    def unit(self, v: Vector) -> Vector:
+        """v/|v|; of a vector that vanishes, which has no direction, 0."""
+        square = dot(v, v)
+        return scale(divide(1, self.sqrt(square + self.vanishing(square))), v)
+
+    def vanishing(self, square: Any) -> Any:
+        """1 where a square is 0, else 0."""
+        return 1 - self.apply("sign", square)
+
 
 FUNCTIONS = (
     "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",

@@ -47,6 +47,9 @@ class DualField(Field):
         """A scalar with given derivatives by index; without any, the value itself."""
         return _dual(self.base, value, {i: d for i, d in slopes.items() if not _is_zero(d)})
 
+    def vanishing(self, square: Any) -> Any:
+        return self.base.vanishing(square.value if type(square) is Dual else square)
+
     def apply(self, function: str, *arguments: Any) -> Any:
         if not any(type(x) is Dual for x in arguments):
             return self.base.apply(function, *arguments)

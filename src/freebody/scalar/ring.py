@@ -255,6 +255,10 @@ class Ring(Field):
             return value
         return self.constant(value)
 
+    def vanishing(self, square: Any) -> Any:
+        """0: a symbol stands for what does not vanish."""
+        return 0
+
     def apply(self, function: str, *arguments: Any) -> Any:
         """A function of elements or numbers, as a canonical element."""
         if function not in FUNCTIONS:

@@ -35,6 +35,10 @@ class SeriesField(Field):
         missing = self.order + 1 - len(coefficients)
         return Series(self, (*coefficients[: self.order + 1], *(0,) * missing))
 
+    def vanishing(self, square: Any) -> Any:
+        mine = isinstance(square, Series) and square.field.level == self.level
+        return self.base.vanishing(square.c[0] if mine else square)
+
     def apply(self, function: str, *arguments: Any) -> Any:
         if not any(isinstance(x, Series) and x.field.level == self.level for x in arguments):
             return self.base.apply(function, *arguments)

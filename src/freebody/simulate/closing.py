@@ -124,7 +124,9 @@ NEARLY = 0.05
 at a singular position."""
 
 
-def nearly_dependent(model: Model, state: Any, active: tuple[int, ...]) -> tuple[str, ...]:
+def nearly_dependent(
+    model: Model, state: Any, active: tuple[int, ...], nearly: float = NEARLY
+) -> tuple[str, ...]:
     """Names of the conditions that are nearly dependent on each other at a state; none where all are well apart."""
     G = np.array([[float(x) for x in row] for row in linearized(model, state).matrix])
     M = np.array([[float(x) for x in row] for row in mass_matrix(model, state)])
@@ -135,7 +137,7 @@ def nearly_dependent(model: Model, state: Any, active: tuple[int, ...]) -> tuple
         size = np.linalg.norm(W[group])
         W[group] /= size if size > 0 else 1.0
     U, s, _ = np.linalg.svd(W[list(active)])
-    if not s.size or s[-1] > NEARLY * s[0]:
+    if not s.size or s[-1] > nearly * s[0]:
         return ()
     parts = np.abs(U[:, -1])
     names = [row.name for row in rows(model)]

@@ -26,12 +26,12 @@ from .layout import EVALUATED
 from .machine import Compiled, Integers, Parts, Reals, call, greater
 
 # Bound by a method: number of stages and tables; the change, in units of the tolerance, at which the iteration may
-# stop, and the number of turns after which it has failed.
+# stop; the number of turns after which it has failed; and the change, in parts of the state, that may be round-off.
 S = 0
 A: Any = np.zeros((0, 0))
 C: Any = np.zeros(0)
 T: Any = np.zeros((0, 0))
-GOAL, MOST = 0.0, 0
+GOAL, MOST, FLOOR = 0.0, 0, 0.0
 
 part = Parts()
 
@@ -47,9 +47,9 @@ def tables(s: int) -> dict[str, Any]:
     return {"S": s, "A": integrals(x, s) @ T, "C": (x + 1) / 2, "T": T}
 
 
-def bound_to(s: int, goal: float, most: int) -> dict[str, Compiled]:
+def bound_to(s: int, goal: float, most: int, floor: float = 1e-12) -> dict[str, Compiled]:
     """The functions of this module for ``s`` stages."""
-    return part.bound({**globals(), **tables(s), "GOAL": goal, "MOST": most})
+    return part.bound({**globals(), **tables(s), "GOAL": goal, "MOST": most, "FLOOR": floor})
 
 
 def integrals(x: Any, s: int) -> Any:
@@ -135,7 +135,7 @@ def collocate(
                 small = greater(small, d / (1.0 + size))
                 work[own + j * v + i] = work[new + i]
         integers[EVALUATED] += S
-        if change <= GOAL or small == 0.0 or (turn >= 2 and change >= last and small <= 1e-12):
+        if change <= GOAL or small == 0.0 or (turn >= 2 and change >= last and small <= FLOOR):
             done = 1
             break
         if turn >= 5 and change > 2.0 * last:

@@ -90,6 +90,11 @@ def _described(contact: Contact, mode: str) -> Any:
     return "slip+" if contact.tangents == 1 else ("slip", (1, 0))
 
 
+ROUNDED = Fraction(1, 2 * 10**13)
+"""Part of N that |T| must be beyond μ N for stick to end: some hundred units in the last place, which the forces of a
+motion lose. A load that is just at the limit is one decision: stick holds at equality."""
+
+
 class Scene:
     """The contacts of a model as numbers, by one compiled kernel."""
 
@@ -382,7 +387,7 @@ class Phase(Kernels):
                 for side, place in self.scene.ends.get(k, ()):
                     end(-seen[side].reach[place], side, "side", place=place)
                 if mode == "stick":
-                    mu = state(contact.static_friction)
+                    mu = state(contact.static_friction) + ROUNDED
                     if n == 1:
                         end(mu * N - T[0], k, "cone", 1)
                         end(mu * N + T[0], k, "cone", -1)

@@ -26,10 +26,11 @@ import numpy as np
 from ..dynamics.constrained import DEPENDENT, alike
 from ..dynamics.constraints import rows
 from ..errors import SimulationError
+from .branch import Crossing
 from .event import Happening
-from .integrate import Halt
+from .integrate import Halt, first_halt
 from .kernels import LOOSE, Kernels
-from .path import CONTRADICTED, RELEASED, Array, Path, Rates, cut, observe, projected
+from .path import CONTRADICTED, FINISHED, RELEASED, Array, Path, Rates, cut, observe, projected
 from .phases import Phases, Segment, parts_of
 from .trajectory import Trajectory
 
@@ -45,9 +46,10 @@ class Holding:
     ``told``     what changed, in its order
     """
 
-    def __init__(self, kernels: Kernels) -> None:
+    def __init__(self, kernels: Kernels, finest: float | None = None) -> None:
         self.begun = self.now = kernels
         self.told: list[Happening] = []
+        self.crossing = Crossing(finest) if finest is not None and kernels.active else None
 
     def path(
         self, leg: Callable[..., Path], parameters: Array, rates: Rates, y: Array, start: float, until: float,
@@ -57,24 +59,35 @@ class Holding:
 
         Parameters
         ----------
-        leg              (kernels, rates, state, from, to, halt) -> Path
+        leg              (kernels, rates, state, from, to, halt, method) -> Path
         rates            of the conditions that the run began with
         work             that blows have done until now
         """
-        if not (self.begun.active and self.begun.dropped):
+        crossing = self.crossing
+        if not (self.begun.active and (self.begun.dropped or crossing)):
             return leg(self.now, rates, y, start, until, None)
         segments: list[Segment] = []
         while True:
             kernels = self.now
             here = rates if kernels is self.begun else kernels.rates(parameters)
-            part = leg(kernels, here, y, start, until, self._halt(parameters, here))
+            change = self._halt(parameters, here)
+            near = None if crossing is None else crossing.halt(kernels, here)
+            part = leg(kernels, here, y, start, until, first_halt(near, change))
+            if crossing is not None and crossing.ahead is not None and part.status == RELEASED:
+                parts, told = crossing.across(leg, kernels, parameters, here, part, until)
+                segments += [Segment(one, kernels, work) for one in parts]
+                self.told += told
+                start, y = parts[-1].end, parts[-1].states[-1]
+                if parts[-1].status not in (RELEASED, FINISHED) or start == until:
+                    break
+                continue
             segments.append(Segment(part, kernels, work))
             if part.status != RELEASED:
                 break
             start, y = part.end, self._changed(parameters, part.end, part.states[-1])
         if self.now is self.begun and len(segments) == 1:
             return part
-        return Phases(tuple(segments), part.status)
+        return Phases(tuple(segments), segments[-1].path.status)
 
     def _halt(self, parameters: Array, rates: Rates) -> Halt | None:
         """Of times and states: the first at which other conditions hold better, if there is one."""

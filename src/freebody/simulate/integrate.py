@@ -55,6 +55,15 @@ _SMALL, _SHAPES = 1 << 20, 16  # bytes of a buffer that is kept for the next run
 
 Halt = Callable[[Array, Array], tuple[int, str, int] | None]
 
+
+def first_halt(*halts: Halt | None) -> Halt | None:
+    """The first of several halts that has something to say."""
+    asked = [one for one in halts if one is not None]
+    if len(asked) < 2:
+        return asked[0] if asked else None
+    return lambda times, states: next((k for one in asked if (k := one(times, states)) is not None), None)
+
+
 _Piece = tuple[Array, Array, Array, list[Crossing], int]
 """What one call of the compiled loop has done: times, lengths and states of its steps, with the time and state of the
 end of the last; events; and why it ended."""

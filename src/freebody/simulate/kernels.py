@@ -38,7 +38,7 @@ from ..dynamics import (
     potential_energy,
     traced_state,
 )
-from ..dynamics.constrained import alike, position_correction, speed_correction
+from ..dynamics.constrained import alike, hold, position_correction, speed_correction
 from ..dynamics.constraints import linearized, rows
 from ..dynamics.linear import Factorization, applied, products
 from ..dynamics.mobility import check_bodies
@@ -193,8 +193,9 @@ class Kernels:
         return motion(self.model, state, self.active)
 
     def motion(self) -> Program:
-        """Functions ``rates``, ``energy`` (kinetic, potential) and, of a constrained model, ``projection`` and
-        ``dropped`` (residual and rate of the conditions that were redundant at the start)."""
+        """Functions ``rates``, ``energy`` (kinetic, potential) and, of a constrained model, ``projection``, ``hold``
+        (how well the conditions do) and ``dropped`` (residual and rate of the conditions that were redundant at the
+        start)."""
 
         def functions(state: State) -> dict[str, Sequence[Any]]:
             moving = self._motion(state)
@@ -208,6 +209,7 @@ class Kernels:
             }
             if self.active:
                 found["projection"] = self._projected(state)
+                found["hold"] = [hold(self.model, state, self.active)]
             left = self._dropped(state)
             self._names_dropped = tuple(left)
             return {**found, "dropped": self._checked_conditions(state, left)} if left else found

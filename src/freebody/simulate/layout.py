@@ -32,7 +32,7 @@ ACCEPTED, REJECTED, EVALUATED, EVENTS, BLAME, AFTER_REJECTION = 0, 1, 2, 3, 4, 5
 TAKEN, SUSPECT, CALM, STIFFNESS, ASKED, FIXED, NAMED = 6, 7, 8, 9, 10, 11, 12
 INTEGERS = 13
 
-ORDERS = {"dop853": 8, "dop54": 5, "radau": 5, "gauss": 16, "structure": 6, "taylor": 16}
+ORDERS = {"dop853": 8, "dop54": 5, "radau": 5, "gauss": 16, "structure": 6, "taylor": 16, "crossing": 16}
 
 MANY = 10_000
 """Steps that a stiff run would still take, from which on it is worth stopping: an implicit method is then faster."""
@@ -79,7 +79,9 @@ def most_events(m: int) -> int:
 
 def rows(method: str, n: int) -> int:
     """Rows of the work array of a method for ``n`` components."""
-    return ROWS + {"radau": 4 * n + 24, "gauss": 38, "structure": 60, "taylor": 22}.get(method, 0)
+    return ROWS + {"radau": 4 * n + 24, "gauss": 38, "crossing": 38, "structure": 60, "taylor": 22}.get(
+        method, 0
+    )
 
 
 # What `gauss_newton.close` reports: there is a start; else no direction, coordinates that are not met, speeds that

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import SimulationError, nearest
-from .integrate import FINEST_OF_SUMS, Halt, Integration, integrate
+from .integrate import FINEST_OF_SUMS, Halt, Integration, first_halt, integrate
 from .kernels import Kernels, Program
 from .path import FINISHED, INTERRUPTED, STIFF, Path, Rates
 from .switching import sticking
@@ -151,7 +151,7 @@ class Way:
         between: Callable[[float], None] | None = None, halt: Halt | None = None,
     ) -> Path:  # fmt: skip
         """`integrate`."""
-        halt, seen = _either(halt, self.stuck), between
+        halt, seen = first_halt(halt, self.stuck), between
         if self.turns and self.first.method == "taylor" and halt is None:
             seen = self._compared(state, start, absolute, between)
         try:
@@ -162,15 +162,6 @@ class Way:
             return path
         # from the start again: a path is of one method, and the little that was done tells nothing
         return self.by("radau", turns=False).path(state, start, until, absolute, between, halt)
-
-
-def _either(halt: Halt | None, other: Halt | None) -> Halt | None:
-    """What stops a run first."""
-    if halt is None or other is None:
-        return halt or other
-    return lambda times, states: min(
-        (found for one in (halt, other) if (found := one(times, states)) is not None), default=None
-    )
 
 
 def first_method(kernels: Kernels, method: str, relative: NDArray[np.float64], batch: bool = False) -> str:
@@ -222,6 +213,10 @@ def _with_others(kernels: Kernels, parameters: NDArray[np.float64], method: str,
         from .others import series
 
         return with_series(rates, series(kernels), parameters, kernels)
+    if method == "crossing":
+        from .branch import along_branch
+
+        return along_branch(rates)
     if method == "structure":
         from .others import hamilton
 

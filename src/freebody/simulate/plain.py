@@ -17,6 +17,7 @@ import sympy
 
 from . import loop
 from . import path as runs
+from .branch import meets
 from .closing import closed_start
 from .event import EventSpec
 from .failure import failure
@@ -88,8 +89,9 @@ class PlainRun:
             self.read = texts_read(model, initial, y)
         return y
 
-    def motion(self, y: list[float], progress: bool | Callable[[float], Any] | None) -> Trajectory:
-        """The motion from a state (q, u)."""
+    def motion(self, y: list[float], progress: bool | Callable[[float], Any] | None) -> Trajectory | None:
+        """The motion from a state (q, u); None where it comes near a position that one leg does not pass
+        (`branch`)."""
         kernels, way, begin, end, absolute = self.kernels, self.way, self.begin, self.end, self.tolerances
         if kernels.works:
             y.append(0.0)
@@ -99,6 +101,8 @@ class PlainRun:
             path = way.path(y, begin, end, absolute, between)
         finally:
             between.close()
+        if kernels.active and way.first.step is None and begin < end and meets(kernels, way.rates, path):
+            return None
         motion = Trajectory(
             kernels, self.numbers, path, self.specs, self.tolerances, self.wanted, self.samples
         )

@@ -182,8 +182,10 @@ def simulate(
     plain = plain_run(kernels, asked, values)
     if plain is not None:
         y = plain.start(initial, near, project)
-        if y is not None:
-            return plain.motion(y, progress)
+        motion = None if y is None else plain.motion(y, progress)
+        if motion is not None:
+            return motion
+        plain = None if y is None else plain
     machine, model = kernels, kernels.model
     if (
         outputs is not None
@@ -271,7 +273,7 @@ def simulate(
     parameters, rates = kernels.at(numbers)
     blows = blows_of(impulses)
     longest = math.inf if max_step is None else float(max_step)
-    if not (blows or model.switched or kernels.dropped):
+    if plain is None and not (blows or model.switched or kernels.dropped):
         way = Way(
             kernels, parameters, method, rates, tolerances, step=step, max_step=longest, max_steps=most,
             watch=watching(kernels, parameters, specs, expressions),
@@ -280,23 +282,32 @@ def simulate(
             machine, asked, values, kernels, numbers, way, begin, end, specs, tolerances, wanted, samples
         )
         plain.keep()
-        return plain.motion(state.tolist(), progress)
+        motion = plain.motion(state.tolist(), progress)
+        if motion is not None:
+            return motion
     absolute = tolerances
     if kernels.works:
         state = np.append(state, 0.0)
         absolute = scaled(kernels, tolerances, begin, state, rates, method)
     watch = watching_blows(kernels, parameters, specs, blows)
     with Progress(begin, end, progress) as between:
-        left, holding = most, Holding(kernels)
+        finest = float(tolerances.min(initial=1.0)) if step is None else None
+        left, holding = most, Holding(kernels, finest)
 
         def leg(
             p: Any, how: str, here: Rates, y: Any, t0: float, t1: float, work: float = 0.0, **more: Any
         ) -> Any:
-            def part(held: Kernels, rates: Rates, y: Any, t0: float, t1: float, halt: Any) -> Path:
+            def part(
+                held: Kernels, rates: Rates, y: Any, t0: float, t1: float, halt: Any, method: str = how,
+                watched: bool = True,
+            ) -> Path:  # fmt: skip
                 nonlocal left
+                # a step across a position in which conditions lose their hold is one
+                upper, length = (longest, step) if method == how else (math.inf, abs(t1 - t0))
+                asked = more if watched else {**more, "watch": None}
                 one = Way(
-                    held, p, how, rates, tolerances, step=step, max_step=longest, max_steps=left, **more
-                )
+                    held, p, method, rates, tolerances, step=length, max_step=upper, max_steps=left, **asked,
+                )  # fmt: skip
                 done = one.path(y, t0, t1, absolute, between, halt)
                 left -= done.steps
                 return done

@@ -109,6 +109,9 @@ LAST, LIMIT = 0, 0.0
 """Row of the last stage of an explicit method, whose time is that of the end, and where its region of stability ends
 on the negative axis; 0: the method is not watched for stiffness."""
 
+WHOLE = 0
+"""1: there is one step, whose error is judged whatever its length, and states inside it are those of the dense output,
+as accurate as its end; else each is the end of a shorter step."""
 GIVEN = 0
 """1: the lengths of the steps follow from the state at their start, by the method's function of this name, and no
 error is left to be judged; the rates at the end of a step are not needed."""
@@ -236,11 +239,11 @@ def _copy(source: Reals, row: int, target: Reals, place: int, n: int) -> None:
 
 
 @part
-def _part(
+def _shorter(
     rates: int, x: float, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int,
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> None:  # fmt: skip
-    """Row POINT: the state at the part ``x`` of the step, by a step of its own from the same start."""
+    """Row POINT: the end of a step of the length x h from the same start."""
     if attempt(rates, t, x * h, work, w, n, c, quaternions, nq, relative, absolute, integers) != 0:
         for i in range(n):
             work[RAW * w + i] = math.nan
@@ -248,6 +251,19 @@ def _part(
     copied(work, w, RAW, POINT)
     normalise(work, POINT * w, quaternions, nq)
     project(t + x * h, work, POINT * w, w, quaternions, nq, c)
+
+
+@part
+def _part(
+    rates: int, x: float, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int,
+    relative: Reals, absolute: Reals, integers: Integers,
+) -> None:  # fmt: skip
+    """Row POINT: the state at the part ``x`` of the step, by a step of its own from the same start, or, where a step is
+    WHOLE, from the dense output."""
+    if WHOLE != 0:
+        inside(x, work, w, quaternions, nq)
+    else:
+        _shorter(rates, x, t, h, work, w, n, c, quaternions, nq, relative, absolute, integers)
 
 
 @part
@@ -533,7 +549,7 @@ def advance(
             error = judge(n, work, w, h, relative, absolute, integers)
             copied(work, w, RAW, END)
             normalise(work, END * w, quaternions, nq)
-        if integers[FIXED] != 0 and error > 1.0 and failed == 0:
+        if integers[FIXED] != 0 and error > 1.0 and failed == 0 and WHOLE == 0:
             error = 1.0
         if error <= 1.0 and not project(after, work, END * w, w, quaternions, nq, c) <= allowed:
             error = 1e3  # not the error of a step, but another branch: the constraints end here, or bend too sharply
@@ -691,12 +707,12 @@ def sample(
             call(rates, start, work, STATE * w, c, work, 0)
             prepare(rates, start, work, w, n, c, quaternions, nq, integers)
         x = (t - start) / h
-        if dense == 0 or fresh:
-            _part(
-                rates, 1.0 if dense != 0 else x, start, h, work, w, n, c, quaternions, nq, relative, absolute,
-                integers,
+        if (dense == 0 and WHOLE == 0) or fresh:
+            _shorter(
+                rates, 1.0 if dense != 0 or WHOLE != 0 else x, start, h, work, w, n, c, quaternions, nq, relative,
+                absolute, integers,
             )  # fmt: skip
-        if dense != 0:
+        if dense != 0 or WHOLE != 0:
             if fresh:
                 call(rates, start + h, work, POINT * w, c, work, 12 * w)
                 densify(rates, start, h, work, w, n, c, quaternions, nq)

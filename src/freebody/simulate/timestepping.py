@@ -30,7 +30,7 @@ from .impulse import given_blow
 from .initial import number
 from .kernels import Kernels
 from .path import FINISHED, INTERRUPTED, TERMINAL, Array, Crossing, Rates, observe
-from .polish import polished
+from .polish import eased, polished
 from .stepped_kernels import Shape, gaps, stepping
 from .stepped_trajectory import Impulses, SteppedTrajectory, Steps
 
@@ -120,6 +120,7 @@ class _Run:
         specs: Sequence[EventSpec], expressions: Sequence[Any], blows: Sequence[Blow], end: float,
     ) -> None:  # fmt: skip
         self.kernels, self.values, self.begin, self.h, self.count = kernels, values, begin, h, count
+        self.end = end
         self.model = model = kernels.model
         self.parameters = kernels.parameters(values)
         self.program, self.shape = stepping(kernels)
@@ -306,7 +307,10 @@ class _Run:
             W[a, columns], X[a, columns] = memory["out"][at_W:][values], memory["X"][values]
         x = memory["x"][:count].copy()
         goal = RESIDUAL * memory["report"][6]
-        found = polished(W @ X.T, memory["b"][:count].copy(), kinds, mu, x.copy(), goal / 3)
+        A, b = W @ X.T, memory["b"][:count].copy()
+        found = polished(A, b, kinds, mu, x.copy(), goal / 3)
+        if found is None:
+            found = eased(A, b, kinds, mu, goal / 3)
         memory["memory"][:] = 0.0
         memory["memory"][rows] = x if found is None else _within(found, kinds, mu)
         return found is not None
@@ -356,6 +360,8 @@ class _Run:
         )
         states = np.concatenate([self.start[None], states])
         moments = self.begin + h * np.arange(len(states), dtype=np.float64)
+        if len(states) == self.count + 1:
+            moments[-1] = self.end  # and not what the sum of the steps is rounded to
         if stop is not None:  # within a step: its part up to the event
             k = int(np.searchsorted(moments, stop.time, side="left"))
             part = (stop.time - moments[k - 1]) / h

@@ -1,0 +1,144 @@
+"""Linkages that pass positions in which their conditions depend on each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.special import ellipj, ellipk
+
+import freebody as fb
+
+G = 9.81
+
+
+def row(n):
+    """``n`` parallelograms of rods of 1 m and 1 kg; every joint a hinge."""
+    s = fb.System(f"{n} parallelograms")
+    s.gravity = (0, -G, 0)
+
+    def rod(name):
+        return s.body(name, fb.slender_bar(1, 1, axis="x"))
+
+    crank = rod("crank0")
+    s.hinge("A0", s.ground, crank, to=(-0.5, 0, 0), axis="z", coordinate="phi0")
+    for i in range(1, n + 1):
+        coupler, following = rod(f"coupler{i}"), rod(f"crank{i}")
+        s.hinge(f"B{i}", crank, coupler, at=(0.5, 0, 0), to=(-0.5, 0, 0), axis="z", coordinate=f"beta{i}")
+        s.hinge(f"A{i}", s.ground, following, at=(i, 0, 0), to=(-0.5, 0, 0), axis="z", coordinate=f"phi{i}")
+        s.hinge(f"C{i}", coupler, following, at=(0.5, 0, 0), to=(0.5, 0, 0), axis="z")
+        crank = following
+    return s
+
+
+def upright(n):
+    start = {"phi0": np.pi / 2, "phi0'": -1.0}
+    for i in range(1, n + 1):
+        start |= {f"phi{i}": np.pi / 2, f"beta{i}": -np.pi / 2, f"phi{i}'": -1.0, f"beta{i}'": 1.0}
+    return start
+
+
+def angle(n, t):
+    """½ ((n+1)/3 + n) φ'² + ((n+1)/2 + n) g sin φ is constant: a pendulum that turns over."""
+    rate2 = ((n + 1) / 2 + n) * G / ((n + 1) / 3 + n)
+    lowest2 = 1.0 + 4 * rate2
+    m = 4 * rate2 / lowest2
+    return np.pi / 2 - (2 * ellipj(0.5 * np.sqrt(lowest2) * t + ellipk(m), m)[3] - np.pi)
+
+
+def linkage(a, b, c, d):
+    """Crank a, coupler b, rocker c, ground d."""
+    s = fb.System("four-bar")
+    s.gravity = (0, -G, 0)
+    crank, coupler, rocker = (
+        s.body(name, fb.slender_bar(1, length, axis="x"))
+        for name, length in (("crank", a), ("coupler", b), ("rocker", c))
+    )
+    s.hinge("A", s.ground, crank, to=(-a / 2, 0, 0), axis="z", coordinate="phi")
+    s.hinge("B", crank, coupler, at=(a / 2, 0, 0), to=(-b / 2, 0, 0), axis="z", coordinate="beta")
+    s.hinge("D", s.ground, rocker, at=(d, 0, 0), to=(-c / 2, 0, 0), axis="z", coordinate="psi")
+    s.hinge("C", coupler, rocker, at=(b / 2, 0, 0), to=(c / 2, 0, 0), axis="z")
+    return s
+
+
+@pytest.mark.parametrize("method", ["auto", "dop853", "dop54", "radau", "gauss", "taylor"])
+@pytest.mark.parametrize("n", [1, 2])
+def test_a_row_of_parallelograms_keeps_its_branch(n, method):
+    machine, start = row(n), upright(n)
+    # errors of a run are those of its steps: orders 8 and above give the tolerance some digits more
+    for tolerance, error in ((1e-9, 1e-6), (1e-10, 2e-7), (1e-11, 3e-8), (1e-12, 5e-9)):
+        motion = fb.simulate(machine, 10, initial=start, tolerance=tolerance, method=method, samples=101)
+        exact = angle(n, motion.t)
+        assert motion.status == "finished"
+        assert np.abs(motion["phi0"] - exact).max() < error
+        assert np.abs(motion["phi0"] - motion[f"phi{n}"]).max() < 1e-7
+        assert np.abs(motion["phi0'"] + motion[f"beta{n}'"]).max() < 1e-5
+
+
+@pytest.mark.parametrize("n", [1, 2])
+def test_the_default_is_as_exact_as_that_of_one_angle(n):
+    alone = fb.System("pendulum")
+    alone.gravity = (0, -G * ((n + 1) / 2 + n) / ((n + 1) / 3 + n) * 2 / 3, 0)
+    bar = alone.body("bar", fb.slender_bar(1, 1, axis="x"))
+    alone.hinge("A", alone.ground, bar, to=(-0.5, 0, 0), axis="z", coordinate="phi0")
+    motion = fb.simulate(row(n), 10, initial=upright(n), samples=101)
+    one = fb.simulate(alone, 10, initial={"phi0": np.pi / 2, "phi0'": -1.0}, samples=101)
+    errors = [np.abs(m["phi0"] - angle(n, m.t)).max() for m in (motion, one)]
+    assert errors[0] < 10 * errors[1] and errors[0] < 1e-7
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13])
+def test_forty_parallelograms(tolerance):
+    motion = fb.simulate(row(40), 10, initial=upright(40), tolerance=tolerance, samples=101)
+    assert np.abs(motion["phi0"] - angle(40, motion.t)).max() < 100 * tolerance + 1e-11
+
+
+def test_passing_is_told_with_its_conditions():
+    motion = fb.simulate(row(1), 1.0, initial=upright(1))
+    (event,) = motion.events
+    level = motion.at(event.time)
+    assert abs(np.sin(level["phi0"])) < 1e-3
+    assert "'C1_x' loses its hold" in str(event) and "keeps to its branch" in str(event)
+
+
+@pytest.mark.parametrize(
+    ("lengths", "start", "near"),
+    [
+        ((1, 2, 1, 2), {"phi": np.pi / 2, "phi'": -5.0}, {"psi": -np.pi / 2, "beta": -1.0}),  # crossed
+        ((1, 1, 2, 2), {"phi": np.pi / 2, "phi'": -7.0}, {"psi": 2.0, "beta": 0.3}),  # a kite
+    ],
+)
+def test_branches_that_are_bent(lengths, start, near):
+    """The rocker turns where it did not before; energy is kept, and methods and tolerances agree."""
+    machine, ends = linkage(*lengths), []
+    for method, tolerance in (("auto", 1e-10), ("dop853", 1e-12), ("gauss", 1e-12)):
+        motion = fb.simulate(machine, 5, initial=start, near=near, tolerance=tolerance, method=method)
+        assert len(motion.events) > 3
+        assert np.abs(motion.energy.residual).max() < 1e-6
+        ends.append([motion[name][-1] for name in ("phi", "beta", "psi")])
+    assert np.ptp(ends, axis=0).max() < 1e-6
+
+
+@pytest.mark.parametrize("off", [1e-5, 1e-4, 1e-2])
+def test_a_linkage_that_only_comes_near_turns(off):
+    """With a coupler too long by a little there is one motion, with a sharp turn: nothing is passed."""
+    s = linkage(1, 1 + off, 1, 1)
+    start, near = {"phi": np.pi / 2, "phi'": -1.0}, {"psi": np.pi / 2, "beta": -np.pi / 2}
+    motion = fb.simulate(s, 2, initial=start, near=near, tolerance=1e-10)
+    fine = fb.simulate(s, 2, initial=start, near=near, tolerance=1e-13, method="dop853")
+    assert not motion.events
+    assert abs(motion["psi"][-1] - motion["phi"][-1]) > 0.1
+    assert abs(motion["psi"][-1] - fine["psi"][-1]) < 1e-5
+    assert np.abs(motion.energy.residual).max() < 1e-6
+
+
+def test_runs_may_end_and_events_happen_beside_it():
+    machine, start = row(1), upright(1)
+    level = next(iter(fb.simulate(machine, 1.0, initial=start).events)).time
+    for until in (level - 0.01, level, level + 0.01):
+        motion = fb.simulate(machine, until, initial=start, tolerance=1e-10)
+        assert motion.t[-1] == until
+        assert abs(motion["phi0"][-1] - angle(1, until)) < 1e-8
+    stop = fb.event("phi0", "level", terminal=True)
+    motion = fb.simulate(machine, 2.0, initial=start, events=[stop], tolerance=1e-10)
+    assert abs(angle(1, motion.t[-1])) < 1e-8
