@@ -30,6 +30,10 @@ class ExpressionError(FreebodyError, ValueError):
     """Text that is not an expression of the system's own names."""
 
 
+class TooManyTermsError(FreebodyError, ValueError):
+    """A formula that would be longer than memory, or anybody's patience, can hold."""
+
+
 class MassError(ModelError):
     """Mass properties that no body can have."""
 
