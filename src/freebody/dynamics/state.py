@@ -116,6 +116,13 @@ class State:
                 total = total + self(partial) * udot[j]
         return total
 
+    def kept(self, what: str, i: int, value: Spatial) -> Spatial:
+        """A velocity, acceleration or force of link ``i`` as the next links take it: here as it is.
+
+        A state in which long quantities are named gives the names (`equations.recursive`).
+        """
+        return value
+
     def subspace(self, i: int) -> Spatial:
         """Motion of a 1-dof link per unit rate, in its own axes; constant there."""
         link = self.model.links[i]

@@ -11,6 +11,7 @@ The file is longer than others: the equations are one class with all that is ask
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -35,11 +36,11 @@ from ..dynamics.loading import loading
 from ..dynamics.momentum import momentum
 from ..dynamics.newton_euler import inverse_dynamics, reactions
 from ..dynamics.state import State, polynomial_state
-from ..errors import ModelError, arguments_named, nearest
+from ..errors import ModelError, TooManyTermsError, arguments_named, nearest
 from ..model.assemble import assemble
 from ..model.model import Model
 from ..scalar.algebra import ZERO, Vector, add, apply
-from ..scalar.polynomial import Ring
+from ..scalar.polynomial import Polynomial, Ring
 from .constraints import closure_reactions, eliminated, indeterminate
 from .contact_modes import model_in_modes, modes_of
 from .display import Formulas, displayed, lines_of
@@ -49,6 +50,8 @@ from .lines import EQUALS, Lines, Shown
 from .mathml import MathML, document
 from .printer import Printer
 from .reaction import Reaction, unknowns
+from .recursive import Recursive
+from .show import latex_words, words
 from .text import Text
 
 if TYPE_CHECKING:
@@ -61,10 +64,13 @@ if TYPE_CHECKING:
 
 
 @arguments_named
-def equations(system: System | Model, *, modes: Mapping[str, Any] | None = None) -> Equations:
+def equations(
+    system: System | Model, *, modes: Mapping[str, Any] | None = None, form: str = "auto"
+) -> Equations:
     """The equations of a system: free bodies, motion, reactions, energy, momentum.
 
-    Nothing is computed before it is asked for.
+    Nothing is computed before it is asked for. Equations that fit no page, such as those of a long chain, are printed
+    recursively: angles from the ground, velocities, accelerations and the forces in the joints get names, body by body.
 
     Parameters
     ----------
@@ -73,6 +79,10 @@ def equations(system: System | Model, *, modes: Mapping[str, Any] | None = None)
         What the contacts do, by name: "open", "stick" (round features roll), "slip+" or "slip-" by the sign of the slip
         velocity (in 3-D "slip"). Those not named are open. The forces of a closed contact are the unknowns ``N_name``
         and, where it sticks, ``T_name``; where it slips, friction is -μ N along the slip velocity.
+    form : {"auto", "explicit", "recursive"}
+        How the equations of motion are printed: in coordinates alone, or in named quantities, each defined by a short
+        formula; then ``.motion`` and ``.definitions`` are in these too. "auto" names them where the equations have more
+        than 5000 terms.
 
     Returns
     -------
@@ -81,7 +91,9 @@ def equations(system: System | Model, *, modes: Mapping[str, Any] | None = None)
     Raises
     ------
     ModelError
-        What :func:`freebody.assemble` refuses; unknown contacts and modes.
+        What :func:`freebody.assemble` refuses; unknown contacts, modes and forms.
+    TooManyTermsError
+        On a formula that is asked for and would be too long for memory.
 
     Examples
     --------
@@ -93,16 +105,33 @@ def equations(system: System | Model, *, modes: Mapping[str, Any] | None = None)
     >>> pin = s.hinge("pin", s.ground, bob, to=(0, L, 0), coordinate="theta")
     >>> print(fb.equations(s).text())
     m*L^2*theta'' + m*L*g*sin(theta) = 0
+    >>> print(fb.equations(s, form="recursive").text())
+    Forces and moments that the joints pass on, springs and motors along them included, inward:
+      pin_Mz = m*L^2*theta'' + m*L*g*sin(theta)
+    Equations of motion:
+      pin_Mz = 0
     """
+    if form not in FORMS:
+        raise ModelError(f"Unknown form {form!r} of equations; {nearest(str(form), FORMS)}")
     model = system if isinstance(system, Model) else assemble(system)
-    return Equations(model_in_modes(model, modes))
+    return Equations(model_in_modes(model, modes), form)
+
+
+FORMS = ("auto", "explicit", "recursive")
+PAGE = 5000
+"""Terms of all equations of motion that are still written out: some ten pages."""
+CURE = (
+    "Ask for fb.equations(s, form='recursive'), in which what is long has a name, or for numbers: "
+    "fb.simulate, fb.compile."
+)
 
 
 class Equations:
     """Symbolic products of one model. Made by :func:`equations`; every product is formed once, when asked for."""
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, form: str = "auto") -> None:
         self.model = model
+        self._asked = form
         # room for every symbol, sine and cosine from the start: growing a ring re-packs its elements
         self.ring = Ring(capacity=64 + len(model.parameters) + 6 * model.n_q)
         self.state: State = polynomial_state(model, self.ring)
@@ -118,6 +147,41 @@ class Equations:
             for n, x in self.model.loads.items()
             if isinstance(x, Spring | Damper | JointSpring | JointDamper)
         }
+
+    def question(self, subject: str) -> AbstractContextManager[None]:
+        """What is formed inside is called ``subject`` when it is too long, and has a budget of its own."""
+        return self.ring.budget.question(f"{subject} of '{self.model.name}'", CURE)
+
+    @cached_property
+    def recursive(self) -> Recursive:
+        """The equations of motion in named quantities."""
+        return Recursive(self.model)
+
+    @cached_property
+    def form(self) -> str:
+        """How the equations of motion are printed: "explicit" or "recursive"."""
+        if self._asked != "auto":
+            return self._asked
+        try:
+            # on the way an element may be longer than what is left of it
+            with self.ring.budget.question("the equations of motion", terms=4 * PAGE):
+                sides = [x for pair in self.balances for x in pair] + self._residuals
+            if sum(len(x) for x in sides if type(x) is Polynomial) <= PAGE:
+                return "explicit"
+        except TooManyTermsError:
+            pass
+        try:
+            return "recursive" if self.recursive else ""
+        except TooManyTermsError:
+            return "explicit"
+
+    @cached_property
+    def definitions(self) -> Mapping[Any, Any]:
+        """Symbols of the named quantities and what they are, as SymPy expressions, in order; none in explicit form."""
+        if self._asked != "recursive":
+            return {}
+        ring = self.recursive.ring
+        return {d.symbol: displayed(d.value, ring) for d in self.recursive.definitions if d.angle is None}
 
     @cached_property
     def canonical_left(self) -> tuple[Any, ...]:
@@ -242,7 +306,12 @@ class Equations:
 
         Accelerations, velocity terms, weight, springs and dampers stand on the left, applied loads on the right.
         """
-        return tuple(sympy.Eq(self.displayed(a), self.displayed(b), evaluate=False) for a, b in self.balances)
+        if self._asked == "recursive":
+            pairs = [(displayed(x, self.recursive.ring), 0) for x in self.recursive.balances]
+        else:
+            with self.question("the equations of motion"):
+                pairs = [(self.displayed(a), self.displayed(b)) for a, b in self.balances]
+        return tuple(sympy.Eq(a, b, evaluate=False) for a, b in pairs)
 
     @cached_property
     def multipliers(self) -> tuple[Any, ...]:
@@ -501,20 +570,31 @@ class Equations:
     # -- display ----------------------------------------------------------------------------------
 
     def _shown(self, kind: type[Printer], sign: str) -> tuple[list[str], list[str]]:
-        return lines_of(kind, [*self.balances, *((x, 0) for x in self._residuals)], self.ring, sign)
+        with self.question("the equations of motion"):
+            return lines_of(kind, [*self.balances, *((x, 0) for x in self._residuals)], self.ring, sign)
 
     def text(self) -> str:
         """The equations of motion as plain text, a line each; then what is named in them."""
+        if self.form == "recursive":
+            parts = self.recursive.written(Text, " = ")
+            return "\n".join(line for head, lines in parts for line in (head, *(f"  {x}" for x in lines)))
         lines, names = self._shown(Text, " = ")
         return "\n".join([*lines, *(["where"] if names else []), *(f"  {line}" for line in names)])
 
     def latex(self) -> str:
         """The equations of motion as a LaTeX ``aligned`` block."""
+        if self.form == "recursive":
+            parts = self.recursive.written(Latex, " &= ")
+            rows = [line for head, lines in parts for line in (f"&{latex_words(head)}", *lines)]
+            return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
         lines, names = self._shown(Latex, " &= ")
         return "\\begin{aligned}\n" + " \\\\\n".join([*lines, *names]) + "\n\\end{aligned}"
 
     def mathml(self) -> str:
         """The equations of motion as presentation MathML."""
+        if self.form == "recursive":
+            parts = self.recursive.written(MathML, "<mo>=</mo>")
+            return "\n".join(document(x) for head, lines in parts for x in (words(head), *lines))
         lines, names = self._shown(MathML, "<mo>=</mo>")
         return "\n".join(map(document, [*lines, *names]))
 

@@ -27,8 +27,8 @@ HELD = 16
 """Elements of that size that one question may make: 2 GB, if none of them is given back on the way."""
 WORK = 2**29
 """Products of terms in one question, of 15 to 50 ns each: 10 to 30 s."""
-SLOW = 500
-"""Products of terms in the time that Python takes to look at one term, or a factorization for each of its terms: 10 microseconds."""
+SLOW = 1000
+"""Products of terms in the time that Python takes to look at one term, or a factorization for each of its terms: 20 microseconds."""
 CURE = "Ask for less: fewer bodies or coordinates, or numbers in place of parameters."
 
 
