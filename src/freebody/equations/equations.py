@@ -10,9 +10,9 @@ The file is longer than others: the equations are one class with all that is ask
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
-from functools import cached_property
+from functools import cached_property, wraps
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -36,11 +36,12 @@ from ..dynamics.loading import loading
 from ..dynamics.momentum import momentum
 from ..dynamics.newton_euler import inverse_dynamics, reactions
 from ..dynamics.state import State, polynomial_state
-from ..errors import ModelError, TooManyTermsError, arguments_named, nearest
+from ..errors import Arguments, ModelError, Result, TooManyTermsError, arguments_named, nearest
 from ..model.assemble import assemble
 from ..model.model import Model
 from ..scalar.algebra import ZERO, Vector, add, apply
 from ..scalar.polynomial import Polynomial, Ring
+from .arrange import PRINTED
 from .constraints import closure_reactions, eliminated, indeterminate
 from .contact_modes import model_in_modes, modes_of
 from .display import Formulas, displayed, lines_of
@@ -126,6 +127,21 @@ CURE = (
 )
 
 
+def named(subject: str) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
+    """What a method of the equations forms is called ``subject`` where it is too long, and has a budget of its own."""
+
+    def of_method(method: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+        @wraps(method)
+        def asked(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+            e: Any = args[0]
+            with (e if isinstance(e, Equations) else e._e).question(subject):
+                return method(*args, **kwargs)
+
+        return asked
+
+    return of_method
+
+
 class Equations:
     """Symbolic products of one model. Made by :func:`equations`; every product is formed once, when asked for."""
 
@@ -134,6 +150,7 @@ class Equations:
         self._asked = form
         # room for every symbol, sine and cosine from the start: growing a ring re-packs its elements
         self.ring = Ring(capacity=64 + len(model.parameters) + 6 * model.n_q)
+        self.ring.budget.subject, self.ring.budget.cure = f"the equations of '{model.name}'", CURE
         self.state: State = polynomial_state(model, self.ring)
         self.udot = tuple(self.ring.generator(speed.acceleration, "acceleration") for speed in model.speeds)
 
@@ -184,6 +201,7 @@ class Equations:
         return {d.symbol: displayed(d.value, ring) for d in self.recursive.definitions if d.angle is None}
 
     @cached_property
+    @named("the equations of motion")
     def canonical_left(self) -> tuple[Any, ...]:
         """M u' + h as canonical polynomials, by one pass of Newton-Euler with u' as symbols."""
         return inverse_dynamics(
@@ -191,6 +209,7 @@ class Equations:
         )
 
     @cached_property
+    @named("the mass matrix")
     def canonical_mass_matrix(self) -> tuple[tuple[Any, ...], ...]:
         """M as canonical polynomials: equal entries are equal, zero is recognised.
 
@@ -202,6 +221,7 @@ class Equations:
         )
 
     @cached_property
+    @named("the velocity terms")
     def canonical_bias(self) -> tuple[Any, ...]:
         """h as canonical polynomials: velocity terms, weight, springs and dampers, all but the applied loads."""
         result = []
@@ -212,6 +232,7 @@ class Equations:
         return tuple(result)
 
     @cached_property
+    @named("the equations of motion")
     def canonical_applied(self) -> tuple[Any, ...]:
         """Q as canonical polynomials: generalized forces of the applied forces, couples and motors."""
         if len(self._held) == len(self.model.loads):
@@ -220,6 +241,7 @@ class Equations:
         return tuple(left - all_ for left, all_ in zip(self.canonical_left, everything, strict=True))
 
     @cached_property
+    @named("the equations of motion")
     def balances(self) -> tuple[tuple[Any, Any], ...]:
         """(M u' + h, Q + Gᵀ λ) of every degree of freedom, canonical."""
         right = list(self.canonical_applied)
@@ -248,6 +270,7 @@ class Equations:
         return tuple(self.ring.generator(symbol, "reaction") for symbol in self.multipliers)
 
     @cached_property
+    @named("the positions")
     def postures(self) -> dict[str, Posture]:
         """Pose of every body, canonical."""
         return poses(self.model, self.state)
@@ -268,6 +291,7 @@ class Equations:
         return apply(link_postures(self.model, self.state)[place.link].rotation, a_C)
 
     @cached_property
+    @named("the accelerations")
     def accelerations(self) -> list[Any]:
         """Angular acceleration of every link and acceleration of its origin, in its axes, canonical; formed once."""
         return accelerations(self.model, self.state, self.udot)
@@ -287,6 +311,7 @@ class Equations:
         return sympy.ImmutableMatrix([self.displayed(c) for c in v])
 
     @cached_property
+    @named("the mass matrix")
     def mass_matrix(self) -> Any:
         """M as a SymPy matrix, (n_u, n_u): kinetic energy ½ uᵀ M u [kg, kg m, kg m²]."""
         n = self.model.n_u
@@ -295,12 +320,14 @@ class Equations:
         )
 
     @cached_property
+    @named("the velocity terms")
     def bias(self) -> Any:
         """h - Q as a SymPy column, (n_u, 1): M u' + bias = 0."""
         pairs = zip(self.canonical_bias, self.canonical_applied, strict=True)
         return sympy.ImmutableMatrix([self.displayed(h - Q) for h, Q in pairs])
 
     @cached_property
+    @named("the equations of motion")
     def motion(self) -> tuple[Any, ...]:
         """Equations of motion M u' + h = Q, one SymPy ``Eq`` per degree of freedom, in coordinate order.
 
@@ -309,8 +336,7 @@ class Equations:
         if self._asked == "recursive":
             pairs = [(displayed(x, self.recursive.ring), 0) for x in self.recursive.balances]
         else:
-            with self.question("the equations of motion"):
-                pairs = [(self.displayed(a), self.displayed(b)) for a, b in self.balances]
+            pairs = [(self.displayed(a), self.displayed(b)) for a, b in self.balances]
         return tuple(sympy.Eq(a, b, evaluate=False) for a, b in pairs)
 
     @cached_property
@@ -319,6 +345,7 @@ class Equations:
         return tuple(sympy.Symbol(name, real=True) for name in self.condition_names)
 
     @cached_property
+    @named("the constraints")
     def constraints(self) -> tuple[Any, ...]:
         """The constraints as SymPy ``Eq``: on coordinates and, for non-holonomic ones, on speeds.
 
@@ -331,18 +358,21 @@ class Equations:
         return [x for x in self.conditions.residual if x != 0]
 
     @cached_property
+    @named("the matrix of the constraints")
     def constraint_matrix(self) -> Any:
         """G as a SymPy matrix, a row per scalar constraint: G u + g = 0; its transpose times the multipliers acts."""
         entries = [self.displayed(x) for row in self.conditions.matrix for x in row]
         return sympy.ImmutableMatrix(len(self.condition_names), self.model.n_u, entries)
 
     @cached_property
+    @named("the constraints")
     def constraint_bias(self) -> Any:
         """γ as a SymPy column: G u' + γ = 0."""
         return sympy.ImmutableMatrix(
             len(self.condition_names), 1, [self.displayed(x) for x in self.conditions.bias]
         )
 
+    @named("the equations without multipliers")
     def eliminated(self, independent: Sequence[Any]) -> tuple[Any, ...]:
         """Equations of motion without multipliers: one per independent speed, by dependent speeds.
 
@@ -410,11 +440,13 @@ class Equations:
         return Reactions(self)
 
     @cached_property
+    @named("the reactions")
     def closures(self) -> dict[str, Reaction]:
         """Reactions of the joints that close loops and of closed contacts, in their multipliers."""
         return closure_reactions(self)
 
     @cached_property
+    @named("the reactions")
     def canonical_reactions(self) -> dict[str, tuple[Vector, Vector]]:
         """(force, moment) of every joint on its child in ground axes, canonical."""
         loads = None
@@ -443,18 +475,21 @@ class Equations:
         return MomentumOf(self)
 
     @cached_property
+    @named("the conserved quantities")
     def integrals(self) -> Integrals:
         """Conserved quantities, each proven by a derivative that is canonically zero."""
         from .integrals import integrals
 
         return integrals(self)
 
+    @named("Routh's equations")
     def routh(self) -> Routh:
         """Routh's reduction: ignorable coordinates eliminated, their momenta as symbols."""
         from .routh import routh
 
         return routh(self)
 
+    @named("the free body")
     def free_body(self, body: Any, *, about: Any = None, frame: Any = None) -> FreeBody:
         """Free-body equations of one body, with the joint reactions as unknowns.
 
@@ -474,6 +509,7 @@ class Equations:
     # -- questions --------------------------------------------------------------------------------
 
     @property
+    @named("the plane of motion")
     def planar(self) -> str | None:
         """The ground axis at right angles to the plane that all bodies move in, "x", "y" or "z"; else None."""
         from .planar import Plane, plane_of
@@ -481,6 +517,7 @@ class Equations:
         plane = plane_of(self)
         return plane.letter if isinstance(plane, Plane) else None
 
+    @named("the solution")
     def solve(
         self, unknowns: Any, where: Any = None, *, bodies: Any = None, eliminate: Any = ()
     ) -> SolveResult:
@@ -526,6 +563,7 @@ class Equations:
 
         return solve(self, unknowns, where, bodies, eliminate)
 
+    @named("the elimination")
     def eliminate(self, reactions: Any = None, *, bodies: Any = None) -> Elimination:
         """Which combination of the free-body equations is free of reactions, and what it gives.
 
@@ -569,9 +607,12 @@ class Equations:
 
     # -- display ----------------------------------------------------------------------------------
 
+    @named("the equations of motion")
     def _shown(self, kind: type[Printer], sign: str) -> tuple[list[str], list[str]]:
-        with self.question("the equations of motion"):
-            return lines_of(kind, [*self.balances, *((x, 0) for x in self._residuals)], self.ring, sign)
+        sides = [*self.balances, *((x, 0) for x in self._residuals)]
+        # refused before the first of them is printed
+        self.ring.budget.scan(PRINTED * sum(len(x) for pair in sides for x in pair if type(x) is Polynomial))
+        return lines_of(kind, sides, self.ring, sign)
 
     def text(self) -> str:
         """The equations of motion as plain text, a line each; then what is named in them."""
@@ -659,21 +700,25 @@ class Energy(Formulas):
         self._e = equations
 
     @cached_property
+    @named("the kinetic energy")
     def canonical_kinetic(self) -> Any:
         """T as a canonical polynomial."""
         return kinetic_energy(self._e.model, self._e.state)
 
     @cached_property
+    @named("the potential energy")
     def canonical_potential(self) -> Any:
         """V as a canonical polynomial."""
         return potential_energy(self._e.model, self._e.state)
 
     @cached_property
+    @named("the kinetic energy")
     def kinetic(self) -> Any:
         """T, ½ Σ (m v_C² + ω·H_C)."""
         return self._e.displayed(self.canonical_kinetic)
 
     @cached_property
+    @named("the potential energy")
     def potential(self) -> Any:
         """V of weight (zero at the ground's origin) and springs (zero when free of force)."""
         return self._e.displayed(self.canonical_potential)
@@ -703,10 +748,12 @@ class MomentumOf(Lines):
         return self.text()
 
     @cached_property
+    @named("the linear momentum")
     def linear(self) -> Any:
         """Σ m v_C, SymPy column in ground axes [kg m/s]."""
         return self._e.column(momentum(self._e.model, self._e.state).linear)
 
+    @named("the angular momentum")
     def angular(self, about: Any = None) -> Any:
         """Σ (r × m v_C + H_C) about a point, SymPy column in ground axes [kg m²/s].
 

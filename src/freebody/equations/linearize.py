@@ -153,7 +153,7 @@ def _symbolic(
         return constrained_symbols(model, ring, point, q0, u0, t, values, inputs, _names(model, independent))
     q = along(model, ring, q0, u0, t, values)
     # an acceleration is never asked for: the deviations are about a motion without any
-    terms = _terms(model, ring, q, u0, (0,) * model.n_u, t, values, inputs)
+    terms = terms_at(model, ring, q, u0, (0,) * model.n_u, t, values, inputs)
     names = tangent_names(model)
     time = ring.generator(model.names.atoms["t"]).mask
     balanced(
@@ -215,7 +215,7 @@ def steady(model: Model, ring: Ring, terms: Mapping[str, Any], names: Sequence[s
 # -- the derivatives, for any field ---------------------------------------------------------------
 
 
-def _terms(
+def terms_at(
     model: Model,
     field: Field,
     q: Sequence[Any],
@@ -305,9 +305,9 @@ def _numeric(
         t = k * quarter
         q = along(model, floats, q0, u0, t, numbers)
         looked.append(
-            _as_arrays(_terms(model, floats, q, u0, (0,) * model.n_u, t, numbers, inputs), model, inputs)
+            _as_arrays(terms_at(model, floats, q, u0, (0,) * model.n_u, t, numbers, inputs), model, inputs)
         )
-    scale = _scale(looked[0], np.array(u0))
+    scale = scale_of(looked[0], np.array(u0))
     names = tangent_names(model)
     off = (one for one in looked if not (np.abs(one["residual"]) <= SMALL * scale).all())
     residual = next(off, looked[0])["residual"]
@@ -355,7 +355,7 @@ def check_same(model: Model, first: Any, later: Any, what: str) -> None:
         )
 
 
-def _scale(terms: Mapping[str, Any], u: Any) -> Any:
+def scale_of(terms: Mapping[str, Any], u: Any) -> Any:
     """Size of the terms of each equation at unit deviations."""
     fast = np.max(np.abs(u), initial=0)
     M, C, K = (np.abs(terms[key]).sum(axis=1) for key in "MCK")
@@ -433,7 +433,7 @@ def _about_trajectory(
             _names(model, independent),
         )
     udot = forward_dynamics(model, State(model, arrays, at, q, u, numbers))
-    terms = _terms(model, arrays, q, u, udot, at, numbers, inputs)
+    terms = terms_at(model, arrays, q, u, udot, at, numbers, inputs)
     terms = _in_rates(terms, tangent_drift(model, u), tangent_drift(model, udot))
     stacked = {}
     for key in ("M", "C", "K", "B", *(["A"] if "A" in terms else [])):

@@ -10,8 +10,8 @@ inward from the tips the force and the moment that the joint of body k passes on
 
 and for every coordinate the projection of these on its motion. The algorithm is that of all other equations
 (`dynamics.newton_euler`) with a name in place of each component of more than one term, so that every line is short and
-their number is proportional to that of the bodies. As long as all axes on the way from the ground are parallel, components
-are along fixed axes and angles are counted from the ground; the other bodies' are along their own axes.
+their number is proportional to that of the bodies. As long as all axes on the way from the ground are parallel,
+components are along fixed axes and angles are counted from the ground; the other bodies' are along their own axes.
 
 Source: Luh, Walker and Paul, On-line computational scheme for mechanical manipulators (1980); gravity as there, by an
 acceleration of the ground.
@@ -152,7 +152,7 @@ class Names:
 
 
 class _Working(State):
-    """The model seen in working axes: fixed ones, while all axes from the ground on are parallel, else those of the link.
+    """The model in working axes: fixed ones, while all axes from the ground on are parallel, else those of the link.
 
     The algorithms take vectors in whatever axes the joints, inertias and subspaces are given.
     """

@@ -4,9 +4,9 @@ A product of a and b terms takes a b products of terms, and has at most
 
     min(a b,  Π (d_i + 1),  C(n + d, n))
 
-terms of its own, where d_i is its degree in generator i, d the whole degree and n the number of generators. FLINT ends the
-process when memory is short, so the estimate comes before the product. Small products are free: what
-is asked of them is one comparison.
+terms of its own, where d_i is its degree in generator i, d the whole degree and n the number of generators. FLINT ends
+the process when memory is short, so the estimate comes before the product. Small products are free: what is asked of
+them is one comparison.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from ..errors import TooManyTermsError
 
 FREE = 4096
 """Products of terms that are made without asking: 0.1 ms of work."""
-MEMORY = 2**27
-"""Bytes of one element. A term takes a byte for the exponent of every generator and 16 for its coefficient, so that a ring
-of 128 generators holds 900,000 terms in one element: a hundred times what the longest answers of the gallery need."""
+MEMORY = 2**26
+"""Bytes of one element. A term takes a byte for the exponent of every generator and 16 for its coefficient, so that an
+element of a ring of 128 generators has at most 466,000 terms: 20 times what the longest answers of the tests need."""
 HELD = 16
-"""Elements of that size that one question may make: 2 GB, if none of them is given back on the way."""
+"""Elements of that size that one question may make: 1 GB, if none of them is given back on the way."""
 WORK = 2**29
 """Products of terms in one question, of 15 to 50 ns each: 10 to 30 s."""
 SLOW = 1000
-"""Products of terms in the time that Python takes to look at one term, or a factorization for each of its terms: 20 microseconds."""
+"""Products of terms in the time that Python takes to look at one term, or a factorization for each of its: 20 μs."""
 CURE = "Ask for less: fewer bodies or coordinates, or numbers in place of parameters."
 
 
@@ -74,7 +74,8 @@ class Budget:
     def refuse(self, terms: int) -> None:
         """Raise the error that says what had too many terms."""
         raise TooManyTermsError(
-            f"Expected {self.subject} to need at most {self.most:,} terms, got an estimate of {_shown(terms)}. {self.cure}"
+            f"Expected {self.subject} to need no expression of more than {self.most:,} terms, got an estimate of "
+            f"{_shown(terms)}. {self.cure}"
         )
 
     def product(self, a: Any, b: Any) -> None:
@@ -103,18 +104,22 @@ class Budget:
         self._take(work, work, _bits(p) + _bits(divisor))
 
     def factors(self, *elements: Any) -> None:
-        """Ask for a factorization or a common divisor: 10 to 20 microseconds a term, measured on products of random sums."""
+        """Ask for a factorization or a common divisor: 10 to 20 μs a term, measured on products of random sums."""
         terms = sum(map(len, elements))
         self._take(SLOW * terms, terms, 0)
 
-    def scan(self, p: Any) -> None:
-        """Ask for a look at every term of an fmpz_mpoly in Python."""
-        self._take(SLOW * len(p), 0, 0)
+    def scan(self, terms: int) -> None:
+        """Ask for a look at so many terms in Python."""
+        self._take(SLOW * terms, 0, 0)
 
     def angle_sum(self, angles: int) -> None:
         """Ask for the sine of a sum of so many angles, with 2^(n - 1) terms."""
         if angles > FREE.bit_length() and 2 ** (angles - 1) > self.most:
             self.refuse(2 ** (angles - 1))
+
+    def evaluation(self, terms: int) -> None:
+        """Ask for the numbers of so many terms, at hundreds of points: a fifth of a look in Python each."""
+        self._take(SLOW // 5 * terms, 0, 0)
 
     def _weight(self, terms: int, bits: int) -> int:
         """Terms that would take as much memory with coefficients of one word."""
@@ -129,8 +134,8 @@ class Budget:
         self.held -= terms / most
         if self.work < 0 or self.held < 0:
             raise TooManyTermsError(
-                f"Expected {self.subject} to need at most {WORK:,} products of terms, {HELD * most:,} terms held; "
-                f"it would need more. {self.cure}"
+                f"Expected {self.subject} to need at most {WORK:,} products of terms and {HELD * most:,} terms in all, "
+                f"got more. {self.cure}"
             )
 
 

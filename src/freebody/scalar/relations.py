@@ -120,8 +120,8 @@ class Relations:
     def _in_steps(self, p: Any, relation: Relation) -> Any:
         """Remainder of a division that could be long: the leading monomial is replaced again in what replaces it.
 
-        The terms are divided in turns, as many at a time as surely stay within the budget. Where one alone might not, its
-        leading monomial is replaced once at a time.
+        The terms are divided in turns, as many at a time as surely stay within the budget. Where one alone might not,
+        its leading monomial is replaced once at a time.
         """
         degrees = p.degrees()
         last = len(degrees) - 1
@@ -131,7 +131,7 @@ class Relations:
         if len(p) * longest <= STEP:
             return divmod(p, relation.polynomial)[1]
         budget = self.ring.budget
-        budget.scan(p)
+        budget.scan(len(p))
         terms = list(p.to_dict().items())
         if longest <= STEP:
             n = STEP // longest
@@ -152,7 +152,7 @@ class Relations:
             quotient = self.ring.context.from_dict(held)
             budget.product(quotient, relation.polynomial)
             p = p - quotient * relation.polynomial
-            budget.scan(p)
+            budget.scan(len(p))
             terms = list(p.to_dict().items())
 
     def normal_form(self, p: Any, both: int, either: int) -> tuple[Any, int, int]:
