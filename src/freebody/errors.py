@@ -31,7 +31,14 @@ class ExpressionError(FreebodyError, ValueError):
 
 
 class TooManyTermsError(FreebodyError, ValueError):
-    """A formula that would be longer than memory, or anybody's patience, can hold."""
+    """A formula that would be longer than memory, or anybody's patience, can hold: what it is, and the cure."""
+
+    def __init__(self, reason: str, cure: str) -> None:
+        super().__init__(reason, cure)
+        self.reason = reason
+
+    def __str__(self) -> str:
+        return " ".join(self.args)
 
 
 class MassError(ModelError):

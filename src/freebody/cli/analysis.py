@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from ..errors import FreebodyError, ModelError, nearest
+from ..errors import FreebodyError, ModelError, TooManyTermsError, nearest
 
 if TYPE_CHECKING:
     from ..equations.equations import Equations
@@ -244,6 +244,8 @@ class _Inquiry:
             self.motions, self.states = None, ()
             text = f"Not found in {self.patience:g} s: in symbols this machine is large. Allow more with --patience."
             return Section(title, notes=[text])
+        except TooManyTermsError as error:
+            return Section(title, notes=[str(error)])
 
     # -- equations and integrals --------------------------------------------------------------------
 
@@ -306,7 +308,9 @@ class _Inquiry:
             closed.append(line)
             section.data["motions"].append(data)
         lines = self.motions.text().splitlines()
-        conditions = lines[: len(lines) - len(self.motions)]
+        conditions = lines[: len(self.motions.conditions)]
+        if self.motions.reason:
+            section.notes.append(f"No closed form: {self.motions.reason}")
         section.data["conditions"] = conditions
         section.text += [*conditions, *closed]
         section.latex.append(self.motions.latex())

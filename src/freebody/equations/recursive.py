@@ -319,6 +319,19 @@ class Recursive:
         }
         return Loading(turned, given.along, given.generalized)
 
+    @property
+    def normal(self) -> int | None:
+        """Number of the ground axis about which alone bodies turn and along which none moves, if there is one."""
+        working, still = self.working, [True, True, True]
+        turns = [True, True, True]
+        for i, (w, v) in enumerate(velocities(self.model, working)):
+            if not working.fixed(i):
+                return None
+            for k in range(3):
+                still[k] = still[k] and v[k] == 0
+                turns[k] = turns[k] and all(w[j] == 0 for j in range(3) if j != k)
+        return next((k for k in (2, 1, 0) if still[k] and turns[k]), None)
+
     @cached_property
     def definitions(self) -> list[Definition]:
         """The named quantities that the equations need, in order."""

@@ -23,7 +23,7 @@ from ..scalar.polynomial import Polynomial
 from ..scalar.substitute import Substitution, arrays
 from .along_motion import numbers
 from .display import displayed, equation_latex, equation_text, text
-from .show import EQUALS, elements, inner, words
+from .show import EQUALS, elements, inner, latex_words, words
 from .steady_motion import SteadyMotion, SteadyState
 from .steady_problem import Problem
 from .steady_solve import Found, excluded, factors, product, solutions
@@ -116,7 +116,7 @@ def steady_motions(
             raise
         from .steady_near import steady_near
 
-        return steady_near(e.model, values, None, str(error).removesuffix(f" {NEAR}"))
+        return steady_near(e.model, values, None, error.reason)
 
 
 NEAR = "With values={...}, and near={...} for a guess, one steady motion is found in numbers."
@@ -152,10 +152,10 @@ class SteadyMotions(Sequence[SteadyMotion]):
         """The solutions; where they would be too long, the conditions are left for numbers."""
         p = self.problem
         try:
-            with p.ring.budget.question("the steady motions in closed form", " ", terms=CLOSED):
+            with p.ring.budget.question("the steady motions in closed form", terms=CLOSED):
                 return solutions(p.ring, p.conditions, wanted, others)
         except TooManyTermsError as error:
-            self.reason = str(error).rstrip()
+            self.reason = error.reason
             return [Found(left=p.conditions)]
 
     def _atoms(self, asked: Any) -> tuple[Any, ...]:
@@ -295,7 +295,9 @@ class SteadyMotions(Sequence[SteadyMotion]):
             from .steady_near import steady_near
 
             found = steady_near(self.problem.e.model, self._given or {}, None)
-            self.reason = f"{error} One motion was found by Newton's method from zero; others may exist."
+            self.reason = (
+                f"{error.reason} One motion was found by Newton's method from zero; others may exist."
+            )
             return found.states
 
     def at(self, values: Mapping[Any, Any]) -> tuple[SteadyState, ...]:
@@ -533,6 +535,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
                 unless = r"\ \text{or}\ ".join(equation_latex(f, 0, ring) for f in zero)
                 lines[-1] += r"\quad\text{unless }" + unless
         lines += ["&" + one.latex() for one in self._found]
+        lines += ["&" + latex_words(line) for line in self._handed_over()]
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
 
     def mathml(self) -> str:

@@ -71,13 +71,13 @@ class Pieces:
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """(m, N) values at the columns of x (n, N)."""
-        self.ring.budget.evaluation(self._terms)
+        self.ring.budget.evaluation(self._terms, x[:1].size)
         at = self._at(x)
         return np.array([np.broadcast_to(at(p), x.shape[1:]) for p in self.pieces], dtype=float)
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """(m, n, N)."""
-        self.ring.budget.evaluation(self._slope_terms)
+        self.ring.budget.evaluation(self._slope_terms, x[:1].size)
         at = self._at(x)
         return np.array(
             [[np.broadcast_to(at(d), x.shape[1:]) for d in row] for row in self.slopes], dtype=float
