@@ -13,6 +13,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
@@ -195,11 +196,8 @@ class _Inquiry:
     ) -> None:
         import freebody as fb
 
-        from ..equations.vocabulary import Vocabulary
-
         self.e: Equations = fb.equations(system)
         self.model = self.e.model
-        self.vocabulary = Vocabulary(self.e)
         self.given = values
         self.about = about
         self.near = near
@@ -217,6 +215,12 @@ class _Inquiry:
         self.start = {} if self.missing else {name: self._number(name, x) for name, x in start.items()}
         self.motions: Any = None
         self.states: tuple[Any, ...] = ()
+
+    @cached_property
+    def vocabulary(self) -> Any:
+        from ..equations.vocabulary import Vocabulary
+
+        return Vocabulary(self.e)
 
     def _number(self, name: str, value: Any) -> float:
         from ..simulate.initial import number
@@ -299,6 +303,10 @@ class _Inquiry:
         section.data = {"conditions": [], "motions": [], "states": []}
         try:
             self.motions = fb.steady_motions(self.e)
+        except TooManyTermsError as error:
+            section.notes.append(error.reason)
+            self._near(section)
+            return section
         except FreebodyError as error:
             section.notes.append(str(error))
             return section
@@ -352,6 +360,22 @@ class _Inquiry:
             return "always" if x == True else "never"  # noqa: E712
         return self.show(x)
 
+    def _near(self, section: Section) -> None:
+        """One steady motion near zero, where the conditions are too long to be written."""
+        from ..equations.steady_near import steady_near
+
+        if self.missing:
+            section.notes.append(self._no_numbers())
+            return
+        try:
+            found = steady_near(self.model, self.values, {})
+        except FreebodyError as error:
+            section.notes.append(f"In numbers: {error}")
+            return
+        self.states = found.states
+        section.text.append(f"at {self._at()}, next to zero; others may exist")
+        self._add_states(section, lambda state: state.latex())
+
     def _in_numbers(self, section: Section) -> None:
         if self.missing:
             section.notes.append(self._no_numbers())
@@ -371,9 +395,12 @@ class _Inquiry:
             section.notes.append("At these values no steady motion exists.")
         if self.states:
             section.text.append(f"at {self._at()}" if self.values else "in numbers")
+        self._add_states(section, self._state_latex)
+
+    def _add_states(self, section: Section, latex: Callable[[Any], str]) -> None:
         for state in self.states:
             section.text.append(f"  {state!r}")
-            section.latex.append(self._state_latex(state))
+            section.latex.append(latex(state))
             stability = state.stability
             section.data["states"].append(
                 {

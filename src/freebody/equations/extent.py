@@ -1,7 +1,7 @@
 """How long equations of motion are when they are written out: a bound, found without writing them.
 
-The algorithm runs on numbers of terms: a product of a and b terms has at most a b, a sum at most a + b. What cancels and
-what sin² + cos² = 1 joins is not seen, so that the bound lies above, the further the longer the machine.
+The algorithm runs on numbers of terms: a product of a and b terms has at most a b, a sum at most a + b. What cancels,
+and what sin² + cos² = 1 joins, is not seen, so that the bound lies above, the further the longer the machine.
 """
 
 from __future__ import annotations

@@ -89,6 +89,7 @@ class Names:
         self.ring = ring
         self.definitions: dict[int, Definition] = {}
         self._known: dict[Any, Any] = {}
+        self._time = model.names.atoms["t"]
         self._taken = {*model.names.kinds, *model.loads, *(row.name for row in rows(model))}
 
     def fresh(self, name: str) -> str:
@@ -124,7 +125,7 @@ class Names:
         """An angle and its two rates, named by one name and its primes."""
         if type(value) is not Polynomial or (len(value) == 1 and value.num.total_degree() == 1):
             return value, *rates  # type: ignore[return-value]
-        phi = sympy.Function(self.fresh(name), real=True)(sympy.Symbol("t", real=True))
+        phi = sympy.Function(self.fresh(name), real=True)(self._time)
         whole = self._add(phi, value, "coordinate", POSITIONS)
         (g,) = self.ring.used(whole)
         first, second = (
