@@ -124,7 +124,7 @@ class Names:
     def angle(self, name: str, value: Any, rates: Sequence[Any]) -> tuple[Any, Any, Any]:
         """An angle and its two rates, named by one name and its primes."""
         if type(value) is not Polynomial or (len(value) == 1 and value.num.total_degree() == 1):
-            return value, *rates  # type: ignore[return-value]
+            return value, *rates
         phi = sympy.Function(self.fresh(name), real=True)(self._time)
         whole = self._add(phi, value, "coordinate", POSITIONS)
         (g,) = self.ring.used(whole)
@@ -206,7 +206,7 @@ class _Working(State):
             return turn.rest
         if ("axes", i) not in self.cache:
             self.cache["axes", i] = multiply(matrix_about(turn.axis, turn.angle, self.field), turn.rest)
-        return self.cache["axes", i]  # type: ignore[no-any-return]
+        return self.cache["axes", i]
 
     def fixed(self, i: int) -> bool:
         """Whether the working axes of a link are fixed."""
@@ -222,9 +222,9 @@ class _Working(State):
             elif self.fixed(parent):
                 R = multiply(R_P, R)
             turn = self._turns[i]
-            if turn is not None and self.model.links[i].kind in ("hinge", "screw"):
+            if turn is not None and turn.axis is not None and self.model.links[i].kind in ("hinge", "screw"):
                 before = self._turns[parent] if parent != GROUND else None
-                w = tuple((turn.rate - (before.rate if before else 0)) * n for n in turn.axis)  # type: ignore[assignment,union-attr]
+                w = tuple((turn.rate - (before.rate if before else 0)) * n for n in turn.axis)
             else:
                 w = apply(R_i, w)
             self._joints[i] = (R, apply(R_P, p), (w, apply(R_i, v)))
@@ -255,7 +255,7 @@ class _Working(State):
         kind = "speed" if what == "velocity" else "acceleration"
         if turn is not None:
             along = turn.rate if what == "velocity" else turn.second
-            turning = (0, 0, 0) if turn.axis is None else tuple(along * n for n in turn.axis)  # type: ignore[assignment]
+            turning = (0, 0, 0) if turn.axis is None else tuple(along * n for n in turn.axis)
         else:
             body = self.model.links[i].body or label
             letter = "omega" if kind == "speed" else "alpha"

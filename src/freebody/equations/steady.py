@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import sympy
 
@@ -33,6 +33,28 @@ if TYPE_CHECKING:
     from .equations import Equations
     from .steady_near import SteadyNear
     from .steady_numeric import RootFound
+
+
+@overload
+def steady_motions(
+    system: System | Model | Equations,
+    *,
+    solve_for: Any = None,
+    terms: Mapping[Any, Any] | None = None,
+    values: None = None,
+    near: None = None,
+) -> SteadyMotions: ...
+
+
+@overload
+def steady_motions(
+    system: System | Model | Equations,
+    *,
+    solve_for: Any = None,
+    terms: Mapping[Any, Any] | None = None,
+    values: Mapping[Any, Any] | None = None,
+    near: Mapping[Any, Any] | None = None,
+) -> SteadyMotions | SteadyNear: ...
 
 
 def steady_motions(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import os
 from collections.abc import Callable, Mapping
+from functools import partial
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -227,9 +228,13 @@ def _equations(e: Equations, trajectory: Trajectory, heading: str = "", drawing:
     ]
     for name in e.model.bodies:
         parts.append(f"<h3>{escape(name)}</h3>")
-        parts.append(_or_refusal(lambda name=name: formulas(e.free_body(name).mathml())))
+        parts.append(_or_refusal(partial(_free_body, e, name)))
     parts += [f"<h2>Equations of motion{heading}</h2>", _or_refusal(lambda: formulas(e.mathml()))]
     return "\n".join(parts)
+
+
+def _free_body(e: Equations, name: str) -> str:
+    return formulas(e.free_body(name).mathml())
 
 
 def _or_refusal(made: Callable[[], str]) -> str:

@@ -281,7 +281,7 @@ class Ring(Field):
         """Content and irreducible factors of an fmpz_mpoly."""
         if len(num) > 1:
             self.budget.factors(num)
-        return num.factor()  # type: ignore[no-any-return]
+        return num.factor()
 
     def common(self, a: Any, b: Any) -> Any:
         """Greatest common divisor of two fmpz_mpoly."""
