@@ -116,8 +116,8 @@ class State:
                 total = total + self(partial) * udot[j]
         return total
 
-    def kept(self, what: str, i: int, value: Spatial) -> Spatial:
-        """A velocity, acceleration or force of link ``i`` as the next links take it: here as it is.
+    def kept(self, what: str, of: Any, value: Any) -> Any:
+        """A velocity, acceleration or force of a link, or line and pull of a load, as what follows takes it: unchanged.
 
         A state in which long quantities are named gives the names (`equations.recursive`).
         """

@@ -40,6 +40,7 @@ from ..errors import Arguments, ModelError, Result, TooManyTermsError, arguments
 from ..model.assemble import assemble
 from ..model.model import Model
 from ..scalar.algebra import ZERO, Vector, add, apply
+from ..scalar.budget import WORK
 from ..scalar.polynomial import Polynomial, Ring
 from .arrange import PRINTED
 from .constraints import closure_reactions, eliminated, indeterminate
@@ -181,7 +182,7 @@ class Equations:
             return self._asked
         try:
             # on the way an element may be longer than what is left of it
-            with self.ring.budget.question("the equations of motion", terms=4 * PAGE):
+            with self.ring.budget.question("the equations of motion", terms=4 * PAGE, work=WORK // 8):
                 sides = [x for pair in self.balances for x in pair] + self._residuals
             if sum(len(x) for x in sides if type(x) is Polynomial) <= PAGE:
                 return "explicit"

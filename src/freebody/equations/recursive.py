@@ -152,6 +152,19 @@ class Names:
         return [d for i, d in self.definitions.items() if i in needed]
 
 
+class _Placed(State):
+    """The model in the axes of its links, with names for the lines and pulls of its springs and dampers."""
+
+    def __init__(self, base: State, names: Names) -> None:
+        super().__init__(base.model, base.field, base.t, base.q, base.u, base.values)
+        self._names = names
+
+    def kept(self, what: str, of: Any, value: Any) -> Any:
+        if what == "line":
+            return self._names.vector(f"d_{of}", value, "coordinate", POSITIONS)
+        return self._names.vector(f"F_{of}", value, "reaction", FORCES) if what == "pull" else value
+
+
 class _Working(State):
     """The model in working axes: fixed ones, while all axes from the ground on are parallel, else those of the link.
 
@@ -241,8 +254,8 @@ class _Working(State):
         n, s = self._base.subspace(i)
         return apply(self.axes(i), n), apply(self.axes(i), s)
 
-    def kept(self, what: str, i: int, value: Spatial) -> Spatial:
-        turn, label = self._turns[i], self.label(i)
+    def kept(self, what: str, of: Any, value: Any) -> Any:
+        turn, label = self._turns[of], self.label(of)
         names = self._names
         if what == "force":
             n, f = value
@@ -257,7 +270,7 @@ class _Working(State):
             along = turn.rate if what == "velocity" else turn.second
             turning = (0, 0, 0) if turn.axis is None else tuple(along * n for n in turn.axis)
         else:
-            body = self.model.links[i].body or label
+            body = self.model.links[of].body or label
             letter = "omega" if kind == "speed" else "alpha"
             turning = names.vector(f"{letter}_{body}", turning, kind, MOTION)
         return turning, names.vector(f"{'v' if kind == 'speed' else 'a'}_{label}", moving, kind, MOTION)
@@ -269,9 +282,9 @@ class Recursive:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.ring = Ring(capacity=64 + len(model.parameters) + 6 * model.n_q + 24 * len(model.links))
-        base = polynomial_state(model, self.ring)
-        self.udot = tuple(self.ring.generator(speed.acceleration, "acceleration") for speed in model.speeds)
         self.names = Names(model, self.ring)
+        base = _Placed(polynomial_state(model, self.ring), self.names)
+        self.udot = tuple(self.ring.generator(speed.acceleration, "acceleration") for speed in model.speeds)
         self._base = base
         self.working = _Working(base, self.names, self.udot)
         self._place()

@@ -45,10 +45,10 @@ class Budget:
         self.cure = CURE
         self._open = False
         self._ceiling: int | None = None
-        self._renew()
+        self._renew(WORK)
 
-    def _renew(self) -> None:
-        self.work: float = WORK
+    def _renew(self, work: int) -> None:
+        self.work = work
         self.held: float = HELD
 
     @property
@@ -58,11 +58,13 @@ class Budget:
         return terms if self._ceiling is None else min(terms, self._ceiling)
 
     @contextmanager
-    def question(self, subject: str, cure: str = "", *, terms: int | None = None) -> Iterator[None]:
-        """Name what is formed; ``terms`` allows no more in any element on the way."""
+    def question(
+        self, subject: str, cure: str = "", *, terms: int | None = None, work: int = WORK
+    ) -> Iterator[None]:
+        """Name what is formed; no element on the way may have more ``terms``, and nothing take more ``work``."""
         before = (self.subject, self.cure, self._open, self._ceiling)
         if not self._open:
-            self._renew()
+            self._renew(work)
         if cure and not self._open:  # what is asked for at first tells what to ask for instead
             self.cure = cure
         self.subject, self._open = subject, True
@@ -107,9 +109,12 @@ class Budget:
         self._take(work, work, _bits(p) + _bits(divisor))
 
     def factors(self, *elements: Any) -> None:
-        """Ask for a factorization or a common divisor: 10 to 20 μs a term, measured on products of random sums."""
+        """Ask for a factorization or a common divisor.
+
+        They take 10 to 20 μs a term for products of random sums of up to 10,000 terms, more for powers of long ones.
+        """
         terms = sum(map(len, elements))
-        self._take(SLOW * terms, terms, 0)
+        self._take(SLOW * terms * (1 + terms // FREE), terms, 0)
 
     def scan(self, terms: int) -> None:
         """Ask for a look at so many terms in Python."""
