@@ -1,5 +1,6 @@
 """No formula ends the interpreter: what would be too long is refused, or written another way."""
 
+import re
 import subprocess
 import sys
 import time
@@ -8,6 +9,7 @@ import pytest
 import sympy
 
 import freebody as fb
+from freebody.cli import main
 from freebody.errors import ModelError, TooManyTermsError
 from freebody.scalar.budget import FREE, SLOW, WORK
 from freebody.scalar.polynomial import Ring
@@ -291,3 +293,26 @@ def test_constraints_have_no_motion_near_a_guess():
     s.constrain("theta1 + theta2")
     with pytest.raises(ModelError, match="Expected a tree of joints without constraints"):
         fb.steady_motions(s, near={})
+
+
+def test_the_commands_speak_of_a_long_chain(tmp_path, capsys):
+    path = str(tmp_path / "chain.toml")
+    fb.write(chain(14), path)
+
+    def said(*arguments):
+        with pytest.raises(SystemExit) as ended:
+            main([*arguments])
+        shown = capsys.readouterr()
+        return ended.value.code or 0, shown.out + shown.err
+
+    code, text = said("check", path)
+    assert code == 0
+    assert re.search(r"Equations of motion: up to \S+ terms written out; printed recursively\.", text)
+    code, text = said("analyze", path)
+    assert code == 0
+    assert "need no expression of more than" in text
+    assert "next to zero; others may exist" in text
+    assert "Frequencies in rad/s" in text
+    code, text = said("equations", path, "--form", "explicit")
+    assert code == 2
+    assert "form='recursive'" in text

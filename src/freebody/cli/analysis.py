@@ -584,6 +584,8 @@ class _Inquiry:
         """The steady motion in closed form that a state is one of; None if there is none."""
         import sympy
 
+        if self.motions is None:  # found next to a guess
+            return None
         names = self.model.names.atoms
         numbers = {names[name]: sympy.Float(value) for name, value in self.values.items()}
         numbers |= {
