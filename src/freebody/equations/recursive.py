@@ -282,6 +282,8 @@ class Recursive:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.ring = Ring(capacity=64 + len(model.parameters) + 6 * model.n_q + 24 * len(model.links))
+        self.ring.budget.subject = f"the recursive equations of '{model.name}'"
+        self.ring.budget.cure = "Ask for numbers: fb.simulate, fb.compile, fb.linearize with values=."
         self.names = Names(model, self.ring)
         base = _Placed(polynomial_state(model, self.ring), self.names)
         self.udot = tuple(self.ring.generator(speed.acceleration, "acceleration") for speed in model.speeds)
