@@ -27,10 +27,12 @@ def equations(
     initial: Mapping[Any, Any] | None = None,
     near: Mapping[Any, Any] | None = None,
     values: Mapping[Any, Any] | None = None,
+    form: str = "auto",
 ) -> Equations:
     """The equations of a system: free bodies, motion, reactions, energy, momentum.
 
-    Nothing is computed before it is asked for.
+    Nothing is computed before it is asked for. Equations that fit no page, such as those of a long chain, are printed
+    recursively: angles from the ground, velocities, accelerations and the forces in the joints get names, body by body.
 
     Parameters
     ----------
@@ -43,6 +45,10 @@ def equations(
         does not decide them.
     initial, near, values : mapping, optional
         The start, by which the modes are found, as of :func:`freebody.simulate`.
+    form : {"auto", "explicit", "recursive"}
+        How the equations of motion are printed: in coordinates alone, or in named quantities, each defined by a short
+        formula; then ``.motion`` and ``.definitions`` are in these too. "auto" names them where the equations have more
+        than 5000 terms.
 
     Returns
     -------
@@ -51,7 +57,10 @@ def equations(
     Raises
     ------
     ModelError
-        What :func:`freebody.assemble` refuses; unknown contacts and modes; a start beside modes, or without contacts.
+        What :func:`freebody.assemble` refuses; unknown contacts, modes and forms; a start beside modes, or without
+        contacts.
+    TooManyTermsError
+        On a formula that is asked for and would be too long for memory.
 
     Examples
     --------
@@ -63,18 +72,23 @@ def equations(
     >>> pin = s.hinge("pin", s.ground, bob, to=(0, L, 0), coordinate="theta")
     >>> print(fb.equations(s).text())
     m*L^2*theta'' + m*L*g*sin(theta) = 0
+    >>> print(fb.equations(s, form="recursive").text())
+    Forces and moments that the joints pass on, springs and motors along them included, inward:
+      pin_Mz = m*L^2*theta'' + m*L*g*sin(theta)
+    Equations of motion:
+      pin_Mz = 0
     """
     model = assembled(system)
     if modes is None and model.contacts:
         found, why = modes_at_start(system, initial, near, values)
-        return Equations(in_modes(model, found), why)
+        return Equations(in_modes(model, found), form, why)
     given = (("initial", initial), ("near", near), ("values", values))
     if named := [f"{name}=" for name, value in given if value is not None]:
         why = (
             "modes= says what the contacts do" if modes is not None else "without contacts no start is needed"
         )
         raise ModelError(f"Expected no {', '.join(named)} for equations: {why}. Leave it out.")
-    return Equations(model_in_modes(model, modes))
+    return Equations(model_in_modes(model, modes), form)
 
 
 def assembled(system: System | Model) -> Model:

@@ -30,6 +30,17 @@ class ExpressionError(FreebodyError, ValueError):
     """Text that is not an expression of the system's own names."""
 
 
+class TooManyTermsError(FreebodyError, ValueError):
+    """A formula that would be longer than memory, or anybody's patience, can hold: what it is, and the cure."""
+
+    def __init__(self, reason: str, cure: str) -> None:
+        super().__init__(reason, cure)
+        self.reason = reason
+
+    def __str__(self) -> str:
+        return " ".join(self.args)
+
+
 class MassError(ModelError):
     """Mass properties that no body can have."""
 

@@ -13,10 +13,11 @@ import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from ..errors import FreebodyError, ModelError, nearest
+from ..errors import FreebodyError, ModelError, TooManyTermsError, nearest
 
 if TYPE_CHECKING:
     from ..equations.equations import Equations
@@ -195,12 +196,11 @@ class _Inquiry:
     ) -> None:
         import freebody as fb
 
-        from ..equations.vocabulary import Vocabulary
-
-        decides = {"initial": start, "near": near, "values": values} if system.contacts else {}
+        decides: dict[str, Any] = (
+            {"initial": start, "near": near, "values": values} if system.contacts else {}
+        )
         self.e: Equations = fb.equations(system, **decides)
         self.model = self.e.model
-        self.vocabulary = Vocabulary(self.e)
         self.given = values
         self.about = about
         self.near = near
@@ -218,6 +218,12 @@ class _Inquiry:
         self.start = {} if self.missing else {name: self._number(name, x) for name, x in start.items()}
         self.motions: Any = None
         self.states: tuple[Any, ...] = ()
+
+    @cached_property
+    def vocabulary(self) -> Any:
+        from ..equations.vocabulary import Vocabulary
+
+        return Vocabulary(self.e)
 
     def _number(self, name: str, value: Any) -> float:
         from ..simulate.initial import number
@@ -245,6 +251,8 @@ class _Inquiry:
             self.motions, self.states = None, ()
             text = f"Not found in {self.patience:g} s: in symbols this machine is large. Allow more with --patience."
             return Section(title, notes=[text])
+        except TooManyTermsError as error:
+            return Section(title, notes=[str(error)])
 
     # -- equations and integrals --------------------------------------------------------------------
 
@@ -299,6 +307,10 @@ class _Inquiry:
         section.data = {"conditions": [], "motions": [], "states": []}
         try:
             self.motions = fb.steady_motions(self.e)
+        except TooManyTermsError as error:
+            section.notes.append(error.reason)
+            self._near(section)
+            return section
         except FreebodyError as error:
             section.notes.append(str(error))
             return section
@@ -308,7 +320,9 @@ class _Inquiry:
             closed.append(line)
             section.data["motions"].append(data)
         lines = self.motions.text().splitlines()
-        conditions = lines[: len(lines) - len(self.motions)]
+        conditions = lines[: len(self.motions.conditions)]
+        if self.motions.reason:
+            section.notes.append(f"No closed form: {self.motions.reason}")
         section.data["conditions"] = conditions
         section.text += [*conditions, *closed]
         section.latex.append(self.motions.latex())
@@ -350,6 +364,22 @@ class _Inquiry:
             return "always" if x == True else "never"  # noqa: E712
         return self.show(x)
 
+    def _near(self, section: Section) -> None:
+        """One steady motion near zero, where the conditions are too long to be written."""
+        from ..equations.steady_near import steady_near
+
+        if self.missing:
+            section.notes.append(self._no_numbers())
+            return
+        try:
+            found = steady_near(self.model, self.values, {})
+        except FreebodyError as error:
+            section.notes.append(f"In numbers: {error}")
+            return
+        self.states = found.states
+        section.text.append(f"at {self._at()}, next to zero; others may exist")
+        self._add_states(section, lambda state: state.latex())
+
     def _in_numbers(self, section: Section) -> None:
         if self.missing:
             section.notes.append(self._no_numbers())
@@ -369,9 +399,12 @@ class _Inquiry:
             section.notes.append("At these values no steady motion exists.")
         if self.states:
             section.text.append(f"at {self._at()}" if self.values else "in numbers")
+        self._add_states(section, self._state_latex)
+
+    def _add_states(self, section: Section, latex: Callable[[Any], str]) -> None:
         for state in self.states:
             section.text.append(f"  {state!r}")
-            section.latex.append(self._state_latex(state))
+            section.latex.append(latex(state))
             stability = state.stability
             section.data["states"].append(
                 {
@@ -555,6 +588,8 @@ class _Inquiry:
         """The steady motion in closed form that a state is one of; None if there is none."""
         import sympy
 
+        if self.motions is None:  # found next to a guess
+            return None
         names = self.model.names.atoms
         numbers = {names[name]: sympy.Float(value) for name, value in self.values.items()}
         numbers |= {

@@ -47,10 +47,25 @@ def check(model: str) -> None:
     click.echo(f"Coordinates: {coordinates or 'none'}")
     if not assembled.constraints:
         click.echo(f"Degrees of freedom: {len(assembled.speeds)}")
+        _length(assembled)
         click.echo(f"'{system.name}' is sound.")
         return
     _freedom(assembled, found.near)
+    _length(assembled)
     click.echo(f"'{system.name}' is sound.")
+
+
+def _length(model: Model) -> None:
+    """That the equations of motion are printed recursively, and how long they would be."""
+    from ..equations.equations import equations
+    from ..equations.extent import most_terms
+    from ..scalar.budget import shown
+
+    if equations(model).form == "recursive":
+        click.echo(
+            f"Equations of motion: up to {shown(most_terms(model))} terms written out; printed recursively. "
+            "Formulas for reactions and free bodies may be too long."
+        )
 
 
 def _bodies(system: System, text: Any) -> None:

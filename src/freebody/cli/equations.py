@@ -26,7 +26,14 @@ if TYPE_CHECKING:
     help="What a contact does: open, stick, slip+, slip- or slip; those not named are open. If none is given, the "
     "modes in which the motion starts.",
 )
-def equations(model: str, latex: bool, body: str | None, modes: tuple[str, ...]) -> None:
+@click.option(
+    "--form",
+    type=click.Choice(("auto", "explicit", "recursive")),
+    default="auto",
+    show_default=True,
+    help="Written out, or in named quantities, short formulas each; auto names them where the equations fit no page.",
+)
+def equations(model: str, latex: bool, body: str | None, modes: tuple[str, ...], form: str) -> None:
     """Print the equations of motion of MODEL, or the free-body equations of one body."""
     from ..at_start import equations as equations_of
     from ..errors import ModelError, nearest
@@ -41,7 +48,7 @@ def equations(model: str, latex: bool, body: str | None, modes: tuple[str, ...])
                 f"Expected a contact and its mode, such as floor=stick, for --mode, got '{given}'."
             )
     start = {"initial": found.start, "near": found.near} if system.contacts and not modes else {}
-    whole = equations_of(system, modes=dict(given.split("=") for given in modes) or None, **start)
+    whole = equations_of(system, modes=dict(given.split("=") for given in modes) or None, form=form, **start)
     product: Any = whole if body is None else whole.free_body(body)
     click.echo(product.latex() if latex else product.text())
     if whole.model.constraints and body is None and not latex:

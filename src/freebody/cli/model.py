@@ -82,7 +82,8 @@ class FileEntry:
         plots: dict[str, Any] = {}
         if trajectory.kernels.model.coordinates:
             plots["coordinates.png"] = lambda path: trajectory.plot(path=path)
-        start = {"initial": case.initial, "near": case.near, "values": values} if case.system.contacts else {}
+        decides: dict[str, Any] = {"initial": case.initial, "near": case.near, "values": values}
+        start = decides if case.system.contacts else {}
         return FileOutcome(self, case.system, equations(case.system, **start), trajectory, plots)
 
 

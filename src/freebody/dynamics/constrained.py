@@ -126,7 +126,7 @@ def constrained_loading(model: Model, state: State, multipliers: Sequence[Any]) 
     """The loads of the model together with the forces of its constraints."""
     given = loading(model, state)
     result = Loading(dict(given.wrenches), dict(given.along), dict(given.generalized))
-    matrix = linearized(model, state).matrix
+    conditions = linearized(model, state)
     for i, (row, acting) in enumerate(zip(rows(model), wrenches(model, state), strict=True)):
         value, owner = multipliers[i], model.constraints[row.owner]
         if isinstance(value, int) and value == 0:
@@ -141,7 +141,7 @@ def constrained_loading(model: Model, state: State, multipliers: Sequence[Any]) 
                 pressure = size * state.field.apply("abs", value)
                 _press(model, state, result, where, scale(pressure, force), scale(pressure, moment))
         elif not acting:
-            for j, entry in enumerate(matrix[i]):
+            for j, entry in enumerate(conditions.matrix[i]):
                 result.generalized[j] = result.generalized.get(j, 0) + entry * value
     return result
 

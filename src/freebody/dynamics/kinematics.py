@@ -62,7 +62,7 @@ def velocities(model: Model, state: State) -> list[Spatial]:
         for i, link in enumerate(model.links):
             R, p, vJ = state.joint(i)
             V_P = ZERO6 if link.parent == GROUND else result[link.parent]
-            result.append(plus(motion_to_child(R, p, V_P), vJ))
+            result.append(state.kept("velocity", i, plus(motion_to_child(R, p, V_P), vJ)))
         state.cache["velocities"] = result
     return state.cache["velocities"]
 
@@ -91,7 +91,7 @@ def accelerations(
             A = plus(A, times(state.second_rate(link, udot), state.subspace(i)))
         elif link.u >= 0 and udot is not None:
             A = plus(A, _own_rates(link.kind, udot, link.u))
-        result.append(A)
+        result.append(state.kept("acceleration", i, A))
     return result
 
 

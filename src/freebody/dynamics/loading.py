@@ -91,13 +91,14 @@ def point_forces(model: Model, state: State, load: Force | Spring | Damper) -> l
         tension = divide(state(load.stiffness) * (length - state(load.rest)), length)
     else:
         tension = divide(state(load.damping) * dot(along_N, _relative(model, state, load)), length * length)
-    force = scale(tension, along_N)
+    force = state.kept("pull", load.name, scale(tension, along_N))
     return [(load.start, force), (load.end, negate(force))]
 
 
 def line(model: Model, state: State, load: Spring | Damper) -> tuple[Vector, Any]:
     """Vector from start to end in ground axes, and its length."""
     d = subtract(point_position(model, state, load.end), point_position(model, state, load.start))
+    d = state.kept("line", load.name, d)
     return d, state.field.sqrt(dot(d, d))
 
 

@@ -41,6 +41,7 @@ def transmitted(
     F = _own(model, state, udot, loads)
     for i in range(len(model.links) - 1, -1, -1):
         link = model.links[i]
+        F[i] = state.kept("force", i, F[i])
         if link.parent != GROUND:
             R, p, _ = state.joint(i)
             F[link.parent] = plus(F[link.parent], force_to_parent(R, p, F[i]))

@@ -116,6 +116,13 @@ class State:
                 total = total + self(partial) * udot[j]
         return total
 
+    def kept(self, what: str, of: Any, value: Any) -> Any:
+        """A velocity, acceleration or force of a link, or line and pull of a load, as what follows takes it: unchanged.
+
+        A state in which long quantities are named gives the names (`equations.recursive`).
+        """
+        return value
+
     def subspace(self, i: int) -> Spatial:
         """Motion of a 1-dof link per unit rate, in its own axes; constant there."""
         link = self.model.links[i]

@@ -23,6 +23,7 @@ Coefficient = dict[tuple[Any, ...], dict[Any, int]]
 # Beyond this many terms nobody reads a coefficient: it is shown in its canonical form.
 LARGEST = 4000
 _DEGREE = 12  # of a product of sines and cosines that is still turned into sums
+_WAVES = 2**18  # sines and cosines of sums that are looked at on the way to the shortest form: half a second
 
 
 def shortest(ring: Any, coefficient: Coefficient, rank: Callable[[int], Any]) -> tuple[Coefficient, int]:
@@ -176,7 +177,7 @@ def angle_sums(
     """
     generators = ring.generators
     split = []
-    largest = 0
+    largest = waves = 0
     for monomial, parameters in coefficient.items():
         rest = []
         powers: dict[int, list[int]] = {}
@@ -193,6 +194,9 @@ def angle_sums(
         if degree > _DEGREE:
             return {}, 1
         largest = max(largest, degree)
+        waves += 2**degree * len(parameters)
+        if waves > _WAVES:
+            return {}, 1
         split.append((key, degree, tuple(rest), parameters))
     result: Coefficient = {}
     for key, degree, rest_key, parameters in split:

@@ -43,6 +43,8 @@ _FIXED = ("parameter", "constant", "load")
 
 LONGEST = 10_000
 """Terms beyond which an element is not brought over a common denominator: nobody reads them."""
+PRINTED = 4
+"""Looks at a term until it is printed: some 80 μs."""
 LONG = 8
 """Terms beyond which what stands under a root or a bar gets a name, where names are given."""
 
@@ -137,6 +139,7 @@ class _Arrangement:
 
     def entry(self, x: Polynomial) -> Sum:
         """The whole of an element, over the denominators that are no parameters."""
+        self.ring.budget.scan(PRINTED * len(x))
         denominators: list[tuple[Any, int]] = []
         y: Any = x
         while type(y) is Polynomial:

@@ -10,8 +10,9 @@ The file is longer than others: the equations are one class with all that is ask
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
+from functools import cached_property, wraps
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -35,11 +36,13 @@ from ..dynamics.loading import loading
 from ..dynamics.momentum import momentum
 from ..dynamics.newton_euler import inverse_dynamics, reactions
 from ..dynamics.state import State, polynomial_state
-from ..errors import ModelError, arguments_named, nearest
+from ..errors import Arguments, ModelError, Result, TooManyTermsError, arguments_named, nearest
 from ..model.assemble import assemble
 from ..model.model import Model
 from ..scalar.algebra import ZERO, Vector, add, apply
-from ..scalar.polynomial import Ring
+from ..scalar.budget import WORK
+from ..scalar.polynomial import Polynomial, Ring
+from .arrange import PRINTED
 from .constraints import closure_reactions, eliminated, indeterminate
 from .contact_modes import model_in_modes, modes_of
 from .display import Formulas, displayed, lines_of
@@ -50,6 +53,7 @@ from .lines import EQUALS, Lines, Shown
 from .mathml import MathML, document
 from .printer import Printer
 from .reaction import Reaction, unknowns
+from .recursive import Recursive
 from .show import latex_words, words
 from .text import Text
 
@@ -63,30 +67,60 @@ if TYPE_CHECKING:
 
 
 @arguments_named
-def equations(system: System | Model, *, modes: Mapping[str, Any] | None = None) -> Equations:
-    """The equations of a system while its contacts keep ``modes``, all of them open if none are given.
+def equations(
+    system: System | Model, *, modes: Mapping[str, Any] | None = None, form: str = "auto"
+) -> Equations:
+    """The equations of a system while its contacts keep ``modes``, all of them open if none are given, in a ``form``.
 
     :func:`freebody.equations` finds the modes in which the motion starts.
     """
     model = system if isinstance(system, Model) else assemble(system)
-    return Equations(model_in_modes(model, modes))
+    return Equations(model_in_modes(model, modes), form)
+
+
+FORMS = ("auto", "explicit", "recursive")
+PAGE = 5000
+"""Terms of all equations of motion that are still written out: some ten pages."""
+CURE = (
+    "Ask for fb.equations(s, form='recursive'), in which what is long has a name, or for numbers: "
+    "fb.simulate, fb.compile."
+)
+
+
+def named(subject: str) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
+    """What a method of the equations forms is called ``subject`` where it is too long, and has a budget of its own."""
+
+    def of_method(method: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+        @wraps(method)
+        def asked(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+            e: Any = args[0]
+            with (e if isinstance(e, Equations) else e._e).question(subject):
+                return method(*args, **kwargs)
+
+        return asked
+
+    return of_method
 
 
 class Equations:
     """Symbolic products of one model. Made by :func:`equations`; every product is formed once, when asked for."""
 
-    def __init__(self, model: Model, chosen: str = "") -> None:
+    def __init__(self, model: Model, form: str = "auto", chosen: str = "") -> None:
+        if form not in FORMS:
+            raise ModelError(f"Unknown form {form!r} of equations; {nearest(str(form), FORMS)}")
         self.model = model
+        self._asked = form
         self.chosen = chosen
         """How the modes of the contacts were chosen, if not by who asked."""
         # room for every symbol, sine and cosine from the start: growing a ring re-packs its elements
         self.ring = Ring(capacity=64 + len(model.parameters) + 6 * model.n_q)
+        self.ring.budget.subject, self.ring.budget.cure = f"the equations of '{model.name}'", CURE
         self.state: State = polynomial_state(model, self.ring)
         self.udot = tuple(self.ring.generator(speed.acceleration, "acceleration") for speed in model.speeds)
 
     def __reduce__(self) -> Any:
         """Another process, or a copy, forms the products that it is asked for."""
-        return type(self), (self.model,)
+        return type(self), (self.model, self._asked, self.chosen)
 
     # -- canonical polynomials --------------------------------------------------------------------
 
@@ -99,7 +133,43 @@ class Equations:
             if isinstance(x, Spring | Damper | JointSpring | JointDamper)
         }
 
+    def question(self, subject: str) -> AbstractContextManager[None]:
+        """What is formed inside is called ``subject`` when it is too long, and has a budget of its own."""
+        return self.ring.budget.question(f"{subject} of '{self.model.name}'", CURE)
+
     @cached_property
+    def recursive(self) -> Recursive:
+        """The equations of motion in named quantities."""
+        return Recursive(self.model)
+
+    @cached_property
+    def form(self) -> str:
+        """How the equations of motion are printed: "explicit" or "recursive"."""
+        if self._asked != "auto":
+            return self._asked
+        try:
+            # on the way an element may be longer than what is left of it
+            with self.ring.budget.question("the equations of motion", terms=4 * PAGE, work=WORK // 8):
+                sides = [x for pair in self.balances for x in pair] + self._residuals
+            if sum(len(x) for x in sides if type(x) is Polynomial) <= PAGE:
+                return "explicit"
+        except TooManyTermsError:
+            pass
+        try:
+            return "recursive" if self.recursive else ""
+        except TooManyTermsError:
+            return "explicit"
+
+    @cached_property
+    def definitions(self) -> Mapping[Any, Any]:
+        """Symbols of the named quantities and what they are, as SymPy expressions, in order; none in explicit form."""
+        if self._asked != "recursive":
+            return {}
+        ring = self.recursive.ring
+        return {d.symbol: displayed(d.value, ring) for d in self.recursive.definitions if d.angle is None}
+
+    @cached_property
+    @named("the equations of motion")
     def canonical_left(self) -> tuple[Any, ...]:
         """M u' + h as canonical polynomials, by one pass of Newton-Euler with u' as symbols."""
         return inverse_dynamics(
@@ -107,6 +177,7 @@ class Equations:
         )
 
     @cached_property
+    @named("the mass matrix")
     def canonical_mass_matrix(self) -> tuple[tuple[Any, ...], ...]:
         """M as canonical polynomials: equal entries are equal, zero is recognised.
 
@@ -118,6 +189,7 @@ class Equations:
         )
 
     @cached_property
+    @named("the velocity terms")
     def canonical_bias(self) -> tuple[Any, ...]:
         """h as canonical polynomials: velocity terms, weight, springs and dampers, all but the applied loads."""
         result = []
@@ -128,6 +200,7 @@ class Equations:
         return tuple(result)
 
     @cached_property
+    @named("the equations of motion")
     def canonical_applied(self) -> tuple[Any, ...]:
         """Q as canonical polynomials: generalized forces of the applied forces, couples and motors."""
         if len(self._held) == len(self.model.loads):
@@ -136,6 +209,7 @@ class Equations:
         return tuple(left - all_ for left, all_ in zip(self.canonical_left, everything, strict=True))
 
     @cached_property
+    @named("the equations of motion")
     def balances(self) -> tuple[tuple[Any, Any], ...]:
         """(M u' + h, Q + Gᵀ λ) of every degree of freedom, canonical."""
         right = list(self.canonical_applied)
@@ -164,6 +238,7 @@ class Equations:
         return tuple(self.ring.generator(symbol, "reaction") for symbol in self.multipliers)
 
     @cached_property
+    @named("the positions")
     def postures(self) -> dict[str, Posture]:
         """Pose of every body, canonical."""
         return poses(self.model, self.state)
@@ -184,6 +259,7 @@ class Equations:
         return apply(link_postures(self.model, self.state)[place.link].rotation, a_C)
 
     @cached_property
+    @named("the accelerations")
     def accelerations(self) -> list[Any]:
         """Angular acceleration of every link and acceleration of its origin, in its axes, canonical; formed once."""
         return accelerations(self.model, self.state, self.udot)
@@ -203,6 +279,7 @@ class Equations:
         return sympy.ImmutableMatrix([self.displayed(c) for c in v])
 
     @cached_property
+    @named("the mass matrix")
     def mass_matrix(self) -> Any:
         """M as a SymPy matrix, (n_u, n_u): kinetic energy ½ uᵀ M u [kg, kg m, kg m²]."""
         n = self.model.n_u
@@ -211,18 +288,24 @@ class Equations:
         )
 
     @cached_property
+    @named("the velocity terms")
     def bias(self) -> Any:
         """h - Q as a SymPy column, (n_u, 1): M u' + bias = 0."""
         pairs = zip(self.canonical_bias, self.canonical_applied, strict=True)
         return sympy.ImmutableMatrix([self.displayed(h - Q) for h, Q in pairs])
 
     @cached_property
+    @named("the equations of motion")
     def motion(self) -> tuple[Any, ...]:
         """Equations of motion M u' + h = Q, one SymPy ``Eq`` per degree of freedom, in coordinate order.
 
         Accelerations, velocity terms, weight, springs and dampers stand on the left, applied loads on the right.
         """
-        return tuple(sympy.Eq(self.displayed(a), self.displayed(b), evaluate=False) for a, b in self.balances)
+        if self._asked == "recursive":
+            pairs = [(displayed(x, self.recursive.ring), 0) for x in self.recursive.balances]
+        else:
+            pairs = [(self.displayed(a), self.displayed(b)) for a, b in self.balances]
+        return tuple(sympy.Eq(a, b, evaluate=False) for a, b in pairs)
 
     @cached_property
     def multipliers(self) -> tuple[Any, ...]:
@@ -230,6 +313,7 @@ class Equations:
         return tuple(sympy.Symbol(name, real=True) for name in self.condition_names)
 
     @cached_property
+    @named("the constraints")
     def constraints(self) -> tuple[Any, ...]:
         """The constraints as SymPy ``Eq``: on coordinates and, for non-holonomic ones, on speeds.
 
@@ -242,18 +326,21 @@ class Equations:
         return [x for x in self.conditions.residual if x != 0]
 
     @cached_property
+    @named("the matrix of the constraints")
     def constraint_matrix(self) -> Any:
         """G as a SymPy matrix, a row per scalar constraint: G u + g = 0; its transpose times the multipliers acts."""
         entries = [self.displayed(x) for row in self.conditions.matrix for x in row]
         return sympy.ImmutableMatrix(len(self.condition_names), self.model.n_u, entries)
 
     @cached_property
+    @named("the constraints")
     def constraint_bias(self) -> Any:
         """γ as a SymPy column: G u' + γ = 0."""
         return sympy.ImmutableMatrix(
             len(self.condition_names), 1, [self.displayed(x) for x in self.conditions.bias]
         )
 
+    @named("the equations without multipliers")
     def eliminated(self, independent: Sequence[Any]) -> tuple[Any, ...]:
         """Equations of motion without multipliers: one per independent speed, by dependent speeds.
 
@@ -321,11 +408,13 @@ class Equations:
         return Reactions(self)
 
     @cached_property
+    @named("the reactions")
     def closures(self) -> dict[str, Reaction]:
         """Reactions of the joints that close loops and of closed contacts, in their multipliers."""
         return closure_reactions(self)
 
     @cached_property
+    @named("the reactions")
     def canonical_reactions(self) -> dict[str, tuple[Vector, Vector]]:
         """(force, moment) of every joint on its child in ground axes, canonical."""
         loads = None
@@ -357,18 +446,21 @@ class Equations:
         return MomentumOf(self)
 
     @cached_property
+    @named("the conserved quantities")
     def integrals(self) -> Integrals:
         """Conserved quantities, each proven by a derivative that is canonically zero."""
         from .integrals import integrals
 
         return integrals(self)
 
+    @named("Routh's equations")
     def routh(self) -> Routh:
         """Routh's reduction: ignorable coordinates eliminated, their momenta as symbols."""
         from .routh import routh
 
         return routh(self)
 
+    @named("the free body")
     def free_body(self, body: Any, *, about: Any = None, frame: Any = None) -> FreeBody:
         """Free-body equations of one body, with the joint reactions as unknowns.
 
@@ -388,6 +480,7 @@ class Equations:
     # -- questions --------------------------------------------------------------------------------
 
     @property
+    @named("the plane of motion")
     def planar(self) -> str | None:
         """The ground axis at right angles to the plane that all bodies move in, "x", "y" or "z"; else None."""
         from .planar import Plane, plane_of
@@ -395,6 +488,7 @@ class Equations:
         plane = plane_of(self)
         return plane.letter if isinstance(plane, Plane) else None
 
+    @named("the solution")
     def solve(
         self, unknowns: Any, where: Any = None, *, bodies: Any = None, eliminate: Any = ()
     ) -> SolveResult:
@@ -440,6 +534,7 @@ class Equations:
 
         return solve(self, unknowns, where, bodies, eliminate)
 
+    @named("the elimination")
     def eliminate(self, reactions: Any = None, *, bodies: Any = None) -> Elimination:
         """Which combination of the free-body equations is free of reactions, and what it gives.
 
@@ -483,8 +578,12 @@ class Equations:
 
     # -- display ----------------------------------------------------------------------------------
 
+    @named("the equations of motion")
     def _shown(self, kind: type[Printer], sign: str) -> tuple[list[str], list[str]]:
-        return lines_of(kind, [*self.balances, *((x, 0) for x in self._residuals)], self.ring, sign)
+        sides = [*self.balances, *((x, 0) for x in self._residuals)]
+        # refused before the first of them is printed
+        self.ring.budget.scan(PRINTED * sum(len(x) for pair in sides for x in pair if type(x) is Polynomial))
+        return lines_of(kind, sides, self.ring, sign)
 
     @property
     def heading(self) -> list[str]:
@@ -499,17 +598,27 @@ class Equations:
 
     def lines(self) -> list[str]:
         """The lines of :meth:`text` below the modes of the contacts."""
+        if self.form == "recursive":
+            parts = self.recursive.written(Text, " = ")
+            return [line for head, lines in parts for line in (head, *(f"  {x}" for x in lines))]
         lines, names = self._shown(Text, " = ")
         return [*lines, *(["where"] if names else []), *(f"  {line}" for line in names)]
 
     def latex(self) -> str:
         """The equations of motion as a LaTeX ``aligned`` block."""
+        if self.form == "recursive":
+            parts = self.recursive.written(Latex, " &= ")
+            rows = [line for head, lines in parts for line in (f"&{latex_words(head)}", *lines)]
+            return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
         lines, names = self._shown(Latex, " &= ")
         above = [f"&{latex_words(line)}" for line in self.heading]
         return "\\begin{aligned}\n" + " \\\\\n".join([*above, *lines, *names]) + "\n\\end{aligned}"
 
     def mathml(self) -> str:
         """The equations of motion as presentation MathML."""
+        if self.form == "recursive":
+            parts = self.recursive.written(MathML, "<mo>=</mo>")
+            return "\n".join(document(x) for head, lines in parts for x in (words(head), *lines))
         lines, names = self._shown(MathML, "<mo>=</mo>")
         return "\n".join(map(document, [*map(words, self.heading), *lines, *names]))
 
@@ -579,21 +688,25 @@ class Energy(Formulas):
         self._e = equations
 
     @cached_property
+    @named("the kinetic energy")
     def canonical_kinetic(self) -> Any:
         """T as a canonical polynomial."""
         return kinetic_energy(self._e.model, self._e.state)
 
     @cached_property
+    @named("the potential energy")
     def canonical_potential(self) -> Any:
         """V as a canonical polynomial."""
         return potential_energy(self._e.model, self._e.state)
 
     @cached_property
+    @named("the kinetic energy")
     def kinetic(self) -> Any:
         """T, ½ Σ (m v_C² + ω·H_C)."""
         return self._e.displayed(self.canonical_kinetic)
 
     @cached_property
+    @named("the potential energy")
     def potential(self) -> Any:
         """V of weight (zero at the ground's origin) and springs (zero when free of force)."""
         return self._e.displayed(self.canonical_potential)
@@ -623,10 +736,12 @@ class MomentumOf(Lines):
         return self.text()
 
     @cached_property
+    @named("the linear momentum")
     def linear(self) -> Any:
         """Σ m v_C, SymPy column in ground axes [kg m/s]."""
         return self._e.column(momentum(self._e.model, self._e.state).linear)
 
+    @named("the angular momentum")
     def angular(self, about: Any = None) -> Any:
         """Σ (r × m v_C + H_C) about a point, SymPy column in ground axes [kg m²/s].
 

@@ -162,7 +162,7 @@ def _symbolic(
         return constrained_symbols(model, ring, point, q0, u0, t, values, inputs, _names(model, independent))
     q = along(model, ring, q0, u0, t, values)
     # an acceleration is never asked for: the deviations are about a motion without any
-    terms = _terms(model, ring, q, u0, (0,) * model.n_u, t, values, inputs)
+    terms = terms_at(model, ring, q, u0, (0,) * model.n_u, t, values, inputs)
     names = tangent_names(model)
     time = ring.generator(model.names.atoms["t"]).mask
     if not point.rounded:
@@ -235,7 +235,7 @@ def steady(model: Model, ring: Ring, terms: Mapping[str, Any], names: Sequence[s
 # -- the derivatives, for any field ---------------------------------------------------------------
 
 
-def _terms(
+def terms_at(
     model: Model,
     field: Field,
     q: Sequence[Any],
@@ -329,15 +329,17 @@ def _numeric(
     fastest = np.abs(u0).max(axis=1, initial=0)
     quarter = np.pi / 2 / np.where(fastest > 0, fastest, np.pi / 2)
 
-    def terms_at(state: State) -> dict[str, Any]:
+    def recorded_terms(state: State) -> dict[str, Any]:
         rest = (0,) * model.n_u
         own = {p.symbol: state.values[p.symbol] for p in model.parameters}
-        found = _terms(model, state.field, state.q, state.u, rest, state.t, own, inputs)
+        found = terms_at(model, state.field, state.q, state.u, rest, state.t, own, inputs)
         found["B"] = np.array(found["B"], dtype=object).reshape(model.n_u, len(inputs))
         return {**found, "A": tangent_drift(model, state.u)}
 
-    looked = [programs(("terms", tuple(inputs)), terms_at, moved(model, points, k * quarter)) for k in TIMES]
-    scale = _scale(looked[0], u0)
+    looked = [
+        programs(("terms", tuple(inputs)), recorded_terms, moved(model, points, k * quarter)) for k in TIMES
+    ]
+    scale = scale_of(looked[0], u0)
     names = tangent_names(model)
     off = (one for one in looked if not (np.abs(one["residual"]) <= SMALL * scale).all())
     residual = next(off, looked[0])["residual"]
@@ -432,8 +434,8 @@ class Checks:
             )
 
 
-def _scale(terms: Mapping[str, Any], u: Any) -> Any:
-    """Size of the terms of each equation at unit deviations."""
+def scale_of(terms: Mapping[str, Any], u: Any) -> Any:
+    """Size of the terms of each equation at unit deviations, a row for each of several states."""
     fast = np.abs(u).max(axis=1, initial=0)[:, None]
     M, C, K = (np.abs(terms[key]).sum(axis=2) for key in "MCK")
     return M * (1 + fast**2) + C * (1 + fast) + K
@@ -552,7 +554,7 @@ def _about_trajectory(
         checks = Checks(model, shape, numbers)
         return constrained_along(programs, points, shape, numbers, inputs, _names(model, independent), checks)
     udot = forward_dynamics(model, State(model, arrays, at, q, u, numbers))
-    terms = _terms(model, arrays, q, u, udot, at, numbers, inputs)
+    terms = terms_at(model, arrays, q, u, udot, at, numbers, inputs)
     terms = _in_rates(terms, tangent_drift(model, u), tangent_drift(model, udot))
     stacked = {}
     for key in ("M", "C", "K", "B", *(["A"] if "A" in terms else [])):

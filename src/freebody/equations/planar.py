@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import sympy
 
 from ..dynamics.kinematics import rotation, velocities
-from ..errors import ModelError
+from ..errors import ModelError, TooManyTermsError
 from ..scalar.algebra import IDENTITY, ZERO, add, apply, apply_transpose, cross, dot
 from .display import equation_latex, equation_text, text
 from .reaction import LETTERS, unknowns
@@ -60,6 +60,18 @@ def plane_of(e: Equations) -> Plane | str:
     if "plane" not in e.state.cache:
         e.state.cache["plane"] = _find(e)
     return e.state.cache["plane"]
+
+
+def normal_of(e: Equations) -> int | None:
+    """Number of the ground axis at right angles to the plane of a model's motion, if it has one.
+
+    Where the motion is too long to be written, its named quantities tell.
+    """
+    try:
+        plane = plane_of(e)
+    except TooManyTermsError:
+        return e.recursive.normal
+    return plane.normal if isinstance(plane, Plane) else None
 
 
 def _find(e: Equations) -> Plane | str:

@@ -12,18 +12,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import sympy
 
 from ..describe.system import System
-from ..errors import ModelError, nearest
+from ..errors import ModelError, TooManyTermsError, nearest
 from ..model.model import Model
 from ..scalar.polynomial import Polynomial
 from ..scalar.substitute import Substitution, arrays
 from .along_motion import numbers
 from .display import displayed, equation_latex, equation_text, text
-from .show import EQUALS, elements, inner, words
+from .show import EQUALS, elements, inner, latex_words, words
 from .steady_motion import SteadyMotion, SteadyState
 from .steady_problem import Problem
 from .steady_solve import Found, excluded, factors, product, solutions
@@ -31,7 +31,30 @@ from .steady_solve import Found, excluded, factors, product, solutions
 if TYPE_CHECKING:
     from .continuation import Branch
     from .equations import Equations
+    from .steady_near import SteadyNear
     from .steady_numeric import RootFound
+
+
+@overload
+def steady_motions(
+    system: System | Model | Equations,
+    *,
+    solve_for: Any = None,
+    terms: Mapping[Any, Any] | None = None,
+    values: None = None,
+    near: None = None,
+) -> SteadyMotions: ...
+
+
+@overload
+def steady_motions(
+    system: System | Model | Equations,
+    *,
+    solve_for: Any = None,
+    terms: Mapping[Any, Any] | None = None,
+    values: Mapping[Any, Any] | None = None,
+    near: Mapping[Any, Any] | None = None,
+) -> SteadyMotions | SteadyNear: ...
 
 
 def steady_motions(
@@ -40,7 +63,8 @@ def steady_motions(
     solve_for: Any = None,
     terms: Mapping[Any, Any] | None = None,
     values: Mapping[Any, Any] | None = None,
-) -> SteadyMotions:
+    near: Mapping[Any, Any] | None = None,
+) -> SteadyMotions | SteadyNear:
     """Motions in which coordinates stay constant, but for those that nothing depends on, which turn at constant rates.
 
         E_k(q, u = Σ w_a ξ_a, u' = 0) = 0
@@ -61,16 +85,22 @@ def steady_motions(
         ``{"Omega_zeta": "phi' + psi'*cos(theta)"}`` is the total spin.
     values : mapping, optional
         Parameters, and unknowns that are given, by name or symbol; then ``.states`` holds all roots in numbers.
+    near : mapping, optional
+        Coordinates by name, others zero: the equilibrium in numbers that Newton's method finds from there, and no more.
+        So it is found too, from zero if not given, where the conditions would be too long to be written.
 
     Returns
     -------
-    SteadyMotions
+    SteadyMotions or SteadyNear
+        The second where the motion was searched for near a guess; ``.reason`` says why.
 
     Raises
     ------
     ModelError
         No steady motion exists (what would have to hold), no closed form for what is asked (what was left), a
         machine with constraints and unit quaternions, or too few values.
+    TooManyTermsError
+        Without values, where the conditions would be too long to be written.
 
     Examples
     --------
@@ -92,15 +122,40 @@ def steady_motions(
     from .equations import Equations, equations
 
     e = system if isinstance(system, Equations) else equations(system)
-    if e.model.quaternions:
-        from .steady_turning import TurningProblem
+    if near is not None:
+        from .steady_near import steady_near
 
-        return SteadyMotions(TurningProblem(e, terms), solve_for, values)
-    return SteadyMotions(Problem(e, terms), solve_for, values)
+        return steady_near(e.model, values or {}, near)
+    try:
+        with e.ring.budget.question(f"the conditions of steady motion of '{e.model.name}'", NEAR):
+            if e.model.quaternions:
+                from .steady_turning import TurningProblem
+
+                return SteadyMotions(TurningProblem(e, terms), solve_for, values)
+            return SteadyMotions(Problem(e, terms), solve_for, values)
+    except TooManyTermsError as error:
+        if values is None:
+            raise
+        from .steady_near import steady_near
+
+        return steady_near(e.model, values, None, error.reason)
+
+
+NEAR = "With values={...}, and near={...} for a guess, one steady motion is found in numbers."
+CLOSED = 20_000
+"""Terms of what a closed form may need on its way; nobody would read it."""
 
 
 class SteadyMotions(Sequence[SteadyMotion]):
-    """The steady motions of a system. Made by :func:`steady_motions`."""
+    """The steady motions of a system. Made by :func:`steady_motions`.
+
+    Attributes
+    ----------
+    reason : str
+        Why there is no closed form, where it would be too long; the motions are then in ``.states``, in numbers.
+    """
+
+    reason = ""
 
     def __init__(self, problem: Problem, solve_for: Any, values: Mapping[Any, Any] | None) -> None:
         self.problem = problem
@@ -109,11 +164,21 @@ class SteadyMotions(Sequence[SteadyMotion]):
         p = problem
         wanted = self._asked or tuple(a for a in p.unknowns if a not in p.terms)
         others = tuple(a for a in p.unknowns if a not in wanted)
-        found = solutions(p.ring, p.conditions, wanted, others) if p.short else [Found(left=p.conditions)]
+        found = self._in_closed_form(wanted, others) if p.short else [Found(left=p.conditions)]
         self._found = tuple(SteadyMotion(self, one) for one in found)
         self._refuse_none()
         if values is None and self._asked:
             self._refuse_unsolved()
+
+    def _in_closed_form(self, wanted: Sequence[Any], others: Sequence[Any]) -> list[Found]:
+        """The solutions; where they would be too long, the conditions are left for numbers."""
+        p = self.problem
+        try:
+            with p.ring.budget.question("the steady motions in closed form", terms=CLOSED):
+                return solutions(p.ring, p.conditions, wanted, others)
+        except TooManyTermsError as error:
+            self.reason = error.reason
+            return [Found(left=p.conditions)]
 
     def _atoms(self, asked: Any) -> tuple[Any, ...]:
         if asked is None:
@@ -245,8 +310,17 @@ class SteadyMotions(Sequence[SteadyMotion]):
 
     @cached_property
     def states(self) -> tuple[SteadyState, ...]:
-        """All steady motions at the values given."""
-        return self.at(self._given or {})
+        """All steady motions at the values given; one next to zero, where finding all would take too long."""
+        try:
+            return self.at(self._given or {})
+        except TooManyTermsError as error:
+            from .steady_near import steady_near
+
+            found = steady_near(self.problem.e.model, self._given or {}, None)
+            self.reason = (
+                f"{error.reason} One motion was found by Newton's method from zero; others may exist."
+            )
+            return found.states
 
     def at(self, values: Mapping[Any, Any]) -> tuple[SteadyState, ...]:
         """All steady motions in numbers; of a continuous family one of each connected piece, marked as such.
@@ -261,6 +335,10 @@ class SteadyMotions(Sequence[SteadyMotion]):
         ModelError
             More unknowns than conditions.
         """
+        with self.problem.ring.budget.question("all steady motions in numbers", NEAR):
+            return self._at(values)
+
+    def _at(self, values: Mapping[Any, Any]) -> tuple[SteadyState, ...]:
         import numpy as np
 
         from .steady_family import dimension
@@ -458,7 +536,16 @@ class SteadyMotions(Sequence[SteadyMotion]):
             lines.append("0 = " + " or ".join(text(f, ring) for f in self._factors(x)))
             if zero := self._excluded(x):
                 lines[-1] += "  unless " + " or ".join(equation_text(f, 0, ring) for f in zero)
-        return "\n".join([*lines, *(one.text() for one in self._found)])
+        return "\n".join([*lines, *(one.text() for one in self._found), *self._handed_over()])
+
+    def _handed_over(self) -> list[str]:
+        """That the motions are in numbers, and these."""
+        if not self.reason:
+            return []
+        head = f"No closed form: {self.reason}"
+        if self._given is None:
+            return [f"{head} With values={{...}} .states holds motions in numbers."]
+        return [f"{head} In numbers:", *(one.text() for one in self.states)]
 
     def latex(self) -> str:
         """The same as a LaTeX ``aligned`` block."""
@@ -470,6 +557,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
                 unless = r"\ \text{or}\ ".join(equation_latex(f, 0, ring) for f in zero)
                 lines[-1] += r"\quad\text{unless }" + unless
         lines += ["&" + one.latex() for one in self._found]
+        lines += ["&" + latex_words(line) for line in self._handed_over()]
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
 
     def mathml(self) -> str:

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ..scalar.polynomial import Ring
+from ..scalar.polynomial import Polynomial, Ring
 from ..scalar.substitute import Substitution, arrays
 from .steady_family import deficiency, dimension, representatives
 from .steady_solve import coefficients, factors
@@ -54,6 +54,8 @@ class Pieces:
         self.given = dict(given)
         self.slopes = [[ring.derivative(x, a) for a in unknowns] for x in pieces]
         self.angles = np.array([self._is_angle(a) for a in unknowns], dtype=bool)
+        self._terms = sum(_length(x) for x in pieces)
+        self._slope_terms = sum(_length(x) for row in self.slopes for x in row)
 
     def _is_angle(self, atom: Any) -> bool:
         g = self.ring.find(atom)
@@ -69,11 +71,13 @@ class Pieces:
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """(m, N) values at the columns of x (n, N)."""
+        self.ring.budget.evaluation(self._terms, x[:1].size)
         at = self._at(x)
         return np.array([np.broadcast_to(at(p), x.shape[1:]) for p in self.pieces], dtype=float)
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """(m, n, N)."""
+        self.ring.budget.evaluation(self._slope_terms, x[:1].size)
         at = self._at(x)
         return np.array(
             [[np.broadcast_to(at(d), x.shape[1:]) for d in row] for row in self.slopes], dtype=float
@@ -162,6 +166,10 @@ def roots(
             if not any(_same(root.values, other.values) for other in found):
                 found.append(root)
     return sorted(found, key=lambda root: tuple(root.values))
+
+
+def _length(x: Any) -> int:
+    return len(x) if type(x) is Polynomial else 1
 
 
 class Underdetermined(Exception):

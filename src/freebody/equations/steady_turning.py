@@ -425,14 +425,14 @@ class TurningProblem(Problem):
         return bool(np.abs(np.cross(n, turned)).max() < SAME)
 
     def _spectrum(self, full: Mapping[Any, Any]) -> Spectrum | None:
-        from .linearize import _terms
+        from .linearize import terms_at
 
         model = self.e.model
         numbers = {p.symbol: float(full[p.symbol]) for p in model.parameters}
         q = [float(full[c]) for c in self.coordinates]
         u = [float(full[s.symbol]) for s in model.speeds]
         udot = [float(full[s.acceleration]) for s in model.speeds]
-        terms = _terms(model, floats, q, u, udot, 0, numbers, ())
+        terms = terms_at(model, floats, q, u, udot, 0, numbers, ())
         M, C, K = (np.array(terms[key], dtype=float).reshape(model.n_u, model.n_u) for key in "MCK")
         if not len(M) or np.linalg.cond(M) > 1 / np.sqrt(np.finfo(float).eps):
             return None

@@ -146,7 +146,9 @@ class Entry:
         numbers = model.values(values)
         check_assumptions(model, numbers)
         decides = model.contacts and self.modes is None
-        start = {"initial": self.start, "near": self.near, "values": numbers} if decides else {}
+        start: dict[str, Any] = (
+            {"initial": self.start, "near": self.near, "values": numbers} if decides else {}
+        )
         case = Case(
             system,
             numbers,

@@ -93,12 +93,15 @@ def _wall(m: Machine, at: Array, toward: Array) -> None:
 
 def loads(m: Machine) -> None:
     """Applied forces and couples, by name."""
+    applied = {
+        name: load for name, load in m.model.loads.items() if isinstance(load, Force | Torque | JointForce)
+    }
+    if not applied:
+        return
     marks = Marks(m.e, m.now, m.view.planar)
     style = Style(VERMILLION, 1.8)
     written: dict[tuple[str, str], list[Any]] = {}
-    for name, load in m.model.loads.items():
-        if not isinstance(load, Force | Torque | JointForce):
-            continue
+    for name, load in applied.items():
         bodies = [load.point.body.name] if isinstance(load, Force) else []
         if isinstance(load, Torque):
             bodies = [load.body.name]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import os
 from collections.abc import Callable, Mapping
+from functools import partial
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +14,7 @@ from ..describe.system import System
 from ..dynamics.state import float_state
 from ..equations.equations import Equations
 from ..equations.equations import equations as equations_of
-from ..errors import FormatError, ModelError, SimulationError, path_of
+from ..errors import FormatError, ModelError, SimulationError, TooManyTermsError, path_of
 from ..formats.files import replacing
 from ..model.assemble import assemble
 from ..model.model import Model
@@ -228,12 +229,27 @@ def _by_owner(modes: Mapping[str, str], model: Model) -> dict[str, str]:
 
 
 def _equations(e: Equations, trajectory: Trajectory, heading: str = "", drawing: bool = True) -> str:
-    parts = [_drawings(e, trajectory, heading, drawing), f"<h2>Free-body equations{heading}</h2>"]
+    parts = [
+        _or_refusal(lambda: _drawings(e, trajectory, heading, drawing)),
+        f"<h2>Free-body equations{heading}</h2>",
+    ]
     for name in e.model.bodies:
         parts.append(f"<h3>{escape(name)}</h3>")
-        parts.append(formulas(e.free_body(name).mathml()))
-    parts += [f"<h2>Equations of motion{heading}</h2>", formulas(e.mathml())]
+        parts.append(_or_refusal(partial(_free_body, e, name)))
+    parts += [f"<h2>Equations of motion{heading}</h2>", _or_refusal(lambda: formulas(e.mathml()))]
     return "\n".join(parts)
+
+
+def _free_body(e: Equations, name: str) -> str:
+    return formulas(e.free_body(name).mathml())
+
+
+def _or_refusal(made: Callable[[], str]) -> str:
+    """A part of the page, or why it would be too long."""
+    try:
+        return made()
+    except TooManyTermsError as error:
+        return f"<p>{escape(str(error))}</p>"
 
 
 def formulas(text: str) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..equations.planar import Plane, plane_of
+from ..equations.planar import normal_of
 from ..model.model import Model
 from ..scalar.algebra import floats
 from ..scalar.expression import evaluate
@@ -69,9 +69,8 @@ def view_of(model: Model, equations: Any, values: dict[str, float], axonometric:
     g = np.array([float(evaluate(c, numbers, floats)) for c in model.gravity])
     up = 2 if not g.any() else int(np.argmax(np.abs(g)))
     sign = -1.0 if g[up] > 0 else 1.0
-    found = None if axonometric else plane_of(equations)
-    if isinstance(found, Plane):
-        n = found.normal
+    n = None if axonometric else normal_of(equations)
+    if n is not None:
         across = [k for k in range(3) if k != n]
         high = up if g.any() and up != n else across[1]
         wide = next(k for k in across if k != high)

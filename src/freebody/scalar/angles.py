@@ -26,6 +26,7 @@ def sine_and_cosine(ring: Any, kind: str, x: Polynomial) -> tuple[Any, Any]:
     sign = -1 if kind == "sin" else 1
     S: Any = 0
     C: Any = 1
+    ring.budget.angle_sum(len(x))
     for monomial, c in ring.terms(x.num):
         s, c = _multiple(ring, kind, monomial, Fraction(c, x.den))
         S, C = S * c + C * s, C * c + sign * (S * s)

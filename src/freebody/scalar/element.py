@@ -10,6 +10,7 @@ from typing import Any
 from flint.utils.flint_exceptions import IncompatibleContextError
 
 from ..errors import ExpressionError
+from .budget import FREE
 
 _new = object.__new__
 
@@ -46,9 +47,11 @@ class Polynomial:
         except IncompatibleContextError:
             _align(self, other)
             return self + other
-        if len(num) < 2 and num.is_constant():
+        if (size := len(num)) < 2 and num.is_constant():
             den = a * b // gcd(a, b)
             return _constant(num, den)
+        if size > FREE:
+            self.ring.budget.sum(size)
         result = _new(Polynomial)
         result.ring = self.ring
         result.num = num
@@ -88,8 +91,10 @@ class Polynomial:
         except IncompatibleContextError:
             _align(self, other)
             num = self.num - other.num
-        if len(num) < 2 and num.is_constant():
+        if (size := len(num)) < 2 and num.is_constant():
             return _constant(num, a)
+        if size > FREE:
+            self.ring.budget.sum(size)
         result = _new(Polynomial)
         result.ring = self.ring
         result.num = num
@@ -113,6 +118,8 @@ class Polynomial:
         ring = self.ring
         if ring is not other.ring:  # FLINT shares contexts between rings of one capacity
             _refuse_two_rings()
+        if len(self.num) * len(other.num) > FREE:
+            ring.budget.product(self.num, other.num)
         try:
             num = self.num * other.num
         except IncompatibleContextError:
@@ -166,6 +173,8 @@ class Polynomial:
             return self.ring.apply("pow", self, exponent)
         if exponent < 0:
             return 1 / self**-exponent
+        if exponent > 8:
+            self.ring.budget.power(self.num, exponent)
         result: Any = 1
         square: Any = self
         while exponent:

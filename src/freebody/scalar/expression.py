@@ -12,6 +12,7 @@ import sympy
 
 from ..errors import ExpressionError
 from .algebra import Field
+from .element import Polynomial
 
 # SymPy's class -> our name of the function
 _NAMES: dict[Any, str] = {
@@ -129,6 +130,8 @@ def _power(e: Any, value: Callable[[Any], Any], field: Field) -> Any:
 
 
 def _integer_power(x: Any, n: int) -> Any:
+    if type(x) is Polynomial:
+        return x**n
     if n == 1:
         return x
     half = _integer_power(x, n // 2)

@@ -9,6 +9,8 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
+from flint.utils.flint_exceptions import DomainError
+
 from ..errors import ExpressionError
 from .element import Polynomial, element
 from .roots import is_positive, with_sines
@@ -37,17 +39,25 @@ def _quotient(ring: Any, a: Any, b: Any) -> Any:
         content = -content
     bn = bn // content
     factor = Fraction(b.den, content * a.den)
-    whole, rest = divmod(an, bn)
-    if not rest:
+    whole = _exact(an, bn)
+    if whole is not None:
         mask = ring.support(whole)
         whole, scale, mask = ring.relations.normal_form(whole, mask, mask)
         return element(ring, whole, scale, mask) * factor
-    common = an.gcd(bn)
+    common = ring.common(an, bn)
     if not common.is_constant():
         an, bn = an // common, bn // common
     mask = ring.support(an)
     an, scale, mask = ring.relations.normal_form(an, mask, mask)
     return element(ring, an, scale, mask) * factor * _inverse(ring, bn)
+
+
+def _exact(a: Any, b: Any) -> Any:
+    """a / b, or None where b does not divide a: a remainder, which no one needs, could be longer than both."""
+    try:
+        return a / b
+    except DomainError:
+        return None
 
 
 def _without_inverses(ring: Any, a: Any, b: Any) -> tuple[Any, Any]:
@@ -65,7 +75,7 @@ def _without_inverses(ring: Any, a: Any, b: Any) -> tuple[Any, Any]:
 
 def _inverse(ring: Any, num: Any) -> Any:
     """1 / num as a product of inverse generators of its irreducible factors."""
-    constant, factors = num.factor()
+    constant, factors = ring.factored(num)
     sign, factors = with_sines(ring, factors)
     result: Any = Fraction(sign, int(constant))
     for p, n in factors:

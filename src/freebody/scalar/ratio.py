@@ -157,7 +157,9 @@ def cleared(ring: Any, ratios: Sequence[Ratio]) -> list[Any]:
         if type(r.den) is Polynomial:
             num = ring.promoted(r.den.num)
             total = num if total is None else ring.promoted(total)
-            total = total * (num // total.gcd(num))
+            cofactor = num // ring.common(total, num)
+            ring.budget.product(total, cofactor)
+            total = total * cofactor
         den = r.num.den if type(r.num) is Polynomial else Fraction(r.num).denominator
         integers = integers * den // gcd(integers, den)
     if total is None:
@@ -178,7 +180,7 @@ def common_factor(ring: Any, elements: Sequence[Any]) -> Any:
             continue
         x = ring.coerce(x)
         num = ring.promoted(x.num)
-        found = num if found is None else ring.promoted(found).gcd(num)
+        found = num if found is None else ring.common(ring.promoted(found), num)
         if found.is_constant() and int(found.leading_coefficient()) in (1, -1):
             return 1
     return 1 if found is None else element(ring, found, 1, ring.support(found))
@@ -204,7 +206,7 @@ def _reduced(ring: Any, a: Any, b: Any) -> tuple[Any, Any]:
         return (a if b == 1 else a * (1 / Fraction(b))), 1
     if type(a) is Polynomial:
         an, bn = ring.promoted(a.num), ring.promoted(b.num)
-        common = an.gcd(bn)
+        common = ring.common(an, bn)
         if not common.is_constant():
             an, bn = an // common, bn // common
             a = element(ring, an, a.den, ring.support(an))
@@ -240,7 +242,7 @@ def _without_common(ring: Any, b: Any, d: Any) -> tuple[Any, Any]:
     if type(b) is not Polynomial or type(d) is not Polynomial:
         return b, d
     bn, dn = ring.promoted(b.num), ring.promoted(d.num)
-    common = bn.gcd(dn)
+    common = ring.common(bn, dn)
     if common.is_constant():
         return b, d
     bn, dn = bn // common, dn // common

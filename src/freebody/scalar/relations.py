@@ -22,9 +22,15 @@ from typing import Any
 
 from flint import fmpz_mpoly_vec
 
+from .budget import FREE
+
 # Buchberger's completion stops beyond this: (relations, terms of one, bits of a coefficient).
 # Elements stay correct then; only the promise of one form is given up for these generators (`zero` still decides).
 LIMITS = (60, 400, 512)
+STEP = 2**22
+"""Terms that a division may make without being watched: 0.3 GB in a ring of 64 generators."""
+SHORT = 8
+"""Terms of a square that may stand in place of a generator several times over without asking."""
 
 
 @dataclass(slots=True)
@@ -35,6 +41,8 @@ class Relation:
     leading: int
     support: int
     coefficient: int
+    degree: int
+    tail: int  # terms beside the leading one
 
 
 class Relations:
@@ -103,10 +111,49 @@ class Relations:
 
     def _relation(self, p: Any) -> Relation:
         lead = self.ring.exponents(p.monomial(0))
-        leading = 0
-        for index, _ in lead:
+        leading = degree = 0
+        for index, e in lead:
             leading |= 1 << index
-        return Relation(p, leading, self.ring.support(p), int(p.leading_coefficient()))
+            degree += e
+        return Relation(p, leading, self.ring.support(p), int(p.leading_coefficient()), degree, len(p) - 1)
+
+    def _in_steps(self, p: Any, relation: Relation) -> Any:
+        """Remainder of a division that could be long: the leading monomial is replaced again in what replaces it.
+
+        The terms are divided in turns, as many at a time as surely stay within the budget. Where one alone might not,
+        its leading monomial is replaced once at a time.
+        """
+        degrees = p.degrees()
+        last = len(degrees) - 1
+        lead = relation.polynomial.monomial(0)
+        times = min(max(int(degrees[last - i]), 0) // e for i, e in self.ring.exponents(lead))
+        longest = relation.tail**times
+        if len(p) * longest <= STEP:
+            return divmod(p, relation.polynomial)[1]
+        budget = self.ring.budget
+        budget.scan(len(p))
+        terms = list(p.to_dict().items())
+        if longest <= STEP:
+            n = STEP // longest
+            total = self.ring.context.constant(0)
+            for i in range(0, len(terms), n):
+                part = self.ring.context.from_dict(dict(terms[i : i + n]))
+                total = total + divmod(part, relation.polynomial)[1]
+                budget.sum(len(total))
+            return total
+        while True:
+            held = {}
+            for monomial, c in terms:
+                left = tuple(int(a) - int(b) for a, b in zip(monomial, lead, strict=True))
+                if min(left) >= 0 and int(c) % relation.coefficient == 0:
+                    held[left] = int(c) // relation.coefficient
+            if not held:
+                return p
+            quotient = self.ring.context.from_dict(held)
+            budget.product(quotient, relation.polynomial)
+            p = p - quotient * relation.polynomial
+            budget.scan(len(p))
+            terms = list(p.to_dict().items())
 
     def normal_form(self, p: Any, both: int, either: int) -> tuple[Any, int, int]:
         """Remainder of a product modulo the relations.
@@ -128,7 +175,11 @@ class Relations:
         while True:
             while fire:
                 bit = 1 << (fire.bit_length() - 1)  # newest first: P is made of older ones
-                p = p % self.square[bit]
+                square = self.square[bit]
+                if len(p) * len(square) > FREE or len(square) > SHORT:
+                    degree = int(p.degrees()[self.ring.capacity - bit.bit_length()])
+                    self.ring.budget.division(p, square, degree // 2)
+                p = p % square
                 fire ^= bit
                 new = self.introduces[bit]
                 fire |= new & self.squares
@@ -142,9 +193,15 @@ class Relations:
                 while True:
                     lc = relation.coefficient
                     scaled = p if lc == 1 else p * lc
-                    quotient, remainder = divmod(scaled, relation.polynomial)
-                    if not quotient:
-                        break
+                    times = int(p.total_degree()) // relation.degree
+                    if len(p) * relation.tail**times > STEP:
+                        remainder = self._in_steps(scaled, relation)
+                        if remainder == scaled:
+                            break
+                    else:
+                        quotient, remainder = divmod(scaled, relation.polynomial)
+                        if not quotient:
+                            break
                     p = remainder
                     scale *= lc
                     changed = True

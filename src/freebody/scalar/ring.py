@@ -33,6 +33,7 @@ from flint import Ordering, fmpz_mpoly_ctx
 from ..errors import ExpressionError, nearest
 from . import expression, functions, quotients
 from .algebra import FUNCTIONS, Field
+from .budget import Budget
 from .element import Polynomial, element
 from .relations import Relations
 
@@ -82,6 +83,7 @@ class Ring(Field):
         self.cache: dict[Any, Any] = {}  # of `functions` and of the display
         self._declared = 0
         self._open(capacity)
+        self.budget = Budget(self)
         self.relations = Relations(self)
         self.one = element_one(self)
 
@@ -200,7 +202,7 @@ class Ring(Field):
         if type(x) is not Polynomial:
             return
         x.num = self.promoted(x.num)
-        _, factors = x.num.factor()
+        _, factors = self.factored(x.num)
         self._memo.clear()  # what was read before did not know it
         if len(factors) == 1 and int(factors[0][1]) % 2 == 0:
             return  # a square that is not zero has a root of either sign
@@ -280,12 +282,23 @@ class Ring(Field):
         x = self.coerce(x)
         if not x:
             return 0, []
-        constant, factors = x.num.factor()
+        constant, factors = self.factored(x.num)
         scale = Fraction(int(constant), x.den)
         return (
             scale.numerator if scale.denominator == 1 else scale,
             [(element(self, p, 1, self.support(p)), n) for p, n in factors],
         )
+
+    def factored(self, num: Any) -> tuple[Any, Any]:
+        """Content and irreducible factors of an fmpz_mpoly."""
+        if len(num) > 1:
+            self.budget.factors(num)
+        return num.factor()
+
+    def common(self, a: Any, b: Any) -> Any:
+        """Greatest common divisor of two fmpz_mpoly."""
+        self.budget.factors(a, b)
+        return a.gcd(b)
 
     # ---------------------------------------------------------------- derivatives
     def used(self, x: Polynomial) -> list[Generator]:

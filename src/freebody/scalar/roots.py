@@ -66,7 +66,7 @@ def square_root(ring: Any, x: Polynomial) -> Any:
     x, divisor = _cleared(ring, x, even=True)  # √(N/d²ⁿ) = √N/|d|ⁿ
     # √(N/D) = √(N D)/D
     outside = Fraction(1, x.den)
-    constant, factors = (x.num * x.den).factor()
+    constant, factors = ring.factored(x.num * x.den)
     constant = int(constant)
     radicand: Any = 1 if constant > 0 else -1
     for p, n in factors:
@@ -126,7 +126,7 @@ def absolute(ring: Any, x: Polynomial) -> Any:
     if x.is_number:
         return abs(x.number())
     x, divisor = _cleared(ring, x, even=False)
-    constant, factors = x.num.factor() if not x.is_number else (x.number(), [])
+    constant, factors = ring.factored(x.num) if not x.is_number else (x.number(), [])
     result: Any = abs(Fraction(int(constant), x.den)) if factors else abs(x.number())
     for p, n in factors:
         f = element(ring, p, 1, ring.support(p))

@@ -1,0 +1,180 @@
+"""The budget of a ring: what memory or patience could not hold is refused before it is begun.
+
+A product of a and b terms takes a b products of terms, and has at most
+
+    min(a b,  Π (d_i + 1),  C(n + d, n))
+
+terms of its own, where d_i is its degree in generator i, d the whole degree and n the number of generators. FLINT ends
+the process when memory is short, so the estimate comes before the product. Small products are free: what is asked of
+them is one comparison.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from math import comb
+from typing import Any
+
+from ..errors import TooManyTermsError
+
+FREE = 4096
+"""Products of terms that are made without asking: 0.1 ms of work."""
+MEMORY = 2**26
+"""Bytes of one element. A term takes a byte for the exponent of every generator and 16 for its coefficient, so that an
+element of a ring of 128 generators has at most 466,000 terms: 20 times what the longest answers of the tests need."""
+HELD = 16
+"""Elements of that size that one question may make: 1 GB, if none of them is given back on the way."""
+WORK = 2**29
+"""Products of terms in one question, of 15 to 50 ns each: 10 to 30 s."""
+SLOW = 1000
+"""Products of terms in the time that Python takes to look at one term, or a factorization for each of its: 20 μs."""
+CURE = "Ask for less: fewer bodies or coordinates, or numbers in place of parameters."
+
+
+class Budget:
+    """What one question to a ring may still take: products of terms, and terms that are held.
+
+    A question is opened by who knows its name (:meth:`question`); within one, further ones give it a narrower name and
+    may make it cheaper, never dearer. Outside of any, the budget is that of one question for the life of the ring.
+    """
+
+    def __init__(self, ring: Any) -> None:
+        self.ring = ring
+        self.subject = "an expression"
+        self.cure = CURE
+        self._open = False
+        self._ceiling: int | None = None
+        self._renew(WORK)
+
+    def _renew(self, work: int) -> None:
+        self.work = work
+        self.held: float = HELD
+
+    @property
+    def most(self) -> int:
+        """Terms that one element may have."""
+        terms = MEMORY // (self.ring.capacity + 16)
+        return terms if self._ceiling is None else min(terms, self._ceiling)
+
+    @contextmanager
+    def question(
+        self, subject: str, cure: str = "", *, terms: int | None = None, work: int = WORK
+    ) -> Iterator[None]:
+        """Name what is formed; no element on the way may have more ``terms``, and nothing take more ``work``."""
+        before = (self.subject, self.cure, self._open, self._ceiling)
+        if not self._open:
+            self._renew(work)
+        if cure and not self._open:  # what is asked for at first tells what to ask for instead
+            self.cure = cure
+        self.subject, self._open = subject, True
+        if terms is not None:
+            self._ceiling = min(self.most, terms)
+        try:
+            yield
+        finally:
+            self.subject, self.cure, self._open, self._ceiling = before
+
+    def refuse(self, terms: int) -> None:
+        """Raise the error that says what had too many terms."""
+        raise TooManyTermsError(
+            f"Expected {self.subject} to need no expression of more than {self.most:,} terms, got an estimate of "
+            f"{shown(terms)}.",
+            self.cure,
+        )
+
+    def product(self, a: Any, b: Any) -> None:
+        """Ask for the product of two fmpz_mpoly."""
+        work = len(a) * len(b)
+        bits = _bits(a) + _bits(b)
+        terms = work
+        if self._weight(work, bits) > self.most:
+            terms = min(work, _monomials(self.ring, a, b))
+        self._take(work, terms, bits)
+
+    def power(self, a: Any, exponent: int) -> None:
+        """Ask for a power: C(e + n - 1, n - 1) terms of n, whose coefficients are e times as long."""
+        n = len(a)
+        terms = comb(exponent + n - 1, n - 1) if n * exponent < 2**16 else _degrees_of_power(a, exponent)
+        self._take(0, min(terms, _degrees_of_power(a, exponent)), _bits(a) * exponent)
+
+    def sum(self, terms: int) -> None:
+        """Refuse a sum that has become too long."""
+        if terms > self.most:
+            self.refuse(terms)
+
+    def division(self, p: Any, divisor: Any, times: int = 1) -> None:
+        """Ask for one pass of a division: every term of p may give those of the divisor."""
+        work = len(p) * max(len(divisor) - 1, 1) ** times
+        self._take(work, work, _bits(p) + _bits(divisor))
+
+    def factors(self, *elements: Any) -> None:
+        """Ask for a factorization or a common divisor.
+
+        They take 10 to 20 μs a term for products of random sums of up to 10,000 terms, more for powers of long ones.
+        """
+        terms = sum(map(len, elements))
+        self._take(SLOW * terms * (1 + terms // FREE), terms, 0)
+
+    def scan(self, terms: int) -> None:
+        """Ask for a look at so many terms in Python."""
+        self._take(SLOW * terms, 0, 0)
+
+    def angle_sum(self, angles: int) -> None:
+        """Ask for the sine of a sum of so many angles, with 2^(n - 1) terms."""
+        if angles > FREE.bit_length() and 2 ** (angles - 1) > self.most:
+            self.refuse(2 ** (angles - 1))
+
+    def evaluation(self, terms: int, points: int) -> None:
+        """Ask for the numbers of so many terms at so many points: 1 μs and 80 ns a point each."""
+        self._take((50 + 4 * points) * terms, 0, 0)
+
+    def _weight(self, terms: int, bits: int) -> int:
+        """Terms that would take as much memory with coefficients of one word."""
+        return terms if bits <= 64 else terms + terms * bits // (8 * (self.ring.capacity + 16))
+
+    def _take(self, work: int, terms: int, bits: int) -> None:
+        most = self.most
+        terms = self._weight(terms, bits)
+        if terms > most:
+            self.refuse(terms)
+        self.work -= work
+        self.held -= terms / most
+        if self.work < 0 or self.held < 0:
+            raise TooManyTermsError(
+                f"Expected {self.subject} to need at most {WORK:,} products of terms and {HELD * most:,} terms in all, "
+                f"got more.",
+                self.cure,
+            )
+
+
+def shown(n: int) -> str:
+    """A number of terms as it is printed: 10^9 and beyond by their power of ten."""
+    return f"{n:,}" if n < 10**9 else f"10^{len(str(n)) - 1}"
+
+
+def _monomials(ring: Any, a: Any, b: Any) -> int:
+    """Monomials that a product can have, by its degree in each generator and in all."""
+    box, used = 1, 0
+    for d, e in zip(a.degrees(), b.degrees(), strict=True):
+        if d > 0 or e > 0:
+            box *= int(d) + int(e) + 1
+            used += 1
+    degree = int(a.total_degree()) + int(b.total_degree())
+    return min(box, comb(used + degree, used) if min(used, degree) < 1000 else box)
+
+
+def _degrees_of_power(a: Any, exponent: int) -> int:
+    box = 1
+    for d in a.degrees():
+        if d > 0:
+            box *= int(d) * exponent + 1
+    return box
+
+
+def _bits(a: Any) -> int:
+    """Bits of the coefficients, by three of them."""
+    n = len(a)
+    if n == 0:
+        return 0
+    return max(int(a.coefficient(i)).bit_length() for i in (0, n // 2, n - 1))
