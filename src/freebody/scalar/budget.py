@@ -164,6 +164,7 @@ def shown(n: int) -> str:
 
 def _monomials(ring: Any, a: Any, b: Any) -> int:
     """Monomials that a product can have, by its degree in each generator and in all."""
+    a, b = ring.promoted(a), ring.promoted(b)
     box, used = 1, 0
     for d, e in zip(a.degrees(), b.degrees(), strict=True):
         if d > 0 or e > 0:
