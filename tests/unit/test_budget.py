@@ -150,7 +150,7 @@ def test_long_divisions_in_turns_give_the_same_remainder(monkeypatch):
 def test_equations_of_a_chain_are_printed_in_seconds(links):
     begun = time.perf_counter()
     text = fb.equations(chain(links)).text()
-    assert time.perf_counter() - begun < 30  # 3 s for 100 links on a quiet machine
+    assert time.perf_counter() - begun < 60  # 3 s for 100 links on a quiet machine
     lines = text.splitlines()
     assert max(map(len, lines)) < 250
     # a line for the angle, two for the motion, three for the force of each link, one equation

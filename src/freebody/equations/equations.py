@@ -10,9 +10,9 @@ The file is longer than others: the equations are one class with all that is ask
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
-from functools import cached_property, wraps
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -36,13 +36,14 @@ from ..dynamics.loading import loading
 from ..dynamics.momentum import momentum
 from ..dynamics.newton_euler import inverse_dynamics, reactions
 from ..dynamics.state import State, polynomial_state
-from ..errors import Arguments, ModelError, Result, TooManyTermsError, arguments_named, nearest
+from ..errors import ModelError, TooManyTermsError, arguments_named, nearest
 from ..model.assemble import assemble
 from ..model.model import Model
 from ..scalar.algebra import ZERO, Vector, add, apply
 from ..scalar.budget import WORK
 from ..scalar.polynomial import Polynomial, Ring
 from .arrange import PRINTED
+from .asked import named
 from .constraints import closure_reactions, eliminated, indeterminate
 from .contact_modes import model_in_modes, modes_of
 from .display import Formulas, displayed, lines_of
@@ -85,21 +86,6 @@ CURE = (
     "Ask for fb.equations(s, form='recursive'), in which what is long has a name, or for numbers: "
     "fb.simulate, fb.compile."
 )
-
-
-def named(subject: str) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
-    """What a method of the equations forms is called ``subject`` where it is too long, and has a budget of its own."""
-
-    def of_method(method: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-        @wraps(method)
-        def asked(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
-            e: Any = args[0]
-            with (e if isinstance(e, Equations) else e._e).question(subject):
-                return method(*args, **kwargs)
-
-        return asked
-
-    return of_method
 
 
 class Equations:

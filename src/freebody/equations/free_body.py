@@ -37,6 +37,7 @@ from ..errors import ModelError, nearest
 from ..model.contact import Touching
 from ..model.model import Model
 from ..scalar.algebra import IDENTITY, ZERO, Vector, add, apply, apply_transpose, cross, scale, subtract
+from .asked import named
 from .contact_modes import contact_actions
 from .display import equation_latex, equation_mathml, equation_text, text
 from .gears import left_open, radial_forces, radial_laws, radial_symbols
@@ -126,6 +127,7 @@ class FreeBody:
         return own_body(self._e.model, body, what)
 
     @cached_property
+    @named("the free body")
     def actions(self) -> tuple[Action, ...]:
         """Every force and couple on the body, by name."""
         e, model, state = self._e, self._e.model, self._e.state
@@ -255,12 +257,14 @@ class FreeBody:
         return [Action(load, kind, force, moment, self._e.joint_points[name], f"joint '{name}'")]
 
     @cached_property
+    @named("the free body")
     def mass_acceleration(self) -> Vector:
         """m a_C in the axes asked for [N], canonical."""
         a = self._e.center_acceleration(self.body)
         return self._turned(scale(self._e.state(self._place.mass), a))
 
     @cached_property
+    @named("the free body")
     def momentum_rate(self) -> Vector:
         """dH_C/dt + r_PC × m a_C about the point P asked for [N m], canonical."""
         e, model, state = self._e, self._e.model, self._e.state
@@ -277,6 +281,7 @@ class FreeBody:
         return apply_transpose(self._axes, v_N)
 
     @cached_property
+    @named("the free body")
     def force_sum(self) -> Vector:
         """Σ F in the axes asked for, canonical."""
         total: Vector = ZERO
@@ -285,6 +290,7 @@ class FreeBody:
         return self._turned(total)
 
     @cached_property
+    @named("the free body")
     def moment_sum(self) -> Vector:
         """Σ M about the point asked for, canonical."""
         total: Vector = ZERO
@@ -294,6 +300,7 @@ class FreeBody:
         return self._turned(total)
 
     @cached_property
+    @named("the free body")
     def balances(self) -> tuple[tuple[Any, Any], ...]:
         """(left, right) of the three force and three moment equations, canonical."""
         force = zip(self.force_sum, self.mass_acceleration, strict=True)
@@ -301,6 +308,7 @@ class FreeBody:
         return (*force, *moment)
 
     @cached_property
+    @named("the free body")
     def equations(self) -> tuple[Any, ...]:
         """Three force equations, then three moment equations, as SymPy ``Eq``."""
         sym = self._e.displayed
@@ -355,11 +363,13 @@ class FreeBody:
         return MomentForm(self, about)
 
     @cached_property
+    @named("the free body")
     def forces(self) -> Mapping[str, Any]:
         """Force of each action by name, as SymPy column vectors in the axes asked for [N]."""
         return {a.name: self._e.column(self._turned(a.force)) for a in self.actions if a.force != ZERO}
 
     @cached_property
+    @named("the free body")
     def moments(self) -> Mapping[str, Any]:
         """Moment of each action about the point asked for, by name, as SymPy column vectors [N m]."""
         result = {}
@@ -377,6 +387,7 @@ class FreeBody:
     def _titles(self) -> list[str]:
         return [f"force {c}" for c in "xyz"] + [f"moment {c}" for c in "xyz"]
 
+    @named("the free body")
     def text(self) -> str:
         """The forces by name and the equations, as plain text; of a planar model, those in the plane."""
         from .planar import planar_text, plane_in
@@ -402,6 +413,7 @@ class FreeBody:
                 lines.append(f"  {title}:  {equation_text(left, right, ring)}")
         return "\n".join([*lines, *self.remarks()])
 
+    @named("the free body")
     def latex(self) -> str:
         """The equations as a LaTeX ``aligned`` block; of a planar model, those in the plane."""
         from .planar import planar_latex, plane_in
@@ -417,6 +429,7 @@ class FreeBody:
         above = [f"&{latex_words(line)}" for line in self._e.heading]
         return "\\begin{aligned}\n" + " \\\\\n".join([*above, *rows]) + "\n\\end{aligned}"
 
+    @named("the free body")
     def mathml(self) -> str:
         """The equations as presentation MathML, an element each; of a planar model, those in the plane."""
         from .planar import planar_balances, plane_in

@@ -25,6 +25,10 @@ MEMORY = 2**26
 element of a ring of 128 generators has at most 466,000 terms: 20 times what the longest answers of the tests need."""
 HELD = 16
 """Elements of that size that one question may make: 1 GB, if none of them is given back on the way."""
+LARGE = 16
+"""An element is counted among these from a 16th of that size on."""
+LIFE = 8
+"""Questions' worth of a ring that nobody asks by name."""
 WORK = 2**29
 """Products of terms in one question, of 15 to 50 ns each: 10 to 30 s."""
 SLOW = 1000
@@ -36,7 +40,7 @@ class Budget:
     """What one question to a ring may still take: products of terms, and terms that are held.
 
     A question is opened by who knows its name (:meth:`question`); within one, further ones give it a narrower name and
-    may make it cheaper, never dearer. Outside of any, the budget is that of one question for the life of the ring.
+    may make it cheaper, never dearer. Outside of any, a ring has the budget of eight questions for its life.
     """
 
     def __init__(self, ring: Any) -> None:
@@ -45,11 +49,10 @@ class Budget:
         self.cure = CURE
         self._open = False
         self._ceiling: int | None = None
-        self._renew(WORK)
+        self._renew(LIFE * WORK, LIFE * HELD)
 
-    def _renew(self, work: int) -> None:
-        self.work = work
-        self.held: float = HELD
+    def _renew(self, work: float, held: float) -> None:
+        self.work, self.held = work, held
 
     @property
     def most(self) -> int:
@@ -63,8 +66,9 @@ class Budget:
     ) -> Iterator[None]:
         """Name what is formed; no element on the way may have more ``terms``, and nothing take more ``work``."""
         before = (self.subject, self.cure, self._open, self._ceiling)
+        life = (self.work, self.held)
         if not self._open:
-            self._renew(work)
+            self._renew(work, HELD)
         if cure and not self._open:  # what is asked for at first tells what to ask for instead
             self.cure = cure
         self.subject, self._open = subject, True
@@ -74,6 +78,8 @@ class Budget:
             yield
         finally:
             self.subject, self.cure, self._open, self._ceiling = before
+            if not self._open:
+                self._renew(*life)
 
     def refuse(self, terms: int) -> None:
         """Raise the error that says what had too many terms."""
@@ -88,7 +94,7 @@ class Budget:
         work = len(a) * len(b)
         bits = _bits(a) + _bits(b)
         terms = work
-        if self._weight(work, bits) > self.most:
+        if self._weight(work, bits) * LARGE > self.most:
             terms = min(work, _monomials(self.ring, a, b))
         self._take(work, terms, bits)
 
@@ -106,7 +112,9 @@ class Budget:
     def division(self, p: Any, divisor: Any, times: int = 1) -> None:
         """Ask for one pass of a division: every term of p may give those of the divisor."""
         work = len(p) * max(len(divisor) - 1, 1) ** times
-        self._take(work, work, _bits(p) + _bits(divisor))
+        if work > self.most:
+            self.refuse(work)
+        self._take(work, 0, 0)
 
     def factors(self, *elements: Any) -> None:
         """Ask for a factorization or a common divisor.
@@ -139,7 +147,8 @@ class Budget:
         if terms > most:
             self.refuse(terms)
         self.work -= work
-        self.held -= terms / most
+        if terms * LARGE > most:
+            self.held -= terms / most
         if self.work < 0 or self.held < 0:
             raise TooManyTermsError(
                 f"Expected {self.subject} to need at most {WORK:,} products of terms and {HELD * most:,} terms in all, "
@@ -155,6 +164,7 @@ def shown(n: int) -> str:
 
 def _monomials(ring: Any, a: Any, b: Any) -> int:
     """Monomials that a product can have, by its degree in each generator and in all."""
+    a, b = ring.promoted(a), ring.promoted(b)
     box, used = 1, 0
     for d, e in zip(a.degrees(), b.degrees(), strict=True):
         if d > 0 or e > 0:
