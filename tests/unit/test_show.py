@@ -246,7 +246,7 @@ INTERNAL = {
     # what results are made of: canonical polynomials, tables of a printer, requests that are read
     "arrange.Lumps", "bearings.Shaft", "characteristic.Factor", "constrained_symbols.Motion", "eliminate.Combination",
     "extent.Lengths", "extent.Terms", "recursive.Definition", "recursive.Names", "recursive.Recursive",
-    "recursive.Turn",
+    "linearize.Checks", "recorded.Points", "recorded.Recorded", "recursive.Turn",
     "forcing.Term", "free_body.Action", "grouped.Grouped", "latex.Latex", "lines.Name", "lines.Sign", "mathml.MathML",
     "operating_point.OperatingPoint", "planar.Plane", "printer.Printer", "rational.Rationals", "reaction.Component",
     "reduction.Choice", "reduction.Slopes", "request.Request", "request.Unknown", "response.Start", "solution.Branch",

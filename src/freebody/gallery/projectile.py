@@ -18,7 +18,7 @@ from .pictures import tip
 from .precession import least_spin, steady_rates, steady_root
 
 
-def build(axis: str = "ZXZ", angles: str = "psi theta phi") -> fb.System:
+def shell_in(axis: str, angles: str) -> fb.System:
     """A symmetric body on a gimbal at its mass centre, its mass without effect; the drag along -Z."""
     s = fb.System("projectile")
     D, h, I_T, I_S = s.parameters(D=150.0, h=0.03, I_T=3.0e-4, I_S=4.5e-5)
@@ -36,12 +36,17 @@ def build(axis: str = "ZXZ", angles: str = "psi theta phi") -> fb.System:
         alpha="rad: angle of the symmetry axis from the velocity",
         Omega="rad/s: total spin along the symmetry axis, for the wobble rates",
     )
-    if axis == "ZXZ":
-        explain(
-            s,
-            theta="rad: angle of the symmetry axis from the velocity",
-            psi="rad: turn of the symmetry axis about the velocity",
-        )
+    return s
+
+
+def build() -> fb.System:
+    """The shell in Euler angles."""
+    s = shell_in("ZXZ", "psi theta phi")
+    explain(
+        s,
+        theta="rad: angle of the symmetry axis from the velocity",
+        psi="rad: turn of the symmetry axis about the velocity",
+    )
     return s
 
 
@@ -97,7 +102,7 @@ def straight(case: Case) -> fb.Trajectory:
     start = {"phi'": case["Omega"], "alpha_x'": case["Omega"] / 1000}
     until, values = case.until, case.values
     return fb.simulate(
-        build("XYZ", "alpha_x alpha_y phi"), until, initial=start, values=values, tolerance=case.tolerance
+        shell_in("XYZ", "alpha_x alpha_y phi"), until, initial=start, values=values, tolerance=case.tolerance
     )
 
 
