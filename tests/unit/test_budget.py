@@ -316,3 +316,16 @@ def test_the_commands_speak_of_a_long_chain(tmp_path, capsys):
     code, text = said("equations", path, "--form", "explicit")
     assert code == 2
     assert "form='recursive'" in text
+
+
+def test_a_parameter_that_is_too_long_is_named_and_the_machine_moves():
+    s = fb.System("block")
+    s.parameters(m=1.0, L=1.0, g=9.81)
+    mass = "(m+L+g+1)^60*(g+m+2)^60/(m+L+g+1)^60/(g+m+2)^60 + (m+L+g+1)^60*(m+g+3)^50/1e120"
+    s.slider("guide", s.ground, s.body("block", fb.particle(mass)), axis="x", coordinate="x")
+    s.force("push", s.bodies["block"], (1, 0, 0))
+    with pytest.raises(
+        TooManyTermsError, match=r"In .*\*\*60.*: Expected .*Give it a name: make it a parameter of its own"
+    ):
+        fb.equations(s).text()
+    assert fb.simulate(s, 1).path.status == "finished"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ModelError
+from ..errors import ModelError, TooManyTermsError
 from ..model.model import Link, Model
 from ..scalar.algebra import (
     ZERO,
@@ -201,10 +201,17 @@ def traced_state(model: Model, tape: Tape) -> State:
     return State(model, tape, t, q, u, values)
 
 
+NAMED = "Give it a name: make it a parameter of its own, with this value. Numbers bear it: fb.simulate, fb.compile."
+"""Cure of an expression of parameters that is too long."""
+
+
 def polynomial_state(model: Model, ring: Ring) -> State:
     """A state of exact symbols."""
     for expression in model.positive:
-        ring.assume_positive(expression)
+        try:
+            ring.assume_positive(expression)
+        except TooManyTermsError as error:
+            raise TooManyTermsError(f"In {str(expression)[:60]}: {error.reason}", NAMED) from None
     values = {
         parameter.symbol: ring.generator(parameter.symbol, "parameter") for parameter in model.parameters
     }
