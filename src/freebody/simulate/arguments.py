@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..model import Model
 _REAL = (int, float, np.integer, np.floating)
 
 
+@cache
 def largest_memory() -> float:
     """Bytes that results may take: most of what this computer has; infinite where it does not tell."""
     if not hasattr(os, "sysconf"):

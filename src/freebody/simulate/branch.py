@@ -14,6 +14,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -30,7 +31,6 @@ LIMIT = 0.2
 """s from which a position is looked for."""
 SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18)
 """Of the time from there to the meeting, at which steps across are tried, the longest first."""
-FAR = 0.5  # a run whose s never was less has met none, between its steps neither
 CLOSE = 0.3  # of the limit: a run that came so close without turning away is on its way to s = 0
 MET = 5e-3  # of the limit: below it s is 0 but for what is not known of the meeting
 SEEN = 128  # places at which the motion is looked at
@@ -66,20 +66,27 @@ def along_branch(rates: Rates) -> Rates:
 
 def closeness(kernels: Kernels, rates: Rates, times: Array, states: Array) -> Array:
     """s at states."""
-    return np.sqrt(np.maximum(_squares(kernels, rates, times, states), 0))
-
-
-def _squares(kernels: Kernels, rates: Rates, times: Array, states: Array) -> Array:
-    return observe(kernels.motion().address("hold"), 1, times, states, rates.constants)[:, 0]
+    squares = observe(kernels.motion().address("hold"), 1, times, states, rates.constants)[:, 0]
+    return np.sqrt(np.maximum(squares, 0))
 
 
 def meets(kernels: Kernels, rates: Rates, path: Path) -> bool:
     """Whether a run has met such a position, or was about to."""
-    squares = _squares(kernels, rates, path.times, path.states)
-    if squares.min() > FAR * FAR:
+    times, states, room = path.times, path.states, np.empty(1)
+    found = _approached().code(
+        kernels.motion().address("hold"), times.size, loop.address(times), loop.address(states), states.shape[1],
+        rates.told[-1], loop.address(room), LIMIT,
+    )  # fmt: skip
+    if not found:
         return False
-    s = np.sqrt(np.maximum(squares, 0))
-    return ahead(kernels, rates, path.times, path.states, s, path.start) is not None
+    return (
+        ahead(kernels, rates, times, states, closeness(kernels, rates, times, states), path.start) is not None
+    )
+
+
+@cache
+def _approached() -> loop.Function:
+    return loop.code("crossing", "approached")
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,6 +53,27 @@ def along_branch(t: float, y: Reals, c: Reals, out: Reals) -> None:
     call(whole(c[RATES]), t, state, 0, own, out, 0)
 
 
+@compiled
+def approached(
+    hold: int, count: int, times: Reals, states: Reals, n: int, c: Reals, room: Reals, limit: float
+) -> int:  # fmt: skip
+    """Whether s is below a limit at one of ``count`` states, or falls towards it before a step that may hide it; the
+    kernel ``hold`` gives s²."""
+    before, last = 0.0, 0.0
+    for k in range(count):
+        call(hold, times[k], states, k * n, c, room, 0)
+        s = root(greater(room[0], 0.0))
+        if s < limit and (k == 0 or last >= limit):
+            return 1
+        if (
+            k > 1
+            and last + (last - before) * (times[k] - times[k - 1]) / (times[k - 1] - times[k - 2]) < limit
+        ):
+            return 1
+        before, last = last, s
+    return 0
+
+
 ROUNDED = 1e-8
 """Change of the stages, in parts of the state, that may be round-off: of accelerations across the branch, which P takes
 out again."""

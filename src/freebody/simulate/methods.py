@@ -221,29 +221,29 @@ def _with_others(kernels: Kernels, parameters: NDArray[np.float64], method: str,
         from .others import hamilton
 
         _check_hamiltonian(kernels)
-        found = with_others(rates, hamilton(kernels), parameters, ("hamilton", "momenta", "speeds"))
-        return replace(found, others=(*found.others, kernels.model.n_q))
+        return with_others(
+            rates, hamilton(kernels), parameters, ("hamilton", "momenta", "speeds"), kernels.model.n_q
+        )
     return rates
 
 
 def with_others(
-    rates: Rates, program: Program, parameters: NDArray[np.float64], names: tuple[str, ...]
+    rates: Rates, program: Program, parameters: NDArray[np.float64], names: tuple[str, ...], *more: int
 ) -> Rates:
-    """The rates with functions of another program beside them."""
+    """The rates with functions of another program beside them, and numbers that the method reads there."""
     constants = program.constants(parameters)
     return replace(
         rates,
         constants=np.concatenate([rates.constants, constants]),
         keep=(rates.keep, program),
-        others=tuple(map(program.address, names)),
+        others=(*map(program.address, names), *more),
         others_constants=rates.constants.size,
     )
 
 
 def with_series(rates: Rates, program: Program, parameters: NDArray[np.float64], kernels: Kernels) -> Rates:
     """The rates with the coefficients of their series, and whether these may go on behind a bend."""
-    found = with_others(rates, program, parameters, ("series",))
-    return replace(found, others=(*found.others, int(may_bend(kernels))))
+    return with_others(rates, program, parameters, ("series",), int(may_bend(kernels)))
 
 
 def may_bend(kernels: Kernels) -> bool:
