@@ -286,3 +286,38 @@ def test_sliders_and_text_in_a_browser(server):
         assert browser.value("document.getElementById('problem').hidden")
         assert browser.value("document.querySelector('h1').textContent") == "<b>other"
         assert browser.errors == []
+
+
+@pytest.mark.skipif(chromium() is None, reason="no Chromium on this machine")
+def test_a_start_follows_its_parameter_in_a_browser():
+    one = Server(machine("gyroscope", ()))
+    thread = threading.Thread(target=one.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True)
+    thread.start()
+
+    def move(name: str, value: float) -> str:
+        return (
+            f"(s => {{ s.value = {value}; s.dispatchEvent(new Event('input')); }})"
+            f"(document.querySelector('input[type=range][name=\"{name}\"]'))"
+        )
+
+    def shown(name: str) -> str:
+        return f"Number(document.querySelector('input[type=range][name=\"{name}\"]').value)"
+
+    motions = "Number(document.documentElement.dataset.motions)"
+    try:
+        with Browser(1200, 900) as browser:
+            browser.open(one.address)
+            browser.value(move("theta_0", 0.5))
+            browser.wait(f"{motions} === 2")
+            assert browser.value(shown("theta")) == pytest.approx(0.5)
+            browser.value(move("theta", 0.8))  # the last that moved wins
+            browser.wait(f"{motions} === 3")
+            assert browser.value(shown("theta_0")) == pytest.approx(0.5)
+            browser.value(move("theta_0", 0.6))
+            browser.wait(f"{motions} === 4")
+            assert browser.value(shown("theta")) == pytest.approx(0.6)
+            assert browser.errors == []
+    finally:
+        one.shutdown()
+        one.server_close()
+        thread.join(5)
