@@ -67,12 +67,3 @@ def test_the_end_of_a_stepped_run_is_within_it():
         motion = fb.simulate(coin(), until, initial={"f_z": 0.01}, method="timestepping", step=step)
         assert motion.t[-1] == until
         assert motion.at(until)["f_z"] == pytest.approx(motion["f_z"][-1])
-
-
-def test_what_is_no_shape_is_named():
-    s = fb.System("a")
-    stone = s.body("stone", fb.sphere(1, 0.1))
-    joint = s.free("flight", s.ground, stone)
-    with pytest.raises(fb.FreebodyError, match="got .* 'flight'") as caught:
-        s.contact("c", joint, s.ground.plane())
-    assert "(" not in str(caught.value).split("got ")[1]
