@@ -159,8 +159,10 @@ class _Run:
             status = INTERRUPTED
         except SimulationError as error:
             got = self._trajectory("failed", None, tolerances, times, samples)
+            made = " ".join(str(one) for one in got.warnings if one.event == "energy")
+            error = SimulationError(f"{made} Then: {error}") if made else error
             error.trajectory = got  # type: ignore[attr-defined]
-            raise
+            raise error from None
         return self._trajectory(TERMINAL if stop else status, stop, tolerances, times, samples)
 
     def _check_start(self, y: Array) -> None:
