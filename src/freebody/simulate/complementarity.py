@@ -377,9 +377,8 @@ def balanced(
     goal = -(c + A @ base)[rows]
     S = A[rows] @ B
     scaled, lack = S / size[:, None], 0
-    size_x = np.abs(scaled).max(
-        axis=0, initial=SMALL
-    )  # 1 of forces in norm; of slip with a great friction, that
+    # 1 of forces in norm; of slip with a great friction, that
+    size_x = np.abs(scaled).max(axis=0, initial=SMALL)
     scaled /= size_x
     if abs(np.linalg.det(scaled)) > 1e-3:  # of entries about 1: far from singular
         x = np.linalg.solve(scaled, goal / size)

@@ -38,6 +38,12 @@ MODES = ("open", "stick", "slip", "slip+", "slip-")
 
 LOOKS = 33
 """Moments of a run at which the energy that its steps make is looked for."""
+CLOSED = 1e-9
+"""Way by which the end of a step moves bodies, with room [m]."""
+ROUNDED = 1e-12
+"""Part of the energies that is round-off."""
+TURNED = 0.01
+"""Turn of a body in a step from which on it is told [rad]."""
 
 
 @dataclass(eq=False)
@@ -261,23 +267,31 @@ class SteppedTrajectory(Trajectory):
         time t.
         """
         path, model = self.path, self.kernels.model
-        if not len(self.impulses.works) or any(
-            link.driven for link in model.links
-        ):  # a drive gives what it takes
+        driven = any(link.driven for link in model.links)  # a drive gives what it takes
+        if driven or not len(self.impulses.works):
             return ()
         work = np.concatenate([[[0.0, 0.0]], np.cumsum(self.impulses.works, axis=0)])
         some = np.unique(np.linspace(0, min(len(path.states), len(work)) - 1, LOOKS).astype(int))
-        T, V, turning = np.array([self._at_work(k) for k in some.tolist()]).T
+        try:
+            T, V, turning = np.array([self._at_work(k) for k in some.tolist()]).T
+        except (ArithmeticError, ValueError):  # a potential without a value
+            return ()
         with np.errstate(over="ignore", invalid="ignore"):
             made = T + V - T[0] - V[0] - work[some].sum(axis=1)
             had = T[0] + np.maximum.accumulate(V) - np.minimum.accumulate(V) + np.abs(work[some, 1])
+            pressed = np.concatenate([[0], np.cumsum(np.abs(self.impulses.contacts).sum(axis=1))]) / self.step
+            had += (
+                CLOSED * pressed[some] + ROUNDED * np.abs(V).max()
+            )  # bodies are moved out of each other, too
             bad = np.flatnonzero(~(made <= had))
         if not len(bad):
             return ()
         first, h, end = some[bad[0]], self.step, float(path.end)
         omega = float(turning[: bad[0]].max())
-        cure = f"Bodies turn by {omega * h:.2g} rad in a step of {h:g} s: "
-        cure += f"take step={0.2 / (omega**2 * (end - path.start)):.1g} or shorter, or method='auto'."
+        cure = f"Take a step shorter than {h:g} s, or method='auto'."
+        if omega * h > TURNED:
+            cure = f"Bodies turn by {omega * h:.2g} rad in a step of {h:g} s: take a step="
+            cure += f"{0.2 / (omega**2 * (end - path.start)):.1g} or shorter, or method='auto'."
         when = float(path.times[first])
         worst = float(np.nan_to_num(made[bad], nan=np.inf).max())
         return (
@@ -290,11 +304,8 @@ class SteppedTrajectory(Trajectory):
     def _at_work(self, k: int) -> tuple[float, float, float]:
         """Kinetic and potential energy, and the greatest angular velocity of a body, after k steps."""
         model, path = self.kernels.model, self.path
-        q, u = (
-            path.states[k, : model.n_q].tolist(),
-            path.states[k, model.n_q : model.n_q + model.n_u].tolist(),
-        )
-        state = float_state(model, q, u, float(path.times[k]), self.values)
+        q, u, _ = np.split(path.states[k], [model.n_q, model.n_q + model.n_u])
+        state = float_state(model, q.tolist(), u.tolist(), float(path.times[k]), self.values)
         w = np.array([[float(x) for x in one[0]] for one in velocities(model, state)])
         with np.errstate(over="ignore"):
             fastest = float(np.linalg.norm(w, axis=1).max(initial=0))
