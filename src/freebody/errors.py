@@ -10,6 +10,9 @@ from functools import wraps
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
+LONGEST = 300
+"""Characters of what a message shows of a thing that was given."""
+
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
@@ -51,6 +54,19 @@ class SimulationError(FreebodyError, RuntimeError):
 
 class FormatError(FreebodyError, ValueError):
     """A file that is not a model."""
+
+
+def shown(thing: Any) -> str:
+    """What was given, as a message shows it: in its own words, or by its kind where those are an address or a page.
+
+    >>> shown("2*x"), shown(object())
+    ("'2*x'", 'an object')
+    """
+    said = repr(thing)
+    if " at 0x" not in said and (len(said) <= LONGEST or isinstance(thing, str | int)):
+        return said
+    kind = type(thing).__name__
+    return f"{'an' if kind[0] in 'aeiouAEIOU' else 'a'} {kind}"
 
 
 def path_of(given: Any, what: str, error: type[FreebodyError]) -> Path:

@@ -142,3 +142,62 @@ def test_runs_may_end_and_events_happen_beside_it():
     stop = fb.event("phi0", "level", terminal=True)
     motion = fb.simulate(machine, 2.0, initial=start, events=[stop], tolerance=1e-10)
     assert abs(angle(1, motion.t[-1])) < 1e-8
+
+
+@pytest.mark.parametrize("method", ["auto", "dop853", "dop54", "radau"])
+def test_backwards_through_positions_in_line(method):
+    machine, start = row(1), upright(1)
+    there = fb.simulate(machine, 5.0, initial=start, method=method, samples=11)
+    end = there.at(5.0)
+    back = fb.simulate(
+        machine, 0.0, start=5.0, initial={k: end[k] for k in there.names}, method=method, samples=11
+    )
+    assert back.status == "finished"
+    assert abs(back["phi0"][-1] - np.pi / 2) < 1e-6
+    assert abs(back["phi0'"][-1] + 1) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("method", "tolerance"), [("auto", 1e-9), ("auto", 1e-6), ("dop853", 1e-9), ("radau", 1e-9)]
+)
+def test_lanes_pass_positions_in_line(method, tolerance):
+    rates = np.array([1.0, 1.2, 0.8])
+    lanes = {k: v * rates if k.endswith("'") else v for k, v in upright(2).items()}
+    found = fb.simulate(row(2), 5.0, initial=lanes, method=method, tolerance=tolerance, samples=11)
+    assert (found["status"] == "finished").all()
+    assert (
+        abs(found["phi0"].values.reshape(3, -1)[0, -1] - angle(2, 5.0)) < 1e3 * tolerance
+    )  # of the run, not of a step
+
+
+@pytest.mark.parametrize("tolerance", [1e-11, 1e-12])
+def test_lanes_that_do_not_pass_say_so(tolerance):
+    rates = np.array([1.0, 1.2, 0.8])
+    lanes = {k: v * rates if k.endswith("'") else v for k, v in upright(2).items()}
+    found = fb.simulate(row(2), 5.0, initial=lanes, tolerance=tolerance, samples=11)
+    last = found["phi0"].values.reshape(3, -1)[:, -1]
+    for lane, rate in enumerate(rates):
+        if found["status"].values[lane] == "finished":
+            alone = fb.simulate(
+                row(2), 5.0, initial=lanes | {k: v * rate for k, v in upright(2).items() if k.endswith("'")}
+            )
+            assert abs(last[lane] - alone["phi0"][-1]) < 1e-7
+        else:
+            assert found["status"].values[lane] == "step collapsed"
+
+
+def test_what_gauss_can_not_pass_is_refused_by_name():
+    """Backwards and in lanes it has no step across; of long steps, samples beside the position may not converge."""
+    machine, start = row(1), upright(1)
+    there = fb.simulate(machine, 5.0, initial=start, samples=11)
+    end = {k: there.at(5.0)[k] for k in there.names}
+    with pytest.raises(fb.FreebodyError, match="'C1_x' all but loses its hold"):
+        fb.simulate(machine, 0.0, start=5.0, initial=end, method="gauss")
+    for tolerance in (1e-4, 1e-5, 1e-6, 1e-7):
+        motion = fb.simulate(machine, 5.0, initial=start, method="gauss", tolerance=tolerance, samples=101)
+        try:
+            error = np.abs(motion["phi0"] - angle(1, motion.t)).max()
+        except fb.FreebodyError as refused:
+            assert "take method='auto'" in str(refused)
+        else:
+            assert error < 1e-6

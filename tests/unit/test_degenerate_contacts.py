@@ -69,10 +69,39 @@ def test_the_end_of_a_stepped_run_is_within_it():
         assert motion.at(until)["f_z"] == pytest.approx(motion["f_z"][-1])
 
 
-def test_what_is_no_shape_is_named():
-    s = fb.System("a")
-    stone = s.body("stone", fb.sphere(1, 0.1))
-    joint = s.free("flight", s.ground, stone)
-    with pytest.raises(fb.FreebodyError, match="got .* 'flight'") as caught:
-        s.contact("c", joint, s.ground.plane())
-    assert "(" not in str(caught.value).split("got ")[1]
+@pytest.mark.parametrize("until", [0.1, 0.14])
+def test_steps_that_make_energy_say_so(until):
+    start = {"f_z": 5, "f_wx": 20.0, "f_wz": 250.0}  # in the air: nothing gives it energy
+    motion = fb.simulate(coin(), until, initial=start, method="timestepping", step=1e-3)
+    (said,) = motion.warnings
+    assert motion.status == "finished, not physical"
+    assert said.event == "energy"
+    assert said.value == pytest.approx(motion.energy.residual.max(), rel=1e-6)
+    assert "turn by" in said.cure and "a step=" in said.cure
+    short = fb.simulate(coin(), until, initial=start, method="timestepping", step=1e-5)
+    assert not short.warnings
+    assert short.status == "finished"
+
+
+def test_a_run_that_breaks_of_made_energy_names_it():
+    start = {"f_z": 5, "f_wx": 20.0, "f_wz": 250.0}
+    with pytest.raises(fb.FreebodyError, match=r"the steps make energy.* take a step=.* Then: ") as caught:
+        fb.simulate(coin(), 0.4, initial=start, method="timestepping", step=1e-3)
+    assert caught.value.trajectory.status == "failed, not physical"
+
+
+def test_a_coin_that_comes_to_rest_makes_no_energy():
+    motion = fb.simulate(coin(), 0.5, initial={"f_z": 0.1, "f_wx": 5.0}, method="timestepping", step=1e-4)
+    assert not motion.warnings
+
+
+@pytest.mark.parametrize("force", ["0", "6*sin(5*t)"])
+def test_a_box_at_rest_or_pushed_makes_no_energy(force):
+    s = fb.System("box")
+    s.gravity = (0, -9.81, 0)
+    box = s.body("box", fb.box(1, (0.2, 0.1, 0.1)))
+    s.planar("plane", s.ground, box, coordinate="x y turn")
+    s.contact("floor", box.corners(size=(0.2, 0.1)), s.ground.plane(), friction=0.3)
+    s.force("F", box.origin, (force, 0, 0))
+    motion = fb.simulate(s, 2, initial={"y": 0.05}, method="timestepping", step=1e-3)
+    assert motion.status == "finished"

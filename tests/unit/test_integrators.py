@@ -308,7 +308,7 @@ def test_a_state_that_can_not_be_computed_is_refused():
     run = fb.simulate(pendulum(), 10, initial={"theta": 2.0}, method="gauss")
     stretched = replace(run.path, lengths=run.path.lengths * 1e3, times=run.path.times * 1e3)
     with pytest.raises(
-        ValueError, match="The iteration of method 'gauss' does not converge for a step that ends at"
+        fb.FreebodyError, match="The iteration of method 'gauss' does not converge for a step that ends at"
     ):
         stretched.sample(np.linspace(*stretched.times[[0, -1]], 50))
 

@@ -14,6 +14,8 @@ import llvmlite.binding as llvm
 
 OPTIMISATION = 1
 """Level of code generation: 2 and 3 give the same code here, a tenth later."""
+LONG = 1 << 24
+"""Characters of a module that takes six seconds at that level: thousands of contacts in one function."""
 
 LIBRARY = (
     "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "exp2", "log", "log2", "pow",
@@ -71,13 +73,16 @@ def version() -> str:
     return f"{llvmlite.__version__} {llvm.llvm_version_info} {' '.join(processor())} O{OPTIMISATION}"
 
 
-def object_code(text: str, optimisation: int = OPTIMISATION) -> bytes:
+def object_code(text: str, optimisation: int | None = None) -> bytes:
     """Object code of a module.
 
     No passes run on the IR: the tape has already shared and folded what they would find, and code generation
-    itself contracts, schedules and allocates.
+    itself contracts, schedules and allocates. That takes eight times as long as plain instructions, whose code is a
+    fifth slower: too long for modules of more than :data:`LONG`.
     """
     _initialize()
+    if optimisation is None:
+        optimisation = OPTIMISATION if len(text) < LONG else 0
     module = llvm.parse_assembly(text, context=llvm.create_context())
     return _machine(optimisation).emit_object(module)
 

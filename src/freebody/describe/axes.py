@@ -6,7 +6,7 @@ from typing import Any
 
 import sympy
 
-from ..errors import ModelError
+from ..errors import ModelError, shown
 from ..scalar.algebra import IDENTITY, Matrix, Vector
 from ..scalar.expression import exact
 from ..space.rotation import Rotation
@@ -51,7 +51,7 @@ def orientation(system: Any, axes: Any, what: str) -> Matrix:
         or len(rows) != 3
         or any(isinstance(row, str) or not hasattr(row, "__len__") or len(row) != 3 for row in rows)
     ):
-        raise ModelError(f"Expected a Rotation or a 3 x 3 rotation matrix for {what}, got {axes!r}.")
+        raise ModelError(f"Expected a Rotation or a 3 x 3 rotation matrix for {what}, got {shown(axes)}.")
     matrix = tuple(system.vector(row, what) for row in rows)
     for entry in (entry for row in matrix for entry in row):
         moving = system.names.depends(entry, "coordinate", "speed", "time")

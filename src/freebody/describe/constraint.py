@@ -7,10 +7,11 @@ from typing import Any
 
 from .body import Point
 from .joint import Joint
+from .said import Named
 
 
-@dataclass(frozen=True)
-class Condition:
+@dataclass(frozen=True, repr=False)
+class Condition(Named):
     """An expression of coordinates and time that stays zero.
 
     ``unilateral``: it is kept from below only, as a bead in an open groove is. Its force is then 0 or more.
@@ -21,16 +22,16 @@ class Condition:
     unilateral: bool = False
 
 
-@dataclass(frozen=True)
-class SpeedCondition:
+@dataclass(frozen=True, repr=False)
+class SpeedCondition(Named):
     """An expression, linear in speeds, that stays zero: rolling without slip, a knife edge."""
 
     name: str
     expression: Any
 
 
-@dataclass(frozen=True)
-class Gear:
+@dataclass(frozen=True, repr=False)
+class Gear(Named):
     """Displacement of the first joint = ratio times that of the second; the pressure angle of the teeth, if known."""
 
     name: str
@@ -40,8 +41,8 @@ class Gear:
     pressure_angle: Any = None
 
 
-@dataclass(frozen=True)
-class Rope:
+@dataclass(frozen=True, repr=False)
+class Rope(Named):
     """A taut, massless rope of constant length that runs without friction over points.
 
     ``unilateral``: it only pulls; else it is a light rod, which may push.
@@ -53,8 +54,8 @@ class Rope:
     unilateral: bool = True
 
 
-@dataclass(frozen=True)
-class Rolling:
+@dataclass(frozen=True, repr=False)
+class Rolling(Named):
     """A thin wheel (or a sphere, without axis) that touches a plane of the ground and rolls on it without slip.
 
     ``normal`` points away from the plane, to the side of the wheel; with ``first`` and ``second`` in the plane it

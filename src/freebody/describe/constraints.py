@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from ..errors import ModelError
+from ..errors import ModelError, shown
 from .axes import UNIT, direction
 from .body import Point
 from .constraint import Condition, Constraint, Gear, Rolling, Rope, SpeedCondition
@@ -143,7 +143,7 @@ def gear(
     """
     for joint in (first, second):
         if not isinstance(joint, Joint) or system.joints.get(joint.name) is not joint:
-            raise ModelError(f"Expected two joints of this system for a gear, got {joint!r}.")
+            raise ModelError(f"Expected two joints of this system for a gear, got {shown(joint)}.")
         if len(joint.primitives) != 1 or joint.primitives[0].kind not in ("hinge", "slider", "screw"):
             raise ModelError(
                 f"A gear couples joints with one displacement, but '{joint.name}' is a {joint.type}. "
@@ -221,7 +221,7 @@ def rope(
     names = system.contacts if taut is False else system.constraints
     system.claim(name, names, "constraint")
     if not isinstance(points, Iterable):
-        raise ModelError(f"Expected a list of points for rope '{name}', got {points!r}.")
+        raise ModelError(f"Expected a list of points for rope '{name}', got {shown(points)}.")
     places = tuple(system.own_point(point, f"rope '{name}'") for point in points)
     if len(places) < 2:
         raise ModelError(f"Rope '{name}' needs at least two points, got {len(places)}.")
@@ -239,8 +239,8 @@ def rope(
         return _slack(system, name, places, reach, restitution)
     if restitution != 0:
         raise ModelError(
-            f"Expected no restitution= of rope '{name}', which stays taut, got {restitution!r}. One that goes slack, "
-            "taut=False, is pulled taut again."
+            f"Expected no restitution= of rope '{name}', which stays taut, got {shown(restitution)}. One that "
+            "goes slack, taut=False, is pulled taut again."
         )
     return _store(system, Rope(name, places, reach, one_sided))
 
@@ -311,11 +311,11 @@ def rolling(
     sign, letter = (-1, str(normal)[1:]) if str(normal).startswith("-") else (1, str(normal))
     if letter not in ("x", "y", "z"):
         raise ModelError(
-            f"Expected 'x', 'y' or 'z', with or without a minus, for the normal of {what}, got {normal!r}."
+            f"Expected 'x', 'y' or 'z', with or without a minus, for the normal of {what}, got {shown(normal)}."
         )
     size = _fixed(system, radius, f"the radius of {what}", "coordinate", "speed", "time")
     if not isinstance(size, sympy.Basic) and size <= 0:
-        raise ModelError(f"Expected a radius greater than 0 m for {what}, got {radius!r}.")
+        raise ModelError(f"Expected a radius greater than 0 m for {what}, got {shown(radius)}.")
     one_sided = _truth(unilateral, f"unilateral= of {what}")
     if friction is not None:
         friction = coefficient(system, friction, f"the friction of {what}")
@@ -347,7 +347,7 @@ def rolling(
 
 def _truth(value: Any, what: str) -> bool:
     if not isinstance(value, bool):
-        raise ModelError(f"Expected True or False for {what}, got {value!r}.")
+        raise ModelError(f"Expected True or False for {what}, got {shown(value)}.")
     return value
 
 

@@ -8,14 +8,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from .said import OfBody
+
 if TYPE_CHECKING:
     from .body import Body, Point
 
 Components = tuple[Any, Any, Any]
 
 
-@dataclass(frozen=True)
-class Ball:
+@dataclass(frozen=True, repr=False)
+class Ball(OfBody):
     """The surface of a sphere; ``inside`` if the body is around it, a bowl."""
 
     body: Body
@@ -25,7 +27,7 @@ class Ball:
     kind = "sphere"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Tether(Ball):
     """What a rope of length ``radius`` from ``at`` leaves to its other end: the inside of a sphere."""
 
@@ -33,8 +35,8 @@ class Tether(Ball):
     kind = "tether"
 
 
-@dataclass(frozen=True)
-class Ellipsoid:
+@dataclass(frozen=True, repr=False)
+class Ellipsoid(OfBody):
     """The surface of an ellipsoid, its axes along those of the body."""
 
     body: Body
@@ -43,8 +45,8 @@ class Ellipsoid:
     kind = "ellipsoid"
 
 
-@dataclass(frozen=True)
-class Circle:
+@dataclass(frozen=True, repr=False)
+class Circle(OfBody):
     """The edge of a disk at right angles to ``axis``; against round shapes and points, the wall of a cylinder."""
 
     body: Body
@@ -55,8 +57,8 @@ class Circle:
     kind = "circle"
 
 
-@dataclass(frozen=True)
-class Cylinder:
+@dataclass(frozen=True, repr=False)
+class Cylinder(OfBody):
     """The wall of a circular cylinder without end; ``inside`` if the body is around it, a pipe."""
 
     body: Body
@@ -67,8 +69,8 @@ class Cylinder:
     kind = "cylinder"
 
 
-@dataclass(frozen=True)
-class Plane:
+@dataclass(frozen=True, repr=False)
+class Plane(OfBody):
     """A plane without end; ``normal`` points out of the body, and (first, second, normal) is right-handed."""
 
     body: Body
@@ -79,8 +81,8 @@ class Plane:
     kind = "plane"
 
 
-@dataclass(frozen=True)
-class Segment:
+@dataclass(frozen=True, repr=False)
+class Segment(OfBody):
     """A straight side from ``start`` to ``end``; ``normal`` points out of the body, at right angles to the side."""
 
     body: Body
@@ -92,8 +94,8 @@ class Segment:
     kind = "segment"
 
 
-@dataclass(frozen=True)
-class Corners:
+@dataclass(frozen=True, repr=False)
+class Corners(OfBody):
     """Corners of a box, a polygon or a mesh: each touches for itself."""
 
     body: Body
@@ -101,8 +103,8 @@ class Corners:
     kind = "corners"
 
 
-@dataclass(frozen=True)
-class Heightline:
+@dataclass(frozen=True, repr=False)
+class Heightline(OfBody):
     """The line y = f(x) (in 3-D the surface over x and z) of a body that lies below it."""
 
     body: Body
@@ -133,3 +135,6 @@ class ContactPair:
     static_friction: Any
     restitution: Any
     impact: str
+
+    def __repr__(self) -> str:
+        return f"contact '{self.name}'"

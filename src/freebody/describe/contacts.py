@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ModelError
+from ..errors import ModelError, shown
 from .body import Body, Point
 from .contact import (
     Ball,
@@ -112,7 +112,7 @@ def contact(
             f"Expected a restitution between 0 (no bounce) and 1 (all of it) for {what}, got {e:g}."
         )
     if impact not in IMPACTS:
-        raise ModelError(f"Expected impact='newton' or impact='poisson' for {what}, got {impact!r}.")
+        raise ModelError(f"Expected impact='newton' or impact='poisson' for {what}, got {shown(impact)}.")
     system.contacts[name] = ContactPair(name, one, other, kinetic, static, bounce, impact)
     return system.contacts[name]
 
@@ -167,7 +167,7 @@ def _shape(system: System, shape: Any, what: str) -> Any:
     if not isinstance(
         shape, Point | Ball | Ellipsoid | Circle | Cylinder | Plane | Segment | Corners | Heightline
     ):
-        raise ModelError(f"Expected a shape for {what}, {SHAPES}, got {_said(shape)}.")
+        raise ModelError(f"Expected a shape for {what}, {SHAPES}, got {shown(shape)}.")
     system.own_body(shape.body, what)
     return shape
 
@@ -179,12 +179,3 @@ def coefficient(system: System, value: Any, what: str) -> Any:
     if value_now is not None and value_now < 0:
         raise ModelError(f"Expected a coefficient of 0 or more for {what}, got {value_now:g}.")
     return expression
-
-
-def _said(thing: Any) -> str:
-    """What was given, in the user's words: by its name, else by its kind; plain values as typed."""
-    name = getattr(thing, "name", None)
-    if isinstance(name, str):
-        return f"{type(thing).__name__.lower()} '{name}'"
-    plain = thing is None or isinstance(thing, str | int | float | tuple | list)
-    return repr(thing) if plain else f"a {type(thing).__name__}"

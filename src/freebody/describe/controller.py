@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from ..errors import ModelError, nearest
+from ..errors import ModelError, nearest, shown
 from .names import check_name
+from .said import Named
 
 if TYPE_CHECKING:
     from .system import System
 
 
-@dataclass(frozen=True, eq=False)
-class Controller:
+@dataclass(frozen=True, eq=False, repr=False)
+class Controller(Named):
     """A sampled controller. Made by :meth:`System.controller`.
 
     ``inputs``   names of the parameters that it sets
@@ -81,8 +82,8 @@ def controller(
     """
     if not callable(function) or isinstance(function, sympy.Basic):
         raise ModelError(
-            f"Expected a Python function of (t, state) for a controller, got {function!r}. A law without samples is an "
-            "expression: s.torque('motor', joint, '-k*theta')."
+            f"Expected a Python function of (t, state) for a controller, got {shown(function)}. A law without "
+            "samples is an expression: s.torque('motor', joint, '-k*theta')."
         )
     label = name or getattr(function, "__name__", type(function).__name__)
     label = check_name("controller" if label == "<lambda>" else label, "controller")
@@ -99,7 +100,8 @@ def controller(
     told = []
     if not isinstance(sensors, Mapping | None):
         raise ModelError(
-            f"Expected sensors of {what} as expressions by name, such as {{'height': 'L*cos(theta)'}}, got {sensors!r}."
+            f"Expected sensors of {what} as expressions by name, such as {{'height': 'L*cos(theta)'}}, got "
+            f"{shown(sensors)}."
         )
     for key, value in (sensors or {}).items():
         check_name(key, "sensor")

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec
 
 import sympy
 
-from ..errors import ModelError
+from ..errors import ModelError, shown
 from ..scalar.algebra import cross
 from .axes import UNIT, direction, orientation
 from .body import Body, Point
@@ -136,12 +136,13 @@ def universal(
     """Two turns: about the first ``axis``, fixed in the parent, then about the second, fixed in the child."""
     if isinstance(axis, str) or not hasattr(axis, "__len__") or len(axis) != 2:
         raise ModelError(
-            f"Expected two axes, such as ('x', 'y'), for universal joint '{name}', got {axis!r}."
+            f"Expected two axes, such as ('x', 'y'), for universal joint '{name}', got {shown(axis)}."
         )
     axes = [direction(system, one, f"the axis of universal joint '{name}'") for one in axis]
     if all(sympy.sympify(component) == 0 for component in cross(*axes)):
         raise ModelError(
-            f"The two axes of universal joint '{name}' are parallel: {axis!r}. Give two directions, or make a hinge."
+            f"The two axes of universal joint '{name}' are parallel: {shown(axis)}. Give two directions, or make a "
+            "hinge."
         )
     angles = _coordinates(system, child, name, coordinate, [f"{name}_1", f"{name}_2"])
     return _add(system, "universal", name, parent, child, at, to, parent_axes, child_axes,
@@ -157,7 +158,7 @@ def gimbal(
     """All turns about a point, by three Euler angles in the body-fixed sequence ``axis``, such as "ZXZ"."""
     if not isinstance(axis, str) or len(axis) != 3:
         raise ModelError(
-            f"Expected a sequence of three axes, such as 'ZXZ', for gimbal '{name}', got {axis!r}."
+            f"Expected a sequence of three axes, such as 'ZXZ', for gimbal '{name}', got {shown(axis)}."
         )
     if axis.islower():
         raise ModelError(
@@ -187,7 +188,7 @@ def planar(
     order = {"x": "yz", "y": "zx", "z": "xy"}
     if not isinstance(axis, str) or axis not in order:
         raise ModelError(
-            f"Expected 'x', 'y' or 'z' for the normal of planar joint '{name}', got {axis!r}. "
+            f"Expected 'x', 'y' or 'z' for the normal of planar joint '{name}', got {shown(axis)}. "
             f"Turn the joint by parent_axes for another plane."
         )
     first, second = order[axis][0], order[axis][1]
@@ -350,7 +351,7 @@ def _in_use(system: System, atom: Any) -> bool:
 def _components(system: System, prefix: Any, endings: list[str], kind: str) -> list[Any]:
     if not isinstance(prefix, str) or not prefix:
         raise ModelError(
-            f"Expected a prefix (text) for the coordinates of a ball or free joint, got {prefix!r}."
+            f"Expected a prefix (text) for the coordinates of a ball or free joint, got {shown(prefix)}."
         )
     return [system.names.component(f"{prefix}_{ending}", kind) for ending in endings]
 

@@ -7,12 +7,13 @@ from typing import Any
 
 from .body import Body, Point
 from .joint import Joint
+from .said import Named
 
 Components = tuple[Any, Any, Any]
 
 
-@dataclass(frozen=True)
-class Force:
+@dataclass(frozen=True, repr=False)
+class Force(Named):
     """A force at a point of a body; components in the axes of ``frame`` [N]."""
 
     name: str
@@ -21,8 +22,8 @@ class Force:
     frame: Body
 
 
-@dataclass(frozen=True)
-class Torque:
+@dataclass(frozen=True, repr=False)
+class Torque(Named):
     """A couple on a body, and its opposite on ``reaction_on``; components in the axes of ``frame`` [N m]."""
 
     name: str
@@ -32,8 +33,8 @@ class Torque:
     reaction_on: Body | None
 
 
-@dataclass(frozen=True)
-class JointForce:
+@dataclass(frozen=True, repr=False)
+class JointForce(Named):
     """A force (slider) or moment (hinge) of a motor along one displacement of a joint."""
 
     name: str
@@ -42,8 +43,8 @@ class JointForce:
     value: Any
 
 
-@dataclass(frozen=True)
-class JointSpring:
+@dataclass(frozen=True, repr=False)
+class JointSpring(Named):
     """-stiffness * (displacement - rest) along one displacement of a joint."""
 
     name: str
@@ -53,8 +54,8 @@ class JointSpring:
     rest: Any
 
 
-@dataclass(frozen=True)
-class JointDamper:
+@dataclass(frozen=True, repr=False)
+class JointDamper(Named):
     """-damping * rate along one displacement of a joint."""
 
     name: str
@@ -63,8 +64,8 @@ class JointDamper:
     damping: Any
 
 
-@dataclass(frozen=True)
-class Spring:
+@dataclass(frozen=True, repr=False)
+class Spring(Named):
     """A straight spring between two points: tension stiffness * (distance - rest)."""
 
     name: str
@@ -74,8 +75,8 @@ class Spring:
     rest: Any
 
 
-@dataclass(frozen=True)
-class Damper:
+@dataclass(frozen=True, repr=False)
+class Damper(Named):
     """A straight damper between two points: tension damping * d(distance)/dt."""
 
     name: str
@@ -84,8 +85,8 @@ class Damper:
     damping: Any
 
 
-@dataclass(frozen=True)
-class GeneralizedForce:
+@dataclass(frozen=True, repr=False)
+class GeneralizedForce(Named):
     """A force conjugate to a coordinate."""
 
     name: str

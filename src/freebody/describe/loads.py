@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..errors import ModelError, nearest
+from ..errors import ModelError, nearest, shown
 from .body import Body, Point
 from .joint import Joint
 from .load import (
@@ -138,7 +138,7 @@ def torsion_spring(
     """A linear torsion spring [N m/rad] on an angle of a joint, free of moment at the angle ``rest``."""
     what = f"torsion spring '{name}'"
     if not isinstance(on, Joint):
-        raise ModelError(f"Expected a joint with an angle for {what}, got {on!r}.")
+        raise ModelError(f"Expected a joint with an angle for {what}, got {shown(on)}.")
     angles = [i for i, p in enumerate(on.primitives) if p.kind in ("hinge", "screw")]
     if not angles:
         raise ModelError(
@@ -147,7 +147,7 @@ def torsion_spring(
     index = angles[0] if coordinate is None else coordinate
     if not isinstance(index, int) or index not in angles:
         raise ModelError(
-            f"Displacement {index!r} of {on.type} '{on.name}' is not an angle; angles: {angles}."
+            f"Displacement {shown(index)} of {on.type} '{on.name}' is not an angle; angles: {angles}."
         )
     return system.spring(name, on, stiffness=stiffness, rest=rest, coordinate=index)
 
@@ -210,7 +210,8 @@ def _displacement(system: System, joint: Joint, index: int, what: str) -> tuple[
         )
     if not isinstance(index, int) or not 0 <= index < len(kinds):
         raise ModelError(
-            f"Joint '{joint.name}' has {len(kinds)} displacements (0 to {len(kinds) - 1}), got {index!r} for {what}."
+            f"Joint '{joint.name}' has {len(kinds)} displacements (0 to {len(kinds) - 1}), got {shown(index)} for "
+            f"{what}."
         )
     return joint, index
 
@@ -225,5 +226,5 @@ def _joint_force(
             f"Act on the body, or use s.generalized_force on one of the joint's coordinates."
         )
     if hasattr(value, "__len__") and not isinstance(value, str):
-        raise ModelError(f"Expected one expression for {what} on joint '{joint.name}', got {value!r}.")
+        raise ModelError(f"Expected one expression for {what} on joint '{joint.name}', got {shown(value)}.")
     return _store(system, JointForce(name, joint, index, system.expression(value, what)))

@@ -6,7 +6,7 @@ import re
 from dataclasses import replace
 from typing import Any
 
-from ..errors import ModelError
+from ..errors import ModelError, shown
 from ..space.mass import MassProperties
 from ..space.shape import Shape
 
@@ -24,13 +24,13 @@ def drawn_as(mass: MassProperties, shape: Any, color: Any, name: str) -> MassPro
             shape = shape.shape
         if not isinstance(shape, Shape):
             raise ModelError(
-                f"Expected a solid for shape= of body '{name}', such as fb.box(1, (0.4, 0.2, 0.2)), got {shape!r}."
+                f"Expected a solid for shape= of body '{name}', such as fb.box(1, (0.4, 0.2, 0.2)), got {shown(shape)}."
             )
         mass = replace(mass, shape=shape)
     if color is not None:
         if not isinstance(color, str) or not re.fullmatch(r"#[0-9A-Fa-f]{6}", color):
             raise ModelError(
-                f"Expected a colour such as '#0072B2' for color= of body '{name}', got {color!r}."
+                f"Expected a colour such as '#0072B2' for color= of body '{name}', got {shown(color)}."
             )
         # a body without a solid has a shape that is nothing but its colour
         mass = replace(mass, shape=replace(mass.shape or Shape("compound"), color=color))

@@ -15,7 +15,7 @@ from typing import Any
 
 import sympy
 
-from ..errors import ExpressionError, ModelError, nearest
+from ..errors import ExpressionError, ModelError, nearest, shown
 from ..scalar.expression import exact
 from ..scalar.parser import parse
 from .signal import Placed, Signal
@@ -41,7 +41,9 @@ def is_identifier(text: str) -> bool:
 def check_name(name: Any, what: str) -> str:
     """The name, if it can be one."""
     if not isinstance(name, str):
-        raise ModelError(f"Expected a name (text) for the {what}, got {name!r}. It comes first, in quotes.")
+        raise ModelError(
+            f"Expected a name (text) for the {what}, got {shown(name)}. It comes first, in quotes."
+        )
     if not is_identifier(name) or keyword.iskeyword(name):
         raise ModelError(
             f"'{name}' can not be the name of a {what}: use letters, digits and underscores, "
@@ -193,7 +195,7 @@ class Names:
             if isinstance(error, ExpressionError):
                 raise ExpressionError(f"In {what}: {error}") from None
             raise ExpressionError(
-                f"In {what}: expected a number, a SymPy expression or text, got {value!r}."
+                f"In {what}: expected a number, a SymPy expression or text, got {shown(value)}."
             ) from None
         result = self._placed(result)
         if not isinstance(result, sympy.Basic):

@@ -9,9 +9,10 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import sympy
 
-from ..errors import ExpressionError, ModelError
+from ..errors import ExpressionError, ModelError, shown
 from ..scalar.algebra import add, apply, cross, dot, subtract
 from ..scalar.expression import exact
 from ..scalar.parser import parse
@@ -67,7 +68,7 @@ def ellipsoid(body: Body, half_axes: Any, *, at: Any = None) -> Ellipsoid:
     """
     what = f"the ellipsoid of {named(body)}"
     if isinstance(half_axes, str) or not isinstance(half_axes, Sequence) or len(half_axes) != 3:
-        raise ModelError(f"Expected three half axes (a, b, c) for {what}, got {half_axes!r}.")
+        raise ModelError(f"Expected three half axes (a, b, c) for {what}, got {shown(half_axes)}.")
     a, b, c = (_length(body, axis, what) for axis in half_axes)
     return Ellipsoid(body, _place(body, at, what), (a, b, c))
 
@@ -174,7 +175,7 @@ def segment(body: Body, start: Any, end: Any, *, normal: Any) -> Segment:
     if sympy.simplify(dot(d, n)) != 0:
         raise ModelError(
             f"The normal of {what} must be at right angles to the side from {written(a)} to {written(b)}, got "
-            f"{normal!r}."
+            f"{shown(normal)}."
         )
     if all(x == 0 for x in d):
         raise ModelError(f"Start and end of {what} are one point, {written(a)}.")
@@ -215,7 +216,7 @@ def corners(body: Body, *points: Any, size: Any = None, at: Any = None) -> Corne
         points = _vertices(body, what)
     if size is not None:
         if isinstance(size, str) or not hasattr(size, "__len__") or len(size) not in (2, 3):
-            raise ModelError(f"Expected two or three edges, size=(a, b, c), for {what}, got {size!r}.")
+            raise ModelError(f"Expected two or three edges, size=(a, b, c), for {what}, got {shown(size)}.")
         edges = [sympy.sympify(_length(body, edge, what)) / 2 for edge in size]
         middle = _place(body, at, what)
         # counter-clockwise from the lower left, the lower four (smaller z) first
@@ -230,7 +231,7 @@ def corners(body: Body, *points: Any, size: Any = None, at: Any = None) -> Corne
         return Corners(body, tuple(found))
     if at is not None:
         raise ModelError(f"at= moves a box of given size; {what} are given as points.")
-    if len(points) == 1 and not isinstance(points[0], _body.Point):
+    if len(points) == 1 and isinstance(points[0], Sequence | np.ndarray):
         rows = points[0].tolist() if hasattr(points[0], "tolist") else points[0]
         if hasattr(rows, "__len__") and len(rows) > 0 and hasattr(rows[0], "__len__"):
             points = tuple(rows)
@@ -282,6 +283,10 @@ def heightline(body: Body, height: Any, *, at: Any = None) -> Heightline:
         except ExpressionError as error:
             raise ExpressionError(f"In {what}: {error}") from None
     else:
+        if not isinstance(height, sympy.Expr) and not is_number(height):
+            raise ExpressionError(
+                f"In {what}: expected text or a SymPy expression of x, got {shown(height)}."
+            )
         expression = sympy.sympify(height)
         free = {symbol: x for symbol in expression.free_symbols if symbol.name == "x"}
         expression = expression.xreplace(free)
@@ -400,5 +405,5 @@ def _length(body: Body, value: Any, what: str) -> Any:
 
 def _flag(value: Any, what: str) -> bool:
     if not isinstance(value, bool):
-        raise ModelError(f"Expected inside=True or inside=False for {what}, got {value!r}.")
+        raise ModelError(f"Expected inside=True or inside=False for {what}, got {shown(value)}.")
     return value

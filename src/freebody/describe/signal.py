@@ -17,7 +17,7 @@ import numpy as np
 import sympy
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import ModelError, arguments_named
+from ..errors import ModelError, arguments_named, shown
 
 Array = NDArray[np.float64]
 
@@ -76,7 +76,9 @@ class Signal(sympy.Dummy):
         try:
             times = np.asarray(t, dtype=float)
         except (TypeError, ValueError, OverflowError):
-            raise ModelError(f"Expected a time, or times [s], for signal '{self.name}', got {t!r}.") from None
+            raise ModelError(
+                f"Expected a time, or times [s], for signal '{self.name}', got {shown(t)}."
+            ) from None
         flat = np.atleast_1d(times).reshape(-1)
         starts, c = self.pieces(flat)
         x = flat - starts
@@ -146,9 +148,9 @@ def signal(
     Reference: de Boor, A Practical Guide to Splines (1978), chapter IV.
     """
     if not isinstance(kind, str) or kind not in KINDS:
-        raise ModelError(f"Expected kind 'linear', 'previous' or 'cubic' for a signal, got {kind!r}.")
+        raise ModelError(f"Expected kind 'linear', 'previous' or 'cubic' for a signal, got {shown(kind)}.")
     if not isinstance(outside, str) or outside not in ("error", "hold"):
-        raise ModelError(f"Expected outside='error' or 'hold' for a signal, got {outside!r}.")
+        raise ModelError(f"Expected outside='error' or 'hold' for a signal, got {shown(outside)}.")
     if not isinstance(ends, str) or ends not in ENDS or (ends != "not-a-knot" and kind != "cubic"):
         raise ModelError(
             f"Expected ends= to be one of {', '.join(map(repr, ENDS))}, and of a signal of kind 'cubic' only; got "
@@ -156,7 +158,7 @@ def signal(
         )
     label = f"signal_{next(_unnamed)}" if name is None else name
     if not isinstance(label, str) or not label.isidentifier():
-        raise ModelError(f"Expected a name (letters, digits, underscores) for a signal, got {name!r}.")
+        raise ModelError(f"Expected a name (letters, digits, underscores) for a signal, got {shown(name)}.")
     t, v = _samples(times, "times", label), _samples(values, "values", label)
     if t.size != v.size:
         raise ModelError(f"Expected as many values as times for signal '{label}', got {v.size} and {t.size}.")
@@ -188,7 +190,9 @@ def _samples(given: ArrayLike, what: str, label: str) -> Array:
     try:
         x = np.array(given, dtype=float) + 0.0  # there is one zero
     except (TypeError, ValueError, OverflowError):
-        raise ModelError(f"Expected numbers for the {what} of signal '{label}', got {given!r}.") from None
+        raise ModelError(
+            f"Expected numbers for the {what} of signal '{label}', got {shown(given)}."
+        ) from None
     if x.ndim != 1:
         raise ModelError(
             f"Expected a list of {what} for signal '{label}', got an array of shape {x.shape}. A "

@@ -9,7 +9,7 @@ from typing import Any
 
 import sympy
 
-from ..errors import ModelError, arguments_named, nearest
+from ..errors import ModelError, arguments_named, nearest, shown
 from ..space.mass import MassProperties
 from . import constraints as _constraints
 from . import contacts as _contacts
@@ -84,7 +84,7 @@ class System:
     @name.setter
     def name(self, name: str) -> None:
         if not isinstance(name, str) or not name.strip():
-            raise ModelError(f"Expected a name (text) for the system, got {name!r}.")
+            raise ModelError(f"Expected a name (text) for the system, got {shown(name)}.")
         self._name = name
         self.changes.count += 1
 
@@ -165,11 +165,11 @@ class System:
     def vector(self, values: Any, what: str) -> tuple[Any, Any, Any]:
         """Three components; anything else is refused."""
         if isinstance(values, str) or not hasattr(values, "__len__"):
-            raise ModelError(f"Expected three components (x, y, z) for {what}, got {values!r}.")
+            raise ModelError(f"Expected three components (x, y, z) for {what}, got {shown(values)}.")
         if len(values) != 3:
             cure = " Add the third component, z." if len(values) == 2 else ""
             raise ModelError(
-                f"Expected three components (x, y, z) for {what}, got {len(values)}: {values!r}.{cure}"
+                f"Expected three components (x, y, z) for {what}, got {len(values)}: {shown(values)}.{cure}"
             )
         x, y, z = (self.names.expression(value, what) for value in values)
         return (x, y, z)
@@ -200,7 +200,7 @@ class System:
                     self.expression(condition.gts - condition.lts, f"the condition {condition}")
                 )
             elif condition is not sympy.true and condition is not True:
-                raise ModelError(f"Expected a condition such as k > 0, got {condition!r}.")
+                raise ModelError(f"Expected a condition such as k > 0, got {shown(condition)}.")
 
     @property
     def positive(self) -> frozenset[Any]:
@@ -279,7 +279,7 @@ class System:
         if not isinstance(mass_properties, MassProperties):
             raise ModelError(
                 f"Expected mass properties for body '{name}', such as fb.sphere(m, R) or fb.particle(m), "
-                f"got {mass_properties!r}."
+                f"got {shown(mass_properties)}."
             )
         mass = drawn_as(mass_properties, shape, color, name)
         entries = [mass.mass, *mass.center, *(entry for row in mass.inertia for entry in row)]
@@ -307,7 +307,7 @@ class System:
                 )
             return self.bodies[body]
         if not isinstance(body, Body):
-            raise ModelError(f"Expected a body for {what}, got {body!r}.")
+            raise ModelError(f"Expected a body for {what}, got {shown(body)}.")
         if body.system is not self:
             names = f"'{body.system.name}', not to '{self.name}'"
             names = names if body.system.name != self.name else f"of the same name, '{self.name}'"
@@ -322,7 +322,7 @@ class System:
         if isinstance(point, Body):
             point = point.origin
         if not isinstance(point, Point):
-            raise ModelError(f"Expected a point, such as bar.point(0, 1, 0), for {what}, got {point!r}.")
+            raise ModelError(f"Expected a point, such as bar.point(0, 1, 0), for {what}, got {shown(point)}.")
         self.own_body(point.body, what)
         return point
 
@@ -382,4 +382,4 @@ class System:
 
 def _check_text(names: Any, what: str, such_as: str) -> None:
     if not isinstance(names, str):
-        raise ModelError(f"Expected names of {what} as text, such as '{such_as}', got {names!r}.")
+        raise ModelError(f"Expected names of {what} as text, such as '{such_as}', got {shown(names)}.")

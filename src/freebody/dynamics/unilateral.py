@@ -17,7 +17,7 @@ Source: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts (1996), 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -189,19 +189,7 @@ def margins(model: Model, state: State, multipliers: Sequence[Any]) -> list[Any]
 def sizes(model: Model, state: State, active: Sequence[int]) -> list[Any]:
     """Of each limit the size of the parts that its forces are sums of."""
     found = limits(model)
-    given, M = linearized(model, state), Factorization(mass_matrix(model, state))
-    free = M.forward([-x for x in bias(model, state)])
-    size: dict[int, Any] = {}
-    for i in {i for limit in found for i in limit.places if i in active}:
-        row = M.forward(given.matrix[i])
-        weighed = M.divided(row)
-        total = _absolute(state, given.bias[i])
-        for a, b in zip(weighed, free, strict=True):
-            total = total + _absolute(state, a * b)
-        square: Any = 0
-        for a, b in zip(weighed, row, strict=True):
-            square = square + a * b
-        size[i] = divide(total, square)
+    size = parts(model, state, {i for limit in found for i in limit.places if i in active})
     result = []
     for limit in found:
         total, *others = (size.get(i, 0) for i in limit.places)
@@ -211,6 +199,27 @@ def sizes(model: Model, state: State, active: Sequence[int]) -> list[Any]:
             total = total + x
         result.append(total)
     return result
+
+
+def parts(model: Model, state: State, places: Iterable[int]) -> dict[int, Any]:
+    """Size of the parts of the multiplier of each of some conditions, as if it were the only one:
+
+    λ_i = -(γ_i + Σ_j w_j f_j)/(G M⁻¹ Gᵀ)_ii,      of which |γ_i| and all |w_j f_j| are summed
+    """
+    given, M = linearized(model, state), Factorization(mass_matrix(model, state))
+    free = M.forward([-x for x in bias(model, state)])
+    size: dict[int, Any] = {}
+    for i in places:
+        row = M.forward(given.matrix[i])
+        weighed = M.divided(row)
+        total = _absolute(state, given.bias[i])
+        for a, b in zip(weighed, free, strict=True):
+            total = total + _absolute(state, a * b)
+        square: Any = 0
+        for a, b in zip(weighed, row, strict=True):
+            square = square + a * b
+        size[i] = divide(total, square)
+    return size
 
 
 def passed_by_impulse(

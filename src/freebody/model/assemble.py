@@ -11,7 +11,7 @@ import sympy
 from ..describe.joint import Joint, Primitive
 from ..describe.names import TIME, rate
 from ..describe.system import System
-from ..errors import ModelError
+from ..errors import ModelError, shown
 from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, multiply, subtract, transpose
 from ..scalar.expression import exact
 from .closure import closure
@@ -50,7 +50,7 @@ def assemble(system: System) -> Model:
     """
     if not isinstance(system, System):
         raise ModelError(
-            f"Expected a System, got {system!r}. A model is described first: s = fb.System('name')."
+            f"Expected a System, got {shown(system)}. A model is described first: s = fb.System('name')."
         )
     kinds = system.names.kinds
     coordinates, speeds = _state(system)

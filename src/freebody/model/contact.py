@@ -54,6 +54,9 @@ class Contact:
     normal_name: str
     tangent_names: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        return f"contact '{self.name}'"
+
     @property
     def tangents(self) -> int:
         """Number of tangent directions: 1 in a planar machine, else 2."""

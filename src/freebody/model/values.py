@@ -11,7 +11,7 @@ import sympy
 
 from ..describe.constraint import Gear
 from ..describe.names import finite
-from ..errors import ModelError, nearest
+from ..errors import ModelError, nearest, shown
 from ..scalar.algebra import floats
 from ..scalar.expression import evaluate
 from ..scalar.units import quantity
@@ -25,7 +25,7 @@ _NUMBERS = frozenset((float, int, np.float64))
 def parameter_values(model: Model, given: Mapping[Any, Any]) -> dict[str, float]:
     """See :meth:`Model.values`."""
     if not isinstance(given, Mapping):
-        raise ModelError(f"Expected values of parameters by name, such as {{'m': 2}}, got {given!r}.")
+        raise ModelError(f"Expected values of parameters by name, such as {{'m': 2}}, got {shown(given)}.")
     by_name = dict(model.defaults)
     for key, value in given.items():
         name = key if isinstance(key, str) else model.parameter_names.get(key, key)

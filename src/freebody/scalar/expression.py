@@ -43,7 +43,9 @@ def exact(value: Any) -> Any:
         if value != value or value in (float("inf"), float("-inf")):
             raise ExpressionError(f"Expected a finite number, got {value!r}.")
         return exact(Fraction(repr(value)))
-    expression = sympy.sympify(value)
+    expression = sympy.sympify(
+        value, strict=not isinstance(value, str)
+    )  # else what has entries is iterated over
     if expression.is_Rational:
         return exact(Fraction(int(expression.p), int(expression.q)))
     if expression.is_Float:

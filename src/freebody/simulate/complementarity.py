@@ -376,7 +376,10 @@ def balanced(
         return None
     goal = -(c + A @ base)[rows]
     S = A[rows] @ B
-    scaled, lack = S / np.outer(size, size), 0
+    scaled, lack = S / size[:, None], 0
+    # 1 of forces in norm; of slip with a great friction, that
+    size_x = np.abs(scaled).max(axis=0, initial=SMALL)
+    scaled /= size_x
     if abs(np.linalg.det(scaled)) > 1e-3:  # of entries about 1: far from singular
         x = np.linalg.solve(scaled, goal / size)
     else:
@@ -393,8 +396,8 @@ def balanced(
             root = np.sqrt(weights)
             x = root * (np.linalg.pinv(S * root, rcond=SMALL) @ goal)
     else:
-        x = x / size
-        x = x - np.linalg.solve(S, S @ x - goal)
+        x = x / size_x
+        x = x - np.linalg.solve(scaled, (S @ x - goal) / size) / size_x
     return base + B @ x, lack
 
 

@@ -25,7 +25,7 @@ from .complementarity import (
     painleve,
     solutions,
 )
-from .contact_scene import SMOOTH, Modes, Snapshot
+from .contact_scene import ROUNDED, SMOOTH, Modes, Snapshot
 from .contact_slopes import slopes
 from .contact_state import ContactRun
 
@@ -52,7 +52,7 @@ def modes_at(work: ContactRun, t: float, y: Array, current: Modes) -> tuple[Mode
     alike = work.alike(contacts, seen, chosen, y)
     groups = distinct(kept, responses, alike=alike)
     if len(groups) > 1:  # an inequality that is missed by round-off: a great friction makes much of that
-        groups = distinct([one for one in kept if one.missed <= 0], responses, alike=alike) or groups
+        groups = distinct([one for one in kept if one.missed <= ROUNDED], responses, alike=alike) or groups
     if len(groups) > 1 and work.least:
         groups = distinct(least_of(kept, A, contacts), responses, alike=alike)
     if len(groups) != 1:
@@ -111,26 +111,29 @@ def lasts(
     ):
         return True  # in space, slip from rest has no derivative before it has a direction
     a, force = slopes(work, t, y, seen, chosen, contacts, one)
-    size_a = float(np.abs(a).max(initial=0))
-    size_f = float(np.abs(force).max(initial=0))
+    still = work.still(y)  # of speeds below it all is constant: what changes then is round-off
+    least_a = max(SMALL * float(np.abs(a).max(initial=0)), still * float(np.abs(seen.c).max(initial=0)))
+    least_f = max(
+        SMALL * float(np.abs(force).max(initial=0)), still * float(np.abs(one.forces).max(initial=0))
+    )
     for i, law in one.ties:
         at, n = contacts[i].row, contacts[i].tangents
         N, T = force[at], force[at + 1 : at + 1 + n]
-        if law == "open" and a[at] < -SMALL * size_a:
+        if law == "open" and a[at] < -least_a:
             return False
-        if law == "normal" and -SMALL * size_f > N:
+        if law == "normal" and -least_f > N:
             return False
         if law == "cone":
             hold = one.forces[at + 1 : at + 1 + n]
             length = float(np.linalg.norm(hold))
             way = hold / length if length > 0 else None
             growth = float(np.linalg.norm(T)) if way is None else float(way @ T)
-            if contacts[i].static * N - growth < -SMALL * size_f:
+            if contacts[i].static * N - growth < -least_f:
                 return False
         if law == "onset":
             d = one.modes[i][1]
             growth = float(d @ a[at + 1 : at + 1 + n])
-            if growth < -SMALL * size_a or (growth <= SMALL * size_a and not limits):
+            if growth < -least_a or (growth <= least_a and not limits):
                 return False
     return True
 

@@ -93,7 +93,8 @@ def run(
             raise SimulationError(
                 f"Contacts of '{work.model.name}' change their modes again and again at t = {t:.9g} s ({states}), "
                 f"{len(work.segments)} phases so far. Impacts that end in a finite time only together (restitution of "
-                f"several contacts at once) do this."
+                f"several contacts at once; a coin that comes to lie flat on its two edges) do this: "
+                f"method='timestepping' with step= goes through them."
             )
         seen = work.look(t, y)
         y, hit = work.collide(t, y, seen)
@@ -322,14 +323,15 @@ def _check_depth(work: ContactRun, path: Path, modes: Modes) -> None:
     y = path.states[-1]
     if not np.isfinite(y).all():
         return
-    seen = work.look(path.end, y)
+    seen, h = work.look(path.end, y), float(np.diff(path.times).max(initial=0))
     slow = 1e3 * work.still(y)
     for k, mode in enumerate(modes):
         v = float(seen.rate[work.scene.first[k] + 1]) if mode in ("slip+", "slip-") else 0.0
         if (v < -slow and mode == "slip+") or (v > slow and mode == "slip-"):
             raise SimulationError(
                 f"Contact '{work.names[k]}' of '{work.model.name}' changed its sense of slip between {path.start:.9g} "
-                f"and {path.end:.9g} s within less than a step, and was passed over. Give a shorter max_step."
+                f"and {path.end:.9g} s within one step of {h:.3g} s, and was passed over. Give a max_step shorter than "
+                f"that, or take method='timestepping' with step=."
             )
     for k, mode in enumerate(modes):
         if mode == OPEN and seen.gap[k] < -work.near(y) and seen.reach[k] > 0 and path.start < path.end:
@@ -338,6 +340,6 @@ def _check_depth(work: ContactRun, path: Path, modes: Modes) -> None:
             if before.reach[k] > 0 and not behind:
                 raise SimulationError(
                     f"Contact '{work.names[k]}' of '{work.model.name}' closed between {path.start:.6g} and "
-                    f"{path.end:.6g} s within less than a step, and was passed over: it is {-seen.gap[k]:.3g} m deep. "
-                    f"Give a max_step shorter than that contact lasts."
+                    f"{path.end:.6g} s within one step of {h:.3g} s, and was passed over: it is {-seen.gap[k]:.3g} m "
+                    f"deep. Give a max_step shorter than that contact lasts, or take method='timestepping' with step=."
                 )

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..errors import SimulationError
 from . import loop
 from .layout import INTEGERS, padded, rows
 
@@ -160,6 +161,7 @@ class Path:
         Raises
         ------
         ValueError           a time outside the run
+        SimulationError      a method whose iteration does not converge for the part of a step up to a time
         """
         wanted = np.atleast_1d(np.ascontiguousarray(times, dtype=float))
         first, last = sorted((self.start, self.end))
@@ -180,9 +182,10 @@ class Path:
         )  # fmt: skip
         lost = ~np.isfinite(result).all(axis=1)
         if lost.any():  # of a run, whose own states are all finite
-            raise ValueError(
+            raise SimulationError(
                 f"The iteration of method {self.method!r} does not converge for a step that ends at t = "
-                f"{wanted[lost][0]:g}. Shorter steps do: pass a smaller max_step= (or step=), or times= at the steps."
+                f"{wanted[lost][0]:g}. Shorter steps do: pass a smaller max_step=, step= or tolerance=, or times= at "
+                "the steps; where bars come into line, take method='auto'."
             )
         return result
 

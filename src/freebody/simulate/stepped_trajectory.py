@@ -15,9 +15,12 @@ from typing import Any
 import numpy as np
 
 from ..dynamics.constraints import rows
+from ..dynamics.energy import kinetic_energy, potential_energy
+from ..dynamics.kinematics import velocities
 from ..dynamics.motion import all_reactions
 from ..dynamics.newton_euler import drive_power
 from ..dynamics.state import float_state
+from ..dynamics.unilateral import MotionWarning
 from ..errors import SimulationError
 from .contact_run import Change, shown
 from .contact_trajectory import ContactMotion, ContactTrajectory, Timeline
@@ -31,6 +34,16 @@ from .trajectory import Energy, Reaction, Trajectory, _ByName
 
 MODES = ("open", "stick", "slip", "slip+", "slip-")
 """Names of the modes that the loop counts (`moreau.march`)."""
+
+
+LOOKS = 33
+"""Moments of a run at which the energy that its steps make is looked for."""
+CLOSED = 1e-9
+"""Way by which the end of a step moves bodies, with room [m]."""
+ROUNDED = 1e-12
+"""Part of the energies that is round-off."""
+TURNED = 0.01
+"""Turn of a body in a step from which on it is told [rad]."""
 
 
 @dataclass(eq=False)
@@ -240,6 +253,63 @@ class SteppedTrajectory(Trajectory):
         work = self.work_until(times)
         residual = both.sum(axis=1) - both[0].sum() - work[:, 0]
         return Energy(both[1:, 0], both[1:, 1], work[1:, 0], residual[1:], work[1:, 1])
+
+    @cached_property
+    def warnings(self) -> tuple[MotionWarning, ...]:
+        """As of any motion; and where the steps have made more energy than the machine had."""
+        return (*super().warnings, *self._made)
+
+    @cached_property
+    def _made(self) -> tuple[MotionWarning, ...]:
+        """Steps that make energy: (T + V) - (T₀ + V₀) - W, at some moments, beyond T₀, the range of V and |W| together.
+
+        A term ω × I ω that holds for a step of h multiplies a nutation at Ω by √(1 + (Ω h)²), by exp(Ω² h t/2) in a
+        time t.
+        """
+        path, model = self.path, self.kernels.model
+        driven = any(link.driven for link in model.links)  # a drive gives what it takes
+        if driven or not len(self.impulses.works):
+            return ()
+        work = np.concatenate([[[0.0, 0.0]], np.cumsum(self.impulses.works, axis=0)])
+        some = np.unique(np.linspace(0, min(len(path.states), len(work)) - 1, LOOKS).astype(int))
+        try:
+            T, V, turning = np.array([self._at_work(k) for k in some.tolist()]).T
+        except (ArithmeticError, ValueError):  # a potential without a value
+            return ()
+        with np.errstate(over="ignore", invalid="ignore"):
+            made = T + V - T[0] - V[0] - work[some].sum(axis=1)
+            had = T[0] + np.maximum.accumulate(V) - np.minimum.accumulate(V) + np.abs(work[some, 1])
+            pressed = np.concatenate([[0], np.cumsum(np.abs(self.impulses.contacts).sum(axis=1))]) / self.step
+            had += (
+                CLOSED * pressed[some] + ROUNDED * np.abs(V).max()
+            )  # bodies are moved out of each other, too
+            bad = np.flatnonzero(~(made <= had))
+        if not len(bad):
+            return ()
+        first, h, end = some[bad[0]], self.step, float(path.end)
+        omega = float(turning[: bad[0]].max())
+        cure = f"Take a step shorter than {h:g} s, or method='auto'."
+        if omega * h > TURNED:
+            cure = f"Bodies turn by {omega * h:.2g} rad in a step of {h:g} s: take a step="
+            cure += f"{0.2 / (omega**2 * (end - path.start)):.1g} or shorter, or method='auto'."
+        when = float(path.times[first])
+        worst = float(np.nan_to_num(made[bad], nan=np.inf).max())
+        return (
+            MotionWarning(
+                model.name, "energy", when, "the steps make energy", worst, ((when, end),), "A step can make none",
+                cure, "J",
+            ),
+        )  # fmt: skip
+
+    def _at_work(self, k: int) -> tuple[float, float, float]:
+        """Kinetic and potential energy, and the greatest angular velocity of a body, after k steps."""
+        model, path = self.kernels.model, self.path
+        q, u, _ = np.split(path.states[k], [model.n_q, model.n_q + model.n_u])
+        state = float_state(model, q.tolist(), u.tolist(), float(path.times[k]), self.values)
+        w = np.array([[float(x) for x in one[0]] for one in velocities(model, state)])
+        with np.errstate(over="ignore"):
+            fastest = float(np.linalg.norm(w, axis=1).max(initial=0))
+        return float(kinetic_energy(model, state)), float(potential_energy(model, state)), fastest
 
     # -- contacts --------------------------------------------------------------------------------
 

@@ -31,7 +31,7 @@ from .initial import number
 from .kernels import Kernels
 from .path import FINISHED, INTERRUPTED, TERMINAL, Array, Crossing, Rates, observe
 from .polish import eased, polished
-from .stepped_kernels import Shape, gaps, stepping
+from .stepped_kernels import Shape, stepping
 from .stepped_trajectory import Impulses, SteppedTrajectory, Steps
 
 RESIDUAL = 1e-12
@@ -44,7 +44,7 @@ MOST_SWEEPS = 100_000
 PAST = 4 + 2 * 12
 """Rows of the memory of `moreau_problem.solve`."""
 BLOCK = 1000
-"""Steps between two looks at events, progress and the keyboard."""
+"""Steps between two looks at events, progress and the keyboard; with more than ten contacts as many times fewer."""
 
 
 def stepped_motion(
@@ -159,16 +159,21 @@ class _Run:
             status = INTERRUPTED
         except SimulationError as error:
             got = self._trajectory("failed", None, tolerances, times, samples)
+            made = " ".join(str(one) for one in got.warnings if one.event == "energy")
+            error = SimulationError(f"{made} Then: {error}") if made else error
             error.trajectory = got  # type: ignore[attr-defined]
-            raise
+            raise error from None
         return self._trajectory(TERMINAL if stop else status, stop, tolerances, times, samples)
 
     def _check_start(self, y: Array) -> None:
-        program, E = gaps(self.kernels), len(self.first)
+        program, E = self.program, len(self.first)
         found = observe(
-            program.address("gap"), program.outputs("gap"), np.array([self.begin]), y[None],
-            program.constants(self.parameters),
-        )[0]  # fmt: skip
+            program.address("closing"),
+            program.outputs("closing"),
+            np.array([self.begin]),
+            y[None],
+            self.constants,
+        )[0, : E + len(self.shape.reach_of)]
         depth = -found[:E]
         depth[self.shape.reach_of[found[E:] < 0]] = -np.inf
         worst = int(depth.argmax())
@@ -182,11 +187,8 @@ class _Run:
         """The state some steps on, and the terminal event, if there is one on the way."""
         now = [*self.timed.pop(self.done, []), *self.timed.pop(-1, [])]
         watched = bool(self.called) or any(spec.terminal for spec in self.specs)
-        size = (
-            1
-            if now
-            else min(BLOCK // 10 if watched else BLOCK, min(self.timed, default=self.count) - self.done)
-        )
+        block = max(1, BLOCK // (10 if watched else 1) // (1 + len(self.first) // 10))
+        size = 1 if now else min(block, min(self.timed, default=self.count) - self.done)
         size = min(size, self.count - self.done)
         before = y.copy()
         if now:

@@ -13,7 +13,7 @@ from typing import Any
 
 import sympy
 
-from ..errors import MassError
+from ..errors import MassError, shown
 from ..scalar.algebra import Vector
 from .entries import AXES, exact_number, is_symbolic, reciprocal, substitution, text, value_of
 from .mass import MassProperties
@@ -69,7 +69,7 @@ def from_density(
     """
     names = _symbols(variables, 3)
     if coordinates not in REGIONS:
-        raise MassError(f"Expected coordinates {', '.join(REGIONS)}, got {coordinates!r}.")
+        raise MassError(f"Expected coordinates {', '.join(REGIONS)}, got {shown(coordinates)}.")
     limits = _bounds(bounds, 3)
     rho = exact_number(density, "the density")
     position, jacobian = _position(names, coordinates)
@@ -127,7 +127,7 @@ def revolve(
     (z,) = _symbols([variable], 1)
     if axis not in AXES:
         raise MassError(
-            f"Expected the axis of revolution as 'x', 'y' or 'z', got {axis!r}. Turn it with .rotated(R)."
+            f"Expected the axis of revolution as 'x', 'y' or 'z', got {shown(axis)}. Turn it with .rotated(R)."
         )
     if (mass is None) == (density is None):
         raise MassError("Expected either mass= or density= of the solid of revolution, got both or none.")
@@ -288,7 +288,7 @@ def _bounds(bounds: Any, count: int) -> list[tuple[Any, Any]]:
     pairs = [tuple(pair) if isinstance(pair, (tuple, list)) else () for pair in bounds]
     if len(pairs) != count or any(len(pair) != 2 for pair in pairs):
         many = "s" if count > 1 else ""
-        raise MassError(f"Expected {count} pair{many} (lower, upper) of bounds, got {bounds!r}.")
+        raise MassError(f"Expected {count} pair{many} (lower, upper) of bounds, got {shown(bounds)}.")
     return [(exact_number(a, "a lower bound"), exact_number(b, "an upper bound")) for a, b in pairs]
 
 

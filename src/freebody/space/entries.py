@@ -14,7 +14,7 @@ from typing import Any
 
 import sympy
 
-from ..errors import ExpressionError, MassError, ModelError
+from ..errors import ExpressionError, MassError, ModelError, shown
 from ..scalar.algebra import Field, Matrix, Vector, floats
 from ..scalar.expression import exact
 from ..scalar.parser import parse
@@ -46,7 +46,7 @@ def number(value: Any, what: str = "a number", error: type[ModelError] = ModelEr
         except ExpressionError as problem:
             raise error(f"Expected {what} as a number or an expression of parameters: {problem}") from None
     if isinstance(value, bool) or value is None or getattr(value, "ndim", False):
-        raise error(f"Expected {what} as a number or a SymPy expression, got {value!r}.")
+        raise error(f"Expected {what} as a number or a SymPy expression, got {shown(value)}.")
     if isinstance(value, (int, Fraction)):
         return _of_floats(exact(value), what, error)
     if isinstance(value, Integral) and not isinstance(value, sympy.Basic):
@@ -56,9 +56,9 @@ def number(value: Any, what: str = "a number", error: type[ModelError] = ModelEr
     try:
         expression = sympy.sympify(value, strict=True)
     except (sympy.SympifyError, TypeError):
-        raise error(f"Expected {what} as a number or a SymPy expression, got {value!r}.") from None
+        raise error(f"Expected {what} as a number or a SymPy expression, got {shown(value)}.") from None
     if not isinstance(expression, sympy.Expr):
-        raise error(f"Expected {what} as a number or a SymPy expression, got {value!r}.")
+        raise error(f"Expected {what} as a number or a SymPy expression, got {shown(value)}.")
     if expression.is_Float:
         return _finite(float(expression), what, error)
     if expression.is_number and expression.is_finite is False or expression is sympy.nan:
@@ -96,7 +96,7 @@ def vector(value: Any, what: str, error: type[ModelError] = ModelError, entry: A
     """Three entries."""
     items = _items(value)
     if items is None or len(items) != 3:
-        came = f"{value!r}" if items is None else f"{len(items)} components"
+        came = shown(value) if items is None else f"{len(items)} components"
         raise error(f"Expected three components of {what}, got {came}.")
     x, y, z = (
         entry(item, f"component {axis} of {what}", error) for axis, item in zip("xyz", items, strict=True)
@@ -226,10 +226,10 @@ def _items(value: Any) -> list[Any] | None:
 
 def _shape(value: Any, rows: list[list[Any] | None] | None) -> str:
     if rows is None:
-        return repr(value)
+        return shown(value)
     lengths = {None if row is None else len(row) for row in rows}
     if lengths == {None} or not rows:
         return f"an array with shape ({len(rows)},)"
     if len(lengths) == 1:
         return f"an array with shape ({len(rows)}, {lengths.pop()})"
-    return f"rows of different lengths: {value!r}"
+    return f"rows of different lengths: {shown(value)}"

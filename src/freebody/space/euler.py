@@ -17,7 +17,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from ..errors import ModelError
+from ..errors import ModelError, shown
 from ..scalar.algebra import Field, Matrix, Vector, apply, apply_transpose, cross, dot, multiply, transpose
 from .entries import AXES
 from .turn import matrix_about
@@ -156,7 +156,7 @@ def _checked(sequence: str) -> str:
 
 def _in_child(axes: str) -> bool:
     if axes not in ("child", "parent"):
-        raise ModelError(f"Expected axes 'child' or 'parent' for the angular velocity, got {axes!r}.")
+        raise ModelError(f"Expected axes 'child' or 'parent' for the angular velocity, got {shown(axes)}.")
     return axes == "child"
 
 
@@ -167,4 +167,4 @@ def _refused(sequence: Any) -> str:
             f"SciPy's space-fixed sequence. The same rotation is '{sequence[::-1].upper()}' with the angles "
             f"in reverse order; for body-fixed angles write '{sequence.upper()}'."
         )
-    return f"Expected one of the 12 sequences {', '.join(SEQUENCES)}, got {sequence!r}."
+    return f"Expected one of the 12 sequences {', '.join(SEQUENCES)}, got {shown(sequence)}."

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import ModelError
+from ..errors import ModelError, shown
 from ..scalar.algebra import ZERO, Matrix, Vector, add, apply, apply_transpose, multiply, negate, transpose
 from .entries import plain, substitution, vector
 from .rotation import Rotation
@@ -65,7 +65,7 @@ class Pose:
         """``X_AB @ X_BC`` is X_AC."""
         if not isinstance(other, Pose):
             raise ModelError(
-                f"Expected a pose on the right of @, got {other!r}. "
+                f"Expected a pose on the right of @, got {shown(other)}. "
                 "Use .point(p) for a point, .vector(v) for a vector."
             )
         return _pose(compose(self._raw, other._raw))

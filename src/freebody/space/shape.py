@@ -44,6 +44,10 @@ class Shape:
     hole: bool = False
     color: str = ""
 
+    def __repr__(self) -> str:
+        sizes = ", ".join(f"{name} {x}" for name, x in self.dimensions if not hasattr(x, "__len__"))
+        return f"a solid: {self.kind.replace('_', ' ')}{sizes and f' ({sizes})'}"
+
     def __getitem__(self, name: str) -> Any:
         """One dimension by its name."""
         return dict(self.dimensions)[name]

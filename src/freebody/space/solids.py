@@ -14,7 +14,7 @@ from typing import Any
 
 import sympy
 
-from ..errors import MassError
+from ..errors import MassError, shown
 from ..scalar.algebra import dot
 from .entries import direction, exact_number, negative, reciprocal, text, vector
 from .mass import MassProperties
@@ -99,10 +99,10 @@ def plate(m: Any, sizes: Sequence[Any], normal: str = "z") -> MassProperties:
     """
     m = _mass(m)
     if isinstance(sizes, str) or not hasattr(sizes, "__len__") or len(sizes) != 2:
-        raise MassError(f"Expected the two edges (a, b) of a plate, got {sizes!r}.")
+        raise MassError(f"Expected the two edges (a, b) of a plate, got {shown(sizes)}.")
     if not isinstance(normal, str) or normal not in ("x", "y", "z"):
         raise MassError(
-            f"Expected the normal of a plate as 'x', 'y' or 'z', got {normal!r}. Turn it with .rotated(R)."
+            f"Expected the normal of a plate as 'x', 'y' or 'z', got {shown(normal)}. Turn it with .rotated(R)."
         )
     a, b = (_length(size, f"edge {name}", "plate") for size, name in zip(sizes, "ab", strict=True))
     n = "xyz".index(normal)
