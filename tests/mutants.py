@@ -6,7 +6,7 @@ Each mutant changes one operation of `src/freebody`: a sign, an operator, a comp
 whose text names the changed module run first, then all of them. The first that fails kills the mutant, and so does a
 run beyond the limit of time. What survives is printed, for a reader to judge: some change no result. Mutants that were
 judged before are read from the file of results, so that an interrupted run goes on. A survivor takes as long as the
-whole suite.
+whole suite, which has to pass without a fault first.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ SOURCE = Path("src/freebody")
 LEFT_OUT = ("errors.py",)
 """Texts of messages have tests of their own."""
 COPIED = (
+    ".ci",
     "src",
     "tests",
     "docs",
@@ -130,8 +131,8 @@ def sample(count: int, seed: int) -> list[Mutant]:
     return random.Random(seed).sample(every, min(count, len(every)))
 
 
-def judged(mutant: Mutant, limit: float) -> tuple[bool, str]:
-    """Whether a test notices the fault, and which, or why."""
+def judged(mutant: Mutant | None, limit: float) -> tuple[bool, str]:
+    """Whether a test notices the fault, and which, or why; None is no fault at all."""
     with tempfile.TemporaryDirectory() as folder:
         for name in COPIED:
             if (ROOT / name).is_dir():
@@ -140,6 +141,8 @@ def judged(mutant: Mutant, limit: float) -> tuple[bool, str]:
                 )
             elif (ROOT / name).exists():
                 shutil.copy2(ROOT / name, Path(folder, name))
+        if mutant is None:
+            return _run(folder, [], limit)
         path = Path(folder, mutant.file)
         path.write_text(mutant.written(path.read_text("utf-8")), "utf-8")
         named = tests_of(mutant.file)
@@ -205,6 +208,10 @@ def main(arguments: list[str] | None = None) -> int:
             one = json.loads(line)
             known[json.dumps(one["mutant"])] = one
     given.results.parent.mkdir(parents=True, exist_ok=True)
+    if not known:
+        failed, why = judged(None, given.limit)
+        if failed:
+            sys.exit(f"Expected tests that pass without a fault, but: {why}. Mend that first.")
     survivors, chosen = [], sample(given.sample, given.seed)
     for i, mutant in enumerate(chosen, 1):
         key = json.dumps(asdict(mutant))
