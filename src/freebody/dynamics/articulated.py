@@ -87,8 +87,7 @@ def forward_dynamics(model: Model, state: State, forces: Sequence[Any] | None = 
                 [along.get(i, 0)] if link.one_dof else [extra.get(link.u + k, 0) for k in range(len(motion))]
             )
             U, m = pivot(motion, tau, inertia[i], p[i])
-            driven = [x + power(S, loads.wrench(i)) for x, S in zip(tau, motion, strict=True)]
-            borne[i] = _borne(model, i, motion, U, driven)
+            borne[i] = _borne(model, i, motion, U, tau, loads.wrench(i))
             motion, tau, U, m = ([x[k] for k in borne[i]] for x in (motion, tau, U, m))
         if motion:
             D = Factorization([[power(S, W) for W in U] for S in motion])
@@ -159,17 +158,19 @@ def accelerated(a: Spatial, kept: Kept) -> tuple[list[Any], Spatial]:
     return rates, a
 
 
-def _borne(model: Model, i: int, motion: list[Spatial], U: list[Spatial], tau: list[Any]) -> list[int]:
-    """Places of the motions of a link that meet inertia; ``tau``: what drives each.
+def _borne(
+    model: Model, i: int, motion: list[Spatial], U: list[Spatial], tau: list[Any], wrench: Spatial
+) -> list[int]:
+    """Places of the motions of a link that meet inertia; ``tau`` and ``wrench``: the loads along them and on it.
 
     A motion that meets none at all, whatever the state, can not be solved for. The turn of a particle in a joint that
     also moves it along, which no torque drives, has the equation 0 = 0: it keeps its rate.
     """
     found, link = [], model.links[i]
-    for k, (S, W, torque) in enumerate(zip(motion, U, tau, strict=True)):
+    for k, (S, W, force) in enumerate(zip(motion, U, tau, strict=True)):
         if not _is_zero(power(S, W)):
             found.append(k)
-        elif not (S[1] == ZERO and _is_zero(torque) and _is_carried_along(model, i)):
+        elif not (S[1] == ZERO and _is_zero(force + power(S, wrench)) and _is_carried_along(model, i)):
             raise ModelError(
                 f"Joint '{link.joint}' has a motion that meets no inertia, so that no acceleration follows from the "
                 f"forces. Give what it carries mass, or moment of inertia (a particle has none), weld it, or leave "
