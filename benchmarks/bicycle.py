@@ -41,7 +41,7 @@ def in_fresh_process(script: str, limit: float | None = None) -> float | str:
 
 def largest_difference() -> float:
     """Of the real parts of the eigenvalues at v = 5 from the published ones."""
-    from freebody.gallery import whipple_bicycle as bicycle
+    from freebody.gallery.beyond import whipple_bicycle as bicycle
 
     system = bicycle.build()
     import freebody as fb
@@ -54,7 +54,7 @@ def largest_difference() -> float:
 def main(*, quick: bool = False, repeats: int = 5, limit: float = 200.0, peer: bool = False) -> None:
     """Print the table."""
     import freebody as fb
-    from freebody.gallery import whipple_bicycle as bicycle
+    from freebody.gallery.beyond import whipple_bicycle as bicycle
 
     count = 1 if quick else repeats
     model = fb.assemble(bicycle.build())

@@ -161,7 +161,7 @@ class Freebody:
     def compile_time(self, repeats: int) -> float:
         """From the description: assembled, recorded, compiled."""
         import freebody as fb
-        from freebody.compile.link_step import compiled_step
+        from freebody.program.large.link_step import compiled_step
 
         return seconds(
             lambda: fb.compile(self.system).kernel("forward_dynamics"),
@@ -172,7 +172,7 @@ class Freebody:
     def simulation_time(self) -> float:
         """From the description to the first step of a simulation: rates, energies and the integrator."""
         import freebody as fb
-        from freebody.compile.link_step import compiled_step
+        from freebody.program.large.link_step import compiled_step
 
         compiled_step.cache_clear()
         system = self.described()

@@ -56,14 +56,15 @@ print(time.perf_counter() - begin)
 
 LOOP = """
 import sys, time
-from freebody.simulate import loop
+from freebody.motion.ode.loops import functions
+from freebody.native import loop
 begin = time.perf_counter()
 if sys.argv[1] == "moreau":
-    loop.code("moreau", "march")
+    loop.code("motion.timestepping.moreau", "march")
 elif sys.argv[1] == "gauss_newton":
-    loop.code("gauss_newton", "close")
+    loop.code("motion.start.gauss_newton", "close")
 else:
-    loop.loop(sys.argv[1])
+    functions(sys.argv[1])
 print(time.perf_counter() - begin)
 """
 LOOPS = {

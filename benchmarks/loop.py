@@ -49,9 +49,9 @@ SUMS = 16
 
 def lanes() -> int:
     """Doubles in a vector register of this processor."""
-    from freebody.compile import native
+    from freebody.native import codegen
 
-    features = native.processor()[2].split(",")
+    features = codegen.processor()[2].split(",")
     return 8 if "+avx512f" in features else 4 if "+avx" in features else 2
 
 

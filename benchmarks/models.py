@@ -79,8 +79,8 @@ def tumbling_body(parameters: dict[str, Any]) -> Any:
 
 def forward_dynamics_kernels(system: Any) -> Any:
     """Machine code of u' = forward dynamics, from the description: assembled, traced, compiled."""
-    from freebody.compile.kernels import compile_tape
     from freebody.dynamics import forward_dynamics, traced_state
+    from freebody.program.kernels import compile_tape
     from freebody.scalar.trace import Tape
 
     model = fb.assemble(system)

@@ -264,11 +264,11 @@ def ours(case: Case, tolerance: float, method: str) -> Run:
 def steps_alone(case: Case, tolerance: float) -> Run:
     """The compiled loop of ``method="taylor"``, called again as ``fb.simulate`` called it."""
     import freebody as fb
-    from freebody.simulate import integrate
+    from freebody.motion.ode import integration
 
     calls: list[tuple[Any, int, np.ndarray, np.ndarray]] = []
     kept: list[Any] = []
-    piece = integrate._Run.piece
+    piece = integration._Run.piece
 
     def watched(run: Any, room: int) -> Any:
         function, memory = run.function, run.told.base
@@ -283,7 +283,7 @@ def steps_alone(case: Case, tolerance: float) -> Run:
         run.function = function
         return found
 
-    with patch.object(integrate._Run, "piece", watched):
+    with patch.object(integration._Run, "piece", watched):
         motion = fb.simulate(
             case.system, case.end, initial=case.initial, tolerance=tolerance, method="taylor"
         )

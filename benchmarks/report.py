@@ -14,8 +14,8 @@ from typing import Any
 
 import freebody as fb
 from freebody.gallery import entries
-from freebody.picture.animation import animation
-from freebody.picture.browser import Browser, chromium
+from freebody.picture.page.animation import animation
+from freebody.picture.page.browser import Browser, chromium
 
 from .tables import seconds, time_text
 
@@ -107,7 +107,7 @@ def main(quick: bool = False, repeats: int = 5, limit: float = 0.0) -> None:
 def _live(repeats: int) -> None:
     """A slider moved: new motion, and the data of the page."""
     from freebody.formats.case import Case
-    from freebody.picture.live import Live
+    from freebody.picture.page.live import Live
 
     for name in ("gyroscope", "double-pendulum"):
         entry = entries()[name]

@@ -30,7 +30,7 @@ class Worker:
     """A process of the pool: the rates, made once."""
 
     def __init__(self) -> None:
-        from freebody.simulate.kernels import kernels_of
+        from freebody.motion.kernels.kernels import kernels_of
 
         kernels = kernels_of(heavy_top(TOP))
         program = kernels.motion()

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from freebody.gallery import entries
-from freebody.picture.plots import saved
-from freebody.picture.sphere import axis_path
+from freebody.picture.plots.plots import saved
+from freebody.picture.plots.sphere import axis_path
 
 if __name__ == "__main__":
     motion = entries()["gyroscope"].run().trajectory

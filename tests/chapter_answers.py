@@ -15,7 +15,7 @@ import sympy
 
 from freebody.errors import FreebodyError
 from freebody.gallery import Outcome, entries
-from freebody.gallery.case import TOLERANCE
+from freebody.gallery.tools.case import TOLERANCE
 
 Closed = Callable[[Mapping[str, Any]], Mapping[str, Any]]
 

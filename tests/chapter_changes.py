@@ -9,11 +9,11 @@ from typing import Any
 
 import sympy
 
-from freebody.gallery.equations.meaning import Meaning
-from freebody.gallery.equations.notation import Node, Print, Relation, read
-from freebody.gallery.equations.small import components, put
-from freebody.gallery.equations.statement import Statement, is_zero, summands, terms
-from freebody.gallery.equations.values import evaluate
+from freebody.chapter.meaning import Meaning
+from freebody.chapter.notation import Node, Print, Relation, read
+from freebody.chapter.small import components, put
+from freebody.chapter.statement import Statement, is_zero, summands, terms
+from freebody.chapter.values import evaluate
 
 t = sympy.Symbol("t")
 TWO = Node("number", "2")

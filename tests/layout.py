@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from freebody.picture.sheet import Arrow, Circle, Group, Label, Line, box_of, flat, overlap
+from freebody.picture.paper.sheet import Arrow, Circle, Group, Label, Line, box_of, flat, overlap
 
 ROUNDED = 1e-3
 """Of lengths on paper [pt], twelve digits of metres apart."""

@@ -15,14 +15,14 @@ import sympy
 from click.testing import CliRunner
 
 from chapter_changes import changes, judged, names_of, same
+from freebody.chapter import find, statements
+from freebody.chapter.meaning import Meaning
+from freebody.chapter.notation import read
+from freebody.chapter.small import Small, components
+from freebody.chapter.statement import Statement, is_zero
+from freebody.chapter.values import evaluate
 from freebody.cli import command
 from freebody.errors import ModelError
-from freebody.gallery.equations import find, statements
-from freebody.gallery.equations.meaning import Meaning
-from freebody.gallery.equations.notation import read
-from freebody.gallery.equations.small import Small, components
-from freebody.gallery.equations.statement import Statement, is_zero
-from freebody.gallery.equations.values import evaluate
 
 ALL = statements()
 LETTERS = {

@@ -19,10 +19,10 @@ from freebody import exact
 from freebody.cli import command as program
 from freebody.errors import FreebodyError, ModelError, SimulationError
 from freebody.gallery import Gallery, Outcome, entries
-from freebody.gallery.answer import Answers, Check, same
-from freebody.gallery.case import TOLERANCE, Case
-from freebody.picture.plots import energy_residual, history, reaction
-from freebody.picture.sphere import axis_path, polhode
+from freebody.gallery.tools.answer import Answers, Check, same
+from freebody.gallery.tools.case import TOLERANCE, Case
+from freebody.picture.plots.plots import energy_residual, history, reaction
+from freebody.picture.plots.sphere import axis_path, polhode
 
 GALLERY = entries()
 NAMES = tuple(GALLERY)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 SOURCE = Path(__file__).parents[1] / "src" / "freebody"
-FOLDERS = ("dynamics", "model", "equations")
+FOLDERS = ("dynamics", "model", "symbolic")
 GENERIC = sorted(path for folder in FOLDERS for path in (SOURCE / folder).rglob("*.py"))
 GENERIC += [SOURCE / "scalar" / "algebra.py", SOURCE / "scalar" / "expression.py"]
 

@@ -171,8 +171,8 @@ class Page:
         return "\n".join([*parts, "## Equations of motion\n", _formulas(e.mathml())])
 
     def _answers(self) -> str:
-        from freebody.equations.show import mathml_of
         from freebody.scalar.digits import significant
+        from freebody.symbolic.printing.show import mathml_of
 
         rows: list[str] = []
         meant: dict[str, Any] = {}
@@ -295,10 +295,11 @@ class Texts:
     def origin(self, name: str) -> tuple[str, str]:
         """Module and name of what a name of this module stands for, if another module of the gallery has it."""
         for node in self.tree.body:
-            if isinstance(node, ast.ImportFrom) and node.level == 1:
+            if isinstance(node, ast.ImportFrom) and node.level:
+                room = ".".join(self.module.split(".")[: -node.level])
                 for alias in node.names:
-                    if (alias.asname or alias.name) == name:
-                        return f"{self.module.rpartition('.')[0]}.{node.module}", alias.name
+                    if (alias.asname or alias.name) == name and room.startswith("freebody.gallery"):
+                        return f"{room}.{node.module}", alias.name
         return self.module, name
 
     def imports(self, name: str) -> set[str]:
@@ -335,7 +336,7 @@ def _math(inside: str, block: bool = False) -> str:
 
 
 def _named(name: str) -> str:
-    from freebody.equations.show import shown_name
+    from freebody.symbolic.printing.show import shown_name
 
     return shown_name(name)
 

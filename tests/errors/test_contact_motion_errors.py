@@ -7,7 +7,8 @@ import pytest
 
 import freebody as fb
 from freebody.errors import SimulationError
-from freebody.simulate import contact_run, timestepping
+from freebody.motion.contact import run
+from freebody.motion.timestepping import timestepping
 
 G = 9.81
 
@@ -25,20 +26,20 @@ def state_with(gap=0.0, rate=(0.0, 0.0), reach=np.inf):
 def test_a_contact_that_was_passed_over():
     work, path = state_with(gap=-0.01)
     with pytest.raises(SimulationError, match=r"'tip' of 'rod' closed between 0 and 0.5 s within one step of .* s, and was passed over: it is 0.01 m deep. Give a max_step"):  # fmt: skip  # noqa: E501
-        contact_run._check_depth(work, path, ("open",))
-    contact_run._check_depth(work, path, ("stick",))
-    contact_run._check_depth(*state_with(gap=-0.01, reach=-1), ("open",))  # beside its side it may be below
+        run._check_depth(work, path, ("open",))
+    run._check_depth(work, path, ("stick",))
+    run._check_depth(*state_with(gap=-0.01, reach=-1), ("open",))  # beside its side it may be below
 
 
 @pytest.mark.parametrize("mode,v", [("slip+", -1e-3), ("slip-", 1e-3)])
 def test_a_sense_of_slip_that_was_passed_over(mode, v):
     with pytest.raises(SimulationError, match="'tip' of 'rod' changed its sense of slip between 0 and 0.5 s within one step of .* s, and was passed over. Give a max_step shorter"):  # fmt: skip  # noqa: E501
-        contact_run._check_depth(*state_with(rate=(0.0, v)), (mode,))
-    contact_run._check_depth(*state_with(rate=(0.0, -v)), (mode,))
+        run._check_depth(*state_with(rate=(0.0, v)), (mode,))
+    run._check_depth(*state_with(rate=(0.0, -v)), (mode,))
 
 
 def test_phases_without_end(monkeypatch):
-    monkeypatch.setattr(contact_run, "PHASES", 3)
+    monkeypatch.setattr(run, "PHASES", 3)
     s = fb.System("ball")
     (g,) = (s.parameters(g=G),)
     s.gravity = (0, -g, 0)

@@ -15,7 +15,7 @@ from freebody.dynamics.constrained import independent_rows
 from freebody.dynamics.constraints import linearized
 from freebody.dynamics.motion import motion
 from freebody.dynamics.state import float_state
-from freebody.gallery import whipple_bicycle as bicycle
+from freebody.gallery.beyond import whipple_bicycle as bicycle
 
 DIGITS = 1e-12
 
@@ -131,7 +131,7 @@ def test_from_the_command_of_a_new_process():
     """Import, model, linear equations and eigenvalues, in a fresh process; `benchmarks.bicycle` measures it."""
     script = (
         "import numpy as np\n"
-        "from freebody.gallery import whipple_bicycle as b\n"
+        "from freebody.gallery.beyond import whipple_bicycle as b\n"
         "import freebody as fb\n"
         "m = fb.assemble(b.build()); values = m.values({})\n"
         "for v in (0, 5):\n"

@@ -186,7 +186,7 @@ def test_equations_of_the_two_links():
     written = "M*x'' + k_2*x = 2*L*k_1*(1 - cos(theta)) - k_1*x"
     assert found["equation_x"].value == written
     from freebody import equations
-    from freebody.gallery.two_links import symmetric
+    from freebody.gallery.textbook.problems.prob_6_16_two_links import symmetric
 
     s = symmetric()
     e = equations(s)

@@ -14,7 +14,7 @@ from freebody import exact
 from freebody.errors import ModelError
 from freebody.exact.elementary import arctan, cos, sin, sqrt
 from freebody.gallery import entries
-from freebody.gallery.rattleback import vertical_spin
+from freebody.gallery.beyond.rattleback import vertical_spin
 
 
 def bouncing_ball(p):

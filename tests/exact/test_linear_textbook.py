@@ -83,7 +83,7 @@ def test_airfoil_section():
 
 
 def gyroscope():
-    from freebody.gallery.gyroscope import build
+    from freebody.gallery.textbook.examples.sec_6_9_gyroscope import build
 
     s = build()
     names = s.names.atoms

@@ -15,7 +15,7 @@ from freebody.exact.gyroscope import (
     sleeping_spin,
     steady_precession,
 )
-from freebody.gallery.gyroscope import build as gyroscope
+from freebody.gallery.textbook.examples.sec_6_9_gyroscope import build as gyroscope
 
 EPS = np.finfo(float).eps
 SPIN = {"Omega_zeta": "phi' + psi'*cos(theta)"}

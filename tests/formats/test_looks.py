@@ -6,9 +6,9 @@ import pytest
 
 import freebody as fb
 from freebody.errors import FormatError
-from freebody.formats.toml_read import case_from_text
-from freebody.formats.toml_write import toml_text
-from freebody.picture.shapes import colors, shapes
+from freebody.formats.toml.read import case_from_text
+from freebody.formats.toml.write import toml_text
+from freebody.picture.machine.shapes import colors, shapes
 
 
 def machine() -> fb.System:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import freebody as fb
 from freebody.errors import FormatError, FreebodyError
 from freebody.formats import MAX_SIZE
-from freebody.formats.toml_read import MAX_ENTITIES, case_from_text
+from freebody.formats.toml.read import MAX_ENTITIES, case_from_text
 
 GOOD = """\
 name = "good"

@@ -11,9 +11,9 @@ import sympy
 import freebody as fb
 from freebody.formats import read_case
 from freebody.formats.text import expression_text, toml_number
-from freebody.formats.toml_contacts import SHAPES
-from freebody.formats.toml_read import CONSTRAINTS, JOINTS, SOLIDS, case_from_text
-from freebody.formats.toml_write import toml_text
+from freebody.formats.toml.contacts import SHAPES
+from freebody.formats.toml.read import CONSTRAINTS, JOINTS, SOLIDS, case_from_text
+from freebody.formats.toml.write import toml_text
 from freebody.gallery import entries
 from freebody.scalar.algebra import IDENTITY
 from freebody.testing import random_system

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.describe.load import Force, Spring, Torque
+from freebody.describe.loads.load import Force, Spring, Torque
 from freebody.dynamics import (
     bias,
     coordinate_rates,

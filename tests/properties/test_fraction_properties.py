@@ -8,11 +8,11 @@ import pytest
 import sympy
 from sympy import cos, cosh, sin, sinh, tan, tanh
 
-from freebody.equations.display import displayed, latex, text
-from freebody.equations.fractions import ratio_displayed, ratio_latex, ratio_text
 from freebody.scalar.half_angles import half_angles
 from freebody.scalar.polynomial import Ring
 from freebody.scalar.ratio import Ratio
+from freebody.symbolic.printing.display import displayed, latex, text
+from freebody.symbolic.printing.fractions import ratio_displayed, ratio_latex, ratio_text
 
 A, B = sympy.symbols("a b")
 T = sympy.Symbol("t")

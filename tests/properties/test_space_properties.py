@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 import sympy
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from freebody.errors import MassError
@@ -46,6 +46,7 @@ def array(A):
 
 @few
 @given(q=quaternion)
+@example(q=(2.220446049250313e-16, 0.0, 0.0, -1.0))
 def test_quaternion_and_matrix(q):
     R = matrix_from_quaternion(q)
     assert np.abs(array(multiply(R, transpose(R))) - np.eye(3)).max() <= 16 * EPS

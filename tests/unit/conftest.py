@@ -8,7 +8,7 @@ import pytest
 @pytest.fixture
 def loops(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
     """Of each compiled loop over lanes that a test makes, whether it runs eight lanes at once."""
-    from freebody.simulate import batch
+    from freebody.motion.batch import batch
 
     seen: list[bool] = []
     made = batch._Loop.__init__
@@ -24,6 +24,6 @@ def loops(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
 @pytest.fixture
 def stages(monkeypatch: pytest.MonkeyPatch) -> None:
     """With "auto" lanes begin by `dop853`, whose bits are those of a run alone, however short their series."""
-    from freebody.simulate import methods
+    from freebody.motion.kernels import methods
 
     monkeypatch.setattr(methods, "PRODUCTS_OF_EIGHT", -1)

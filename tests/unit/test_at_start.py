@@ -12,8 +12,8 @@ import freebody as fb
 from freebody.cli import command
 from freebody.errors import ModelError
 from freebody.gallery import entries
-from freebody.picture.free_body_diagram import free_body_diagram
-from freebody.simulate.starting import starting_modes
+from freebody.motion.contact.starting_modes import starting_modes
+from freebody.picture.free_body.free_body_diagram import free_body_diagram
 
 STARTS = "the modes in which the motion starts; modes= chooses others"
 GALLERY = entries()
@@ -71,7 +71,7 @@ def test_nothing_is_compiled(monkeypatch):
     def never(*_, **__):
         raise AssertionError
 
-    monkeypatch.setattr(import_module("freebody.simulate.kernels"), "compile_tape", never)
+    monkeypatch.setattr(import_module("freebody.motion.kernels.kernels"), "compile_tape", never)
     for name in FAST:
         entry = GALLERY[name]
         assert fb.equations(entry.build(), initial=entry.start).chosen == STARTS

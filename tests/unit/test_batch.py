@@ -14,10 +14,10 @@ import pytest
 
 import freebody as fb
 from batch_machines import CLOSED, cart, four_bar
-from freebody.compile import looped
 from freebody.errors import MassError, ModelError, SimulationError
-from freebody.simulate import batch_kernels
-from freebody.simulate import loop as batch_loop
+from freebody.motion.batch import kernels
+from freebody.motion.lanes import loops as over_lanes
+from freebody.program.large import tree_loop
 from freebody.testing import random_system
 
 
@@ -210,7 +210,7 @@ def test_results_do_not_depend_on_threads_and_backward_runs_work() -> None:
 
 
 def test_a_store_goes_on_where_it_was_left(tmp_path, monkeypatch) -> None:
-    from freebody.simulate import batch
+    from freebody.motion.batch import batch
 
     s, many = pendulum(), np.linspace(0.1, 3, 150)
     options = dict(
@@ -256,13 +256,13 @@ def test_a_store_goes_on_where_it_was_left(tmp_path, monkeypatch) -> None:
 def test_a_store_compiles_nothing_more(tmp_path, monkeypatch, method: str) -> None:
     """Neither what it is marked with nor its last block, of three lanes, asks for a program of its own."""
     made = []
-    compiled = batch_kernels.compile_tape
+    compiled = kernels.compile_tape
     monkeypatch.setattr(
-        batch_kernels, "compile_tape", lambda *given: (made.append(given[1].keys()), compiled(*given))[1]
+        kernels, "compile_tape", lambda *given: (made.append(given[1].keys()), compiled(*given))[1]
     )
     loops = []
-    loop = batch_loop.loop
-    monkeypatch.setattr(batch_loop, "loop", lambda name: (loops.append(name), loop(name))[1])
+    loop = over_lanes.function
+    monkeypatch.setattr(over_lanes, "function", lambda *name: (loops.append(name), loop(*name))[1])
     options = {"initial": {"theta": np.linspace(0.1, 3, 67)}, "outputs": ["theta"], "times": [0.5]}
     kept = fb.simulate(pendulum(), 0.5, store=tmp_path / "x.nc", method=method, **options)
     assert len(made) == 1 and len(set(loops)) == 1 and len(loops) > 1
@@ -400,7 +400,7 @@ def test_a_program_ends_whose_pool_loses_a_process_at_ctrl_c() -> None:
 import os, signal
 from concurrent.futures import ProcessPoolExecutor
 import freebody as fb
-from freebody.gallery.bouncing_ball import build
+from freebody.gallery.beyond.bouncing_ball import build
 
 pool = ProcessPoolExecutor(2)
 
@@ -451,7 +451,7 @@ def test_lanes_of_trees_that_are_looped_over_but_not_large(loops: list[bool]) ->
     start = np.linspace(0.1, 0.2, 9)
     data = fb.simulate(s, 0.01, initial={"q0": start}, samples=3, outputs=["q0", "q39'"])
     alone = fb.simulate(s, 0.01, initial={"q0": start[3]}, samples=3)
-    assert isinstance(alone.kernels.motion().compiled, looped.LoopedSet)
+    assert isinstance(alone.kernels.motion().compiled, tree_loop.LoopedSet)
     for name in ("q0", "q39'"):
         assert np.array_equal(data[name][3], alone[name])
     data = fb.simulate(
@@ -481,7 +481,7 @@ def test_lanes_of_large_trees_are_runs_alone() -> None:
 def test_large_trees_eight_at_a_time_are_runs_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rates that loop over links in the loop over lanes: every lane is what it would be alone, to the last bit; one
     that fails tells why."""
-    monkeypatch.setattr(looped, "BODIES", 1)
+    monkeypatch.setattr(tree_loop, "BODIES", 1)
     s = random_system(2, bodies=6, joints=("ball", "hinge", "slider"), driven=True)
     names = fb.assemble(s).speed_names
     random = np.random.default_rng(3)
@@ -564,9 +564,10 @@ def test_a_varied_parameter_with_the_name_of_a_result_is_refused() -> None:
 
 
 def test_ends_of_lanes_have_numbers_of_their_own():
-    from freebody.simulate import lanes_layout, layout
-    from freebody.simulate.batch import STATUS
-    from freebody.simulate.batch_alone import NO_START, REFUSED
+    from freebody.motion.batch.alone import NO_START, REFUSED
+    from freebody.motion.batch.batch import STATUS
+    from freebody.motion.lanes import lanes_layout
+    from freebody.motion.ode import layout
 
     names = ("FINISHED", "TERMINAL", "NOT_FINITE", "COLLAPSED", "DIVERGED", "STIFF", "UNDEFINED", "RUNNING")
     ends = [getattr(layout, name) for name in names]

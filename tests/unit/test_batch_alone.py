@@ -104,7 +104,7 @@ def test_nothing_is_derived_or_compiled_for_another_lane(monkeypatch: pytest.Mon
     fb.simulate(s, 1, values={"F": [30.0, 250.0]}, **options)
     made: list[str] = []
     for name in ("compile_tape", "assemble", "traced_state"):
-        kernels = import_module("freebody.simulate.kernels")
+        kernels = import_module("freebody.motion.kernels.kernels")
         monkeypatch.setattr(kernels, name, lambda *a, _name=name, **k: made.append(_name))
     fb.simulate(s, 1, values={"F": np.linspace(20, 260, 9), "mu": 0.25, "m": 11.0}, **options)
     assert made == []

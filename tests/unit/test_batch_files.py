@@ -23,8 +23,9 @@ import pytest
 import freebody as fb
 from batch_machines import pendulum
 from freebody.errors import SimulationError
-from freebody.gallery.bouncing_ball import build as ball
-from freebody.simulate import batch, batch_store, files
+from freebody.gallery.beyond.bouncing_ball import build as ball
+from freebody.motion.batch import batch, store
+from freebody.motion.trajectory import files
 
 BALLS = {
     "initial": {"y": "h"}, "values": {"h": np.linspace(1, 2, 40)}, "samples": 2, "outputs": ["y", "modes"],
@@ -75,7 +76,7 @@ def test_a_disk_that_is_full_in_the_course_of_a_run(tmp_path, monkeypatch) -> No
     """Texts make a file longer: it is as it was, bit for bit, and goes on when there is room."""
     whole = fb.simulate(ball(), 3, **BALLS)
     path, written = tmp_path / "x.nc", []
-    write = batch_store.Store.write
+    write = store.Store.write
 
     def twice(self: Any, part: Any) -> None:
         if len(written) == 2:
@@ -85,14 +86,14 @@ def test_a_disk_that_is_full_in_the_course_of_a_run(tmp_path, monkeypatch) -> No
         written.append(None)
         write(self, part)
 
-    monkeypatch.setattr(batch_store.Store, "write", twice)
+    monkeypatch.setattr(store.Store, "write", twice)
     with pytest.raises(
         SimulationError, match="The lanes that were written before are whole, and the same call"
     ) as e:
         fb.simulate(ball(), 3, store=path, **BALLS)
     assert e.value.__cause__.errno == errno.EFBIG and path.read_bytes() == written[-1]
     assert 0 < (statuses(path) >= 0).sum() < 40
-    monkeypatch.setattr(batch_store.Store, "write", write)
+    monkeypatch.setattr(store.Store, "write", write)
     again = fb.simulate(ball(), 3, store=path, **BALLS)
     for name in whole.data_vars:
         assert np.array_equal(again[name].values, whole[name].values), name
@@ -186,9 +187,9 @@ def test_what_killed_runs_left_is_removed_by_the_next(tmp_path) -> None:
 import os, signal, sys
 import freebody as fb
 from batch_machines import pendulum
-from freebody.simulate import batch_store
+from freebody.motion.batch import store
 
-batch_store._attributes = lambda job: os.kill(os.getpid(), signal.SIGKILL)
+store._attributes = lambda job: os.kill(os.getpid(), signal.SIGKILL)
 fb.simulate(pendulum(), 1, initial={"theta": [0.1, 0.2]}, samples=2, store=sys.argv[1])
 """
     path = tmp_path / "x.nc"
@@ -220,12 +221,12 @@ fb.simulate(pendulum(), 1, initial={"theta": [0.1, 0.2]}, samples=2, store=sys.a
 KILLED = """
 import os, signal, sys
 import h5py, numpy as np, freebody as fb
-from freebody.gallery.bouncing_ball import build
-from freebody.simulate import batch_store
+from freebody.gallery.beyond.bouncing_ball import build
+from freebody.motion.batch import store
 from test_batch_files import BALLS
 
 left = int(sys.argv[2])
-write, put = batch_store.Store.write, h5py.Dataset.__setitem__
+write, put = store.Store.write, h5py.Dataset.__setitem__
 
 def counted(self, place, value):
     global left
@@ -238,7 +239,7 @@ def second(self, part):
     write(self, part)
     h5py.Dataset.__setitem__ = counted
 
-batch_store.Store.write = second
+store.Store.write = second
 fb.simulate(build(), 3, store=sys.argv[1], **BALLS)
 """
 
@@ -263,18 +264,18 @@ def test_a_process_killed_as_it_writes_texts_costs_these_lanes_only(tmp_path, mo
 
 MOMENTS = {
     "while it is read": (batch, "lanes_of", True),
-    "when the file is begun": (batch_store, "_coordinates", True),
-    "in the middle of it": (batch_store, "_attributes", True),
+    "when the file is begun": (store, "_coordinates", True),
+    "in the middle of it": (store, "_attributes", True),
     "just before it is there": (os, "replace", True),
     "before the first lane": (batch, "_blocks", False),
     "when the loop is made": (batch, "batch_program", False),
     "when lanes are shared out": (batch, "share", False),
     "between two lanes": (batch._Loop, "chunk", False),
-    "when results are written": (batch_store.Store, "write", False),
-    "in the middle of writing them": (batch_store, "_runs", False),
+    "when results are written": (store.Store, "write", False),
+    "in the middle of writing them": (store, "_runs", False),
     "before they are in their place": (files, "reserve", False),
-    "when they are read": (batch_store.Store, "dataset", False),
-    "when that is done": (batch_store, "_told", False),
+    "when they are read": (store.Store, "dataset", False),
+    "when that is done": (store, "_told", False),
 }
 
 
@@ -309,7 +310,7 @@ def test_ctrl_c_at_any_moment_keeps_what_is_done(tmp_path, monkeypatch, moment: 
         with default_handler(), monkeypatch.context() as m:
             m.setattr(place, name, pressed)
             if name == "reserve":
-                m.setattr(batch_store, name, pressed)
+                m.setattr(store, name, pressed)
             try:
                 data = fb.simulate(pendulum(), 1, store=path, **options)
             except KeyboardInterrupt:
@@ -379,7 +380,7 @@ def test_ctrl_c_while_results_are_put_together_does_not_lose_them(monkeypatch) -
 PRESSED = """
 import sys
 import numpy as np, freebody as fb
-from freebody.gallery.bouncing_ball import build
+from freebody.gallery.beyond.bouncing_ball import build
 
 print("ready", flush=True)
 data = fb.simulate(

@@ -17,7 +17,7 @@ import pytest
 import freebody as fb
 from batch_machines import pendulum
 from freebody.errors import SimulationError
-from freebody.simulate import batch_alone, batch_pool
+from freebody.motion.batch import alone, pool
 
 
 def cart(law: Any, name: str | None = None) -> fb.System:
@@ -174,7 +174,7 @@ PRESSED = """
 import os, signal, sys, time
 from concurrent.futures import ProcessPoolExecutor
 import numpy as np, freebody as fb
-from freebody.gallery.bouncing_ball import build
+from freebody.gallery.beyond.bouncing_ball import build
 
 if __name__ == "__main__":
     with ProcessPoolExecutor(2) as pool:
@@ -206,7 +206,7 @@ def test_ctrl_c_of_a_terminal_keeps_lanes_of_blocks_that_are_run(tmp_path) -> No
 
 
 def test_a_block_that_hears_ctrl_c_gives_back_the_lanes_that_are_done(monkeypatch) -> None:
-    run = batch_alone.Alone.lane
+    run = alone.Alone.lane
 
     def pressed(self: Any, lane: int) -> None:
         if lane == 2:
@@ -221,8 +221,8 @@ def test_a_block_that_hears_ctrl_c_gives_back_the_lanes_that_are_done(monkeypatc
             task.set_result(function(*arguments, **options))
             return task
 
-    monkeypatch.setattr(batch_alone.Alone, "lane", pressed)
-    monkeypatch.setattr(batch_pool, "_BLOCKS", 1)
+    monkeypatch.setattr(alone.Alone, "lane", pressed)
+    monkeypatch.setattr(pool, "_BLOCKS", 1)
     data = fb.simulate(cart(pull), 1, executor=Here(), **STARTS)
     assert list(data.status.values) == 2 * ["finished"] + 10 * ["waiting"]
     assert data.attrs["interrupted"] == "10 of 12 lanes were not run" and set(data.reason.values) == {""}

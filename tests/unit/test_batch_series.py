@@ -283,7 +283,8 @@ def test_what_decays_is_left_to_radau(loops: list[bool]) -> None:
 
 def test_long_runs_tighten_where_a_run_alone_does(monkeypatch: pytest.MonkeyPatch) -> None:
     """After its budget of steps a run with "auto" takes shorter ones."""
-    from freebody.simulate import batch, methods
+    from freebody.motion.batch import batch
+    from freebody.motion.kernels import methods
 
     monkeypatch.setattr(batch, "BUDGET", 500)
     monkeypatch.setattr(methods, "BUDGET", 500)
@@ -299,7 +300,7 @@ def test_long_runs_tighten_where_a_run_alone_does(monkeypatch: pytest.MonkeyPatc
 
 
 def test_auto_takes_series_of_small_machines_from_a_tolerance_on() -> None:
-    from freebody.simulate.batch import job_of
+    from freebody.motion.batch.batch import job_of
 
     def first(s: fb.System, tolerance: float, **options: object) -> str:
         given = dict(

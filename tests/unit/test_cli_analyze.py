@@ -12,9 +12,9 @@ import pytest
 
 import freebody as fb
 from freebody.cli import main
-from freebody.cli.analysis import OutOfTimeError, analysis, plain_latex, within
 from freebody.errors import ModelError
 from freebody.gallery import entries
+from freebody.study.analysis import OutOfTimeError, analysis, plain_latex, within
 
 OSCILLATOR = """\
 name = "oscillator"

@@ -12,9 +12,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from freebody.compile import emit, lower, native
-from freebody.compile.kernels import compile_tape
 from freebody.errors import ExpressionError
+from freebody.native import codegen
+from freebody.program.code import emit, lower
+from freebody.program.kernels import compile_tape
 from freebody.scalar.algebra import FUNCTIONS
 from freebody.scalar.trace import Tape
 
@@ -244,14 +245,14 @@ OTHERS = {"x86-64": "", "haswell": "+avx,+avx2,+fma,+bmi,+bmi2", "this": None}
 @pytest.mark.parametrize("name", OTHERS)
 def test_shorter_vectors_and_no_fused_operation(monkeypatch, name):
     """Code for processors with 2 and 4 lanes, which run on this one if it has 4."""
-    triple, _, features = native.processor()
+    triple, _, features = codegen.processor()
     if name == "haswell" and not {"+avx2", "+fma"} <= set(features.split(",")):
         pytest.skip("this processor has no AVX2")
     if name != "this":
-        monkeypatch.setattr(native, "processor", lambda: (triple, name, OTHERS[name]))
-        monkeypatch.setattr(native, "_machine", native._new_machine)
-        monkeypatch.setattr(native, "fused", native.fused.__wrapped__)
-        assert native.fused() == (name == "haswell")
+        monkeypatch.setattr(codegen, "processor", lambda: (triple, name, OTHERS[name]))
+        monkeypatch.setattr(codegen, "_machine", codegen._new_machine)
+        monkeypatch.setattr(codegen, "fused", codegen.fused.__wrapped__)
+        assert codegen.fused() == (name == "haswell")
     tape, t, state, parameters, rates = pendulum(5)
     kernels = compile_tape(tape, {"rates": rates}, t, state, parameters, batch=["rates"])
     random = np.random.default_rng(5)

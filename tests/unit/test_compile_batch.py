@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.compile import batch, native
-from freebody.compile.kernels import compile_tape
+from freebody.native import codegen
+from freebody.program.code import batch
+from freebody.program.kernels import compile_tape
 from freebody.scalar.trace import Tape
 
 CASES = {
@@ -29,7 +30,7 @@ def moved(request):
     text = batch.DECLARATION + "\n" + batch.gather(lanes) + batch.scatter(lanes) + batch.deliver(lanes)
     for name, given in CASES.items():
         text += f"define void @{name}({given}) {{\n  call void @{name}.{lanes}({given})\n  ret void\n}}\n"
-    library = native.Library(native.object_code(f'target triple = "{native.processor()[0]}"\n{text}'))
+    library = codegen.Library(codegen.object_code(f'target triple = "{codegen.processor()[0]}"\n{text}'))
 
     def call(name, *values):
         kinds = [

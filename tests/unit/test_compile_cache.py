@@ -11,8 +11,8 @@ import warnings
 import numpy as np
 import pytest
 
-from freebody.compile import cache
-from freebody.compile.kernels import compile_tape
+from freebody.native import cache
+from freebody.program.kernels import compile_tape
 from freebody.scalar.trace import Tape
 
 
@@ -172,7 +172,7 @@ def test_what_was_compiled_is_described(folder):
 def test_many_processes_at_once(folder):
     """Each finds or compiles the same program; none sees half a file."""
     program = (
-        "from freebody.compile.kernels import compile_tape\n"
+        "from freebody.program.kernels import compile_tape\n"
         "from freebody.scalar.trace import Tape\n"
         "for k in range(12):\n"
         "    tape = Tape(); x = tape.input('x'); p = tape.input('p')\n"

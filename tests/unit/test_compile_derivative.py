@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.compile.products import PRODUCTS, product_named, transmitting
 from freebody.errors import ModelError
+from freebody.program.products import PRODUCTS, product_named, transmitting
 from freebody.testing import random_state, random_system
 
 T = 0.3

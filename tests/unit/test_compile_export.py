@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.compile.export import identifier
-from freebody.compile.products import PRODUCTS, product_named, products_of
 from freebody.errors import ModelError
+from freebody.program.export.source_text import identifier
+from freebody.program.products import PRODUCTS, product_named, products_of
 from freebody.testing import random_system
 
 NAMES = (

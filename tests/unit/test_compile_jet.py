@@ -14,17 +14,17 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.compile import jet, jet_wide
-from freebody.compile.combining import combined
-from freebody.compile.kernels import compile_tape
-from freebody.compile.lower import lower
-from freebody.compile.recurrence import Node, Recurrence
 from freebody.dynamics import coordinate_rates, traced_state
 from freebody.dynamics.motion import motion
 from freebody.errors import ExpressionError
 from freebody.model import assemble
+from freebody.motion.ode.layout import ORDERS, padded
+from freebody.program.code.lower import lower
+from freebody.program.kernels import compile_tape
+from freebody.program.series import jet, jet_wide
+from freebody.program.series.combining import combined
+from freebody.program.series.recurrence import Node, Recurrence
 from freebody.scalar.trace import ADD, CONST, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
-from freebody.simulate.layout import ORDERS, padded
 from freebody.testing import JOINTS, random_state, random_system
 
 P = jet.ORDER

@@ -9,13 +9,13 @@ import pytest
 
 import freebody as fb
 from freebody import dynamics
-from freebody.compile import link_step, looped
-from freebody.compile.arguments import place_of
-from freebody.compile.link_places import accelerations, sums
-from freebody.compile.looped import LoopedSet
 from freebody.dynamics.kinematics import angular_velocity, point_velocity
 from freebody.dynamics.motion import all_reactions, motion, total_power
 from freebody.dynamics.newton_euler import reactions
+from freebody.program.arguments import place_of
+from freebody.program.large import link_step, tree_loop
+from freebody.program.large.link_places import accelerations, sums
+from freebody.program.large.tree_loop import LoopedSet
 from freebody.testing import random_chain, random_state, random_system
 
 
@@ -62,7 +62,7 @@ def compare(model, kernels, q, u, t, values=None):
 @pytest.mark.parametrize("seed", range(12))
 def test_random_machines(seed):
     model = fb.assemble(random_system(seed, bodies=6, driven=seed % 2 == 0))
-    assert looped.applies(model)
+    assert tree_loop.applies(model)
     kernels = LoopedSet(model)
     for k in range(2):
         compare(model, kernels, *random_state(model, 10 * seed + k), 0.4)
@@ -178,13 +178,13 @@ def test_what_can_not_be_looped_over():
     other = s.body("y", fb.particle(1))
     s.slider("X", s.ground, body, axis="x", coordinate="p + q")
     s.slider("Y", s.ground, other, axis="x", coordinate="p - q")
-    assert not looped.applies(fb.assemble(s))
+    assert not tree_loop.applies(fb.assemble(s))
 
 
 @pytest.fixture
 def small(monkeypatch):
     """Every tree counts as large."""
-    monkeypatch.setattr(looped, "BODIES", 1)
+    monkeypatch.setattr(tree_loop, "BODIES", 1)
 
 
 def test_program_switches_by_itself(monkeypatch):
@@ -206,7 +206,7 @@ def test_program_switches_by_itself(monkeypatch):
     poses = straight.poses(Q, t, m=m)
     tau = [0.3, -0.2, 0.5]
     pushed = straight.forward_dynamics(Q, U, t, forces=tau, m=m)
-    monkeypatch.setattr(looped, "BODIES", 1)
+    monkeypatch.setattr(tree_loop, "BODIES", 1)
     program, threaded = fb.compile(s), fb.compile(s, threads=2)
     for name, given in calls.items():
         found = getattr(program, name)(*given, m=m)
@@ -219,7 +219,7 @@ def test_program_switches_by_itself(monkeypatch):
         assert posture.position == pytest.approx(poses[name].position, abs=1e-13)
     forced = program.forward_dynamics(Q, U, t, forces=tau, m=m)
     assert forced == pytest.approx(pushed, rel=1e-11, abs=1e-11)
-    assert {key for key, (made, _) in program._sets.items() if isinstance(made, looped.LoopedKernel)} == {
+    assert {key for key, (made, _) in program._sets.items() if isinstance(made, tree_loop.LoopedKernel)} == {
         "forward_dynamics", "forced_dynamics", "kinetic_energy", "potential_energy", "poses", "mass_matrix", "bias",
         "inverse_dynamics",
     }  # fmt: skip
@@ -238,7 +238,7 @@ def test_simulation_switches_by_itself(monkeypatch):
         return fb.simulate(s, until=0.5, tolerance=1e-10)
 
     straight = run()
-    monkeypatch.setattr(looped, "BODIES", 1)
+    monkeypatch.setattr(tree_loop, "BODIES", 1)
     loops = run()
     assert "large" in loops.kernels._programs
     assert loops.states[-1] == pytest.approx(straight.states[-1], rel=1e-7, abs=1e-7)
@@ -248,7 +248,7 @@ def test_simulation_switches_by_itself(monkeypatch):
 
 def test_a_chain_of_two_hundred_bodies():
     model = fb.assemble(random_chain(1, 200))
-    assert looped.is_large(model)
+    assert tree_loop.is_large(model)
     q, u = random_state(model, 0)
     u = [x / 10 for x in u]
     found = fb.compile(model).forward_dynamics(q, u)
@@ -287,12 +287,14 @@ def test_each_use_is_looped_from_a_number_of_bodies_of_its_own(monkeypatch):
             if n < 40 or name != "derivatives":
                 found[n, name] = (state[:inputs], getattr(program, name)(*state[:inputs]), name in loops)
         made = {key: one for key, (one, _) in program._sets.items()}
-        assert {key for key, one in made.items() if isinstance(one, looped.LoopedKernel)} == loops & set(made)
+        assert {key for key, one in made.items() if isinstance(one, tree_loop.LoopedKernel)} == loops & set(
+            made
+        )
         for name in made:
             assert ("looped over" in program.describe(name)) == (name in loops)
-    monkeypatch.setattr(looped, "SOONER", {})
+    monkeypatch.setattr(tree_loop, "SOONER", {})
     for (n, name), (state, expected, is_looped) in found.items():
-        monkeypatch.setattr(looped, "BODIES", 10**9 if is_looped else 1)
+        monkeypatch.setattr(tree_loop, "BODIES", 10**9 if is_looped else 1)
         other = getattr(fb.compile(hanging(n, 10.0)), name)(*state)
         pairs = zip(*(x.values() if name == "poses" else (x,) for x in (other, expected)), strict=True)
         for x, y in pairs:
@@ -302,8 +304,8 @@ def test_each_use_is_looped_from_a_number_of_bodies_of_its_own(monkeypatch):
 
 def test_what_straight_parts_of_a_looped_model_do_is_counted():
     """Series ask whether anything in the rates may bend: the length of a spring is a root."""
-    from freebody.simulate.kernels import kernels_of
-    from freebody.simulate.methods import may_bend
+    from freebody.motion.kernels.kernels import kernels_of
+    from freebody.motion.kernels.methods import may_bend
 
     kernels = kernels_of(fb.assemble(hanging(40)))
     assert isinstance(kernels.motion().compiled, LoopedSet) and kernels.operations["sqrt"] == 1
@@ -391,11 +393,11 @@ def test_derivatives_loop_over_links(monkeypatch, product, seed):
     M = fb.compile(model).mass_matrix(q)
     B = fb.compile(model).derivative("coordinate_rates", "u")(q, u, 0.4)
     expected = {by: fb.compile(model).derivative(product, by)(*arguments, 0.4) for by in BY[product].split()}
-    monkeypatch.setattr(looped, "BODIES", 1)
+    monkeypatch.setattr(tree_loop, "BODIES", 1)
     program = fb.compile(model)
     for by, E in expected.items():
         found = program.derivative(product, by)(*arguments, 0.4)
-        assert isinstance(program._sets[f"{product}_by_{by}"][0], looped.LoopedKernel)
+        assert isinstance(program._sets[f"{product}_by_{by}"][0], tree_loop.LoopedKernel)
         bound = 1e-14 * len(model.links) * np.linalg.cond(M) ** 2 * max(1, np.abs(E).max(initial=0))
         assert found.shape == E.shape
         difference = (found - E) @ B if by == "q" else found - E
@@ -415,7 +417,7 @@ def test_what_of_derivatives_is_straight_and_what_is_not(small):
     assert np.array_equal(turned, both.by_q)
     program.derivative("forward_dynamics", "m")(q, u, 0.8)
     program.derivative("mass_matrix", "q")(q, 0.8)
-    kinds = {key: isinstance(made, looped.LoopedKernel) for key, (made, _) in program._sets.items()}
+    kinds = {key: isinstance(made, tree_loop.LoopedKernel) for key, (made, _) in program._sets.items()}
     straight = {"forward_dynamics_by_m", "mass_matrix_by_q"}
     assert kinds == {key: key not in straight for key in kinds}
 
@@ -427,7 +429,7 @@ def test_stiff_trees_loop_over_links_for_their_matrices(monkeypatch):
         return fb.simulate(described(), until=0.2, initial={"a": 0.3}, method="radau", tolerance=1e-8)
 
     straight = run()
-    monkeypatch.setattr(looped, "BODIES", 1)
+    monkeypatch.setattr(tree_loop, "BODIES", 1)
     loops = run()
     assert isinstance(loops.kernels._programs["tangent"].compiled, LoopedSet)
     assert loops.kernels.works

@@ -12,8 +12,8 @@ import warnings
 
 import pytest
 
-from freebody.compile import cache, ownership
-from freebody.compile.kernels import compile_tape
+from freebody.native import cache, ownership
+from freebody.program.kernels import compile_tape
 from freebody.scalar.trace import Tape
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="users and modes of POSIX")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from freebody.compile.kernels import compile_tape
+from freebody.motion.ode.dense_output import observe
+from freebody.program.kernels import compile_tape
 from freebody.scalar.trace import Tape
-from freebody.simulate.path import observe
 
 
 def test_pieces_that_leave_nothing_to_each_other():

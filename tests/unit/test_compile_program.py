@@ -10,9 +10,9 @@ import pytest
 
 import freebody as fb
 from freebody import dynamics
-from freebody.compile.products import products_of
-from freebody.compile.program import Program
 from freebody.errors import ExpressionError, FreebodyError, ModelError
+from freebody.program.products import products_of
+from freebody.program.program import Program
 
 
 def cart():

@@ -8,8 +8,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from freebody.compile import kernels, native
-from freebody.compile.kernels import compile_tape
+from freebody.native import codegen
+from freebody.program.kernels import compile_tape
 from freebody.scalar.trace import Tape
 
 LANES = {"one": 1, "two": 2, "four": 3, "eight": 8}  # 3 arguments take 4 lanes
@@ -142,8 +142,8 @@ def test_no_number_gives_nan_in_its_own_lane_only(compiled, name, v):
 
 def test_without_fused_multiply_add_the_library_answers(monkeypatch):
     monkeypatch.setenv("FREEBODY_CACHE", "off")
-    monkeypatch.setattr(kernels.native, "fused", lambda: False)
-    assert not native.fused()
+    monkeypatch.setattr(codegen, "fused", lambda: False)
+    assert not codegen.fused()
     row = np.linspace(-3, 3, 8)
     found = _compiled()["eight"](0.0, row, ()).reshape(-1, 2)
     assert np.array_equal(found, [[math.sin(v), math.cos(v)] for v in row])

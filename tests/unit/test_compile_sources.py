@@ -12,22 +12,23 @@ from pathlib import Path
 
 import pytest
 
-from freebody.compile import cache, sources
-from freebody.compile.kernels import compile_tape
+from freebody.motion.ode.layout import ORDERS
+from freebody.motion.ode.loops import place
+from freebody.native import cache, sources
+from freebody.program.kernels import compile_tape
 from freebody.scalar.trace import Tape
-from freebody.simulate.layout import ORDERS
 
-LOOP = "simulate.loop"
+LOOP = "native.loop"
 WRITERS = [
-    ("compile.kernels",),
-    *(((f"simulate.{method}"), LOOP) for method in ORDERS),
-    *((f"simulate.{method}", "simulate.lanes", LOOP) for method in ORDERS),
+    ("program.kernels",),
+    *((place(method), LOOP) for method in ORDERS),
+    *((place(method), "motion.lanes.lanes", LOOP) for method in ORDERS),
     *(
-        (f"simulate.{method}", "simulate.lanes_wide", f"simulate.{method}_wide", LOOP)
+        (place(method), "motion.lanes.lanes_wide", f"motion.lanes.{method}_wide", LOOP)
         for method in ("dop853", "taylor")
     ),
-    ("simulate.moreau", LOOP),
-    ("simulate.gauss_newton", LOOP),
+    ("motion.timestepping.moreau", LOOP),
+    ("motion.start.gauss_newton", LOOP),
 ]
 """What writes a kernel, and what writes each loop."""
 
@@ -96,14 +97,14 @@ def test_key_changes_with_each_source(package, writers):
         assert identity() != first, name
         file.write_bytes(text)
     assert identity() == first
-    other = package / "equations" / "latex.py"
+    other = package / "symbolic" / "printing" / "latex.py"
     other.write_bytes(other.read_bytes() + b"# changed\n")
     assert identity() == first
     sources._stamps.clear()
 
 
 PROGRAM = """
-from freebody.compile.kernels import compile_tape
+from freebody.program.kernels import compile_tape
 from freebody.scalar.trace import Tape
 tape = Tape(); x, p = tape.input("x"), tape.input("p")
 kernels = compile_tape(tape, {"f": [x + p]}, None, [x], [p])
@@ -127,7 +128,7 @@ def test_wrong_emitter_leaves_nothing_behind(package, tmp_path):
             check=True,
         ).stdout.split()
 
-    file = package / "compile" / "emit.py"
+    file = package / "program" / "code" / "emit.py"
     text = file.read_text(encoding="utf-8")
     assert run() == ["5.0", "False"]
     file.write_text(text.replace('f"fadd {FLAGS}"', 'f"fmul {FLAGS}"'), encoding="utf-8")
@@ -177,8 +178,8 @@ def test_installation_without_source_keeps_nothing(tmp_path, monkeypatch):
 
 def test_hashing_waits_for_the_first_kernel_and_takes_little():
     done = subprocess.run(
-        [sys.executable, "-c", "import sys, freebody, freebody.simulate.simulate\n"
-         "from freebody.compile import sources\nprint(len(sources._stamps))"],
+        [sys.executable, "-c", "import sys, freebody, freebody.motion.simulate\n"
+         "from freebody.native import sources\nprint(len(sources._stamps))"],
         env={**os.environ, "PYTHONPATH": str(Path(sources.PACKAGE).parent)},
         capture_output=True, text=True, timeout=120, check=True,
     )  # fmt: skip

@@ -8,8 +8,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from freebody.compile import native
-from freebody.compile.kernels import compile_tape
+from freebody.native import codegen
+from freebody.program.kernels import compile_tape
 from freebody.scalar.trace import Tape
 
 EXACT = {
@@ -19,7 +19,7 @@ EXACT = {
 INF, NAN = math.inf, math.nan
 TINY, LEAST, MOST = 2.2250738585072014e-308, 5e-324, 1.7976931348623157e308
 
-pytestmark = pytest.mark.skipif(not native.fused(), reason="left to the C library")
+pytestmark = pytest.mark.skipif(not codegen.fused(), reason="left to the C library")
 
 
 def kernel(name):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from freebody.errors import SimulationError
-from freebody.simulate.complementarity import OPEN, SLIP, STICK, Touching, distinct, painleve, solutions
-from freebody.simulate.impacts import impact
+from freebody.motion.contact.complementarity import OPEN, SLIP, STICK, Touching, distinct, painleve, solutions
+from freebody.motion.contact.impacts import impact
 
 ROUND = 1e-9
 

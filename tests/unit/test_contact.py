@@ -10,7 +10,7 @@ import pytest
 import sympy
 
 import freebody as fb
-from freebody.describe.contacts import SUPPORTED
+from freebody.describe.contacts.system_contacts import SUPPORTED
 from freebody.dynamics import float_state
 from freebody.dynamics.contact import touches
 from freebody.dynamics.contact_motion import contact_forces, in_modes

@@ -23,9 +23,9 @@ from contact_machines import (
 )
 from freebody.cli import command
 from freebody.errors import ModelError, SimulationError
-from freebody.picture.draw import draw
-from freebody.picture.free_body_diagram import free_body_diagram
-from freebody.picture.sheet import Label, flat
+from freebody.picture.free_body.free_body_diagram import free_body_diagram
+from freebody.picture.machine.draw import draw
+from freebody.picture.paper.sheet import Label, flat
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -216,7 +216,7 @@ def test_the_command_draws_contacts(tmp_path):
 
 
 def test_feet_are_joined_to_the_solid():
-    from freebody.picture.shapes import shapes
+    from freebody.picture.machine.shapes import shapes
 
     s = fb.System("table")
     top = s.body("top", fb.box(1, (1, 0.1, 0.5)))

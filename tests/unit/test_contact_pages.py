@@ -11,9 +11,9 @@ import pytest
 import freebody as fb
 from contact_machines import ball_on_plane, falling_rod, ladder, pulled_disk, sliding_body
 from freebody.errors import FreebodyError, SimulationError
-from freebody.picture.animation import animation
-from freebody.picture.keyframes import keyframes
-from freebody.picture.live import Live
+from freebody.picture.moving.keyframes import keyframes
+from freebody.picture.page.animation import animation
+from freebody.picture.page.live import Live
 
 G = 9.81
 
@@ -285,7 +285,7 @@ def test_plots_that_can_not_be_made(bouncing, struck, stack):
 
 def test_a_run_is_drawn_where_its_contacts_are_closed(bouncing):
     """In the middle of the longest time with a contact closed; nowhere for machines without contacts."""
-    from freebody.picture.phases_drawn import lasting_place
+    from freebody.picture.page.longest_phases import lasting_place
 
     _, motion = bouncing
     place = lasting_place(motion)

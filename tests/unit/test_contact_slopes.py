@@ -7,9 +7,9 @@ import pytest
 
 import freebody as fb
 from freebody.dynamics import coordinate_rates, float_state
-from freebody.simulate.complementarity import SLIP, balanced, unknowns
+from freebody.motion.contact.complementarity import SLIP, balanced, unknowns
 
-contact_modes = importlib.import_module("freebody.simulate.contact_modes")
+contact_modes = importlib.import_module("freebody.motion.contact.modes")
 
 
 def forces_near(work, t, y, chosen, contacts, one):
@@ -45,7 +45,7 @@ def test_slopes_are_derivatives(monkeypatch, legs, speed):
         met.append((work, t, y, *found))
         return found
 
-    monkeypatch.setattr(importlib.import_module("freebody.simulate.contact_run"), "modes_at", watched)
+    monkeypatch.setattr(importlib.import_module("freebody.motion.contact.run"), "modes_at", watched)
     start = {"f_z": 0.1, "f_vx": speed, "f_wz": speed}
     fb.simulate(s, 0.01, initial=start, indeterminate="least")
     work, t, y, _, one, seen = met[0]

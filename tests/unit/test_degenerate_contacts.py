@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.simulate.polish import _conditions, eased
+from freebody.motion.contact.newton import _conditions, eased
 
 
 def face(n, seed):

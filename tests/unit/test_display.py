@@ -9,7 +9,9 @@ from fractions import Fraction
 import pytest
 import sympy as sp
 
-from freebody.equations.display import (
+from freebody.scalar.algebra import add, apply, apply_transpose, cross, dot, scale
+from freebody.scalar.polynomial import Ring
+from freebody.symbolic.printing.display import (
     Lumps,
     displayed,
     equation_latex,
@@ -19,8 +21,6 @@ from freebody.equations.display import (
     mathml,
     text,
 )
-from freebody.scalar.algebra import add, apply, apply_transpose, cross, dot, scale
-from freebody.scalar.polynomial import Ring
 
 t = sp.Symbol("t")
 M, m, a, k, g, F, L, R = sp.symbols("M m a k g F L R", real=True)

@@ -17,14 +17,14 @@ from freebody.cli import command
 from freebody.dynamics.state import float_state
 from freebody.errors import ModelError
 from freebody.gallery import entries
-from freebody.picture.configuration import configuration
-from freebody.picture.draw import WIDE, draw
-from freebody.picture.labels import outline, size_of
-from freebody.picture.outlines import hull
-from freebody.picture.palette import pale
-from freebody.picture.placing import inside
-from freebody.picture.shapes import attachments, colors, shapes
-from freebody.picture.sheet import Label, flat, overlap
+from freebody.picture.machine.configuration import configuration
+from freebody.picture.machine.draw import WIDE, draw
+from freebody.picture.machine.outlines import hull
+from freebody.picture.machine.shapes import attachments, colors, shapes
+from freebody.picture.paper.labels import outline, size_of
+from freebody.picture.paper.palette import pale
+from freebody.picture.paper.placing import inside
+from freebody.picture.paper.sheet import Label, flat, overlap
 
 SVG = "{http://www.w3.org/2000/svg}"
 

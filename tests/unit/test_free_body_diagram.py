@@ -14,15 +14,15 @@ import pytest
 import freebody as fb
 from contact_machines import DRAWN
 from freebody.dynamics.kinematics import rotation
-from freebody.equations.display import latex
-from freebody.equations.planar import plane_in
-from freebody.equations.vocabulary import Vocabulary
 from freebody.errors import FormatError, ModelError, SimulationError
 from freebody.gallery import entries
-from freebody.picture.free_body_diagram import free_body_diagram
-from freebody.picture.sheet import Label, flat, overlap
+from freebody.picture.free_body.free_body_diagram import free_body_diagram
+from freebody.picture.paper.sheet import Label, flat, overlap
 from freebody.scalar.algebra import ZERO, add, apply, cross, floats, subtract
 from freebody.scalar.expression import evaluate
+from freebody.symbolic.free_body.planar import plane_in
+from freebody.symbolic.printing.display import latex
+from freebody.symbolic.solving.vocabulary import Vocabulary
 
 SVG = "{http://www.w3.org/2000/svg}"
 NAMES = [
@@ -122,7 +122,7 @@ def test_the_drawing_sums_up_to_the_equations(drawn: Any) -> None:
 
 def numbers(e: Any, svg: str, body: str) -> dict[Any, float]:
     """The drawn position, and any values of the unknowns."""
-    from freebody.picture.configuration import configuration
+    from freebody.picture.machine.configuration import configuration
 
     entry = next((one for one in entries().values() if one.build().name == e.model.name), None)
     near = {key: x for key, x in entry.near.items() if key in e.model.coordinate_names} if entry else {}

@@ -8,9 +8,10 @@ import pytest
 import freebody as fb
 from freebody.dynamics.constrained import DEPENDENT, POOR, closed_coordinates, independent_of
 from freebody.errors import SimulationError
-from freebody.simulate import layout, loop
-from freebody.simulate.closing import closed_start
-from freebody.simulate.kernels import kernels_of
+from freebody.motion.kernels.kernels import kernels_of
+from freebody.motion.ode import layout
+from freebody.motion.start.loop_closure import closed_start
+from freebody.native import loop
 
 EPS = np.finfo(float).eps
 
@@ -26,7 +27,9 @@ def test_shortest_of_the_least_squares(m, n, rank):
     b = rng.normal(size=m)
     expected = np.linalg.pinv(a, rcond=1e-9) @ b
     x = np.full(n, np.nan)
-    loop.code("gauss_newton", "least")(a.ravel().copy(), m, n, b.copy(), x, 1e-9, np.empty(4 * n + n * n))
+    loop.code("motion.start.gauss_newton", "least")(
+        a.ravel().copy(), m, n, b.copy(), x, 1e-9, np.empty(4 * n + n * n)
+    )
     condition = np.prod(np.linalg.svd(a, compute_uv=False)[[0, rank - 1]] ** [1, -1]) if rank else 1
     assert np.abs(x - expected).max(initial=0) <= 100 * EPS * condition**2 * (
         1 + np.abs(expected).max(initial=0)
@@ -44,7 +47,7 @@ def test_independent_rows_are_those_of_numpy(poor, chosen):
         G[2], G[4], G[5] = 3 * G[0], 0, G[0] - 2 * G[1] + poor * G[6]
         M = np.diag(rng.uniform(0.1, 10, 5))
         kept, basis = np.full(7, 9), np.empty(30)
-        loop.code("gauss_newton", "independent")(
+        loop.code("motion.start.gauss_newton", "independent")(
             G.ravel().copy(), M.ravel(), 7, 5, kept, POOR, DEPENDENT, basis
         )
         assert tuple(np.flatnonzero(kept)) == independent_of(G, M) == chosen
@@ -57,8 +60,8 @@ def test_the_trace_of_an_inverse_bounds_the_least_eigenvalue(n):
     rng = np.random.default_rng(n)
     A = 0.4 * rng.normal(size=(n, n))
     A = A @ A.T + np.eye(n)
-    factor = loop.code("gauss_newton", "cholesky")
-    trace = loop.code("gauss_newton", "inverse_trace")
+    factor = loop.code("motion.start.gauss_newton", "cholesky")
+    trace = loop.code("motion.start.gauss_newton", "inverse_trace")
     L = A.ravel().copy()
     factor(L, n)
     found = trace(L, n, np.empty(n))

@@ -9,7 +9,7 @@ import freebody as fb
 from freebody.dynamics.constraints import residuals
 from freebody.dynamics.state import float_state
 from freebody.errors import SimulationError
-from freebody.simulate.kernels import kernels_of
+from freebody.motion.kernels.kernels import kernels_of
 
 ALPHA, BETA = 0.6, 1.1
 STARTS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2)
@@ -199,7 +199,7 @@ def test_a_start_beside_a_place_where_a_condition_holds_nothing(linkage):
 def test_conditions_that_vanish_are_named_where_a_run_ends() -> None:
     """Bars in line: along them no condition holds, however their rows are scaled; beside the line all do."""
     from freebody.dynamics.state import float_state
-    from freebody.simulate.closing import nearly_dependent
+    from freebody.motion.start.loop_closure import nearly_dependent
 
     s = fb.System("parallelogram")
     bars = [s.body(name, fb.slender_bar(1, 1, axis="x")) for name in "lr"]

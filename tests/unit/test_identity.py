@@ -25,12 +25,12 @@ from scipy.interpolate import CubicSpline
 import freebody as fb
 import identities
 from freebody.describe.body import Body
-from freebody.describe.joint import Joint
+from freebody.describe.joints.joint import Joint
 from freebody.describe.system import Parameter
 from freebody.errors import SimulationError
-from freebody.simulate import identity as module
-from freebody.simulate.content import NoContentError, digest
-from freebody.simulate.identity import identity, parts
+from freebody.motion.batch import identity as module
+from freebody.motion.batch.content import NoContentError, digest
+from freebody.motion.batch.identity import identity, parts
 from identities import machines, study
 
 MACHINES = machines()
@@ -196,16 +196,16 @@ def test_a_signal_counts_but_not_the_name_that_it_gets() -> None:
 
 def test_the_sources_that_compute_count(monkeypatch, tmp_path) -> None:
     folder = tmp_path / "freebody"
-    for room in ("simulate", "picture"):
+    for room in ("motion/batch", "picture"):
         (folder / room).mkdir(parents=True)
         (folder / room / "x.py").write_text("1")
-    monkeypatch.setattr(module, "__file__", str(folder / "simulate" / "identity.py"))
+    monkeypatch.setattr(module, "__file__", str(folder / "motion" / "batch" / "identity.py"))
     first = module.version.__wrapped__()
     (folder / "picture" / "x.py").write_text("2")
     assert module.version.__wrapped__() == first
-    (folder / "simulate" / "x.py").write_text("2")
+    (folder / "motion" / "x.py").write_text("2")
     second = module.version.__wrapped__()
-    (folder / "simulate" / "x.py").rename(folder / "simulate" / "y.py")
+    (folder / "motion" / "x.py").rename(folder / "motion" / "y.py")
     assert len({first, second, module.version.__wrapped__()}) == 3
 
 

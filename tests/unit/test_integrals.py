@@ -9,11 +9,11 @@ import pytest
 import sympy
 
 import freebody as fb
-from freebody.equations.along_motion import rate_of
-from freebody.gallery.double_pendulum import build as double_pendulum
-from freebody.gallery.gyroscope import build as gyroscope
-from freebody.gallery.torque_free import build as torque_free
-from freebody.gallery.tumbling_body import build as tumbling_body
+from freebody.gallery.beyond.tumbling_body import build as tumbling_body
+from freebody.gallery.textbook.examples.sec_6_8_torque_free import build as torque_free
+from freebody.gallery.textbook.examples.sec_6_9_gyroscope import build as gyroscope
+from freebody.gallery.textbook.problems.prob_6_15_double_pendulum import build as double_pendulum
+from freebody.symbolic.free_body.along_motion import rate_of
 
 
 def free_body(moments=("A", "B", "C"), gravity=False):
@@ -100,7 +100,7 @@ def test_proof_as_sympy_sees_it() -> None:
 
 
 def test_a_wrong_multiplier_proves_nothing() -> None:
-    from freebody.equations.integrals import remainder
+    from freebody.symbolic.integrals.conserved_quantities import remainder
 
     e = fb.equations(gyroscope())
     energy = e.integrals["energy"]

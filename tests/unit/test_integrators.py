@@ -14,14 +14,14 @@ import freebody as fb
 from batch_machines import rail
 from freebody.errors import SimulationError
 from freebody.model import assemble
+from freebody.motion.kernels import method_kernels, methods
+from freebody.motion.kernels.kernels import kernels_of
+from freebody.motion.kernels.methods import METHODS
+from freebody.motion.ode.collocation import integrals, tables
+from freebody.motion.ode.dense_output import INTERRUPTED, observe
+from freebody.motion.ode.integration import integrate
 from freebody.scalar.derivative import jacobian
 from freebody.scalar.trace import Tape
-from freebody.simulate import methods, others
-from freebody.simulate.collocation import integrals, tables
-from freebody.simulate.integrate import integrate
-from freebody.simulate.kernels import kernels_of
-from freebody.simulate.methods import METHODS
-from freebody.simulate.path import INTERRUPTED, observe
 from freebody.testing import random_system
 
 CONTROLLED = ("dop853", "dop54", "radau", "gauss", "taylor")
@@ -449,7 +449,7 @@ def test_tangent_is_the_derivative_of_the_rates(make):
     kernels = kernels_of(make())
     if kernels.model.constraints:
         kernels = kernels.holding(tuple(range(2)))
-    program, given = others.tangent(kernels), kernels.motion()
+    program, given = method_kernels.tangent(kernels), kernels.motion()
     parameters = kernels.parameters(kernels.model.values(None))
     rng = np.random.default_rng(4)
     n = kernels.size
@@ -542,7 +542,7 @@ def test_hamilton_agrees_with_the_equations_of_motion(name):
     kernels = kernels_of(MACHINES[name][0]())
     model = kernels.model
     parameters = kernels.parameters(model.values(None))
-    program, given = others.hamilton(kernels), kernels.motion()
+    program, given = method_kernels.hamilton(kernels), kernels.motion()
     c, d = program.constants(parameters), given.constants(parameters)
     rng = np.random.default_rng(8)
     y = rng.uniform(0.3, 0.9, model.n_q + model.n_u)
@@ -567,7 +567,7 @@ def test_replaced_follows_every_operation():
     tape = Tape()
     x, y = tape.input("x"), tape.input("y")
     made = [x * y - x / y, -tape.sin(x) + tape.apply("atan2", x, y), tape.sqrt(x) + 2, 3]
-    found = others.replaced(tape, made, {y: x + 1})
+    found = method_kernels.replaced(tape, made, {y: x + 1})
     values = {"x": 0.7, "y": 1.7}
     assert tape.evaluate(found, values) == pytest.approx(tape.evaluate(made, values), abs=4 * EPS)
     assert jacobian(tape, found, [y]) == [[0]] * 4

@@ -16,14 +16,14 @@ import freebody as fb
 from contact_machines import falling_rod
 from freebody.dynamics.contact import touches
 from freebody.gallery import entries
-from freebody.picture.configuration import configuration
-from freebody.picture.draw import draw
-from freebody.picture.free_body_diagram import free_body_diagram
-from freebody.picture.palette import CONTRAST, PAIRS, luminance
-from freebody.picture.phases_drawn import lasting_place, most_lasting
-from freebody.picture.shapes import holds
-from freebody.picture.sheet import Arrow, Group, Label, Line, Sheet, arc, flat
-from freebody.picture.sides import pieces_of
+from freebody.picture.free_body.free_body_diagram import free_body_diagram
+from freebody.picture.machine.configuration import configuration
+from freebody.picture.machine.draw import draw
+from freebody.picture.machine.shapes import holds
+from freebody.picture.machine.solid_pieces import pieces_of
+from freebody.picture.page.longest_phases import lasting_place, most_lasting
+from freebody.picture.paper.palette import CONTRAST, PAIRS, luminance
+from freebody.picture.paper.sheet import Arrow, Group, Label, Line, Sheet, arc, flat
 from layout import astray, faults
 
 FAST = ("ex-6-2", "ex-6-5", "sec-6-9", "prob-6-5", "prob-6-16", "slider-crank")
@@ -149,6 +149,6 @@ def test_the_check_finds_what_is_wrong() -> None:
 
 
 def _drawing(root: Group) -> Any:
-    from freebody.picture.drawing import Drawing
+    from freebody.picture.paper.drawing import Drawing
 
     return Drawing(Sheet(root, "test", {"data-view": "1 0 0 0 1 0", "data-scale": "1"}))

@@ -7,14 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from freebody.dynamics.linear import (
-    Elimination,
-    Factorization,
-    applied,
-    combined,
-    minimum_degree,
-    products,
-)
+from freebody.dynamics.linear import Elimination, Factorization, applied, combined, minimum_degree, products
 
 
 def sparse(n, m, seed):

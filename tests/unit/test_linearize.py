@@ -139,7 +139,7 @@ def test_steady_motion_with_explicit_time():
 
 
 def test_steady_motion_object():
-    from freebody.gallery.gyroscope import build
+    from freebody.gallery.textbook.examples.sec_6_9_gyroscope import build
 
     s = build()
     motions = fb.steady_motions(s, solve_for="psi'")
@@ -542,7 +542,7 @@ def test_compare_linear(tmp_path):
 
 
 def test_compare_linear_about_a_steady_motion():
-    from freebody.gallery.gyroscope import build
+    from freebody.gallery.textbook.examples.sec_6_9_gyroscope import build
 
     about = {"theta": math.pi / 2, "psi'": 0.5}
     s = build()

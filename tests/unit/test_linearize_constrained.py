@@ -14,10 +14,10 @@ from freebody.dynamics.constrained import closed_coordinates
 from freebody.dynamics.constraints import linearized
 from freebody.dynamics.motion import motion
 from freebody.dynamics.state import float_state
-from freebody.equations.deviation import deviations, displaced
 from freebody.errors import ModelError
-from freebody.gallery.whipple_bicycle import LEAN_AND_STEER
-from freebody.gallery.whipple_bicycle import build as bicycle
+from freebody.gallery.beyond.whipple_bicycle import LEAN_AND_STEER
+from freebody.gallery.beyond.whipple_bicycle import build as bicycle
+from freebody.symbolic.linear.deviation import deviations, displaced
 
 
 def refused(text, call, *args, **kwargs):
@@ -361,7 +361,7 @@ def test_compare_linear_of_ball_and_free_joints():
 
 
 def test_compare_linear_refuses_a_free_joint_that_runs_on_a_circle():
-    from freebody.gallery.rolling_disk import build
+    from freebody.gallery.beyond.rolling_disk import build
 
     s = build()
     refused("changes|change", fb.compare_linear, s, {"air_e0": 1, "air_e1": 1, "air_z": 0.3, "air_wz": 3.0},

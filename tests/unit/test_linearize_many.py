@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.equations.recorded import recorded
 from freebody.errors import ExpressionError, ModelError
-from freebody.gallery.whipple_bicycle import LEAN_AND_STEER
-from freebody.gallery.whipple_bicycle import build as bicycle
+from freebody.gallery.beyond.whipple_bicycle import LEAN_AND_STEER
+from freebody.gallery.beyond.whipple_bicycle import build as bicycle
 from freebody.scalar.algebra import FUNCTIONS
 from freebody.scalar.replay import Replay
 from freebody.scalar.trace import Tape
+from freebody.symbolic.linear.recorded_functions import recorded
 
 RIDING = {"air_vx": "v", "rear'": "-v/r_R", "front'": "-v/r_F"}
 

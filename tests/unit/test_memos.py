@@ -19,22 +19,23 @@ import sympy
 
 import freebody as fb
 from batch_machines import CLOSED, four_bar, pendulum
-from freebody.compile.link_step import Kind, compiled_step
-from freebody.compile.text import literal
 from freebody.describe.names import rate
-from freebody.equations.angle_sums import _binomials, _spectrum, _waves
-from freebody.equations.latex import latex_name
-from freebody.gallery.pulled_disk import build as pulled_disk
-from freebody.picture.labels import outline
-from freebody.picture.page import LIVE, SCRIPTS, script
+from freebody.gallery.textbook.examples.ex_6_3_pulled_disk import build as pulled_disk
+from freebody.motion.batch.kernels import batch_program
+from freebody.motion.contact.scene import scene_of
+from freebody.motion.kernels.kernels import Kernels, kernels_of
+from freebody.motion.lanes import loops as over_lanes
+from freebody.motion.ode import layout, loops
+from freebody.motion.simulate import _equal
+from freebody.native.ir_text import literal
+from freebody.native.translation import _Unit
+from freebody.picture.page.page import LIVE, SCRIPTS, script
+from freebody.picture.paper.labels import outline
+from freebody.program.large.link_step import Kind, compiled_step
 from freebody.scalar.ring import Ring
 from freebody.scalar.trace import Tape
-from freebody.simulate import layout, loop
-from freebody.simulate.batch_kernels import batch_program
-from freebody.simulate.contact_scene import scene_of
-from freebody.simulate.kernels import Kernels, kernels_of
-from freebody.simulate.simulate import _equal
-from freebody.simulate.translation import _Unit
+from freebody.symbolic.printing.angle_sums import _binomials, _spectrum, _waves
+from freebody.symbolic.printing.latex import latex_name
 
 # -- programs of a machine -----------------------------------------------------------------------------------
 
@@ -269,11 +270,10 @@ def test_tables_of_a_module_are_their_numbers() -> None:
 
 
 def test_loops_are_those_of_their_method() -> None:
-    found = {name: loop.loop(name) for name in ("dop853", "dop54", "dop853 lanes", "dop853 lanes_wide")}
-    codes = [one.code for made in found.values() for one in made.functions.values()]
+    codes = [one.code for name in ("dop853", "dop54") for one in loops.functions(name).functions.values()]
+    codes += [over_lanes.function("dop853", wide).code for wide in (False, True)]
     addresses = {ctypes.cast(code, ctypes.c_void_p).value for code in codes}
     assert len(addresses) == len(codes) == 3 + 3 + 1 + 1
-    assert len({loop._key(name) for name in found}) == len(found)
 
 
 def test_blocks_of_memory_are_of_their_shape() -> None:
@@ -367,7 +367,7 @@ def test_the_list_of_memos_is_complete() -> None:
                     found.append((where, ast.unparse(target), 0))
     assert len(found) > 40
     for where, name, arguments in found:
-        if where.parts[0] == "gallery":
+        if where.parts[0] in ("gallery", "chapter"):
             assert not arguments or name in ("solved", "_together"), (where, name)  # one result for all
         else:
             assert f"`{name}`" in text, f"docs/caches.md does not list {name} of {where}"

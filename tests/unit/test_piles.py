@@ -44,7 +44,7 @@ def test_long_modules_are_compiled_to_plain_instructions(monkeypatch, tmp_path):
     s, start = pile(4)
     arguments = {"initial": start | {"f0_vx": 1.0}, "method": "timestepping", "step": 1e-3}
     usual = fb.simulate(s, 0.05, **arguments)
-    native = importlib.import_module("freebody.compile.native")
+    native = importlib.import_module("freebody.native.codegen")
     levels, machine = [], native._machine
     monkeypatch.setattr(native, "_machine", lambda *level: levels.append(level) or machine(*level))
     monkeypatch.setattr(native, "LONG", 0)

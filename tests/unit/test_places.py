@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 
 import freebody as fb
 from freebody.gallery import entries
-from freebody.picture.draw import draw
-from freebody.picture.free_body_diagram import free_body_diagram
-from freebody.picture.sheet import Arrow, Circle, Group, Label, Line, flat
-from freebody.picture.view import view_of
+from freebody.picture.free_body.free_body_diagram import free_body_diagram
+from freebody.picture.machine.draw import draw
+from freebody.picture.paper.sheet import Arrow, Circle, Group, Label, Line, flat
+from freebody.picture.paper.view import view_of
 
 PLACED = 1e-9
 """Of lengths on paper [pt]: attributes of drawings have twelve digits, a sheet is some 500 wide."""

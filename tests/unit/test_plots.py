@@ -9,7 +9,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 import freebody as fb
 from freebody.errors import ModelError, SimulationError
-from freebody.picture.plots import angular_velocity
+from freebody.picture.plots.plots import angular_velocity
 
 
 @pytest.fixture(scope="module")

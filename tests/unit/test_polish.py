@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from freebody.simulate.polish import polished
+from freebody.motion.contact.newton import polished
 
 
 @pytest.mark.parametrize("tangents", [1, 2])

@@ -15,11 +15,11 @@ from click.testing import CliRunner
 
 import freebody as fb
 from freebody.gallery import entries
-from freebody.picture.animation import animation
-from freebody.picture.keyframes import interpolated, keyframes
-from freebody.picture.page import LIVE, SCRIPTS, embedded, page, policy, script
-from freebody.picture.shapes import holds, shapes
-from freebody.simulate.trajectory import quaternions
+from freebody.motion.trajectory.trajectory import quaternions
+from freebody.picture.machine.shapes import holds, shapes
+from freebody.picture.moving.keyframes import interpolated, keyframes
+from freebody.picture.page.animation import animation
+from freebody.picture.page.page import LIVE, SCRIPTS, embedded, page, policy, script
 
 HOSTILE = '</script><script>alert(1)</script><img src=x onerror="alert(2)">'
 
@@ -223,7 +223,7 @@ def test_the_turns_of_a_fast_rotor_are_counted(name):
 def test_a_motion_of_many_moments_is_drawn_coarser(monkeypatch, pendulum):
     _, motion = pendulum
     fine = keyframes(motion, 1e-4)
-    monkeypatch.setattr("freebody.picture.keyframes.MOST", len(fine.t) // 3)
+    monkeypatch.setattr("freebody.picture.moving.keyframes.MOST", len(fine.t) // 3)
     coarse = keyframes(motion, 1e-4)
     assert len(coarse.t) <= len(fine.t) // 3
     # doubled as often as it takes, and not once more
@@ -430,7 +430,7 @@ def test_command_line(tmp_path):
 
 def test_answers_of_the_gallery_are_questions_numbers_and_formulas() -> None:
     from freebody.gallery import entries
-    from freebody.picture.answers import answers_table
+    from freebody.picture.page.answers import answers_table
 
     answers = entries()["ex-6-2"].run({}).answers
     shown = answers_table(answers)

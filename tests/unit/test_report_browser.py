@@ -9,7 +9,7 @@ import pytest
 
 import freebody as fb
 from freebody.gallery import entries
-from freebody.picture.browser import Browser, chromium
+from freebody.picture.page.browser import Browser, chromium
 
 pytestmark = pytest.mark.skipif(chromium() is None, reason="no Chromium on this machine")
 

@@ -6,7 +6,6 @@ import importlib
 import inspect
 import pkgutil
 import re
-import sys
 from collections.abc import Callable
 from typing import Any
 from xml.etree import ElementTree
@@ -15,7 +14,7 @@ import pytest
 import sympy
 
 import freebody as fb
-from freebody.equations.show import latex_of, mathml_of, text_of
+from freebody.symbolic.printing.show import latex_of, mathml_of, text_of
 
 PRESENTATION = "{http://www.w3.org/1998/Math/MathML}"
 
@@ -245,14 +244,14 @@ RESULTS: dict[str, tuple[Callable[[], Any], str, str, str]] = {
 INTERNAL = {
     # what results are made of: canonical polynomials, tables of a printer, requests that are read
     "arrange.Lumps", "bearings.Shaft", "characteristic.Factor", "constrained_symbols.Motion", "eliminate.Combination",
-    "extent.Lengths", "extent.Terms", "recursive.Definition", "recursive.Names", "recursive.Recursive",
-    "linearize.Checks", "recorded.Points", "recorded.Recorded", "recursive.Turn",
+    "length_bound.Lengths", "length_bound.Terms", "recursive.Definition", "recursive.Names", "recursive.Recursive",
+    "linearize.Checks", "recorded_functions.Points", "recorded_functions.Recorded", "recursive.Turn",
     "forcing.Term", "free_body.Action", "grouped.Grouped", "latex.Latex", "lines.Name", "lines.Sign", "mathml.MathML",
     "operating_point.OperatingPoint", "planar.Plane", "printer.Printer", "rational.Rationals", "reaction.Component",
     "reduction.Choice", "reduction.Slopes", "request.Request", "request.Unknown", "response.Start", "solution.Branch",
-    "stability.Amended", "stability.Linear", "stability.Spectrum", "steady_motion.Words", "steady_numeric.Pieces",
-    "steady_numeric.RootFound", "steady_numeric.Underdetermined", "steady_problem.Problem", "steady_solve.Found",
-    "steady_solve.Root", "steady_turning.Turning", "steady_turning.TurningProblem", "systems.Pivot", "systems.Row",
+    "stability.Amended", "stability.Linear", "stability.Spectrum", "motion.Words", "numeric.Pieces",
+    "numeric.RootFound", "numeric.Underdetermined", "problem.Problem", "solve.Found",
+    "solve.Root", "turning.Turning", "turning.TurningProblem", "systems.Pivot", "systems.Row",
     "terms.Sum", "terms.Term", "text.Text", "vocabulary.Vocabulary",
 }  # fmt: skip
 DISPLAY = ("text", "latex", "mathml", "_repr_latex_")
@@ -260,11 +259,10 @@ DISPLAY = ("text", "latex", "mathml", "_repr_latex_")
 
 def classes() -> dict[str, type]:
     """All classes of the symbolic side, by module and name."""
-    importlib.import_module("freebody.equations.equations")
-    package = sys.modules["freebody.equations"]
+    package = importlib.import_module("freebody.symbolic")
     found = {}
-    for module in [*pkgutil.iter_modules(package.__path__, "freebody.equations."), None]:
-        name = module.name if module else "freebody.picture.compare_linear"
+    for module in [*pkgutil.walk_packages(package.__path__, "freebody.symbolic."), None]:
+        name = module.name if module else "freebody.picture.plots.compare_linear"
         for key, one in vars(importlib.import_module(name)).items():
             if inspect.isclass(one) and one.__module__ == name and not key.startswith("_"):
                 found[f"{name.rpartition('.')[2]}.{key}"] = one

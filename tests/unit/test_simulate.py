@@ -12,9 +12,9 @@ import xarray
 
 import freebody as fb
 from freebody.errors import SimulationError
-from freebody.simulate import Event, EventSpec, Trajectory
-from freebody.simulate.kernels import kernels_of
-from freebody.simulate.trajectory import quaternions
+from freebody.motion.kernels.kernels import kernels_of
+from freebody.motion.trajectory.event import Event, EventSpec
+from freebody.motion.trajectory.trajectory import Trajectory, quaternions
 
 
 def oscillator(damping=0):
@@ -429,7 +429,7 @@ def test_interrupted_run_returns_what_was_computed():
 
 
 def test_progress_bar_appears_after_a_second(monkeypatch, capsys):
-    from freebody.simulate import progress as module
+    from freebody.motion.trajectory import progress as module
 
     monkeypatch.setattr(module, "_PATIENCE", 0.0)
     fb.simulate(oscillator(), 2e4, initial={"x": 1}, progress=True)

@@ -10,7 +10,7 @@ import xarray
 
 import freebody as fb
 from freebody.errors import FreebodyError, SimulationError
-from freebody.simulate.kernels import kernels_of
+from freebody.motion.kernels.kernels import kernels_of
 
 
 def oscillator():

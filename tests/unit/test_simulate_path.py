@@ -11,21 +11,21 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from freebody.compile import native
-from freebody.simulate import path as runs
-from freebody.simulate import tableau
-from freebody.simulate.integrate import integrate
-from freebody.simulate.machine import Reals, compiled, root
-from freebody.simulate.path import Rates, Watch
-from freebody.simulate.translation import translated
+from freebody.motion.ode import dense_output as runs
+from freebody.motion.ode import tableau
+from freebody.motion.ode.dense_output import Rates, Watch
+from freebody.motion.ode.integration import integrate
+from freebody.native import codegen
+from freebody.native.instructions import Reals, compiled, root
+from freebody.native.translation import translated
 
 
 class kernel:
     """A kernel written by hand."""
 
     def __init__(self, function):
-        code, _ = native.optimised_code(translated({"kernel": compiled(function)}))
-        self.library = native.Library(code)
+        code, _ = codegen.optimised_code(translated({"kernel": compiled(function)}))
+        self.library = codegen.Library(code)
         self.address = self.library.addresses(["kernel"])["kernel"]
 
 

@@ -16,17 +16,23 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.compile import cache, native
-from freebody.compile.kernels import compile_tape
+from freebody.motion.lanes import loops as over_lanes
+from freebody.motion.ode import layout, loops
+from freebody.motion.ode.dense_output import Rates, Watch
+from freebody.motion.ode.integration import integrate
+from freebody.native import cache, codegen
+from freebody.native import loop as native
+from freebody.program.kernels import compile_tape
 from freebody.scalar.trace import Tape
-from freebody.simulate import layout
-from freebody.simulate import loop as loops
-from freebody.simulate.integrate import integrate
-from freebody.simulate.path import Rates, Watch
 
-HERE = Path(loops.__file__).parent
-make = loops._loop.__wrapped__
-"""The loop as a process makes it that has none yet."""
+HERE = Path(native.__file__).parent
+
+
+def make():
+    """The loop as a process makes it that has none yet."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(native, "_loops", {})
+        return loops.functions()
 
 
 @pytest.fixture
@@ -51,7 +57,7 @@ def compiled(tmp_path_factory):
 def kept(folder, compiled, monkeypatch):
     """A cache with the loop, which is not compiled once more where it has to be made again; its file."""
     key, header, code = compiled
-    monkeypatch.setattr(loops, "_compiled", lambda *of: (copy.deepcopy(header), code))
+    monkeypatch.setattr(native, "_compiled", lambda *of: (copy.deepcopy(header), code))
     cache.store(key, copy.deepcopy(header), code)
     (path,) = folder.glob("*.o")
     return path
@@ -72,7 +78,7 @@ def oscillator():
 def run(made, oscillator, monkeypatch):
     """Times, states and events of a run with this loop, and values between the steps."""
     with monkeypatch.context() as patch:
-        patch.setattr(loops, "_loop", lambda *method: made)
+        patch.setattr(loops, "functions", lambda *method: made)
         patch.setattr(loops, "_used", {})
         rates, watch = oscillator
         path = integrate(rates, [1.0, 0.0], 0.0, 20.0, watch=watch, relative=1e-10, absolute=1e-10)
@@ -158,19 +164,27 @@ def test_damaged_or_foreign_code_is_made_again(kept, damage, oscillator, monkeyp
 
 
 def test_key_follows_what_compiles_it(monkeypatch):
-    methods = [f"{name}{lanes}" for name in layout.ORDERS for lanes in ("", loops.LANES)]
-    assert len({loops._key(method) for method in methods}) == len(methods)
-    key = loops._key()
-    monkeypatch.setattr(native, "version", lambda: "another processor")
-    assert loops._key() != key
+    keys = []
+    nothing = native.Loop({"lanes": None}, None, False)
+    monkeypatch.setattr(native, "_made", lambda key, *rest: keys.append(key) or nothing)
+    monkeypatch.setattr(native, "_loops", {})
+    for method in layout.ORDERS:
+        loops.functions(method)
+        over_lanes.function(method, wide=False)
+    assert len(set(keys)) == len(keys) == 2 * len(layout.ORDERS)
+    monkeypatch.setattr(codegen, "version", lambda: "another processor")
+    monkeypatch.setattr(native, "_loops", {})
+    loops.functions()
+    assert len(set(keys)) == len(keys)
 
 
 def test_threads_share_one_loop(monkeypatch):
     count = []
-    inner = loops.cache(lambda method: count.append(1) or make(method))
-    monkeypatch.setattr(loops, "_loop", inner)
+    inner = native._made
+    monkeypatch.setattr(native, "_made", lambda *of: count.append(1) or inner(*of))
+    monkeypatch.setattr(native, "_loops", {})
     found = []
-    threads = [threading.Thread(target=lambda: found.append(loops.loop())) for _ in range(4)]
+    threads = [threading.Thread(target=lambda: found.append(loops.functions())) for _ in range(4)]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -203,7 +217,7 @@ def undefined(code):
 def test_code_needs_nothing_but_the_libraries_of_c(compiled):
     _, header, code = compiled
     assert header["needed"] == ["memset", "pow"]
-    assert set(native.LIBRARY).issuperset(header["needed"])
+    assert set(codegen.LIBRARY).issuperset(header["needed"])
     if not code.startswith(b"\x7fELF\x02"):
         pytest.skip("another format of object files")
     assert undefined(code) - {"_GLOBAL_OFFSET_TABLE_"} == {"memset", "pow"}  # the loader makes that table
@@ -212,7 +226,7 @@ def test_code_needs_nothing_but_the_libraries_of_c(compiled):
 def test_library_of_c_without_what_a_loop_calls_is_told(monkeypatch, kept):
     """LLVM would end the process."""
     kept.unlink()
-    monkeypatch.setattr(loops.llvm, "address_of_symbol", lambda name: None)
+    monkeypatch.setattr(native.llvm, "address_of_symbol", lambda name: None)
     with pytest.raises(
         RuntimeError, match=r"Expected memset, pow in this process's library of C, .* not all of them"
     ):
@@ -231,7 +245,7 @@ def test_calls_that_would_read_wrong_memory_are_refused(oscillator):
 
 
 def test_compiled_function_is_not_for_python():
-    from freebody.simulate.dop853 import FUNCTIONS
+    from freebody.motion.ode.dop853 import FUNCTIONS
 
     with pytest.raises(TypeError, match="Expected compiled code to call 'observe', got a call from Python"):
         FUNCTIONS["observe"]()
@@ -249,9 +263,9 @@ bar = s.body("bar", fb.slender_bar(m, L, axis="y"))
 s.hinge("pin", s.ground, bar, to=(0, L / 2, 0), axis="z", coordinate="theta")
 motion = fb.simulate(s, 2, initial={"theta": 1}, events=["theta'"])
 value, events = motion["theta"][-1], len(motion.events)
-from freebody.simulate.loop import loop
+from freebody.motion.ode.loops import functions
 heavy = ("scipy", "xarray", "pandas", "matplotlib", "rich", "flint", "trimesh", "click")
-print(json.dumps([value, events, loop().from_disk, [name for name in heavy if name in sys.modules]]))
+print(json.dumps([value, events, functions().from_disk, [name for name in heavy if name in sys.modules]]))
 """
 
 

@@ -9,14 +9,14 @@ import sympy
 import freebody as fb
 from freebody.dynamics import float_state, forward_dynamics
 from freebody.dynamics.constrained import constrained_dynamics, independent_rows
-from freebody.equations.polynomial_roots import roots
-from freebody.equations.systems import Row
-from freebody.equations.vocabulary import Vocabulary
 from freebody.errors import ModelError
 from freebody.scalar.algebra import floats
 from freebody.scalar.polynomial import Ring
 from freebody.scalar.ratio import Ratio
 from freebody.scalar.substitute import Substitution
+from freebody.symbolic.printing.systems import Row
+from freebody.symbolic.solving.polynomial_roots import roots
+from freebody.symbolic.solving.vocabulary import Vocabulary
 
 t = sympy.Symbol("t")
 

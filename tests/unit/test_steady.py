@@ -11,15 +11,15 @@ import pytest
 import sympy
 
 import freebody as fb
-from freebody.equations.stability import hurwitz
-from freebody.equations.steady_problem import Problem
-from freebody.equations.steady_solve import roots_of
-from freebody.gallery.cart_and_bar import build as cart_and_bar
-from freebody.gallery.double_pendulum import build as double_pendulum
-from freebody.gallery.gyroscope import build as gyroscope
+from freebody.gallery.textbook.examples.ex_6_5_cart_and_bar import build as cart_and_bar
+from freebody.gallery.textbook.examples.sec_6_9_gyroscope import build as gyroscope
+from freebody.gallery.textbook.problems.prob_6_15_double_pendulum import build as double_pendulum
 from freebody.scalar.polynomial import Ring
 from freebody.scalar.series import SeriesField
 from freebody.scalar.substitute import Substitution, arrays
+from freebody.symbolic.steady.problem import Problem
+from freebody.symbolic.steady.solve import roots_of
+from freebody.symbolic.steady.stability import hurwitz
 
 EPS = np.finfo(float).eps
 SPIN = {"Omega_zeta": "phi' + psi'*cos(theta)"}

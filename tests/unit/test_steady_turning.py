@@ -10,7 +10,7 @@ import sympy
 
 import freebody as fb
 from freebody.errors import ModelError
-from freebody.gallery.rolling_disk import build as rolling_disk
+from freebody.gallery.beyond.rolling_disk import build as rolling_disk
 
 
 def body(A=1, B=2, C=2.5, kind="ball"):

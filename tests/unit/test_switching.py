@@ -94,7 +94,7 @@ def test_lanes_stick_as_runs_alone_do():
 
 
 def test_a_run_has_bounds_without_being_told(monkeypatch):
-    from freebody.simulate import arguments
+    from freebody.motion.start import arguments
 
     monkeypatch.setattr(arguments, "MOST_STEPS", 300)
     text, motion = stopped(block("-k*x"), 1e9, initial={"x": 1}, method="dop853")
@@ -148,7 +148,7 @@ def test_steps_of_contacts_that_are_too_many_are_refused_before():
 
 
 def test_memory_bounds_steps_that_are_asked_for():
-    from freebody.simulate.arguments import MOST_STEPS, largest_memory, most_steps
+    from freebody.motion.start.arguments import MOST_STEPS, largest_memory, most_steps
 
     assert most_steps(None, 5) == MOST_STEPS
     assert most_steps(None, 1000) == min(2**31, largest_memory() / 4) // 16000

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
-from freebody.simulate import kernels as room
+from freebody.motion.kernels import kernels as room
 from motions import MOTIONS, assert_same, ball, driven, pendulum, plain
 
 
@@ -132,7 +132,7 @@ def test_equations_in_modes_keep_them():
 @pytest.mark.parametrize("through", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
 def test_copies_of_a_system_share_nothing(through):
     """Change everything that can be changed, on either side: the other one's text stays."""
-    from freebody.formats.toml_write import toml_text
+    from freebody.formats.toml.write import toml_text
 
     def change(s, name):
         p = s.parameters(**{name: 2.0})

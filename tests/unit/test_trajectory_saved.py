@@ -11,8 +11,8 @@ import xarray
 
 import freebody as fb
 from freebody.errors import FormatError, FreebodyError, SimulationError
-from freebody.simulate import saved
-from freebody.simulate.saved import GROUP
+from freebody.motion.trajectory import saved
+from freebody.motion.trajectory.saved import GROUP
 from motions import MOTIONS, assert_same, ball, driven, pendulum, plain, signalled
 
 

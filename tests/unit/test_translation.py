@@ -9,8 +9,8 @@ import math
 import numpy as np
 import pytest
 
-from freebody.compile import native
-from freebody.simulate.machine import (
+from freebody.native import codegen
+from freebody.native.instructions import (
     Integers,
     Reals,
     greater,
@@ -21,7 +21,7 @@ from freebody.simulate.machine import (
     whole,
     with_bits,
 )
-from freebody.simulate.translation import Compiled, translated
+from freebody.native.translation import Compiled, translated
 
 TABLE = np.arange(6.0).reshape(2, 3) ** 2
 CLOSED, OPEN = 0, 1
@@ -32,8 +32,8 @@ C_TYPES = {"None": None, "int": ctypes.c_int64, "float": ctypes.c_double}
 def machine_code(function):
     """The function for Python; arrays are addressed."""
     made = Compiled(function)
-    code, _ = native.optimised_code(translated({"f": made}))
-    library = native.Library(code)
+    code, _ = codegen.optimised_code(translated({"f": made}))
+    library = codegen.Library(code)
     call = ctypes.CFUNCTYPE(
         C_TYPES[made.result], *(C_TYPES.get(kind, ctypes.c_void_p) for kind in made.arguments)
     )(library.addresses(["f"])["f"])

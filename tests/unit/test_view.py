@@ -16,8 +16,8 @@ import pytest
 
 from freebody.cli.view import LARGEST_REQUEST, Server, machine
 from freebody.errors import FormatError, ModelError, SimulationError
-from freebody.picture.browser import Browser, chromium
-from freebody.picture.live import Live, problem
+from freebody.picture.page.browser import Browser, chromium
+from freebody.picture.page.live import Live, problem
 
 TEXT = """name = "swing"
 gravity = [0, "-g", 0]
@@ -43,7 +43,7 @@ until = 2
 
 @pytest.fixture
 def live() -> Live:
-    from freebody.formats.toml_read import case_from_text
+    from freebody.formats.toml.read import case_from_text
 
     return Live(case_from_text(TEXT), TEXT)
 
@@ -125,7 +125,7 @@ def test_sliders_are_those_that_move_something_and_say_what_they_follow():
 
 
 def test_a_machine_whose_equations_can_not_be_written_moves(live, monkeypatch):
-    import freebody.picture.live as module
+    import freebody.picture.page.live as module
 
     def refuse(model):
         raise ModelError("Expected <few> terms.")

@@ -12,8 +12,8 @@ from typing import Any
 
 import click
 
-from .. import __version__
 from ..errors import FreebodyError, nearest
+from ..version import VERSION
 from .analyze import analyze
 from .chapter import chapter
 from .check import check
@@ -38,7 +38,7 @@ class Commands(click.Group):
 
 
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
-@click.version_option(__version__, prog_name="freebody")
+@click.version_option(VERSION, prog_name="freebody")
 def command() -> None:
     """Rigid-body dynamics from the free-body diagram to the equation, the number and the picture.
 

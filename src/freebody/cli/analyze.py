@@ -38,7 +38,7 @@ def analyze(
     """
     import json
 
-    from .analysis import analysis
+    from ..study.analysis import analysis
 
     if not patience > 0:
         raise click.BadParameter(

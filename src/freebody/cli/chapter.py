@@ -17,7 +17,7 @@ def chapter(number: str | None, as_json: bool, latex: bool) -> None:
     Each is derived by the library and compared with the print: holds, holds under a condition, definition,
     approximation (with its error), or misprint (with the right form).
     """
-    from ..gallery.equations import find, statements
+    from ..chapter import find, statements
 
     chosen = find(number) if number else list(statements().values())
     if as_json:

@@ -57,9 +57,9 @@ def check(model: str) -> None:
 
 def _length(model: Model) -> None:
     """That the equations of motion are printed recursively, and how long they would be."""
-    from ..equations.equations import equations
-    from ..equations.extent import most_terms
     from ..scalar.budget import shown
+    from ..symbolic.equations import equations
+    from ..symbolic.length_bound import most_terms
 
     if equations(model).form == "recursive":
         click.echo(
@@ -93,7 +93,7 @@ def _joints(system: System, text: Any) -> None:
 def _constraints(system: System, text: Any) -> None:
     if not system.constraints:
         return
-    from ..describe.constraint import Gear, Rolling, Rope
+    from ..describe.constraints.constraint import Gear, Rolling, Rope
 
     grid = Grid("Constraint", "Kind", "Keeps")
     for name, one in system.constraints.items():
@@ -116,7 +116,7 @@ def _constraints(system: System, text: Any) -> None:
 def _contacts(system: System, text: Any) -> None:
     if not system.contacts:
         return
-    from ..describe.contact import kind_of
+    from ..describe.contacts.contact import kind_of
 
     grid = Grid("Contact", "Feature", "Surface", "Friction", "Restitution")
     for name, pair in system.contacts.items():
@@ -137,7 +137,7 @@ def _freedom(model: Model, near: Mapping[str, Any]) -> None:
     from ..dynamics.motion import motion
     from ..dynamics.state import float_state
     from ..dynamics.unilateral import NEGLIGIBLE, limits, margins, sizes
-    from ..simulate.initial import named_state
+    from ..motion.start.initial import named_state
 
     kinds = rows(model)
     click.echo(f"Constraint forces: {', '.join(row.name for row in kinds)}")

@@ -62,9 +62,9 @@ def draw(
     freebody draw disk.toml --body disk --mode floor=stick
     """
     from ..errors import ModelError, nearest
-    from ..picture.draw import draw as drawn
-    from ..picture.drawing import FORMATS
-    from ..picture.free_body_diagram import free_body_diagram
+    from ..picture.free_body.free_body_diagram import free_body_diagram
+    from ..picture.machine.draw import draw as drawn
+    from ..picture.paper.drawing import FORMATS
 
     found = find(model)
     system = found.build()

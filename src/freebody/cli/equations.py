@@ -11,7 +11,7 @@ from .model import find
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from ..equations import Equations
+    from ..symbolic.equations import Equations
 
 
 @click.command()
@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 )
 def equations(model: str, latex: bool, body: str | None, modes: tuple[str, ...], form: str) -> None:
     """Print the equations of motion of MODEL, or the free-body equations of one body."""
-    from ..at_start import equations as equations_of
     from ..errors import ModelError, nearest
+    from ..motion.contact.equations_at_start import equations as equations_of
 
     found = find(model)
     system = found.build()

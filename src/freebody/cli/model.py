@@ -64,8 +64,8 @@ class FileEntry:
         return self.case.system
 
     def run(self, values: Mapping[str, float], until: float | None, tolerance: float | None) -> FileOutcome:
-        from ..at_start import equations
-        from ..simulate import simulate
+        from ..motion.contact.equations_at_start import equations
+        from ..motion.simulate import simulate
 
         case = self.case
         if until is None and case.until is None:

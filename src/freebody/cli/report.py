@@ -38,7 +38,7 @@ def report(
 
     The page opens offline: it makes no request.
     """
-    from ..picture.report import report as write
+    from ..picture.page.report import report as write
 
     if until is not None and not until > 0:
         raise click.BadParameter(f"Expected a time greater than 0, got {until:g}.", param_hint="--until")

@@ -248,9 +248,9 @@ def diagrams(outcome: Any) -> dict[str, str]:
     machines."""
     import re
 
-    from ..picture.draw import draw
-    from ..picture.free_body_diagram import free_body_diagram
-    from ..picture.phases_drawn import lasting_place, most_lasting
+    from ..picture.free_body.free_body_diagram import free_body_diagram
+    from ..picture.machine.draw import draw
+    from ..picture.page.longest_phases import lasting_place, most_lasting
 
     e = most_lasting(outcome.equations, outcome.trajectory)
     if e.model.n_u > LARGEST:

@@ -71,7 +71,7 @@ def sweep(
     store: Path | None,
 ) -> None:
     """Simulate MODEL at every combination of values, and write the motions to one file."""
-    from ..simulate.kernels import kernels_of
+    from ..motion.kernels.kernels import kernels_of
     from ..study.sweep import sweep as run
 
     entry = find(model)

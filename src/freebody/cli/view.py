@@ -66,8 +66,8 @@ def view(model: str, port: int, settings: tuple[tuple[str, str], ...], browser: 
 def machine(model: str, settings: tuple[tuple[str, str], ...]) -> Any:
     """The live machine of a gallery name or a model file."""
     from ..formats.case import Case
-    from ..formats.toml_write import toml_text
-    from ..picture.live import Live
+    from ..formats.toml.write import toml_text
+    from ..picture.page.live import Live
     from .model import FileEntry
 
     entry = find(model)
@@ -119,8 +119,8 @@ class Handler(BaseHTTPRequestHandler):
         if self._asked() != "":
             self._send(404, b"No such page.", "text/plain; charset=utf-8")
             return
-        from ..picture.live import body
-        from ..picture.page import page
+        from ..picture.page.live import body
+        from ..picture.page.page import page
 
         try:
             given = self.server.live.machine()
@@ -149,7 +149,7 @@ class Handler(BaseHTTPRequestHandler):
         if answer is None or data is None:
             self._send(400, b"Expected a request of the page.", "text/plain; charset=utf-8")
             return
-        from ..picture.live import problem
+        from ..picture.page.live import problem
 
         try:
             found = answer(data)

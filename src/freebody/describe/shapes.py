@@ -18,7 +18,17 @@ from ..scalar.expression import exact
 from ..scalar.parser import parse
 from . import body as _body
 from .axes import UNIT, direction
-from .contact import Ball, Circle, Components, Corners, Cylinder, Ellipsoid, Heightline, Plane, Segment
+from .contacts.contact import (
+    Ball,
+    Circle,
+    Components,
+    Corners,
+    Cylinder,
+    Ellipsoid,
+    Heightline,
+    Plane,
+    Segment,
+)
 
 if TYPE_CHECKING:
     from .body import Body

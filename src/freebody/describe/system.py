@@ -11,19 +11,20 @@ import sympy
 
 from ..errors import ModelError, arguments_named, nearest, shown
 from ..space.mass import MassProperties
-from . import constraints as _constraints
-from . import contacts as _contacts
 from . import controller as _controller
-from . import joints as _joints
-from . import loads as _loads
 from .body import Body, Point
-from .constraint import Constraint
-from .contact import ContactPair
+from .constraints import system_constraints as _constraints
+from .constraints.constraint import Constraint
+from .contacts import system_contacts as _contacts
+from .contacts.contact import ContactPair
 from .controller import Controller
-from .joint import Joint
-from .load import Load
+from .joints import system_joints as _joints
+from .joints.joint import Joint
+from .loads import system_loads as _loads
+from .loads.load import Load
 from .looks import drawn_as
 from .names import TIME, Names, check_name, finite
+from .shown import picture
 from .table import Table
 
 
@@ -356,13 +357,10 @@ class System:
 
     def _repr_html_(self) -> str | None:
         """The drawing, in a notebook; a system that can not be assembled yet shows its text."""
-        from importlib import import_module
-
         from ..errors import FreebodyError
 
-        draw = import_module("freebody.picture.draw").draw  # a room above this one
         try:
-            return str(draw(self)._repr_html_())
+            return str(picture("draw").draw(self)._repr_html_())
         except FreebodyError:
             return None
 

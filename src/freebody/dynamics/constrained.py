@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from ..describe.constraint import Condition, Gear, Rope, SpeedCondition
+from ..describe.constraints.constraint import Condition, Gear, Rope, SpeedCondition
 from ..describe.names import TIME
 from ..errors import ModelError
 from ..model.closure import Closure

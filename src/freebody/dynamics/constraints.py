@@ -20,7 +20,7 @@ from typing import Any
 
 import sympy
 
-from ..describe.constraint import Gear, Rolling, Rope, SpeedCondition
+from ..describe.constraints.constraint import Gear, Rolling, Rope, SpeedCondition
 from ..model.closure import Closure, Thread
 from ..model.contact import Touching
 from ..model.mesh import Mesh

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from ..describe.constraint import Gear, Rolling, Rope
+from ..describe.constraints.constraint import Gear, Rolling, Rope
 from ..model.closure import Closure
 from ..model.contact import Touching
 from ..model.model import GROUND, Model

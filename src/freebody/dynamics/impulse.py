@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ..describe.constraint import Gear
+from ..describe.constraints.constraint import Gear
 from ..model.model import GROUND, Model
 from ..scalar.algebra import Vector, add, apply, apply_transpose, cross, divide, scale, subtract
 from ..space.spatial import (

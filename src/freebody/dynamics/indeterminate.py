@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..describe.constraint import Gear
+from ..describe.constraints.constraint import Gear
 from ..model.mesh import Mesh
 from ..model.model import Model
 from ..scalar.algebra import IDENTITY, ZERO, apply, subtract

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..describe.load import (
+from ..describe.loads.load import (
     Damper,
     Force,
     GeneralizedForce,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..describe.constraint import Rolling
+from ..describe.constraints.constraint import Rolling
 from ..model.closure import Closure
 from ..model.contact import Touching
 from ..model.model import Model

@@ -17,13 +17,7 @@ from typing import Any
 
 from ..model.model import GROUND, Model
 from ..scalar.algebra import Vector, add, apply, cross, negate, scale
-from ..space.spatial import (
-    Spatial,
-    force_to_parent,
-    minus,
-    plus,
-    power,
-)
+from ..space.spatial import Spatial, force_to_parent, minus, plus, power
 from .coordinates import forces_on_coordinates, forces_on_free_displacements
 from .joint_freedom import loads_on_child, transmissible
 from .kinematics import accelerations, rotation, turning, velocities

@@ -7,17 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError, TooManyTermsError
 from ..model.model import Link, Model
-from ..scalar.algebra import (
-    ZERO,
-    Field,
-    Matrix,
-    Vector,
-    add,
-    apply,
-    floats,
-    multiply,
-    scale,
-)
+from ..scalar.algebra import ZERO, Field, Matrix, Vector, add, apply, floats, multiply, scale
 from ..scalar.expression import evaluate
 from ..space.quaternion import matrix_from_quaternion
 from ..space.spatial import Inertia, Spatial, rigid_inertia
@@ -119,7 +109,7 @@ class State:
     def kept(self, what: str, of: Any, value: Any) -> Any:
         """A velocity, acceleration or force of a link, or line and pull of a load, as what follows takes it: unchanged.
 
-        A state in which long quantities are named gives the names (`equations.recursive`).
+        A state in which long quantities are named gives the names (`symbolic.recursive`).
         """
         return value
 

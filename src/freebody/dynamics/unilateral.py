@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from ..describe.constraint import Condition, Rolling, Rope
+from ..describe.constraints.constraint import Condition, Rolling, Rope
 from ..model.model import Model
 from ..scalar.algebra import divide
 from .composite import mass_matrix

@@ -47,7 +47,7 @@ def read(path: str | os.PathLike[str]) -> System:
 
 def read_case(path: str | os.PathLike[str]) -> Case:
     """The system of a model file with its ``[initial]``, ``[near]`` and ``[run]``; errors as :func:`read`."""
-    from .toml_read import case_from_text
+    from .toml.read import case_from_text
 
     file = _checked(path)
     if not file.is_file():
@@ -119,7 +119,7 @@ def write(
     ...     fb.read(f"{folder}/ball.toml")
     System 'ball': 1 body, 1 joint, 0 coordinates
     """
-    from .toml_write import toml_text
+    from .toml.write import toml_text
 
     file = _checked(path)
     text = toml_text(system, initial=initial, until=until, tolerance=tolerance, near=near)

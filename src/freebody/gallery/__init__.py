@@ -11,8 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from .answer import Answer, Check
-from .entry import Entry, Outcome
+from .tools.answer import Answer, Check
+from .tools.entry import Entry, Outcome
 
 __all__ = ["Answer", "Check", "Entry", "Outcome", "entries"]
 
@@ -44,61 +44,61 @@ class Gallery(Mapping[str, Entry]):
 
 def entries() -> Gallery:
     """All entries, by name or alias."""
-    from .airfoil import AIRFOIL
-    from .bar_in_cylinder import BAR_IN_CYLINDER
-    from .bar_on_ledge import BAR_ON_LEDGE
-    from .block_and_tackle import BLOCK_AND_TACKLE
-    from .board_on_truck import BOARD_ON_TRUCK
-    from .bouncing_ball import BOUNCING_BALL
-    from .braking_car import BRAKING_CAR
-    from .cart_and_bar import CART_AND_BAR
-    from .control_moment_gyro import CONTROL_MOMENT_GYRO
-    from .cylinder_on_shaft import CYLINDER_ON_SHAFT
-    from .disk_in_cylinder import DISK_IN_CYLINDER
-    from .disk_on_ledge import DISK_ON_LEDGE
-    from .disk_pendulum import DISK_PENDULUM
-    from .door import DOOR
-    from .double_pendulum import DOUBLE_PENDULUM
-    from .dumbbell import DUMBBELL
-    from .energy_sink import ENERGY_SINK
-    from .euler_disk import EULER_DISK
-    from .falling_bar import FALLING_BAR
-    from .falling_cat import FALLING_CAT
-    from .flat_spin import FLAT_SPIN
-    from .four_bar import FOUR_BAR
-    from .gyro_monorail import GYRO_MONORAIL
-    from .gyrocompass import GYROCOMPASS
-    from .gyroscope import GYROSCOPE
-    from .hinged_bar import HINGED_BAR
-    from .jeffcott import JEFFCOTT
-    from .monorail import MONORAIL
-    from .motorcycle import MOTORCYCLE
-    from .nutation import NUTATION
-    from .percussion import PERCUSSION
-    from .precession_paths import PRECESSION_PATHS
-    from .projectile import PROJECTILE
-    from .pulled_disk import PULLED_DISK
-    from .rattleback import RATTLEBACK
-    from .reaction_wheel import REACTION_WHEEL
-    from .rocking_block import ROCKING_BLOCK
-    from .rolling_disk import ROLLING_DISK
-    from .rolling_down import ROLLING_DOWN
-    from .satellite import SATELLITE
-    from .sleeping_top import SLEEPING_TOP
-    from .slider_crank import SLIDER_CRANK
-    from .sliding_body import SLIDING_BODY
-    from .struck_gyroscope import STRUCK_GYROSCOPE
-    from .swing import SWING
-    from .tilted_disk import TILTED_DISK
-    from .tippe_top import TIPPE_TOP
-    from .torque_free import TORQUE_FREE
-    from .tumbling_body import TUMBLING_BODY
-    from .turboprop import TURBOPROP
-    from .turntable import TURNTABLE
-    from .two_gears import TWO_GEARS
-    from .two_links import TWO_LINKS
-    from .whipple_bicycle import WHIPPLE_BICYCLE
-    from .yo_yo import YO_YO
+    from .beyond.block_and_tackle import BLOCK_AND_TACKLE
+    from .beyond.bouncing_ball import BOUNCING_BALL
+    from .beyond.control_moment_gyro import CONTROL_MOMENT_GYRO
+    from .beyond.energy_sink import ENERGY_SINK
+    from .beyond.euler_disk import EULER_DISK
+    from .beyond.falling_cat import FALLING_CAT
+    from .beyond.flat_spin import FLAT_SPIN
+    from .beyond.four_bar import FOUR_BAR
+    from .beyond.gyro_monorail import GYRO_MONORAIL
+    from .beyond.gyrocompass import GYROCOMPASS
+    from .beyond.jeffcott import JEFFCOTT
+    from .beyond.precession_paths import PRECESSION_PATHS
+    from .beyond.rattleback import RATTLEBACK
+    from .beyond.reaction_wheel import REACTION_WHEEL
+    from .beyond.rocking_block import ROCKING_BLOCK
+    from .beyond.rolling_disk import ROLLING_DISK
+    from .beyond.sleeping_top import SLEEPING_TOP
+    from .beyond.slider_crank import SLIDER_CRANK
+    from .beyond.swing import SWING
+    from .beyond.tippe_top import TIPPE_TOP
+    from .beyond.tumbling_body import TUMBLING_BODY
+    from .beyond.turntable import TURNTABLE
+    from .beyond.two_gears import TWO_GEARS
+    from .beyond.whipple_bicycle import WHIPPLE_BICYCLE
+    from .beyond.yo_yo import YO_YO
+    from .textbook.examples.ex_6_1_sliding_body import SLIDING_BODY
+    from .textbook.examples.ex_6_2_hinged_bar import HINGED_BAR
+    from .textbook.examples.ex_6_3_pulled_disk import PULLED_DISK
+    from .textbook.examples.ex_6_4_rolling_down import ROLLING_DOWN
+    from .textbook.examples.ex_6_5_cart_and_bar import CART_AND_BAR
+    from .textbook.examples.sec_6_6_tilted_disk import TILTED_DISK
+    from .textbook.examples.sec_6_8_torque_free import TORQUE_FREE
+    from .textbook.examples.sec_6_9_gyroscope import GYROSCOPE
+    from .textbook.examples.sec_6_10_nutation import NUTATION
+    from .textbook.problems.prob_6_1_board_on_truck import BOARD_ON_TRUCK
+    from .textbook.problems.prob_6_2_braking_car import BRAKING_CAR
+    from .textbook.problems.prob_6_3_monorail import MONORAIL
+    from .textbook.problems.prob_6_4_percussion import PERCUSSION
+    from .textbook.problems.prob_6_5_door import DOOR
+    from .textbook.problems.prob_6_6_disk_pendulum import DISK_PENDULUM
+    from .textbook.problems.prob_6_7_bar_in_cylinder import BAR_IN_CYLINDER
+    from .textbook.problems.prob_6_8_disk_on_ledge import DISK_ON_LEDGE
+    from .textbook.problems.prob_6_9_bar_on_ledge import BAR_ON_LEDGE
+    from .textbook.problems.prob_6_10_disk_in_cylinder import DISK_IN_CYLINDER
+    from .textbook.problems.prob_6_11_falling_bar import FALLING_BAR
+    from .textbook.problems.prob_6_12_dumbbell import DUMBBELL
+    from .textbook.problems.prob_6_13_cylinder_on_shaft import CYLINDER_ON_SHAFT
+    from .textbook.problems.prob_6_14_airfoil import AIRFOIL
+    from .textbook.problems.prob_6_15_double_pendulum import DOUBLE_PENDULUM
+    from .textbook.problems.prob_6_16_two_links import TWO_LINKS
+    from .textbook.problems.prob_6_17_satellite import SATELLITE
+    from .textbook.problems.prob_6_18_motorcycle import MOTORCYCLE
+    from .textbook.problems.prob_6_19_turboprop import TURBOPROP
+    from .textbook.problems.prob_6_20_projectile import PROJECTILE
+    from .textbook.problems.prob_6_21_struck_gyroscope import STRUCK_GYROSCOPE
 
     return Gallery(
         SLIDING_BODY, HINGED_BAR, PULLED_DISK, ROLLING_DOWN, CART_AND_BAR, TILTED_DISK, TORQUE_FREE,

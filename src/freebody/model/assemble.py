@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy
 
-from ..describe.joint import Joint, Primitive
+from ..describe.joints.joint import Joint, Primitive
 from ..describe.names import TIME, rate
 from ..describe.system import System
 from ..errors import ModelError, shown

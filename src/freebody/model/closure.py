@@ -18,7 +18,7 @@ from typing import Any
 import sympy
 
 from ..describe.body import Body
-from ..describe.joint import Joint
+from ..describe.joints.joint import Joint
 from ..errors import ModelError
 from ..scalar.algebra import IDENTITY, Matrix, Vector, cross
 

@@ -11,7 +11,16 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ..describe.body import Point
-from ..describe.contact import Ball, Circle, ContactPair, Corners, Cylinder, Ellipsoid, Segment, kind_of
+from ..describe.contacts.contact import (
+    Ball,
+    Circle,
+    ContactPair,
+    Corners,
+    Cylinder,
+    Ellipsoid,
+    Segment,
+    kind_of,
+)
 from ..errors import ModelError
 from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, cross, dot, multiply
 from ..scalar.expression import exact

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from ..describe.constraint import Gear
+from ..describe.constraints.constraint import Gear
 from ..scalar.algebra import Vector, add, apply, cross, dot, scale, subtract
 from ..scalar.expression import exact
 

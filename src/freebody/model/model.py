@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from ..describe.constraint import Gear
-from ..describe.load import Load
+from ..describe.constraints.constraint import Gear
+from ..describe.loads.load import Load
 from ..describe.system import Parameter
 from ..scalar.algebra import Matrix, Vector
 from ..space.mass import MassProperties

@@ -9,7 +9,7 @@ from typing import Any
 import sympy
 
 from ..describe.body import Body, Point
-from ..describe.joint import Joint
+from ..describe.joints.joint import Joint
 
 
 def symbols_of(part: Any) -> set[Any]:

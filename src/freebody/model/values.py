@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import sympy
 
-from ..describe.constraint import Gear
+from ..describe.constraints.constraint import Gear
 from ..describe.names import finite
 from ..errors import ModelError, nearest, shown
 from ..scalar.algebra import floats

@@ -397,7 +397,7 @@ class Ring(Field):
         return to_sympy.expression_of(self, x)
 
     def text(self, x: Any) -> str:
-        """A plain text of the element, for messages; `equations.display` prints for readers."""
+        """A plain text of the element, for messages; `symbolic.printing.display` prints for readers."""
         if type(x) is not Polynomial:
             return str(x)
         return str(self.to_sympy(x)) if len(x) <= 200 else f"<polynomial of {len(x)} terms>"

@@ -120,7 +120,7 @@ def axis_angle_from_quaternion(q: Sequence[Any]) -> tuple[tuple[float, float, fl
     s = math.hypot(x, y, z)
     if s <= sys.float_info.min:
         return (float(1), float(0), float(0)), float(0)
-    return (x / s, y / s, z / s), 2 * math.atan2(s, w)
+    return (x / s, y / s, z / s), 2 * math.atan2(s, abs(w))  # w < 0 is round-off
 
 
 def _canonical(q: Sequence[float]) -> tuple[float, float, float, float]:

@@ -2,7 +2,7 @@
 
     minimize  Σ ((x_k(p) - measured_k) / σ_k)²,        covariance of p:  (Jᵀ J)⁻¹,    J_kj = (∂x_k/∂p_j) / σ_k
 
-J is exact: the derivatives are integrated beside the motion (`simulate.sensitivity`). Where σ is not known it is taken
+J is exact: the derivatives are integrated beside the motion (`sensitivity`). Where σ is not known it is taken
 as equal for all measurements and estimated from what is left over, σ² = Σ r² / (N - n).
 
 One file, though long: a third of it says what is wrong with the data.
@@ -25,13 +25,13 @@ import sympy
 from numpy.typing import NDArray
 
 from ..errors import FreebodyError, SimulationError, arguments_named
-from ..simulate.initial import number, quaternions_by_joint
-from ..simulate.kernels import kernels_of
-from ..simulate.sensitivity import unknowns_of
-from ..simulate.simulate import simulate
+from ..motion.kernels.kernels import kernels_of
+from ..motion.legs.sensitivity import unknowns_of
+from ..motion.simulate import simulate
+from ..motion.start.initial import number, quaternions_by_joint
 
 if TYPE_CHECKING:
-    from ..simulate.trajectory import Trajectory
+    from ..motion.trajectory.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import SimulationError, arguments_named, nearest
-from ..simulate.batch import simulate_batch
-from ..simulate.batch_start import numbers_in
-from ..simulate.kernels import kernels_of
+from ..motion.batch.batch import simulate_batch
+from ..motion.batch.start import numbers_in
+from ..motion.kernels.kernels import kernels_of
 
 if TYPE_CHECKING:
     import xarray

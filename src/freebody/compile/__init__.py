@@ -1,1 +1,0 @@
-"""Programs: recorded computations as machine code for one state or for many at once."""

@@ -1,0 +1,1 @@
+"""Constraints of a system besides the joints of its tree: loops, conditions, gears, ropes."""

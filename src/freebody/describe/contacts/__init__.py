@@ -1,0 +1,1 @@
+"""Contacts of a system: features that may touch, and their laws."""

@@ -1,0 +1,181 @@
+"""Contacts of a system: which shapes may touch, and by which laws."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ...errors import ModelError, shown
+from ..body import Body, Point
+from ..shapes import constant, is_number, named, number
+from .contact import (
+    Ball,
+    Circle,
+    ContactPair,
+    Corners,
+    Cylinder,
+    Ellipsoid,
+    Heightline,
+    Plane,
+    Segment,
+    kind_of,
+)
+
+if TYPE_CHECKING:
+    from ..system import System
+
+SHAPES = (
+    "body.point, body.sphere, body.ellipsoid, body.circle, body.cylinder, body.plane, body.segment, body.corners or "
+    "body.heightline"
+)
+IMPACTS = ("newton", "poisson")
+
+
+def contact(
+    system: System,
+    name: str,
+    feature: Any,
+    surface: Any,
+    *,
+    friction: Any = 0,
+    static_friction: Any = None,
+    restitution: Any = 0,
+    impact: str = "newton",
+) -> ContactPair:
+    """Let two shapes touch: they push (N ≥ 0), rub by Coulomb's law, and bounce.
+
+        0 ≤ g ⊥ N ≥ 0,      |T| ≤ μ_s N in stick,      T = -μ_k N γ/|γ| in slip
+
+    with the gap g and the slip velocity γ of the feature over the surface. The normal points from the surface to the
+    feature; N and T are the forces on the feature's body.
+
+    Parameters
+    ----------
+    name : str
+        The forces are ``N_name`` and ``T_name`` (in 3-D ``T1_name``, ``T2_name``).
+    feature, surface : shapes of two bodies
+        From ``body.point, sphere, ellipsoid, circle, segment, corners, plane, cylinder, heightline``; the ground
+        has them too.
+        Which of the two is the feature only sets the sense of the forces.
+    friction : expression of parameters, optional
+        Coefficient of kinetic friction μ_k, and of static friction if ``static_friction`` is not given.
+    static_friction : expression of parameters, optional
+        μ_s ≥ μ_k.
+    restitution : expression of parameters, optional
+        Between 0 and 1.
+    impact : "newton" or "poisson"
+        Whether restitution is the ratio of normal speeds or of normal impulses.
+
+    Raises
+    ------
+    ModelError
+        Shapes of one body or of another system, pairs that are not supported, coefficients out of range.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("disk on a floor")
+    >>> disk = s.body("disk", fb.disk(1, 0.3))
+    >>> joint = s.planar("plane", s.ground, disk, coordinate="x y turn")
+    >>> floor = s.contact("floor", disk.circle(0.3), s.ground.plane(normal="y"), friction=0.2)
+    >>> s
+    System 'disk on a floor': 1 body, 1 joint, 3 coordinates, 1 contact
+    """
+    what = f"contact '{name}'"
+    system.claim(name, system.contacts, "contact")
+    one, other = (
+        _shape(system, feature, f"the feature of {what}"),
+        _shape(system, surface, f"the surface of {what}"),
+    )
+    if one.body is other.body:
+        where = "the ground" if one.body.is_ground else f"body '{one.body.name}'"
+        raise ModelError(
+            f"The feature and the surface of {what} are both on {where}. A contact is between two bodies, or a body "
+            f"and the ground."
+        )
+    _check_pair(one, other, what)
+    kinetic = coefficient(system, friction, f"the friction of {what}")
+    static = (
+        kinetic
+        if static_friction is None
+        else coefficient(system, static_friction, f"the static friction of {what}")
+    )
+    k, s = (number(system, x) for x in (kinetic, static))
+    if k is not None and s is not None and s < k:
+        raise ModelError(
+            f"The static friction of {what} is {s:g}, below its kinetic friction {k:g}. A contact at rest holds at "
+            f"least what a slipping one does: exchange them."
+        )
+    bounce = constant(system, restitution, f"the restitution of {what}")
+    e = number(system, bounce)
+    if e is not None and not 0 <= e <= 1:
+        raise ModelError(
+            f"Expected a restitution between 0 (no bounce) and 1 (all of it) for {what}, got {e:g}."
+        )
+    if impact not in IMPACTS:
+        raise ModelError(f"Expected impact='newton' or impact='poisson' for {what}, got {shown(impact)}.")
+    system.contacts[name] = ContactPair(name, one, other, kinetic, static, bounce, impact)
+    return system.contacts[name]
+
+
+# --- pairs -------------------------------------------------------------------------------------
+
+ROUND = ("point", "sphere", "circle", "cylinder")
+SUPPORTED = {
+    "point": ("sphere", "circle", "cylinder", "plane", "segment", "heightline"),
+    "sphere": ("point", "sphere", "circle", "cylinder", "plane", "segment"),
+    "ellipsoid": ("plane",),
+    "circle": ("point", "sphere", "circle", "cylinder", "plane", "segment"),
+    "cylinder": ("point", "sphere", "circle", "cylinder", "segment"),
+    "segment": ("point", "sphere", "circle", "cylinder", "plane"),
+    "corners": ("sphere", "circle", "cylinder", "plane", "segment", "heightline"),
+    "plane": ("point", "sphere", "ellipsoid", "circle", "segment", "corners"),
+    "heightline": ("point", "corners"),
+}
+"""The shapes that each shape may touch, in either order."""
+
+
+def _check_pair(feature: Any, surface: Any, what: str) -> None:
+    a, b = kind_of(feature), kind_of(surface)
+    if b == "tether":  # of s.rope, whose ends are points
+        return
+    if b not in SUPPORTED[a] and a not in SUPPORTED[b]:
+        known = [kind for kind in SUPPORTED if kind in SUPPORTED[a] or a in SUPPORTED[kind]]
+        raise ModelError(
+            f"The {a} and the {b} of {what} are not a supported pair. A {a} may touch a "
+            f"{', '.join(known[:-1]) + ' or ' if len(known) > 1 else ''}{known[-1]}."
+        )
+    hollow = [shape for shape in (feature, surface) if getattr(shape, "inside", False)]
+    if getattr(feature, "inside", False):
+        raise ModelError(
+            f"The feature of {what} is the inside of a {a}. Exchange feature and surface: the hollow is the surface."
+        )
+    if hollow and a == "plane":
+        raise ModelError(f"The plane of {what} can not touch a {b} from inside.")
+    if hollow and a in ("sphere", "circle", "cylinder"):
+        R, r = hollow[0].radius, feature.radius
+        if is_number(R) and is_number(r) and r >= R:
+            raise ModelError(
+                f"The {a} of {what} has the radius {r} and does not fit inside a {b} of radius {R}."
+            )
+
+
+def _shape(system: System, shape: Any, what: str) -> Any:
+    if isinstance(shape, Body):
+        raise ModelError(
+            f"Expected a shape for {what}, got the whole of {named(shape)}. Say what of it touches: {SHAPES}."
+        )
+    if not isinstance(
+        shape, Point | Ball | Ellipsoid | Circle | Cylinder | Plane | Segment | Corners | Heightline
+    ):
+        raise ModelError(f"Expected a shape for {what}, {SHAPES}, got {shown(shape)}.")
+    system.own_body(shape.body, what)
+    return shape
+
+
+def coefficient(system: System, value: Any, what: str) -> Any:
+    """A coefficient of friction: an expression of parameters, not negative as far as it is known."""
+    expression = constant(system, value, what)
+    value_now = number(system, expression)
+    if value_now is not None and value_now < 0:
+        raise ModelError(f"Expected a coefficient of 0 or more for {what}, got {value_now:g}.")
+    return expression

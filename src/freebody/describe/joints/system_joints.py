@@ -1,0 +1,397 @@
+"""The joints of a system: hinge, slider, cylindrical, screw, universal, ball, gimbal, planar, free, weld.
+
+All take ``name, parent, child``, the point ``at`` on the parent and ``to`` on the child (components in
+the axes of each body, from its origin), and ``parent_axes`` / ``child_axes`` (rotation matrices whose
+columns are the joint axes) where the joint's axes are not parallel to the body's. With all coordinates
+zero the joint axes on both bodies coincide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from typing import TYPE_CHECKING, Any, ParamSpec
+
+import sympy
+
+from ...errors import ModelError, shown
+from ...scalar.algebra import cross
+from ..axes import UNIT, direction, orientation
+from ..body import Body, Point
+from ..names import is_identifier
+from .joint import Joint, Primitive
+
+if TYPE_CHECKING:
+    from ..system import System
+
+Arguments = ParamSpec("Arguments")
+
+
+def _whole(make: Callable[Arguments, Joint]) -> Callable[Arguments, Joint]:
+    """A joint is made whole or not at all: when it is refused, its coordinates are not left behind."""
+
+    @wraps(make)
+    def attempt(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Joint:
+        system: Any = args[0]
+        mark = system.names.mark()
+        try:
+            return make(*args, **kwargs)
+        except Exception:
+            system.names.forget(mark)
+            for name in [name for name in system.declared if name not in system.names.kinds]:
+                del system.declared[name]
+            raise
+
+    return attempt
+
+
+@_whole
+def hinge(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "z",
+    parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+) -> Joint:  # fmt: skip
+    """One turn about ``axis``, by the angle ``coordinate`` [rad].
+
+    Parameters
+    ----------
+    name : str
+    parent, child : Body
+    at, to : three components or Point, optional
+        The joint's point on the parent and on the child; the origin if not given.
+    axis : 'x', 'y', 'z' or three components
+        Direction in joint axes, of any length but zero.
+    parent_axes, child_axes : Rotation or 3 x 3 matrix, optional
+    coordinate : str or expression, optional
+        A new name, or an expression of declared coordinates and time; the joint's name if not given.
+
+    Raises
+    ------
+    ModelError
+        A body of another system, a name in use, an axis of length zero, two components instead of three.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("driven crank")
+    >>> omega = s.parameters(omega=3.0)
+    >>> crank = s.body("crank", fb.slender_bar(1, 2))
+    >>> s.hinge("shaft", s.ground, crank, axis="z", coordinate=omega * s.t)
+    hinge 'shaft' (ground -> crank)
+    """
+    n = direction(system, axis, f"the axis of hinge '{name}'")
+    (angle,) = _coordinates(system, child, name, coordinate, [name])
+    return _add(system, "hinge", name, parent, child, at, to, parent_axes, child_axes, [Primitive("hinge", n, angle)],
+                {"axis": axis, "coordinate": coordinate})  # fmt: skip
+
+
+@_whole
+def slider(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "x",
+    parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+) -> Joint:  # fmt: skip
+    """One displacement ``coordinate`` [m] along ``axis``, without turning. Arguments as :meth:`hinge`."""
+    n = direction(system, axis, f"the axis of slider '{name}'")
+    (slide,) = _coordinates(system, child, name, coordinate, [name])
+    return _add(system, "slider", name, parent, child, at, to, parent_axes, child_axes,
+                [Primitive("slider", n, slide)], {"axis": axis, "coordinate": coordinate})  # fmt: skip
+
+
+@_whole
+def cylindrical(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "z",
+    parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+) -> Joint:  # fmt: skip
+    """A displacement along ``axis`` and a turn about it; ``coordinate`` is (displacement, angle)."""
+    n = direction(system, axis, f"the axis of cylindrical joint '{name}'")
+    slide, turn = _coordinates(system, child, name, coordinate, [f"{name}_slide", f"{name}_turn"])
+    return _add(system, "cylindrical", name, parent, child, at, to, parent_axes, child_axes,
+                [Primitive("slider", n, slide), Primitive("hinge", n, turn)],
+                {"axis": axis, "coordinate": coordinate})  # fmt: skip
+
+
+@_whole
+def screw(
+    system: System, name: str, parent: Body, child: Body, *, pitch: Any, at: Any = None, to: Any = None,
+    axis: Any = "z", parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+) -> Joint:  # fmt: skip
+    """A turn by ``coordinate`` [rad] about ``axis`` that advances ``pitch`` [m] per radian along it."""
+    n = direction(system, axis, f"the axis of screw '{name}'")
+    (turn,) = _coordinates(system, child, name, coordinate, [name])
+    advance = system.expression(pitch, f"the pitch of screw '{name}'")
+    moving = system.names.depends(advance, "coordinate", "speed", "time")
+    if moving:
+        raise ModelError(
+            f"The pitch of screw '{name}' must be constant, but it depends on {', '.join(moving)}."
+        )
+    return _add(system, "screw", name, parent, child, at, to, parent_axes, child_axes,
+                [Primitive("screw", n, turn, advance)],
+                {"axis": axis, "coordinate": coordinate, "pitch": pitch})  # fmt: skip
+
+
+@_whole
+def universal(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
+    axis: Any = ("x", "y"), parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+) -> Joint:  # fmt: skip
+    """Two turns: about the first ``axis``, fixed in the parent, then about the second, fixed in the child."""
+    if isinstance(axis, str) or not hasattr(axis, "__len__") or len(axis) != 2:
+        raise ModelError(
+            f"Expected two axes, such as ('x', 'y'), for universal joint '{name}', got {shown(axis)}."
+        )
+    axes = [direction(system, one, f"the axis of universal joint '{name}'") for one in axis]
+    if all(sympy.sympify(component) == 0 for component in cross(*axes)):
+        raise ModelError(
+            f"The two axes of universal joint '{name}' are parallel: {shown(axis)}. Give two directions, or make a "
+            "hinge."
+        )
+    angles = _coordinates(system, child, name, coordinate, [f"{name}_1", f"{name}_2"])
+    return _add(system, "universal", name, parent, child, at, to, parent_axes, child_axes,
+                [Primitive("hinge", n, angle) for n, angle in zip(axes, angles, strict=True)],
+                {"axis": axis, "coordinate": coordinate})  # fmt: skip
+
+
+@_whole
+def gimbal(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: str = "ZXZ",
+    parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+) -> Joint:  # fmt: skip
+    """All turns about a point, by three Euler angles in the body-fixed sequence ``axis``, such as "ZXZ"."""
+    if not isinstance(axis, str) or len(axis) != 3:
+        raise ModelError(
+            f"Expected a sequence of three axes, such as 'ZXZ', for gimbal '{name}', got {shown(axis)}."
+        )
+    if axis.islower():
+        raise ModelError(
+            f"Gimbal '{name}': lower case '{axis}' means space-fixed axes in SciPy. freebody's sequences are "
+            f"body-fixed and in capitals: '{axis[::-1].upper()}' with the angles in reverse order is the same."
+        )
+    if any(letter not in "XYZ" for letter in axis) or axis[0] == axis[1] or axis[1] == axis[2]:
+        raise ModelError(
+            f"Gimbal '{name}': '{axis}' is not an Euler sequence; use three of X, Y, Z with neighbours different."
+        )
+    angles = _coordinates(system, child, name, coordinate, [f"{name}_1", f"{name}_2", f"{name}_3"])
+    return _add(system, "gimbal", name, parent, child, at, to, parent_axes, child_axes,
+                [Primitive("hinge", UNIT[letter.lower()], angle) for letter, angle in zip(axis, angles, strict=True)],
+                {"axis": axis, "coordinate": coordinate})  # fmt: skip
+
+
+@_whole
+def planar(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None, axis: Any = "z",
+    parent_axes: Any = None, child_axes: Any = None, coordinate: Any = None,
+) -> Joint:  # fmt: skip
+    """Motion in the plane normal to ``axis``: two displacements and a turn, (x, y, angle) for axis z.
+
+    For axis x the displacements are along y and z, for axis y along z and x. Another normal is
+    reached by ``parent_axes``.
+    """
+    order = {"x": "yz", "y": "zx", "z": "xy"}
+    if not isinstance(axis, str) or axis not in order:
+        raise ModelError(
+            f"Expected 'x', 'y' or 'z' for the normal of planar joint '{name}', got {shown(axis)}. "
+            f"Turn the joint by parent_axes for another plane."
+        )
+    first, second = order[axis][0], order[axis][1]
+    a, b, turn = _coordinates(
+        system, child, name, coordinate, [f"{name}_{first}", f"{name}_{second}", f"{name}_turn"]
+    )
+    return _add(system, "planar", name, parent, child, at, to, parent_axes, child_axes,
+                [Primitive("slider", UNIT[first], a), Primitive("slider", UNIT[second], b),
+                 Primitive("hinge", UNIT[axis], turn)],
+                {"axis": axis, "coordinate": coordinate})  # fmt: skip
+
+
+@_whole
+def ball(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
+    parent_axes: Any = None, child_axes: Any = None, coordinate: str | None = None,
+) -> Joint:  # fmt: skip
+    """All turns about a point, by a unit quaternion; no singular attitude.
+
+    Coordinates ``NAME_e0 … NAME_e3`` (scalar first), speeds ``NAME_wx, NAME_wy, NAME_wz``: the angular
+    velocity of the child in the parent, components in the child's joint axes. ``coordinate`` replaces NAME.
+    """
+    system.claim(name, system.joints, "joint")
+    q: list[Any] = []
+    if not closes_loop(system, child):
+        q = _components(
+            system, name if coordinate is None else coordinate, ["e0", "e1", "e2", "e3"], "coordinate"
+        )
+        _components(system, name if coordinate is None else coordinate, ["wx", "wy", "wz"], "speed")
+    return _add(system, "ball", name, parent, child, at, to, parent_axes, child_axes,
+                [Primitive("ball", coordinate=tuple(q))], {"coordinate": coordinate})  # fmt: skip
+
+
+@_whole
+def free(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
+    parent_axes: Any = None, child_axes: Any = None, coordinate: str | None = None,
+) -> Joint:  # fmt: skip
+    """Six degrees of freedom.
+
+    Coordinates ``NAME_x, NAME_y, NAME_z`` (of ``to`` from ``at``, in the parent's joint axes) and the unit
+    quaternion ``NAME_e0 … NAME_e3``; speeds ``NAME_wx …`` and ``NAME_vx …``: angular velocity of the child
+    and velocity of the point ``to``, both relative to the parent and in the child's joint axes.
+    """
+    system.claim(name, system.joints, "joint")
+    if closes_loop(system, child):
+        raise ModelError(
+            f"Free joint '{name}' would leave '{getattr(child, 'name', child)}', which another joint holds, free: "
+            f"it does nothing. Leave it out."
+        )
+    prefix = name if coordinate is None else coordinate
+    q = _components(system, prefix, ["x", "y", "z", "e0", "e1", "e2", "e3"], "coordinate")
+    _components(system, prefix, ["wx", "wy", "wz", "vx", "vy", "vz"], "speed")
+    return _add(system, "free", name, parent, child, at, to, parent_axes, child_axes,
+                [Primitive("free", coordinate=tuple(q))], {"coordinate": coordinate})  # fmt: skip
+
+
+@_whole
+def weld(
+    system: System, name: str, parent: Body, child: Body, *, at: Any = None, to: Any = None,
+    parent_axes: Any = None, child_axes: Any = None,
+) -> Joint:  # fmt: skip
+    """No relative motion; the joint's reaction has all six components."""
+    return _add(system, "weld", name, parent, child, at, to, parent_axes, child_axes, [Primitive("weld")], {})
+
+
+def closes_loop(system: System, child: Any) -> bool:
+    """Whether a joint with this child closes a loop: the child is the ground, or hangs on an earlier joint."""
+    if isinstance(child, str):
+        return child == "ground" or child in system.hung
+    if not isinstance(child, Body):
+        return False
+    return child.system is system and (child.is_ground or child.name in system.hung)
+
+
+def _coordinates(system: System, child: Any, name: str, given: Any, defaults: list[str]) -> list[Any]:
+    """Displacements of a joint: new coordinates by name, or expressions; none for a joint that closes a loop."""
+    what = f"the coordinate of joint '{name}'"
+    system.claim(name, system.joints, "joint")
+    if closes_loop(system, child):
+        if given is not None:
+            raise ModelError(
+                f"Joint '{name}' closes a loop, since '{getattr(child, 'name', child)}' is already held by an earlier "
+                f"joint: its displacement follows from the other coordinates. Leave out coordinate=, or declare this "
+                f"joint before the one that shall close the loop."
+            )
+        return [None] * len(defaults)
+    if given is None:
+        given = defaults
+    elif isinstance(given, str):
+        tokens = given.replace(",", " ").split()
+        given = tokens if len(tokens) > 1 and all(map(is_identifier, tokens)) else [given]
+    elif not isinstance(given, list | tuple):
+        given = [given]
+    if len(given) != len(defaults):
+        count = f"{len(defaults)} coordinates" if len(defaults) > 1 else "1 coordinate"
+        raise ModelError(
+            f"Expected {count} for joint '{name}', got {len(given)}: {', '.join(map(str, given))}."
+        )
+    result = []
+    for one in given:
+        if isinstance(one, str) and is_identifier(one.strip()):
+            one = one.strip()
+            if one not in system.names.kinds:
+                result.append(system.declare_coordinate(one))
+                continue
+            if system.names.kinds[one] == "coordinate" and _in_use(system, system.names.atoms[one]):
+                raise ModelError(
+                    f"The coordinate '{one}' is already the displacement of another joint, so joint '{name}' can not "
+                    f"be given it by name. Choose a new name; to couple the joints on purpose, pass the expression."
+                )
+        value = system.expression(one, what)
+        speeds = system.names.depends(value, "speed")
+        if speeds:
+            raise ModelError(
+                f"In {what}: a displacement may depend on coordinates, parameters and time, not on {', '.join(speeds)}."
+            )
+        check_smooth(system, value, what)
+        foreign = [n for n in system.names.depends(value, "coordinate") if n not in system.declared]
+        if foreign:
+            raise ModelError(
+                f"In {what}: {', '.join(foreign)} is a component of a ball or free joint; a displacement may depend on "
+                f"coordinates of the other joints only. Use a gimbal, or sliders and hinges, to couple joints."
+            )
+        result.append(value)
+    return result
+
+
+def check_smooth(system: System, value: Any, what: str) -> None:
+    """A displacement is as smooth as a motion without impacts is."""
+    rough = system.names.rough(value)
+    if rough:
+        raise ModelError(
+            f"In {what}: signal '{rough[0]}' bends or jumps, so that what it moves would need infinite forces. Use "
+            "fb.signal(..., kind='cubic'), which has a velocity and an acceleration (with outside='hold' also "
+            "ends='clamped')."
+        )
+
+
+def check_unbroken(system: System, value: Any, what: str) -> None:
+    """A speed does not jump."""
+    jumps = [
+        name
+        for name in system.names.rough(value)
+        if system.names.signal_named(name).interpolation == "previous"
+    ]
+    if jumps:
+        raise ModelError(
+            f"In {what}: signal '{jumps[0]}' jumps, so that what it moves would need infinite forces. Use "
+            "fb.signal(..., kind='linear') or kind='cubic'."
+        )
+
+
+def _in_use(system: System, atom: Any) -> bool:
+    return any(
+        primitive.coordinate == atom for joint in system.joints.values() for primitive in joint.primitives
+    )
+
+
+def _components(system: System, prefix: Any, endings: list[str], kind: str) -> list[Any]:
+    if not isinstance(prefix, str) or not prefix:
+        raise ModelError(
+            f"Expected a prefix (text) for the coordinates of a ball or free joint, got {shown(prefix)}."
+        )
+    return [system.names.component(f"{prefix}_{ending}", kind) for ending in endings]
+
+
+def _add(
+    system: System, kind: str, name: str, parent: Any, child: Any, at: Any, to: Any, parent_axes: Any,
+    child_axes: Any, primitives: list[Primitive], given: dict[str, Any],
+) -> Joint:  # fmt: skip
+    system.claim(name, system.joints, "joint")
+    what = f"{kind} '{name}'"
+    parent, child = system.own_body(parent, what), system.own_body(child, what)
+    if parent is child:
+        raise ModelError(
+            f"{what[0].upper()}{what[1:]} joins body '{parent.name}' to itself. Name two different bodies."
+        )
+    joint = Joint(
+        name, kind, parent, child,
+        _place(system, at, parent, f"at= of {what}"), _place(system, to, child, f"to= of {what}"),
+        orientation(system, parent_axes, f"parent_axes= of {what}"),
+        orientation(system, child_axes, f"child_axes= of {what}"),
+        tuple(primitives), {**given, "parent_axes": parent_axes, "child_axes": child_axes},
+        closes_loop(system, child),
+    )  # fmt: skip
+    system.joints[name] = joint
+    system.hung.add(child.name)
+    return joint
+
+
+def _place(system: System, place: Any, body: Body, what: str) -> tuple[Any, Any, Any]:
+    if place is None:
+        return (0, 0, 0)
+    if isinstance(place, Point):
+        if place.body is not body:
+            raise ModelError(f"Expected a point of body '{body.name}' for {what}, got a {place!r}.")
+        return place.components
+    vector = system.vector(place, what)
+    for component in vector:
+        moving = system.names.depends(component, "coordinate", "speed", "time")
+        if moving:
+            raise ModelError(
+                f"The point {what} is fixed in body '{body.name}' and can not depend on {', '.join(moving)}."
+            )
+    return vector

@@ -1,0 +1,1 @@
+"""Loads of a system: forces, torques, springs, dampers."""

@@ -1,0 +1,220 @@
+"""The loads of a system: forces, torques, springs, dampers, generalized forces."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ...errors import ModelError, nearest, shown
+from ..body import Body, Point
+from ..joints.joint import Joint
+from .load import Damper, Force, GeneralizedForce, JointDamper, JointForce, JointSpring, Load, Spring, Torque
+
+if TYPE_CHECKING:
+    from ..system import System
+
+
+def force(system: System, name: str, at: Any, components: Any, *, frame: Body | None = None) -> Load:
+    """A force at a point of a body, or of a motor along a slider.
+
+    Parameters
+    ----------
+    name : str
+    at : Point, Body (its origin) or Joint (a slider)
+    components : three expressions [N] (one, for a joint)
+        Of coordinates, speeds, time and parameters; components in ground axes unless ``frame`` says otherwise.
+    frame : Body, optional
+        The body in whose axes the components are given.
+    """
+    what = f"force '{name}'"
+    system.claim(name, system.loads, "load")
+    if isinstance(at, Joint):
+        return _joint_force(system, name, at, components, what, ("slider",))
+    point = system.own_point(at, what)
+    if point.body.is_ground:
+        raise ModelError(
+            f"Force '{name}' acts on the ground, which nothing moves: it would have no effect. Name a point of a body."
+        )
+    axes = system.ground if frame is None else system.own_body(frame, what)
+    return _store(system, Force(name, point, system.vector(components, what), axes))
+
+
+def torque(
+    system: System,
+    name: str,
+    on: Any,
+    components: Any,
+    *,
+    frame: Body | None = None,
+    reaction_on: Body | None = None,
+) -> Load:
+    """A couple on a body, or of a motor along a hinge or a screw.
+
+    Parameters
+    ----------
+    name : str
+    on : Body or Joint (a hinge)
+    components : three expressions [N m] (one, for a joint, conjugate to its angle)
+    frame : Body, optional
+        The body in whose axes the components are given; ground axes if not given.
+    reaction_on : Body, optional
+        The body that feels the opposite couple; the ground if not given.
+    """
+    what = f"torque '{name}'"
+    system.claim(name, system.loads, "load")
+    if isinstance(on, Joint):
+        return _joint_force(system, name, on, components, what, ("hinge", "screw"))
+    body = system.own_body(on, what)
+    axes = system.ground if frame is None else system.own_body(frame, what)
+    other = None if reaction_on is None else system.own_body(reaction_on, what)
+    if body is other or (body.is_ground and other is None):
+        where = (
+            "the ground, which nothing moves" if body.is_ground else f"'{body.name}' and so does its opposite"
+        )
+        raise ModelError(
+            f"Torque '{name}' acts on {where}: it would have no effect. Name the body that turns, or another one as "
+            f"reaction_on."
+        )
+    return _store(system, Torque(name, body, system.vector(components, what), axes, other))
+
+
+def spring(
+    system: System,
+    name: str,
+    on: Any,
+    to: Any = None,
+    *,
+    stiffness: Any,
+    rest: Any = 0,
+    coordinate: int = 0,
+) -> Load:
+    """A linear spring on a joint's displacement, or straight between two points.
+
+    Parameters
+    ----------
+    name : str
+    on : Joint, or the first Point
+    to : Point, optional
+        The second point.
+    stiffness : expression [N/m], or [N m/rad] on a hinge
+    rest : expression
+        Displacement or distance at which the spring is free of force.
+    coordinate : int
+        Which displacement of a joint that has several, counted from 0.
+    """
+    what = f"spring '{name}'"
+    system.claim(name, system.loads, "load")
+    k = _constant(system, stiffness, f"the stiffness of {what}")
+    free = _constant(system, rest, f"the rest length of {what}")
+    if isinstance(on, Joint):
+        joint, index = _displacement(system, on, coordinate, what)
+        return _store(system, JointSpring(name, joint, index, k, free))
+    return _store(system, Spring(name, *_ends(system, on, to, what), k, free))
+
+
+def damper(system: System, name: str, on: Any, to: Any = None, *, damping: Any, coordinate: int = 0) -> Load:
+    """A linear damper on a joint's displacement, or straight between two points; ``damping`` in N s/m."""
+    what = f"damper '{name}'"
+    system.claim(name, system.loads, "load")
+    c = _constant(system, damping, f"the damping of {what}")
+    if isinstance(on, Joint):
+        joint, index = _displacement(system, on, coordinate, what)
+        return _store(system, JointDamper(name, joint, index, c))
+    return _store(system, Damper(name, *_ends(system, on, to, what), c))
+
+
+def torsion_spring(
+    system: System, name: str, on: Joint, *, stiffness: Any, rest: Any = 0, coordinate: int | None = None
+) -> Load:
+    """A linear torsion spring [N m/rad] on an angle of a joint, free of moment at the angle ``rest``."""
+    what = f"torsion spring '{name}'"
+    if not isinstance(on, Joint):
+        raise ModelError(f"Expected a joint with an angle for {what}, got {shown(on)}.")
+    angles = [i for i, p in enumerate(on.primitives) if p.kind in ("hinge", "screw")]
+    if not angles:
+        raise ModelError(
+            f"{on.type} '{on.name}' has no angle for {what}; a spring along it is made by s.spring."
+        )
+    index = angles[0] if coordinate is None else coordinate
+    if not isinstance(index, int) or index not in angles:
+        raise ModelError(
+            f"Displacement {shown(index)} of {on.type} '{on.name}' is not an angle; angles: {angles}."
+        )
+    return system.spring(name, on, stiffness=stiffness, rest=rest, coordinate=index)
+
+
+def generalized_force(system: System, coordinate: Any, value: Any, *, name: str | None = None) -> Load:
+    """A force conjugate to a coordinate: its power is ``value`` times the coordinate's speed."""
+    if isinstance(coordinate, str) and coordinate not in system.declared:
+        raise ModelError(f"Unknown coordinate '{coordinate}'; {nearest(coordinate, system.declared)}")
+    atom = system.expression(coordinate, "the coordinate of a generalized force")
+    if atom not in system.declared.values():
+        raise ModelError(
+            f"Expected a coordinate of this system, got '{atom}'. Coordinates of ball and free joints take "
+            f"forces and torques on the body instead."
+        )
+    name = f"Q_{system.names.texts[atom]}" if name is None else name
+    system.claim(name, system.loads, "load")
+    return _store(
+        system, GeneralizedForce(name, atom, system.expression(value, f"generalized force '{name}'"))
+    )
+
+
+def _store(system: System, load: Any) -> Any:
+    system.loads[load.name] = load
+    return load
+
+
+def _constant(system: System, value: Any, what: str) -> Any:
+    expression = system.expression(value, what)
+    moving = system.names.depends(expression, "coordinate", "speed", "time")
+    if moving:
+        raise ModelError(
+            f"{what[0].upper()}{what[1:]} must be constant, but it depends on {', '.join(moving)}. "
+            f"Write the law as a force or a generalized force instead."
+        )
+    return expression
+
+
+def _ends(system: System, start: Any, end: Any, what: str) -> tuple[Point, Point]:
+    if end is None:
+        raise ModelError(f"Expected a joint or two points for {what}; the second point (to=) is missing.")
+    a, b = system.own_point(start, what), system.own_point(end, what)
+    if a.body is b.body:
+        raise ModelError(
+            f"Both ends of {what} are on '{a.body.name}', so it does nothing. Put one end on another body."
+        )
+    return a, b
+
+
+def _displacement(system: System, joint: Joint, index: int, what: str) -> tuple[Joint, int]:
+    if system.joints.get(joint.name) is not joint:
+        raise ModelError(
+            f"{what[0].upper()}{what[1:]}: joint '{joint.name}' belongs to another system than '{system.name}'. "
+            f"Name a joint of this one."
+        )
+    kinds = [p.kind for p in joint.primitives]
+    if kinds[0] in ("ball", "free", "weld"):
+        raise ModelError(
+            f"{joint.type[0].upper()}{joint.type[1:]} '{joint.name}' has no single displacement for {what} to act "
+            f"along. Act between two points, or by a torque on the body."
+        )
+    if not isinstance(index, int) or not 0 <= index < len(kinds):
+        raise ModelError(
+            f"Joint '{joint.name}' has {len(kinds)} displacements (0 to {len(kinds) - 1}), got {shown(index)} for "
+            f"{what}."
+        )
+    return joint, index
+
+
+def _joint_force(
+    system: System, name: str, joint: Joint, value: Any, what: str, kinds: tuple[str, ...]
+) -> Any:
+    joint, index = _displacement(system, joint, 0, what)
+    if len(joint.primitives) != 1 or joint.primitives[0].kind not in kinds:
+        raise ModelError(
+            f"{what[0].upper()}{what[1:]} acts along a {' or a '.join(kinds)}, but '{joint.name}' is a {joint.type}. "
+            f"Act on the body, or use s.generalized_force on one of the joint's coordinates."
+        )
+    if hasattr(value, "__len__") and not isinstance(value, str):
+        raise ModelError(f"Expected one expression for {what} on joint '{joint.name}', got {shown(value)}.")
+    return _store(system, JointForce(name, joint, index, system.expression(value, what)))

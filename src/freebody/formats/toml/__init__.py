@@ -1,0 +1,1 @@
+"""TOML model files, read and written."""

@@ -1,0 +1,186 @@
+"""Contacts in model files: a table for each, with its two shapes, read and written.
+
+[contacts.floor]
+feature = { body = "disk", shape = "circle", radius = "R" }
+surface = { shape = "plane", normal = "y" }
+friction = "mu"
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from ...describe.contacts.contact import ContactPair, kind_of
+from ...describe.system import System
+from ...errors import nearest
+from ...scalar.algebra import ZERO
+from ..text import expression_text
+from .table import Table
+
+if TYPE_CHECKING:
+    from .write import Writer
+
+SHAPES = {
+    "point": ("point",),
+    "sphere": ("radius", "at", "inside"),
+    "ellipsoid": ("half_axes", "at"),
+    "circle": ("radius", "at", "axis", "inside"),
+    "cylinder": ("radius", "at", "axis", "inside"),
+    "plane": ("at", "normal"),
+    "segment": ("start", "end", "normal"),
+    "corners": ("points", "size", "at"),
+    "heightline": ("height", "at"),
+}
+"""The keys of each shape, besides ``body`` and ``shape``."""
+
+_UNITS = {
+    (1, 0, 0): "x", (0, 1, 0): "y", (0, 0, 1): "z", (-1, 0, 0): "-x", (0, -1, 0): "-y", (0, 0, -1): "-z",
+}  # fmt: skip
+
+
+# --- read --------------------------------------------------------------------------------------
+
+
+def read_contact(system: System, name: str, table: Table) -> None:
+    """One contact of a file, added to the system."""
+    feature, surface = _shape(table, "feature"), _shape(table, "surface")
+    given: dict[str, Any] = {
+        key: table.expression(key) for key in ("friction", "static_friction", "restitution") if table.has(key)
+    }
+    if table.has("impact"):
+        given["impact"] = table.text("impact")
+    table.done()
+    table.guard(lambda: system.contact(name, feature, surface, **given))
+
+
+def _shape(table: Table, key: str) -> Any:
+    value = table.raw(key)
+    place = Table(table.document, (*table.path, key), value, table.system)
+    body = place.guard(lambda: place.system.own_body(place.text("body", "ground"), f"'{key}'"), "body")
+    shape = place.text("shape", "point")
+    if shape not in SHAPES:
+        place.fail(f"Unknown shape '{shape}'; {nearest(shape, SHAPES)}", "shape")
+    given = {one: _READERS[one](place, one) for one in SHAPES[shape] if place.has(one)}
+    place.done()
+    first = {
+        "point": "point",
+        "ellipsoid": "half_axes",
+        "sphere": "radius",
+        "circle": "radius",
+        "cylinder": "radius",
+    }.get(shape)
+    if shape == "point":
+        return place.guard(lambda: body.point(*given.get("point", ZERO)))
+    if shape == "segment":
+        for needed in ("start", "end", "normal"):
+            place.raw(needed)
+        start, end = given.pop("start"), given.pop("end")
+        return place.guard(lambda: body.segment(start, end, **given))
+    if shape == "heightline":
+        height = place.raw("height")
+        given.pop("height")
+        return place.guard(lambda: body.heightline(height, **given))
+    if shape == "corners":
+        points = given.pop("points", ())
+        return place.guard(lambda: body.corners(*points, **given))
+    if first:
+        place.raw(first)
+        radius = given.pop(first)
+        return place.guard(lambda: getattr(body, shape)(radius, **given))
+    return place.guard(lambda: getattr(body, shape)(**given))
+
+
+def _direction(table: Table, key: str) -> Any:
+    value = table.data[key]
+    return value if isinstance(value, str) else table.three(value, key)
+
+
+def _rows(table: Table, key: str) -> Any:
+    value = table.data[key]
+    if not isinstance(value, list) or not value:
+        table.fail(f"Expected a list of points [[x, y, z], ...], got {value!r}.", key)
+    return tuple(table.three(row, key) for row in value)
+
+
+def _edges(table: Table, key: str) -> Any:
+    value = table.data[key]
+    if not isinstance(value, list) or len(value) not in (2, 3):
+        table.fail(f"Expected two or three edges [a, b, c], got {value!r}.", key)
+    return tuple(table.read(edge, key) for edge in value)
+
+
+def _height(table: Table, key: str) -> Any:
+    # the name x stands for the place along the line, which the body knows and the system does not
+    return table.text(key)
+
+
+_READERS: dict[str, Callable[[Table, str], Any]] = {
+    "point": lambda table, key: table.vector(key),
+    "radius": lambda table, key: table.expression(key),
+    "at": lambda table, key: table.vector(key),
+    "half_axes": lambda table, key: table.vector(key),
+    "axis": _direction,
+    "normal": _direction,
+    "inside": Table.flag,
+    "start": lambda table, key: table.vector(key),
+    "end": lambda table, key: table.vector(key),
+    "points": _rows,
+    "size": _edges,
+    "height": _height,
+}
+
+
+# --- write -------------------------------------------------------------------------------------
+
+
+def written_contact(writer: Writer, pair: ContactPair) -> dict[str, str]:
+    """The keys of one contact."""
+    keys = {"feature": _written(writer, pair.feature), "surface": _written(writer, pair.surface)}
+    if pair.friction != 0:
+        keys["friction"] = writer.value(pair.friction)
+    if pair.static_friction != pair.friction:
+        keys["static_friction"] = writer.value(pair.static_friction)
+    if pair.restitution != 0:
+        keys["restitution"] = writer.value(pair.restitution)
+    if pair.impact != "newton":
+        keys["impact"] = f'"{pair.impact}"'
+    return keys
+
+
+def _written(writer: Writer, shape: Any) -> str:
+    kind = kind_of(shape)
+    keys: dict[str, str] = {}
+    if not shape.body.is_ground:
+        keys["body"] = f'"{shape.body.name}"'
+    if kind != "point":
+        keys["shape"] = f'"{kind}"'
+    for name in SHAPES[kind]:
+        text = _value(writer, kind, shape, name)
+        if text is not None:
+            keys[name] = text
+    return "{ " + ", ".join(f"{key} = {text}" for key, text in keys.items()) + " }"
+
+
+def _value(writer: Writer, kind: str, shape: Any, name: str) -> str | None:
+    """The text of one key; None where it is left out."""
+    if name == "point":
+        return writer.row(shape.components)
+    if name == "points":
+        return f"[{', '.join(writer.row(point.components) for point in shape.points)}]"
+    if name == "height":
+        texts = {**writer.texts, shape.variable: "x"}
+        return f'"{expression_text(sympy.sympify(shape.height), texts)}"'
+    if name == "size" or (kind == "corners" and name == "at"):
+        return None  # the points say it all
+    value = getattr(shape, name)
+    if name == "inside":
+        return "true" if value else None
+    if name in ("axis", "normal"):
+        letter = _UNITS.get(tuple(value))
+        return f'"{letter}"' if letter else writer.row(value)
+    if name == "at":
+        return None if value == ZERO else writer.row(value)
+    return writer.row(value) if isinstance(value, tuple) else writer.value(value)

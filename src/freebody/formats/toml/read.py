@@ -1,0 +1,474 @@
+"""TOML model files, read: every table becomes the call of `System` that bears its name.
+
+The schema is on the page *Model files* of the documentation.
+
+The file is longer than others: it has a function for each table.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+import tomllib
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from ...describe.body import Point
+from ...describe.system import System
+from ...errors import FormatError, nearest
+from ...space import solids
+from ...space.mass import MassProperties
+from ..case import Case
+from .contacts import read_contact
+from .looks import read_looks
+from .positions import key_lines
+from .table import Document, Table
+
+MAX_ENTITIES = 20_000  # parameters, bodies, joints, constraints, contacts and loads together
+
+SOLIDS = (
+    "particle", "slender_bar", "disk", "ring", "cylinder", "tube", "cone", "box", "plate", "sphere",
+    "spherical_shell", "ellipsoid", "torus",
+)  # fmt: skip
+
+JOINTS = {
+    "hinge": ("axis", "coordinate"),
+    "slider": ("axis", "coordinate"),
+    "cylindrical": ("axis", "coordinate"),
+    "screw": ("axis", "coordinate", "pitch"),
+    "universal": ("axis", "coordinate"),
+    "gimbal": ("axis", "coordinate"),
+    "planar": ("axis", "coordinate"),
+    "ball": ("coordinate",),
+    "free": ("coordinate",),
+    "weld": (),
+}
+
+
+def case_from_text(text: str, name: str = "model.toml") -> Case:
+    """The case that a TOML text describes.
+
+    Parameters
+    ----------
+    text : str
+    name : str
+        Of the file, for messages.
+
+    Raises
+    ------
+    FormatError
+        With the file, the line and the key, what was expected there and what came.
+
+    Examples
+    --------
+    >>> case = case_from_text('''
+    ... [parameters]
+    ... m = 1.0
+    ... L = 2.0
+    ... [bodies.bar]
+    ... solid = "slender_bar"
+    ... mass = "m"
+    ... length = "L"
+    ... axis = "y"
+    ... [joints.pin]
+    ... type = "hinge"
+    ... child = "bar"
+    ... to = [0, "L/2", 0]
+    ... coordinate = "theta"
+    ... ''')
+    >>> case.system
+    System 'model': 1 body, 1 joint, 1 coordinate
+    """
+    document = Document(name, key_lines(text, name))
+    try:
+        data = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
+        raise FormatError(f"{name}: expected TOML. {error}") from None
+    _check_size(data, document)
+    system_name = data.get("name", name.rpartition("/")[2].removesuffix(".toml"))
+    if not isinstance(system_name, str) or not system_name.strip():
+        document.fail(("name",), f"Expected a name (text), got {system_name!r}.")
+    system = System(system_name)
+    root = Table(document, (), data, system)
+    root.has("name")
+    _parameters(root)
+    for coordinate in root.texts("coordinates"):
+        root.guard(lambda name=coordinate: system.coordinates(name), "coordinates")
+    conditions = root.texts("assume")
+    late = [one for one in conditions if _names(one) - set(system.names.kinds)]
+    for condition in conditions:
+        if condition not in late:
+            _assume(root, condition)
+    for body, table in root.tables("bodies"):
+        _body(system, body, table)
+    # joints may hang on coordinates and loads on joints, so this order, whatever the file's
+    for joint, table in root.tables("joints"):
+        _joint(system, joint, table)
+    for condition in late:  # of coordinates
+        _assume(root, condition)
+    for constraint, table in root.tables("constraints"):
+        _constraint(system, constraint, table)
+    for contact, table in root.tables("contacts"):
+        read_contact(system, contact, table)
+    if root.has("gravity"):
+        gravity = root.vector("gravity")
+        root.guard(lambda: setattr(system, "gravity", gravity), "gravity")
+    for action in _loads(system, root):
+        action()
+    for symbol, table in root.tables("describe"):
+        unit, about = table.text("unit", ""), table.text("about", "")
+        table.guard(lambda symbol=symbol, u=unit, a=about: system.describe(symbol, unit=u, about=a))
+        table.done()
+    case = Case(system, _initial(system, root, "initial"), *_run(root), _initial(system, root, "near"))
+    root.done()
+    return case
+
+
+def _check_size(data: dict[str, Any], document: Document) -> None:
+    count = sum(len(value) for value in data.values() if isinstance(value, (dict, list)))
+    if count > MAX_ENTITIES:
+        document.fail(
+            (), f"Expected at most {MAX_ENTITIES} parameters, bodies, joints and loads, got {count}."
+        )
+
+
+def _parameters(root: Table) -> None:
+    table = root.table("parameters")
+    for name, value in table.data.items():
+        table.has(name)
+        if value == {}:
+            table.guard(lambda name=name: table.system.parameters(name), name)
+            continue
+        if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+            table.fail(
+                f"Expected a number, a number as text such as '75deg', or {{}} for a parameter without "
+                f"default, got {value!r}.",
+                name,
+            )
+        table.guard(lambda name=name, value=value: table.system.parameters(**{name: value}), name)
+
+
+def _names(text: str) -> set[str]:
+    """The names in an expression, its functions left out."""
+    return set(re.findall(r"[A-Za-z_]\w*(?!\w|\s*\()", text))
+
+
+def _assume(root: Table, condition: str) -> None:
+    larger, sign, smaller = condition.partition(">")
+    if not sign or ">" in smaller or "=" in smaller or "<" in condition:
+        root.fail(f"Expected a condition such as 'k > 0', got '{condition}'.", "assume")
+    difference = root.read(f"({larger}) - ({smaller})", "assume")
+    if hasattr(difference, "free_symbols"):
+        root.guard(lambda: root.system.assume(difference > 0), "assume")
+
+
+# --- bodies -----------------------------------------------------------------------------------
+
+
+def _body(system: System, name: str, table: Table) -> None:
+    mass = _parts(table) if table.has("parts") else _solid(table)
+    shape, color = read_looks(table, SOLIDS, _solid_arguments)
+    table.done()
+    table.guard(lambda: system.body(name, mass, shape=shape, color=color))
+
+
+def _parts(table: Table) -> MassProperties:
+    parts = table.raw("parts")
+    if not isinstance(parts, list) or not parts:
+        table.fail(f"Expected a list of parts, [[bodies.NAME.parts]], got {parts!r}.", "parts")
+    total: Any = None
+    for data in parts:
+        part = Table(table.document, (*table.path, "parts"), data, table.system)
+        hole = part.data.get("hole", False)
+        part.has("hole")
+        if not isinstance(hole, bool):
+            part.fail(f"Expected true or false, got {hole!r}.", "hole")
+        mass = _solid(part)
+        part.done()
+        if total is None:
+            if hole:
+                part.fail("Expected a part of mass before the first hole.", "hole")
+            total = mass
+        else:
+            before = total
+            total = part.guard(lambda a=before, b=mass, hole=hole: a - b if hole else a + b)
+    return total
+
+
+def _solid(table: Table) -> MassProperties:
+    """One solid, or mass, centre and inertia; moved by ``at``."""
+    if not table.has("solid"):
+        mass = table.expression("mass")
+        center = table.vector("center", (0, 0, 0))
+        inertia = table.matrix("inertia") if table.has("inertia") else ((0, 0, 0),) * 3
+        result = table.guard(lambda: MassProperties(mass, center, inertia))
+    else:
+        kind = table.text("solid")
+        if kind not in SOLIDS:
+            table.fail(f"Unknown solid '{kind}'; {nearest(kind, SOLIDS)}", "solid")
+        make = getattr(solids, kind)
+        given = dict(_solid_arguments(table, make))
+        result = table.guard(lambda: make(**given))
+    place = table.vector("at", (0, 0, 0))
+    return result.moved(place) if place != (0, 0, 0) else result
+
+
+def _solid_arguments(table: Table, make: Callable[..., Any]) -> Iterable[tuple[str, Any]]:
+    for parameter in inspect.signature(make).parameters.values():
+        key = "mass" if parameter.name == "m" else parameter.name
+        if not table.has(key):
+            if parameter.default is parameter.empty:
+                table.raw(key)
+            continue
+        value = table.data[key]
+        if key in ("axis", "normal") and isinstance(value, str):
+            yield parameter.name, value
+        elif isinstance(value, list):
+            yield parameter.name, tuple(table.read(item, key) for item in value)
+        else:
+            yield parameter.name, table.read(value, key)
+
+
+# --- joints -----------------------------------------------------------------------------------
+
+
+def _joint(system: System, name: str, table: Table) -> None:
+    kind = table.text("type")
+    if kind not in JOINTS:
+        table.fail(f"Unknown type of joint '{kind}'; {nearest(kind, JOINTS)}", "type")
+    given: dict[str, Any] = {}
+    for key in ("at", "to"):
+        if table.has(key):
+            given[key] = table.vector(key)
+    for key in ("parent_axes", "child_axes"):
+        if table.has(key):
+            given[key] = table.matrix(key)
+    if "axis" in JOINTS[kind] and table.has("axis"):
+        given["axis"] = _axis(table, table.data["axis"], kind)
+    if "coordinate" in JOINTS[kind] and table.has("coordinate"):
+        given["coordinate"] = _coordinate(table, table.data["coordinate"])
+    if "pitch" in JOINTS[kind]:
+        given["pitch"] = table.expression("pitch")
+    parent, child = table.text("parent", "ground"), table.text("child")
+    table.done()
+    table.guard(lambda: getattr(system, kind)(name, parent, child, **given))
+
+
+def _axis(table: Table, value: Any, kind: str) -> Any:
+    if isinstance(value, str):
+        return value
+    if kind == "universal" and isinstance(value, list):
+        return tuple(one if isinstance(one, str) else table.three(one, "axis") for one in value)
+    return table.three(value, "axis")
+
+
+def _coordinate(table: Table, value: Any) -> Any:
+    if isinstance(value, list):
+        return [one if isinstance(one, str) else table.read(one, "coordinate") for one in value]
+    return value if isinstance(value, str) else table.read(value, "coordinate")
+
+
+# --- constraints ------------------------------------------------------------------------------
+
+CONSTRAINTS = {
+    "condition": ("expression", "unilateral"),
+    "speed": ("expression",),
+    "gear": ("first", "second", "ratio", "pressure_angle"),
+    "rope": ("points", "length", "unilateral", "taut", "restitution"),
+    "rolling": ("wheel", "radius", "axis", "normal", "plane", "unilateral", "friction"),
+}
+
+
+def _constraint(system: System, name: str, table: Table) -> None:
+    kind = table.text("type")
+    if kind not in CONSTRAINTS:
+        table.fail(f"Unknown type of constraint '{kind}'; {nearest(kind, CONSTRAINTS)}", "type")
+    call: Callable[[], Any]
+    if kind in ("condition", "speed"):
+        value = table.raw("expression")
+        one_sided = _sides(table) if kind == "condition" else {}
+        make = system.constrain if kind == "condition" else system.constrain_speed
+        # "y = x^2" is read by the system, which knows equations
+        expression = value if isinstance(value, str) else table.read(value, "expression")
+        call = lambda: make(expression, name=name, **one_sided)  # noqa: E731
+    elif kind == "gear":
+        first, second = _own_joint(table, "first"), _own_joint(table, "second")
+        ratio = table.expression("ratio")
+        angle = table.expression("pressure_angle") if table.has("pressure_angle") else None
+        call = lambda: system.gear(first, second, ratio, name=name, pressure_angle=angle)  # noqa: E731
+    elif kind == "rope":
+        points = table.raw("points")
+        if not isinstance(points, list):
+            table.fail(f"Expected a list of points, got {points!r}.", "points")
+        places = [_place(table, one, "points") for one in points]
+        length = table.expression("length")
+        more = _sides(table)
+        if table.has("taut"):
+            more["taut"] = table.flag("taut")
+        if table.has("restitution"):
+            more["restitution"] = table.expression("restitution")
+        call = lambda: system.rope(places, length, name=name, **more)  # noqa: E731
+    else:
+        wheel, radius, normal = _point(table, "wheel"), table.expression("radius"), table.text("normal", "y")
+        axis = _axis(table, table.data["axis"], kind) if table.has("axis") else None
+        plane = _point(table, "plane") if table.has("plane") else None
+        given = _sides(table)
+        if table.has("friction"):
+            given["friction"] = table.expression("friction")
+        call = lambda: system.rolling(  # noqa: E731
+            name, wheel, radius=radius, axis=axis, normal=normal, plane=plane, **given
+        )
+    table.done()
+    table.guard(call)
+
+
+def _sides(table: Table) -> dict[str, Any]:
+    """Whether a constraint is one-sided, where the file says so."""
+    return {"unilateral": table.flag("unilateral")} if table.has("unilateral") else {}
+
+
+# --- loads ------------------------------------------------------------------------------------
+
+
+def _loads(system: System, root: Table) -> list[Callable[[], None]]:
+    """One call for each load, in the order of the file."""
+    makers: dict[str, Callable[[System, str, Table], Any]] = {
+        "forces": _force, "torques": _torque, "springs": _spring, "dampers": _damper,
+        "torsion_springs": _torsion_spring, "generalized_forces": _generalized,
+    }  # fmt: skip
+    found = []
+    for section, make in makers.items():
+        for name, table in root.tables(section):
+            line = root.document.line(table.path)
+
+            def action(make: Any = make, name: str = name, table: Table = table) -> None:
+                call = make(system, name, table)
+                table.done()
+                table.guard(call)
+
+            found.append((line, action))
+    return [action for _, action in sorted(found, key=lambda pair: pair[0])]
+
+
+def _force(system: System, name: str, table: Table) -> Callable[[], Any]:
+    if table.has("joint"):
+        joint, value = _own_joint(table), table.expression("value")
+        return lambda: system.force(name, joint, value)
+    place, components, frame = _point(table, "at"), table.vector("components"), _frame(table)
+    return lambda: system.force(name, place, components, frame=frame)
+
+
+def _torque(system: System, name: str, table: Table) -> Callable[[], Any]:
+    if table.has("joint"):
+        joint, value = _own_joint(table), table.expression("value")
+        return lambda: system.torque(name, joint, value)
+    on, components, frame = table.text("on"), table.vector("components"), _frame(table)
+    other = table.text("reaction_on") if table.has("reaction_on") else None
+    return lambda: system.torque(name, on, components, frame=frame, reaction_on=other)  # type: ignore[arg-type]
+
+
+def _spring(system: System, name: str, table: Table) -> Callable[[], Any]:
+    stiffness, rest = table.expression("stiffness"), table.expression("rest", 0)
+    if table.has("joint"):
+        joint, index = _own_joint(table), table.whole("coordinate", 0)
+        return lambda: system.spring(name, joint, stiffness=stiffness, rest=rest, coordinate=index)
+    start, end = _point(table, "from"), _point(table, "to")
+    return lambda: system.spring(name, start, end, stiffness=stiffness, rest=rest)
+
+
+def _damper(system: System, name: str, table: Table) -> Callable[[], Any]:
+    damping = table.expression("damping")
+    if table.has("joint"):
+        joint, index = _own_joint(table), table.whole("coordinate", 0)
+        return lambda: system.damper(name, joint, damping=damping, coordinate=index)
+    start, end = _point(table, "from"), _point(table, "to")
+    return lambda: system.damper(name, start, end, damping=damping)
+
+
+def _torsion_spring(system: System, name: str, table: Table) -> Callable[[], Any]:
+    joint, stiffness, rest = _own_joint(table), table.expression("stiffness"), table.expression("rest", 0)
+    index = table.whole("coordinate", 0) if table.has("coordinate") else None
+    return lambda: system.torsion_spring(name, joint, stiffness=stiffness, rest=rest, coordinate=index)
+
+
+def _generalized(system: System, name: str, table: Table) -> Callable[[], Any]:
+    coordinate, value = table.text("coordinate"), table.expression("value")
+    return lambda: system.generalized_force(coordinate, value, name=name)
+
+
+def _own_joint(table: Table, key: str = "joint") -> Any:
+    name = table.text(key)
+    joints = table.system.joints
+    if name not in joints:
+        table.fail(f"Unknown joint '{name}'; {nearest(name, joints)}", key)
+    return joints[name]
+
+
+def _frame(table: Table) -> Any:
+    return table.text("frame") if table.has("frame") else None
+
+
+def _point(table: Table, key: str) -> Point:
+    """``{ body = "bar", point = [0, "a", 0] }``, or the name of a body for its origin."""
+    return _place(table, table.raw(key), key)
+
+
+def _place(table: Table, value: Any, key: str) -> Point:
+    if isinstance(value, str):
+        return table.guard(lambda: table.system.own_body(value, f"'{key}'").origin, key)
+    if not isinstance(value, dict):
+        table.fail(
+            f'Expected a point {{ body = "NAME", point = [x, y, z] }} or a body\'s name, got {value!r}.', key
+        )
+    place = Table(table.document, (*table.path, key), value, table.system)
+    body = place.guard(lambda: table.system.own_body(place.text("body"), f"'{key}'"), "body")
+    components = place.vector("point", (0, 0, 0))
+    place.done()
+    return place.guard(lambda: body.point(*components), "point")
+
+
+# --- what to run ------------------------------------------------------------------------------
+
+
+def _initial(system: System, root: Table, section: str) -> dict[str, Any]:
+    """Values of coordinates and speeds: ``[initial]``, or ``[near]`` of a machine with constraints."""
+    table = root.table(section)
+    names = system.names
+    known = [name for name, kind in names.kinds.items() if kind in ("coordinate", "speed")]
+    turning = [joint.name for joint in system.joints.values() if joint.type in ("ball", "free")]
+    result: dict[str, Any] = {}
+    for name, value in table.data.items():
+        if name not in known and name not in turning:
+            table.fail(f"Unknown coordinate or speed '{name}'; {nearest(name, [*known, *turning])}", name)
+        if name in known:
+            result[name] = _constant(table, value, name)
+        elif isinstance(value, list) and len(value) == 4:
+            result[name] = tuple(_constant(table, part, name) for part in value)
+        else:
+            table.fail(f"Expected the quaternion [w, x, y, z] of joint '{name}', got {value!r}.", name)
+    return result
+
+
+def _constant(table: Table, value: Any, name: str) -> Any:
+    """A number, or an expression of parameters."""
+    expression = table.read(value, name)
+    moving = table.system.names.depends(expression, "coordinate", "speed", "time")
+    if moving:
+        table.fail(f"Expected numbers and parameters only, got an expression of {', '.join(moving)}.", name)
+    return expression
+
+
+def _run(root: Table) -> tuple[Any, float | None]:
+    table = root.table("run")
+    until, tolerance = None, None
+    if table.has("until"):
+        until = _constant(table, table.raw("until"), "until")
+        if getattr(until, "is_number", True) and until <= 0:
+            table.fail(f"Expected a time greater than 0, got {until}.", "until")
+    if table.has("tolerance"):
+        value = table.expression("tolerance")
+        if not getattr(value, "is_number", True) or not 0 < value < 1:
+            table.fail(f"Expected a number between 0 and 1, such as 1e-9, got {value}.", "tolerance")
+        tolerance = float(value)
+    table.done()
+    return until, tolerance

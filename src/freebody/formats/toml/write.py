@@ -1,0 +1,386 @@
+"""TOML model files, written: what `toml_read` reads back as the same system."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import sympy
+
+from ...describe.body import Body, Point
+from ...describe.constraints import constraint as constraints
+from ...describe.contacts.contact import Tether
+from ...describe.joints.joint import Joint
+from ...describe.loads import load as loads
+from ...describe.names import is_identifier
+from ...describe.system import System
+from ...errors import FormatError, FreebodyError
+from ...scalar.algebra import IDENTITY, ZERO
+from ...space import solids
+from ...space.mass import MassProperties
+from ..text import expression_text, toml_number
+from .contacts import written_contact
+from .looks import written_looks
+from .read import JOINTS, SOLIDS, case_from_text
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+\Z")
+
+
+def toml_text(
+    system: System,
+    *,
+    initial: Mapping[str, Any] | None = None,
+    until: Any = None,
+    tolerance: float | None = None,
+    near: Mapping[str, Any] | None = None,
+) -> str:
+    """The text of a model file.
+
+    Parameters
+    ----------
+    system : System
+    initial, near : mapping of str to number or expression, optional
+    until, tolerance : optional
+        Of the table ``[run]``.
+
+    Raises
+    ------
+    FormatError
+        An expression that the file's language has no word for.
+    """
+    writer = Writer(system)
+    text = writer.document(initial, near, until, tolerance, assumed=())
+    # masses and dimensions are assumed positive by their use: only what the reader would not know is written
+    # when it comes to the contacts, whose sides have lengths that are simplified with it
+    known = writer.document(initial, near, until, tolerance, assumed=(), contacts=False)
+    implied = case_from_text(known, "the text being written").system.positive
+    rest = system.positive - implied
+    return writer.document(initial, near, until, tolerance, assumed=rest) if rest else text
+
+
+class Writer:
+    """Texts of the parts of a system."""
+
+    def __init__(self, system: System) -> None:
+        if not isinstance(system, System):
+            raise FormatError(f"Expected a System to write, got {system!r}.")
+        if system.controllers or system.names.signals:
+            names = [*system.controllers, *(one.name for one in system.names.signals)]
+            raise FormatError(
+                f"A model file has no words for controllers and signals; '{system.name}' has {', '.join(names)}. Keep "
+                "the description in Python."
+            )
+        self.system = system
+        self.texts = system.names.texts
+
+    # --- values ---
+
+    def value(self, value: Any) -> str:
+        """A scalar as TOML: a number where that is exact, text otherwise."""
+        number = toml_number(value)
+        return repr(number) if number is not None else quoted(expression_text(value, self.texts))
+
+    def row(self, values: Iterable[Any]) -> str:
+        return f"[{', '.join(map(self.value, values))}]"
+
+    def matrix(self, rows: Any) -> str:
+        return f"[{', '.join(map(self.row, rows))}]"
+
+    def point(self, point: Point) -> str:
+        if point.components == ZERO:
+            return quoted(point.body.name)
+        return f"{{ body = {quoted(point.body.name)}, point = {self.row(point.components)} }}"
+
+    # --- the document ---
+
+    def document(
+        self,
+        initial: Any,
+        near: Any,
+        until: Any,
+        tolerance: Any,
+        assumed: Iterable[Any],
+        contacts: bool = True,
+    ) -> str:
+        system = self.system
+        head = {"name": quoted(system.name)}
+        if any(component != 0 for component in system.gravity):
+            head["gravity"] = self.row(system.gravity)
+        if first := self.declared_first():
+            head["coordinates"] = f"[{', '.join(map(quoted, first))}]"
+        conditions = sorted(f"{expression_text(one, self.texts)} > 0" for one in assumed)
+        if conditions:
+            head["assume"] = f"[{', '.join(map(quoted, conditions))}]"
+        parts = [block(None, head)]
+        parameters = {p.name: "{}" if p.default is None else repr(p.default) for p in system.parameter_list}
+        if parameters:
+            parts.append(block(("parameters",), parameters))
+        for name, body in system.bodies.items():
+            parts.append(block(("bodies", name), self.body(body)))
+        self.used: set[Any] = set()
+        for name, joint in system.joints.items():
+            parts.append(block(("joints", name), self.joint(joint)))
+        for name, held in system.constraints.items():
+            parts.append(block(("constraints", name), self.constraint(held)))
+        for name, pair in system.contacts.items() if contacts else ():
+            slack = isinstance(pair.surface, Tether)
+            keys = self.slack_rope(pair) if slack else written_contact(self, pair)
+            parts.append(block(("constraints" if slack else "contacts", name), keys))
+        for name, one in system.loads.items():
+            section, keys = self.load(one)
+            parts.append(block((section, name), keys))
+        for name, (unit, about) in system.about.items():
+            keys = {"unit": quoted(unit), "about": quoted(about)}
+            parts.append(block(("describe", name), {k: v for k, v in keys.items() if v != '""'}))
+        for section, start in (("initial", initial), ("near", near)):
+            if start:
+                named = {system.names.texts.get(name, name): value for name, value in start.items()}
+                values = {name: self.start(name, value) for name, value in named.items()}
+                parts.append(block((section,), values))
+        run = {}
+        if until is not None:
+            run["until"] = self.value(system.expression(until, "until"))
+        if tolerance is not None:
+            run["tolerance"] = repr(float(tolerance))
+        if run:
+            parts.append(block(("run",), run))
+        return "\n".join(parts)
+
+    def start(self, name: str, value: Any) -> str:
+        """An initial value; four of them for the attitude of a ball or free joint."""
+        given = value if isinstance(value, tuple | list) else (value,)
+        read = [self.system.expression(one, f"the initial value of '{name}'") for one in given]
+        return self.row(read) if len(read) > 1 else self.value(read[0])
+
+    def declared_first(self) -> list[str]:
+        """Coordinates to declare before the joints, so that all come in the same order again.
+
+        A joint declares its own coordinates when it is read. Where that gives another order, or an
+        expression with a name that is not known yet, all that can be declared are.
+        """
+        kinds = self.system.names.kinds
+        wanted = [text for text, kind in kinds.items() if kind == "coordinate"]
+        return [] if self.order_after([]) == wanted else list(self.system.declared)
+
+    def order_after(self, first: list[str]) -> list[str] | None:
+        """Order of the coordinates when these are declared first; None if a joint then finds one unknown."""
+        names = self.system.names
+        order: dict[str, Any] = dict.fromkeys(first)
+        for joint in self.system.joints.values():
+            for primitive in () if joint.closes else joint.primitives:
+                y = primitive.coordinate
+                for atom in y if isinstance(y, tuple) else (y,):
+                    text = names.texts.get(atom) if isinstance(atom, sympy.Basic) else None
+                    if text is not None:
+                        order.setdefault(text)
+                    elif any(name not in order for name in names.depends(atom, "coordinate")):
+                        return None
+        return list(order)
+
+    # --- bodies ---
+
+    def body(self, body: Body) -> dict[str, str]:
+        mass = body.mass_properties
+        assert mass is not None
+        shape = mass.shape
+        bare = mass if shape is None or not shape.color else replace(mass, shape=replace(shape, color=""))
+        solid = self.solid(bare)
+        if solid is not None:
+            return solid | written_looks(self, shape, SOLIDS, True)
+        keys = {"mass": self.value(mass.mass)}
+        if tuple(mass.center) != ZERO:
+            keys["center"] = self.row(mass.center)
+        if any(entry != 0 for row in mass.inertia for entry in row):
+            keys["inertia"] = self.matrix(mass.inertia)
+        keys |= written_looks(self, shape, SOLIDS, False)
+        return keys
+
+    def solid(self, mass: MassProperties) -> dict[str, str] | None:
+        """The keys of a named solid, if one with this shape has exactly these mass properties."""
+        shape = mass.shape
+        if shape is None or shape.kind not in SOLIDS or shape.axes != IDENTITY:
+            return None
+        make = getattr(solids, shape.kind)
+        known = inspect.signature(make).parameters
+        axis: Any = next(
+            (name for name, unit in _UNITS.items() if tuple(shape.axis) == unit), tuple(shape.axis)
+        )
+        sizes = tuple(value for _, value in shape.dimensions)
+        given = {"m": mass.mass, **dict(shape.dimensions), "axis": axis, "normal": axis}
+        given |= {"sizes": sizes, "semiaxes": sizes}
+        given = {key: value for key, value in given.items() if key in known}
+        try:
+            unmoved = make(**given)
+            place = tuple(a - b for a, b in zip(mass.center, unmoved.center, strict=True))
+            again = unmoved.moved(place)
+        except (FreebodyError, TypeError):
+            return None
+        same = (mass.mass, mass.center, mass.inertia, shape) == (
+            again.mass,
+            again.center,
+            again.inertia,
+            again.shape,
+        )
+        if not same:
+            return None
+        keys = {"solid": quoted(shape.kind)}
+        for name, value in given.items():
+            key = "mass" if name == "m" else name
+            if isinstance(value, tuple):
+                keys[key] = self.row(value)
+            else:
+                keys[key] = quoted(value) if isinstance(value, str) else self.value(value)
+        if any(component != 0 for component in place):
+            keys["at"] = self.row(place)
+        return keys
+
+    # --- joints ---
+
+    def joint(self, joint: Joint) -> dict[str, str]:
+        keys = {
+            "type": quoted(joint.type),
+            "parent": quoted(joint.parent.name),
+            "child": quoted(joint.child.name),
+        }
+        if joint.at != ZERO:
+            keys["at"] = self.row(joint.at)
+        if joint.to != ZERO:
+            keys["to"] = self.row(joint.to)
+        if joint.parent_axes != IDENTITY:
+            keys["parent_axes"] = self.matrix(joint.parent_axes)
+        if joint.child_axes != IDENTITY:
+            keys["child_axes"] = self.matrix(joint.child_axes)
+        if "axis" in JOINTS[joint.type]:
+            keys["axis"] = self.axis(joint.given["axis"])
+        if "pitch" in JOINTS[joint.type]:
+            keys["pitch"] = self.value(joint.primitives[0].pitch)
+        if joint.closes:
+            return keys  # it has no coordinates
+        if joint.type in ("ball", "free"):
+            prefix = joint.given["coordinate"] or joint.name
+            if prefix != joint.name:
+                keys["coordinate"] = quoted(prefix)
+        elif joint.type != "weld":
+            coordinates = [self.coordinate(primitive.coordinate) for primitive in joint.primitives]
+            keys["coordinate"] = coordinates[0] if len(coordinates) == 1 else f"[{', '.join(coordinates)}]"
+        return keys
+
+    def coordinate(self, coordinate: Any) -> str:
+        text = self.value(coordinate)
+        if coordinate in self.used and is_identifier(text.strip('"')):
+            return f'"({text[1:-1]})"'  # a bare name that is in use is refused; the expression is meant
+        self.used.add(coordinate)
+        return text
+
+    def axis(self, axis: Any) -> str:
+        if isinstance(axis, str):
+            return quoted(axis)
+        if len(axis) == 2:
+            return f"[{', '.join(map(self.axis, axis))}]"
+        return self.row(self.system.vector(axis, "the axis"))
+
+    # --- constraints ---
+
+    def constraint(self, one: Any) -> dict[str, str]:
+        match one:
+            case constraints.Condition():
+                keys = {"type": quoted("condition"), "expression": self.value(one.expression)}
+                return keys | ({"unilateral": "true"} if one.unilateral else {})
+            case constraints.SpeedCondition():
+                return {"type": quoted("speed"), "expression": self.value(one.expression)}
+            case constraints.Gear():
+                keys = {"first": quoted(one.first.name), "second": quoted(one.second.name)}
+                if one.pressure_angle is not None:
+                    keys["pressure_angle"] = self.value(one.pressure_angle)
+                return {"type": quoted("gear"), **keys, "ratio": self.value(one.ratio)}
+            case constraints.Rope():
+                points = f"[{', '.join(map(self.point, one.points))}]"
+                keys = {"type": quoted("rope"), "points": points, "length": self.value(one.length)}
+                return keys | ({} if one.unilateral else {"unilateral": "false"})
+            case constraints.Rolling():
+                keys = {"wheel": self.point(one.center), "radius": self.value(one.radius)}
+                if one.given is not None:
+                    keys["axis"] = self.axis(one.given)
+                letter, up = one.normal
+                keys["normal"] = quoted(letter if sum(up) > 0 else f"-{letter}")
+                if one.plane.components != ZERO:
+                    keys["plane"] = self.point(one.plane)
+                if not one.unilateral:
+                    keys["unilateral"] = "false"
+                if one.friction is not None:
+                    keys["friction"] = self.value(one.friction)
+                return {"type": quoted("rolling"), **keys}
+        raise AssertionError(f"no words for {one!r}")
+
+    def slack_rope(self, pair: Any) -> dict[str, str]:
+        rope = pair.surface
+        points = f"[{self.point(rope.body.point(*rope.at))}, {self.point(pair.feature)}]"
+        keys = {"type": quoted("rope"), "points": points, "length": self.value(rope.radius), "taut": "false"}
+        return keys | ({"restitution": self.value(pair.restitution)} if pair.restitution != 0 else {})
+
+    # --- loads ---
+
+    def load(self, one: Any) -> tuple[str, dict[str, str]]:
+        match one:
+            case loads.Force():
+                keys = {"at": self.point(one.point), "components": self.row(one.components)}
+                return "forces", keys | self.frame(one.frame)
+            case loads.Torque():
+                keys = {"on": quoted(one.body.name), "components": self.row(one.components)}
+                keys |= self.frame(one.frame)
+                if one.reaction_on is not None:
+                    keys["reaction_on"] = quoted(one.reaction_on.name)
+                return "torques", keys
+            case loads.JointForce():
+                turns = one.joint.primitives[one.index].kind == "hinge"
+                keys = {"joint": quoted(one.joint.name), "value": self.value(one.value)}
+                return ("torques" if turns else "forces"), keys
+            case loads.JointSpring():
+                return "springs", self.on_joint(one) | self.stiffness(one)
+            case loads.JointDamper():
+                return "dampers", self.on_joint(one) | {"damping": self.value(one.damping)}
+            case loads.Spring():
+                return "springs", self.ends(one) | self.stiffness(one)
+            case loads.Damper():
+                return "dampers", self.ends(one) | {"damping": self.value(one.damping)}
+            case loads.GeneralizedForce():
+                keys = {"coordinate": self.value(one.coordinate), "value": self.value(one.value)}
+                return "generalized_forces", keys
+        raise AssertionError(f"no words for {one!r}")
+
+    def frame(self, frame: Body) -> dict[str, str]:
+        return {} if frame.is_ground else {"frame": quoted(frame.name)}
+
+    def on_joint(self, one: loads.JointSpring | loads.JointDamper) -> dict[str, str]:
+        keys = {"joint": quoted(one.joint.name)}
+        return keys | {"coordinate": str(one.index)} if one.index else keys
+
+    def ends(self, one: loads.Spring | loads.Damper) -> dict[str, str]:
+        return {"from": self.point(one.start), "to": self.point(one.end)}
+
+    def stiffness(self, one: loads.JointSpring | loads.Spring) -> dict[str, str]:
+        keys = {"stiffness": self.value(one.stiffness)}
+        return keys | {"rest": self.value(one.rest)} if one.rest != 0 else keys
+
+
+_UNITS = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
+
+
+def quoted(text: str) -> str:
+    """A TOML basic string; JSON's escapes are a part of TOML's."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def key(name: str) -> str:
+    """A TOML key, bare if it can be."""
+    return name if _BARE.match(name) else quoted(name)
+
+
+def block(path: tuple[str, ...] | None, keys: Mapping[str, str]) -> str:
+    """One table."""
+    lines = [] if path is None else [f"[{'.'.join(map(key, path))}]"]
+    return "\n".join([*lines, *(f"{key(name)} = {value}" for name, value in keys.items())]) + "\n"

@@ -1,0 +1,1 @@
+"""Systems beyond the textbook chapter."""

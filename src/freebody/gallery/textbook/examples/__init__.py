@@ -1,0 +1,1 @@
+"""Systems of the worked examples and sections of the textbook chapter."""

@@ -1,0 +1,1 @@
+"""Systems of the problems of the textbook chapter."""

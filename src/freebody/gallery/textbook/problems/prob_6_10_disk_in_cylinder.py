@@ -1,0 +1,195 @@
+"""Disk that rolls inside a rough cylinder (chapter, Problem 6.10).
+
+theta is the angle of the line from the cylinder's axis to the centre C, from the downward vertical, counter-clockwise.
+The position of C is given by theta and by rho, its distance from the axis beyond R - r, on an arm and a slider without
+mass, so that the equations are those of the chapter; the reactions of these are zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import sympy
+
+import freebody as fb
+
+from ...tools.answer import Answer, Answers, Plots, Solved, same
+from ...tools.case import Case, angle_where, explain, happened
+from ...tools.entry import Entry
+
+ROLLING = {"rho": 0, "rho'": 0, "rho''": 0}
+RELEASE = {"rho": 0, "rho'": 0, "theta": "theta_0", "theta'": 0, "phi'": 0, "phi": 0}
+
+
+def build() -> fb.System:
+    """phi is the turn of the disk against the line of centres."""
+    s = fb.System("disk_in_cylinder")
+    m, R, r, mu, g = s.parameters(m=1.5, R=1.0, r=0.2, mu=0.5, g=9.81)
+    s.parameters(theta_0="50deg", theta_1="20deg")
+    s.gravity = (0, -g, 0)
+    nothing = fb.MassProperties(0, (0, 0, 0), ((0, 0, 0), (0, 0, 0), (0, 0, 0)))
+    arm, hub = s.body("arm", nothing), s.body("hub", nothing)
+    disk = s.body("disk", fb.disk(m, r))
+    s.hinge("axis", s.ground, arm, coordinate="theta")
+    s.slider("radius", arm, hub, at=(0, r - R, 0), axis=(0, -1, 0), coordinate="rho")
+    s.hinge("pin", hub, disk, coordinate="phi")
+    s.contact("wall", disk.circle(r), s.ground.circle(R, inside=True), friction=mu)
+    s.assume(r > 0, g > 0, R - r > 0, R - r + s.names.atoms["rho"] > 0)
+    explain(
+        s,
+        m="kg: mass of the disk",
+        R="m: radius of the cylinder",
+        r="m: radius of the disk",
+        mu="1: friction between disk and cylinder",
+        g="m/s²: gravity",
+        theta_0="rad: angle of the release",
+        theta_1="rad: angle to answer for, on the way down",
+        theta="rad: angle of the line of centres from the downward vertical",
+        rho="m: distance of the centre from the axis, beyond R - r",
+        phi="rad: turn of the disk against the line of centres",
+    )
+    return s
+
+
+def solve(case: Case) -> Solved:
+    from ....picture.plots.contact_plots import contact_forces
+    from ....picture.plots.plots import energy_residual, history, saved
+
+    case.refuse_unless("r", 0 < case["r"] < case["R"], "a disk smaller than the cylinder")
+    case.refuse_unless(
+        "theta_0", 0 < case["theta_0"] < sympy.pi / 2, "an angle of release between 0 and 90 degrees"
+    )
+    case.refuse_unless(
+        "theta_1", abs(case["theta_1"]) < case["theta_0"], "an angle that is passed on the way down"
+    )
+    e = case.equations
+    theta = case.atoms["theta"]
+    found = e.solve(["theta''", "phi''", "N_wall", "T_wall"], where=ROLLING)
+    spin = sympy.cancel(found["phi''"] / found["theta''"])  # rolling: phi' = spin theta'
+    by_forces, by_moments = derivations(case, spin)
+    # friction is most in demand at the release: T/N = sin/(3 cos + 4 (cos - cos theta_0)) grows with the angle
+    held = {**RELEASE, "theta": theta}
+    steepest = angle_where(case.put(found["T_wall"] - case.atoms["mu"] * found["N_wall"], held), theta)
+    needed = case.put(found["T_wall"] / found["N_wall"], RELEASE)
+    # the questions are about rolling: their simulations have a little more friction than it takes
+    rolling = case.having(mu=max(case["mu"], 1.01 * case.number(needed)))
+    rolls = case["mu"] >= case.number(needed)
+    rate = -sympy.sqrt(speed_squared(case, spin))
+    now = {"theta": "theta_1", "theta'": rate, **ROLLING}
+    how = 'fb.equations(s, modes={"wall": "stick"})'
+    equation = case.formula(
+        "equation of motion in theta", by_forces, "", how + ".eliminate()", at={**now, "theta''": 0}
+    )
+    stiffness = -sympy.diff(found["theta''"], theta)
+    answers: Answers = {
+        "equation": replace(equation, value=f"{equation.text} = 0"),
+        "omega_n": case.formula(
+            "frequency of small oscillation", sympy.sqrt(case.put(stiffness, {"theta": 0})), "rad/s",
+            "equation of motion, linear about theta = 0",
+        ),
+        "theta'": case.formula("theta' when theta_1 is first reached", rate, "rad/s", "energy integral, rolling"),
+        "theta''": case.formula("theta'' then", case.put(found["theta''"], now), "rad/s²", how + ".solve"),
+        "N": case.formula("normal force then", case.put(found["N_wall"], now), "N", how + ".solve"),
+        "f": case.formula(
+            "size of the friction force then",
+            case.put(found["T_wall"], now) * (1 if case.number(found["T_wall"], now) >= 0 else -1), "N", how + ".solve",
+        ),
+    }  # fmt: skip
+    begin = {"theta": "theta_0"}
+    fine = case.tolerance / 100
+    swing = rolling.simulate_past(
+        "turning", 2, initial=begin, tolerance=fine, events=[fb.event("theta'", name="turning")]
+    )
+    period = happened(swing, "turning")[1].time
+    answers["period"] = Answer(
+        "exact period of the oscillation of amplitude theta_0", period, "s", how="fb.simulate, event located"
+    )
+    answers["mu_needed"] = case.formula(
+        "friction that this takes", needed, "1", how + ".solve, T_wall/N_wall"
+    )
+    answers["theta_max"] = case.formula(
+        "with the friction mu: largest angle of release from which it rolls", steepest, "rad",
+        how + '.solve, "T_wall = mu*N_wall"',
+    )  # fmt: skip
+    answers["state"] = Answer(
+        "with the friction mu, let go at theta_0", "rolls all the time" if rolls else "slips at the release", "",
+        how="mu against mu_needed",
+    )  # fmt: skip
+    passing = rolling.simulate_past(
+        "at theta_1", 1, initial=begin, events=[fb.event("theta - theta_1", name="at theta_1", terminal=True)]
+    )
+    bound = 1000 * case.tolerance
+    linear = fb.linearize(e.model, about={"theta": 0, "rho": 0, "phi": 0}, values=case.values)
+    contact = passing.contacts["wall"]
+    checks = (
+        same("moments about C and about the contact: equations of motion that differ",
+             float(e.ring.from_sympy(sympy.expand(by_forces - by_moments)) != 0), 0, 0.5),
+        same("theta' against the simulation", answers["theta'"].value, passing["theta'"][-1], bound),
+        same("N and f against the simulation", [answers["N"].value, answers["f"].value],
+             [contact.normal[-1], abs(contact.tangential[-1])], bound),
+        same("omega_n against fb.linearize", answers["omega_n"].value, max(linear.natural_frequencies()), 1e-12),
+        same("the arm without mass does not pull: force at its pin over the weight",
+             abs(swing.reactions["pin"].force).max() / (case["m"] * case["g"]), 0, bound),
+        same("it rolls all the time: other modes in the simulation",
+             sum(change.mode != "stick" for change in swing.modes), 0, 0.5),
+    )  # fmt: skip
+    trajectory = case.motion(initial=begin)
+    as_found = same(
+        "state against the simulation", float(trajectory.modes[0].mode == "stick"), float(rolls), 0.5
+    )
+    plots: Plots = {
+        "theta.png": saved(
+            lambda: history(trajectory, ["theta", "theta'"], title="Disk in a rough cylinder")
+        ),
+        "forces.png": saved(lambda: contact_forces(trajectory)),
+        "energy.png": saved(lambda: energy_residual(trajectory)),
+    }
+    return Solved(trajectory, answers, plots, (*checks, as_found))
+
+
+def derivations(case: Case, spin: Any) -> tuple[Any, Any]:
+    """(left side of theta'' + ... = 0 from the force and moment equations about C; from moments about the contact).
+
+    In both the disk rolls: rho = 0, phi'' = spin theta''.
+    """
+    e, atoms = case.equations, case.atoms
+    rolls = {**ROLLING, "phi''": spin * atoms["theta''"], "phi'": spin * atoms["theta'"]}
+    hub = next(body for name, body in case.system.bodies.items() if name == "hub")
+
+    def monic(left: Any) -> Any:
+        left = sympy.expand(case.put(left, rolls))
+        return sympy.expand(sympy.cancel(left / left.coeff(atoms["theta''"], 1)))
+
+    (eliminated,) = e.eliminate().equations
+    pins = {atom: 0 for atom in (sympy.Symbol("pin_x", real=True), sympy.Symbol("pin_y", real=True))}
+    moment = e.free_body("disk").moment_form(hub.point(0, -atoms["r"], 0)).equations[2]
+    return monic(eliminated.lhs - eliminated.rhs), monic((moment.lhs - moment.rhs).subs(pins))
+
+
+def speed_squared(case: Case, spin: Any) -> Any:
+    """theta'^2 at theta_1, rolling from rest at theta_0."""
+    u = sympy.Dummy("u", real=True)
+    energy = case.equations.integrals["energy"].expression
+    end = case.put(energy, {**RELEASE, "theta": "theta_1", "theta'": u, "phi'": spin * u})
+    balance = sympy.expand(end - case.put(energy, RELEASE))
+    return sympy.factor(sympy.cancel(-balance.coeff(u, 0) / balance.coeff(u, 2)))
+
+
+DISK_IN_CYLINDER = Entry(
+    "prob-6-10",
+    ("disk-in-cylinder",),
+    "Disk rolling inside a rough cylinder (Problem 6.10)",
+    (
+        "equation of motion in theta, frequency of small oscillation",
+        "theta', theta'', normal force and friction at theta_1",
+        "exact period of the oscillation of amplitude theta_0",
+    ),
+    build,
+    solve,
+    until=4.0,
+    start={"theta": "theta_0"},
+    bodies=("disk",),
+    modes={"wall": "stick"},
+    held={**ROLLING, "pin_x": 0, "pin_y": 0},
+)

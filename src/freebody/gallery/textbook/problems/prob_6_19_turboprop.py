@@ -1,0 +1,115 @@
+"""Propeller and engine rotor of an aircraft in a level turn (chapter, Problem 6.19).
+
+x points forward, y to the left, Z up. The pilot sees the propeller turn clockwise, its spin is along +x; the
+engine rotor turns the other way. In a right turn the aircraft turns at -v/R about Z. The moments that turn the
+rotors are the reactions of their shafts; the airframe feels the opposite ones.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import freebody as fb
+
+from ...tools.answer import Answer, Answers, Plots, Solved, same
+from ...tools.case import Case, explain
+from ...tools.entry import Entry
+from ...tools.pictures import moments
+
+SHAFTS = ("propeller_shaft", "engine_shaft")
+TURN = {"psi'": "-v/R", "p'": "w_p", "n'": "-w_e"}
+
+
+def build() -> fb.System:
+    """An airframe that turns about the vertical, with two rotors along x; their masses have no effect."""
+    s = fb.System("turboprop")
+    I_p, I_e = s.parameters(I_p=8.0, w_p=120.0, I_e=0.6, w_e=1200.0)[::2]
+    s.parameters(v=100.0, R=800.0, w_e2=1800.0)
+    airframe = s.body(
+        "airframe",
+        fb.MassProperties(1, (0, 0, 0), ((1, 0, 0), (0, 1, 0), (0, 0, 1))),
+        shape=fb.ellipsoid(1, (3, 0.6, 0.6)),
+    )
+    shown = {
+        "propeller": fb.box(1, (0.1, 0.3, 2.6)).moved((3, 0, 0)),
+        "engine": fb.cylinder(1, 0.35, 1.5, axis="x").moved((1.2, 0, 0)),
+    }
+    s.hinge("yaw", s.ground, airframe, axis="z", coordinate="psi")
+    for shaft, rotor, inertia, angle in zip(
+        SHAFTS, ("propeller", "engine"), (I_p, I_e), ("p", "n"), strict=True
+    ):
+        thin = ((inertia, 0, 0), (0, inertia / 2, 0), (0, 0, inertia / 2))
+        body = s.body(rotor, fb.MassProperties(1, (0, 0, 0), thin), shape=shown[rotor])
+        s.hinge(shaft, airframe, body, axis="x", coordinate=angle)
+    explain(
+        s,
+        I_p="kg m²: moment of inertia of the propeller about its axis",
+        w_p="rad/s: angular velocity of the propeller, clockwise as the pilot sees it",
+        I_e="kg m²: moment of inertia of the engine rotor about its axis",
+        w_e="rad/s: angular velocity of the engine rotor, counter-clockwise",
+        v="m/s: speed of the aircraft",
+        R="m: radius of the right turn",
+        w_e2="rad/s: another angular velocity of the engine rotor",
+        psi="rad: turn of the aircraft about the vertical, to the left +",
+        p="rad: angle of the propeller about the forward axis",
+        n="rad: angle of the engine rotor about the forward axis",
+    )
+    return s
+
+
+def pitching(case: Case, **turn: Any) -> Any:
+    """Moment on the airframe about the left-pointing axis y, nose up +, in a steady turn."""
+    e = case.equations
+    steady = {name: 0 for name in ("psi", "p", "n", "psi''", "p''", "n''")}
+    on_rotors = sum(e.reactions[shaft].moment[1] for shaft in SHAFTS)
+    # about +y the nose goes down; the airframe feels the opposite of what the rotors feel
+    return case.put(on_rotors, {**steady, **TURN, **turn})
+
+
+def nose(moment: float) -> str:
+    """What the nose tends to do."""
+    return "neither: no moment" if moment == 0 else "rise" if moment > 0 else "fall"
+
+
+def solve(case: Case) -> Solved:
+    from ....picture.plots.plots import energy_residual, history, saved
+
+    how = "fb.equations(s).reactions of both shafts, in a steady turn"
+    moment = case.formula("gyroscopic pitching moment on the airframe, nose up +", pitching(case), "N m", how)
+    other = case.formula(
+        "gyroscopic pitching moment with w_e2, nose up +", pitching(case, **{"n'": "-w_e2"}), "N m", how
+    )
+    answers: Answers = {
+        "nose": Answer("does the nose tend to rise or to fall?", nose(moment.value), "", how=how),
+        "M": moment,
+        "nose_2": Answer("does it rise or fall with w_e2?", nose(other.value), "", how=how),
+        "M_2": other,
+    }
+    start = {name: case.number(case.system.expression(x)) for name, x in TURN.items()}
+    trajectory = case.motion(initial=start)
+    felt = sum(trajectory.reactions[shaft].moment[0, 1] for shaft in SHAFTS)
+    checks = (same("M against the simulation", moment.value, felt, 1000 * case.tolerance),)
+    plots: Plots = {
+        "angles.png": saved(lambda: history(trajectory, "psi", title="Turboprop: heading")),
+        "propeller.png": saved(
+            lambda: moments(trajectory, "propeller_shaft", "Turboprop: moment on the propeller")
+        ),
+        "energy.png": saved(lambda: energy_residual(trajectory)),
+    }
+    return Solved(trajectory, answers, plots, checks)
+
+
+TURBOPROP = Entry(
+    "prob-6-19",
+    ("turboprop",),
+    "Turboprop aircraft in a right turn: gyroscopic pitching moment (Problem 6.19)",
+    (
+        "does the nose tend to rise or to fall?",
+        "gyroscopic pitching moment exerted on the airframe, nose up +",
+        "which way with the engine rotor at w_e2",
+    ),
+    build,
+    solve,
+    until=1.0,
+    start=TURN,
+)

@@ -1,0 +1,121 @@
+"""Spin-stabilised projectile: steady wobble about its flight path (chapter, Problem 6.20).
+
+The mass centre flies uniformly; a frame that goes with it is inertial, and the body turns about C. Z is the
+direction of flight, theta the angle of the symmetry axis from it. The drag acts at the centre of pressure,
+ahead of C: it overturns.
+"""
+
+from __future__ import annotations
+
+import math
+
+import freebody as fb
+
+from ...tools.answer import Answers, Plots, Solved, same
+from ...tools.case import Case, explain
+from ...tools.entry import Entry
+from ...tools.pictures import tip
+from ...tools.precession import least_spin, steady_rates, steady_root
+
+
+def shell_in(axis: str, angles: str) -> fb.System:
+    """A symmetric body on a gimbal at its mass centre, its mass without effect; the drag along -Z."""
+    s = fb.System("projectile")
+    D, h, I_T, I_S = s.parameters(D=150.0, h=0.03, I_T=3.0e-4, I_S=4.5e-5)
+    s.parameters(alpha="3deg", Omega=2500.0)
+    s.assume(D > 0, h > 0, I_T > 0, I_S > 0)
+    shell = s.body("shell", fb.MassProperties(1, (0, 0, 0), ((I_T, 0, 0), (0, I_T, 0), (0, 0, I_S))))
+    s.gimbal("C", s.ground, shell, axis=axis, coordinate=angles)
+    s.force("drag", shell.point(0, 0, h), (0, 0, -D))
+    explain(
+        s,
+        D="N: drag, opposite to the velocity",
+        h="m: distance of the centre of pressure ahead of the mass centre",
+        I_T="kg m²: transverse moment of inertia about the mass centre",
+        I_S="kg m²: moment of inertia about the symmetry axis",
+        alpha="rad: angle of the symmetry axis from the velocity",
+        Omega="rad/s: total spin along the symmetry axis, for the wobble rates",
+    )
+    return s
+
+
+def build() -> fb.System:
+    """The shell in Euler angles."""
+    s = shell_in("ZXZ", "psi theta phi")
+    explain(
+        s,
+        theta="rad: angle of the symmetry axis from the velocity",
+        psi="rad: turn of the symmetry axis about the velocity",
+    )
+    return s
+
+
+def solve(case: Case) -> Solved:
+    from ....picture.plots.plots import energy_residual, history, saved
+
+    case.refuse_unless(
+        "alpha", 0 <= case["alpha"] < math.pi / 2,
+        "an angle from 0 to below pi/2; a shell that flies backwards is stable without spin",
+    )  # fmt: skip
+    how = "equation of motion of theta: both rates equal"
+    rates = steady_rates(case, "alpha", spin="Omega")
+    answers: Answers = {
+        "Omega_min": case.formula(
+            "smallest spin with a steady wobble at alpha", least_spin(case, "alpha", "Omega"), "rad/s", how
+        ),
+        "Omega_limit": case.formula(
+            "its limit as alpha goes to 0", least_spin(case, 0, "Omega"), "rad/s", how + ", at theta = 0"
+        ),
+        "omega_fast": rates["psi'_fast"],
+        "omega_slow": rates["psi'_slow"],
+    }
+    fast, slow, there = steady_root(case, "alpha", "Omega")
+    cosine = math.cos(case["alpha"])
+    starts = [
+        {"theta": case["alpha"], "psi'": rate, "phi'": case["Omega"] - rate * cosine}
+        for rate in ([case.number(slow), case.number(fast)] if there else [0.0])
+    ]
+    if not case["alpha"]:
+        return Solved(straight(case), answers, {}, ())
+    checks = tuple(
+        same(
+            f"theta stays at alpha in the {kind} wobble", motion["theta"], case["alpha"], 1e4 * case.tolerance
+        )
+        for kind, motion in zip(
+            ("slow", "fast"), (case.simulate(0.05, initial=one) for one in starts), strict=False
+        )
+        if there
+    )
+    trajectory = case.motion(initial={**starts[0], "theta'": case["Omega"] / 1000})
+    plots: Plots = {
+        "theta.png": saved(lambda: history(trajectory, "theta", title="Shell: angle from its flight path")),
+        "axis.png": saved(
+            lambda: tip(trajectory, "shell", "Shell: path of its axis", about=("velocity", (0, 0, 1)))
+        ),
+        "energy.png": saved(lambda: energy_residual(trajectory)),
+    }
+    return Solved(trajectory, answers, plots, checks)
+
+
+def straight(case: Case) -> fb.Trajectory:
+    """The flight along the axis, pushed a little aside: in two tilts, since there psi and phi are one angle."""
+    start = {"phi'": case["Omega"], "alpha_x'": case["Omega"] / 1000}
+    until, values = case.until, case.values
+    return fb.simulate(
+        shell_in("XYZ", "alpha_x alpha_y phi"), until, initial=start, values=values, tolerance=case.tolerance
+    )
+
+
+PROJECTILE = Entry(
+    "prob-6-20",
+    ("projectile", "spinning-shell"),
+    "Spin-stabilised projectile: steady wobble (Problem 6.20)",
+    (
+        "smallest spin for a steady wobble at the angle alpha, and its limit as alpha goes to 0",
+        "both wobble rates at the spin Omega",
+    ),
+    build,
+    solve,
+    until=0.1,
+    start={"theta": "alpha", "phi'": "Omega"},
+)

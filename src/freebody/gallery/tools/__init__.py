@@ -1,0 +1,1 @@
+"""What the entries of the gallery share: entries, cases, answers, pictures."""

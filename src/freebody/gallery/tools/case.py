@@ -1,0 +1,314 @@
+"""A system with numbers for its parameters, and the tools its answers are worked out with."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import sympy
+
+import freebody as fb
+
+from ...symbolic.printing.display import displayed, latex, text
+from ...symbolic.printing.show import text_of
+from .answer import Answer, Answers
+
+TOLERANCE = 1e-10
+"""Of the simulations, where none is asked for."""
+
+
+SMOOTH = 2001
+"""Output times of a motion that is drawn."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A system with numbers for its parameters.
+
+    ``case["m"]`` is the value of a parameter.
+    """
+
+    system: fb.System
+    values: dict[str, float]
+    until: float
+    tolerance: float
+    equations: Any
+
+    @cached_property
+    def atoms(self) -> dict[str, Any]:
+        """The SymPy atom of every name: parameters, coordinates, speeds and accelerations."""
+        found = dict(self.system.names.atoms)
+        for speed in self.equations.model.speeds:
+            found[speed.name + "'"] = speed.acceleration
+        return found
+
+    def having(self, **values: float) -> Case:
+        """The same system at other values of some parameters."""
+        return replace(self, values={**self.values, **values})
+
+    def touching(self, **modes: Any) -> Case:
+        """The same system with its contacts in other modes: ``case.touching(floor="stick")``; the rest is open."""
+        return replace(self, equations=fb.equations(self.system, modes=modes))
+
+    def refuse_unless(self, name: str, holds: bool, expected: str) -> None:
+        """Refuse a value of a parameter for which the answers do not exist."""
+        if not holds:
+            raise fb.errors.ModelError(f"Expected {expected}, got {name} = {self.values[name]:g}.")
+
+    # -- answers --------------------------------------------------------------------------------------------
+
+    def formula(
+        self,
+        question: str,
+        expression: Any,
+        unit: str,
+        how: str,
+        at: Mapping[str, Any] | None = None,
+        where: Mapping[str, Any] | None = None,
+    ) -> Answer:
+        """An answer in closed form: a canonical expression, and its value at the parameters.
+
+        Parameters
+        ----------
+        question, unit, how
+            As in :class:`Answer`.
+        expression : SymPy expression
+            Derived from the model, in its parameters, coordinates, speeds and accelerations.
+        at : mapping, optional
+            The coordinates and speeds that stand in it, by name, where it holds at any state: for the value only.
+        where : mapping, optional
+            What stands in it for a longer expression, a coordinate or a real symbol by name; earlier ones may hold
+            later ones.
+        """
+        ring = self.equations.ring
+        canonical = ring.from_sympy(sympy.sympify(expression))
+        written_out = sympy.sympify(expression)
+        for name, meant in (where or {}).items():
+            written_out = written_out.xreplace({self.atoms.get(name, sympy.Symbol(name, real=True)): meant})
+        meant_by = {name: ring.from_sympy(meant) for name, meant in (where or {}).items()}
+        return Answer(
+            question, self.number(written_out, at), unit, displayed(canonical, ring), how,
+            text(canonical, ring), latex(canonical, ring),
+            {name: displayed(meant, ring) for name, meant in meant_by.items()},
+            {name: text(meant, ring) for name, meant in meant_by.items()},
+        )  # fmt: skip
+
+    def equation(self, index: int, question: str) -> Answer:
+        """An equation of motion as an answer: its text is the value."""
+        e = self.equations
+        return Answer(
+            question,
+            e.lines()[index],
+            "",
+            e.motion[index],
+            "fb.equations(s).motion",
+            written=e.lines()[index],
+        )
+
+    def square_of_speed(
+        self, speed: str, start: Mapping[str, Any], end: Mapping[str, Any], integral: str = "energy"
+    ) -> Any:
+        """The square of a speed at a state, from an integral of the motion that has the same value at another.
+
+        Parameters
+        ----------
+        speed : str
+            Its name, such as ``"theta'"``; the integral has to be quadratic in it.
+        start, end : mapping
+            Coordinates and speeds by name, numbers or expressions; ``speed`` is the unknown of ``end``.
+        integral : str, optional
+            Name of one of ``fb.equations(s).integrals``.
+
+        Returns
+        -------
+        SymPy expression in the parameters (and in what ``start`` and ``end`` leave open)
+        """
+        kept = self.equations.integrals[integral].expression
+        u = sympy.Dummy("u")
+        balance = self.put(kept, {**end, speed: u}) - self.put(kept, start)
+        slope, rest = (sympy.Poly(sympy.expand(balance), u).coeff_monomial(u**k) for k in (2, 0))
+        return -rest / slope
+
+    # -- numbers --------------------------------------------------------------------------------------------
+
+    def __getitem__(self, name: str) -> float:
+        return self.values[name]
+
+    def put(self, expression: Any, state: Mapping[str, Any] | None = None) -> Any:
+        """An expression (or matrix) at a state, given by names such as ``"theta"``, ``"theta'"``, ``"theta''"``.
+
+        All are replaced at once; the parameters stay symbols.
+        """
+        # a derivative that is not named stays whole: nothing is put into it
+        kept = {atom: atom for atom in self.atoms.values()}
+        return expression.xreplace(kept | {self.atoms[k]: self._value(v) for k, v in (state or {}).items()})
+
+    def _value(self, value: Any) -> Any:
+        return self.system.expression(value) if isinstance(value, str) else sympy.sympify(value)
+
+    def number(self, expression: Any, state: Mapping[str, Any] | None = None) -> float:
+        """The value of an expression at a state and at the values of the parameters.
+
+        Raises
+        ------
+        ModelError
+            There is no finite value, as where a length of zero stands below a bar.
+        """
+        value = sympy.N(self.put(self.put(sympy.sympify(expression), state), self._exact_values), 17)
+        if not (value.is_real and value.is_finite):
+            wrong = [name for name, x in self.values.items() if x == 0]
+            hint = f" Look at what is zero: {', '.join(wrong)}." if wrong else ""
+            raise fb.errors.ModelError(
+                f"Expected values of '{self.system.name}' at which '{text_of(expression)}' is a finite number, got "
+                f"{'none: it divides by zero' if value.has(sympy.zoo, sympy.nan, sympy.oo) else value}.{hint}"
+            )
+        return float(value)
+
+    @cached_property
+    def _exact_values(self) -> dict[str, Any]:
+        """The values, of which the double nearest to a multiple of 90 degrees is that multiple: its cosine is 0."""
+        found: dict[str, Any] = dict(self.values)
+        for name, x in self.values.items():
+            turns = round(2 * x / math.pi)
+            if turns and x == turns * (math.pi / 2) and self.system.about.get(name, ("",))[0] == "rad":
+                found[name] = turns * sympy.pi / 2
+        return found
+
+    def numbers(self, matrix: Any, state: Mapping[str, Any] | None = None) -> np.ndarray:
+        """The values of a SymPy matrix, shape of the matrix."""
+        return np.array([self.number(entry, state) for entry in matrix]).reshape(matrix.shape)
+
+    def accelerations(self, state: Mapping[str, Any]) -> dict[str, float]:
+        """u' by name at coordinates and speeds, from the equations of motion: M u' = -bias + Gᵀ λ, G u' = -γ."""
+        e = self.equations
+        M, bias = self.numbers(e.mass_matrix, state), self.numbers(e.bias, state)
+        if e.model.constraints:
+            G, gamma = self.numbers(e.constraint_matrix, state), self.numbers(e.constraint_bias, state)
+            M = np.block([[M, -G.T], [G, np.zeros((len(G), len(G)))]])
+            bias = np.vstack([bias, gamma])
+        # redundant conditions leave multipliers open, but no acceleration
+        found = np.linalg.lstsq(M, -bias[:, 0])[0] if e.model.constraints else np.linalg.solve(M, -bias[:, 0])
+        names = [speed.name + "'" for speed in e.model.speeds]
+        return dict(zip(names, found.tolist(), strict=False))
+
+    def simulate(self, until: Any = None, **options: Any) -> Any:
+        """The motion at this case's values and tolerance; options as of :func:`freebody.simulate`."""
+        end = self.until if until is None else until
+        options = {"values": self.values, "tolerance": self.tolerance, **options}
+        # with contacts the modes are found on the way: the machine itself, not the one in the modes of the equations
+        machine = self.system if self.system.contacts else self.equations.model
+        return fb.simulate(machine, end, **options)
+
+    def motion(self, **options: Any) -> Any:
+        """The motion over the run at as many times as its picture needs: no fewer than `SMOOTH`."""
+        trajectory = self.simulate(**options)
+        return trajectory if len(trajectory.t) >= SMOOTH else self.simulate(samples=SMOOTH, **options)
+
+    def simulate_to(self, times: Iterable[float], **options: Any) -> Any:
+        """The motion at ``times`` only, in the order given.
+
+        A hundred times as fine as the run, as far as doubles go: the error at the end is a multiple of that of a step.
+        """
+        wanted = [self._time(t) for t in times]
+        finer = min(self.tolerance, max(self.tolerance / 100, 1e-13))
+        options = {"tolerance": finer, **options}
+        return self.simulate(max([*wanted, 1e-9]), times=wanted, **options)
+
+    @staticmethod
+    def _time(t: float) -> float:
+        if not t >= 0:
+            raise fb.errors.ModelError(f"Expected times of 0 s or later to answer for, got {t:g} s.")
+        return t
+
+    def simulate_past(self, name: str, count: int, required: bool = True, **options: Any) -> Any:
+        """A motion long enough for ``count`` events of a name after the start; it ends there if they are terminal.
+
+        Raises
+        ------
+        SimulationError
+            They are required and do not happen in a hundred times the length of the run.
+        """
+        until = self.until
+        while True:
+            trajectory = self.simulate(until, **options)
+            if len(happened(trajectory, name)) >= count:
+                return trajectory
+            if until > 100 * self.until:
+                break
+            until *= 2
+        if required:
+            raise fb.errors.SimulationError(
+                f"Expected '{name}' of '{self.system.name}' to happen {count} times, but in {until:g} s it does "
+                "not. Choose values with which it moves."
+            )
+        return trajectory
+
+    def simulate_to_mode(self, contact: str, mode: str, **options: Any) -> tuple[Any, Any]:
+        """A motion in which a contact comes into a mode ("slip" is either sense), and the event that begins it.
+
+        Raises
+        ------
+        SimulationError
+            It does not come in a hundred times the length of the run.
+        """
+        until = self.until
+        while True:
+            trajectory = self.simulate(until, **options)
+            for event in happened(trajectory, contact):
+                if f"→ {mode}" in str(event):
+                    return trajectory, event
+            if until > 100 * self.until:
+                raise fb.errors.SimulationError(
+                    f"Expected contact '{contact}' of '{self.system.name}' to come to '{mode}', but in {until:g} s "
+                    "it does not. Choose values with which it does."
+                )
+            until *= 2
+
+
+def happened(trajectory: fb.Trajectory, name: str) -> list[Any]:
+    """The events of a name after the start."""
+    return [event for event in trajectory.events if event.name == name and event.time > 0]
+
+
+def explain(system: fb.System, **about: str) -> None:
+    """Say of parameters and coordinates by name what they are: ``m="kg: mass of the disk"``."""
+    for name, words in about.items():
+        unit, _, what = words.partition(": ")
+        system.describe(name, unit=unit, about=what)
+
+
+def angle_where(expression: Any, angle: Any) -> Any:
+    """The angle from -90 to 90 degrees at which an expression A sin + B cos is zero: atan(-B/A).
+
+    Raises
+    ------
+    ModelError
+        The expression is not of this form.
+    """
+    numerator = sympy.expand(sympy.numer(sympy.together(sympy.expand(expression))))
+    A, B = (numerator.coeff(f(angle), 1) for f in (sympy.sin, sympy.cos))
+    left = sympy.expand(numerator - A * sympy.sin(angle) - B * sympy.cos(angle))
+    if left != 0 or A.has(angle) or B.has(angle):
+        raise fb.errors.ModelError(f"Expected A sin({angle}) + B cos({angle}) = 0 to solve, got {numerator}.")
+    return sympy.atan(sympy.cancel(-B / A))
+
+
+def mass_properties(body: Any) -> fb.MassProperties:
+    """Of a body that is not the ground."""
+    assert body.mass_properties is not None
+    return body.mass_properties
+
+
+def states(trajectory: fb.Trajectory, i: int, names: Mapping[str, str], label: str) -> Answers:
+    """Answers ``theta(t_1)``, ``theta'(t_1)`` and so on at output time ``i``, of name ``label``.
+
+    ``names`` are name -> unit.
+    """
+    return {
+        f"{name}({label})": Answer(f"{name} at {label}", float(trajectory[name][i]), unit, how="fb.simulate")
+        for name, unit in names.items()
+    }

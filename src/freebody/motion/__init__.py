@@ -1,0 +1,1 @@
+"""Motion of a machine: simulation, events, trajectory, batches."""

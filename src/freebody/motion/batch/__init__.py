@@ -1,0 +1,1 @@
+"""Many motions of one machine: lanes, threads, processes, results on disk."""

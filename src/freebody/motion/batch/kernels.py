@@ -1,0 +1,157 @@
+"""The machine code of a batch: everything that one lane asks for, with one set of constants per lane.
+
+One program holds the rates, the energy, the projection, what is asked for at the output times, the quantities whose
+extremes are sought and their rates dx/dt = ∂x/∂t + ∂x/∂q q' + ∂x/∂u u', and the events. Its constants depend on the
+parameters only; they are computed in the loop, once per lane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ...dynamics import State, coordinate_rates, kinetic_energy, potential_energy, traced_state
+from ...dynamics.motion import motion, total_power
+from ...errors import ExpressionError
+from ...program.fixed import Fixed
+from ...program.kernels import KernelSet, compile_tape
+from ...scalar.derivative import forward
+from ...scalar.trace import Tape
+from ..kernels.kernels import Kernels
+from ..kernels.method_kernels import without_series
+from ..kernels.methods import may_bend
+
+ENERGIES = ("kinetic_energy", "potential_energy", "energy", "work", "work_rate")
+"""Outputs that are no expressions of the machine's names: of all bodies [J], and the power behind ``work`` [W]."""
+
+
+@dataclass(frozen=True)
+class OfLimit:
+    """An output of `Kernels.limits`, by its place."""
+
+    place: int
+
+
+@dataclass(frozen=True)
+class BatchProgram:
+    """Kernels of a batch.
+
+    ``compiled``   rates (of `taylor` the series instead, or, where rates may bend, both), energy, outputs, reduced,
+                   watched and, where there are any, projection, dropped, tangent
+    ``watched``    number of event functions: those asked for, then rates of the quantities with extremes
+    ``dropped``    number of residuals that must stay zero
+    """
+
+    compiled: KernelSet | Fixed
+    watched: int
+    dropped: int
+
+    def address(self, name: str) -> int:
+        return int(self.compiled[name].address) if name in self.compiled.kernels else 0
+
+    @property
+    def switches(self) -> bool:
+        """Whether the rates have a law that switches."""
+        return "rates" in self.compiled.kernels and "sign" in self.compiled["rates"].operations
+
+    @property
+    def room(self) -> int:
+        """Numbers that the series of eight lanes writes."""
+        return self.compiled["series"].room if "series" in self.compiled.kernels else 0
+
+    def wide_address(self, name: str) -> int:
+        """Of the code for eight lanes."""
+        return int(self.compiled[name].lanes_address or 0) if name in self.compiled.kernels else 0
+
+
+def batch_program(
+    kernels: Kernels, outputs: Sequence[Any], reduced: Sequence[Any], events: Sequence[Any], method: str,
+    wide: bool = False,
+) -> BatchProgram:  # fmt: skip
+    """The program of a batch; compiled once for the same questions.
+
+    Parameters
+    ----------
+    outputs, reduced : sequence of expressions, or names among ENERGIES
+        Asked for at the output times; asked for as extremes.
+    events : sequence of expressions
+    method : str
+        `radau` needs the derivative of the rates along a direction, `taylor` the coefficients of the motion.
+    wide : bool
+        Whether eight lanes are run at once.
+    """
+    tangent, series = method == "radau", method == "taylor"
+    key = ("batch", tuple(outputs), tuple(reduced), tuple(events), tangent, series, wide)
+    if key not in kernels._programs:
+        try:
+            made = _recorded(kernels, outputs, reduced, events, tangent, series, wide)
+        except ExpressionError as error:
+            if not series:
+                raise
+            raise without_series(kernels.model, error) from None
+        kernels._programs[key] = made  # type: ignore[assignment]
+    return kernels._programs[key]  # type: ignore[return-value]
+
+
+def _recorded(
+    kernels: Kernels, outputs: Sequence[Any], reduced: Sequence[Any], events: Sequence[Any], tangent: bool,
+    series: bool, wide: bool,
+) -> BatchProgram:  # fmt: skip
+    model, tape = kernels.model, Tape()
+    state = traced_state(model, tape)
+    moving = motion(model, state, kernels.active)
+    power = total_power(model, state, moving)
+    energy = [kinetic_energy(model, state), potential_energy(model, state)]
+    y = [*state.q, *state.u]
+    rates = [*coordinate_rates(model, state), *moving.udot]
+    work: Any = 0
+    if kernels.works:
+        work = tape.input("work done")
+        y.append(work)
+        rates.append(power)
+    named = dict(zip(ENERGIES, (*energy, energy[0] + energy[1], work, power), strict=True))
+
+    left = kernels._limits(state, moving) if any(isinstance(x, OfLimit) for x in events) else []
+
+    def value(expression: Any) -> Any:
+        if isinstance(expression, OfLimit):
+            return left[expression.place]
+        return named[expression] if isinstance(expression, str) else state(expression)
+
+    quantities = [value(x) for x in reduced]
+    turning = forward(tape, quantities, [state.t, *y], [1, *rates])
+    watched = [*map(value, events), *(x for x in turning if not (isinstance(x, int) and x == 0))]
+    functions: dict[str, Sequence[Any]] = {
+        **({"series": rates} if series else {}),
+        **({} if series and not may_bend(kernels) else {"rates": rates}),
+        "energy": energy,
+        "outputs": [value(x) for x in outputs],
+        "reduced": quantities,
+        "watched": watched,
+    }
+    if kernels.active:
+        functions["projection"] = kernels._projected(state)
+    unused = kernels._dropped(state) if model.constraints else {}
+    if unused:
+        functions["dropped"] = kernels._checked_conditions(state, unused)
+    inputs = list(y)
+    if tangent:
+        along = [tape.input(f"direction {i}") for i in range(len(y))]
+        functions["tangent"] = forward(tape, rates, y, along)
+        inputs += along
+    parameters = [state.values[parameter.symbol] for parameter in model.parameters]
+    limits_only = bool(events) and not reduced and all(isinstance(x, OfLimit) for x in events)
+    asked = ("rates", "series", "projection", *(("watched",) if limits_only else ()))
+    batch = [name for name in asked if wide and name in functions]
+    more = {"series": len(y)} if series else {}
+    compiled = compile_tape(tape, functions, state.t, inputs, parameters, batch, more)
+    return BatchProgram(compiled, len(watched), len(functions.get("dropped", ())))
+
+
+def state_of(model: Any, field: Any, columns: Mapping[str, Any]) -> State:
+    """A state at rest of any field, from values of the parameters by name."""
+    from ...dynamics import rest_coordinates
+
+    values = {parameter.symbol: columns[parameter.name] for parameter in model.parameters}
+    return State(model, field, 0, rest_coordinates(model), [0] * model.n_u, values)

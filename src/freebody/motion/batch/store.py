@@ -1,0 +1,412 @@
+"""Results of a batch as a dataset, in memory or in a file that is filled lane by lane.
+
+The file is laid out whole before the first lane runs: every variable has its place and its size, filled with nan.
+Later only numbers are written into these places, first the results of a lane and then how it ended; a run that is
+stopped, even by force, leaves a file that can be read, and goes on with the lanes that are still waiting.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...errors import SimulationError, path_of
+from ...version import VERSION
+from ..lanes import lanes_layout as at
+from ..ode import layout
+from ..trajectory.files import lock, replacing, reserve, told
+from ..trajectory.trajectory import unit_of_name
+from .alone import REASON
+from .identity import parts
+from .outputs import CONTACT_MODES, TIMELINE, OfContact
+
+if TYPE_CHECKING:
+    import xarray
+
+
+_MARK = "runs"  # attribute that holds the identity of the runs, part by part
+_WHOLE = "The lanes that were written before are whole, and the same call goes on with the others. "
+_SMALL = 1 << 28  # bytes that are read at once
+_HEAP = (
+    1 << 16
+)  # bytes at most by which HDF5 grows a file for texts, besides these, and of what names the file
+_ADDRESS = 16  # bytes in the file that tell the length and the place of a text
+_EACH = 1 << 12  # bytes at most that describe a variable
+TEXTS = {
+    TIMELINE: "modes of contacts: [contact, mode, start, end, why], ...; read by freebody.timeline",
+    REASON: "why the run failed, or is not physical",
+}
+
+
+def _variables(job: Any) -> dict[str, tuple[tuple[str, ...], Any, dict[str, str]]]:
+    """Name -> dimensions, type, attributes of everything that depends on the lane."""
+    model, asked = job.kernels.model, job.asked
+    result: dict[str, Any] = {}
+    for name, value in zip(asked.timed, asked.timed_values, strict=True):
+        result[name] = (("lane", "time"), "f8", _about(model, name, value))
+    for name, (how, place) in asked.numbers.items():
+        about = _about(model, asked.reduced[place], asked.reduced_values[place])
+        result[name] = (("lane",), "f8", {**about, "long_name": f"{how} of {asked.reduced[place]}"})
+    if job.specs:
+        first = "first time of each event; nan where it did not happen"
+        result["event_time"] = (("lane", "event"), "f8", {"units": "s", "long_name": first})
+        result["event_last"] = (
+            ("lane", "event"),
+            "f8",
+            {"units": "s", "long_name": "last time of each event"},
+        )
+        result["event_count"] = (("lane", "event"), "i8", {"long_name": "how often each event happened"})
+    result["end"] = (("lane",), "f8", {"units": "s", "long_name": "time at which the run ended"})
+    result["steps"] = (("lane",), "i8", {"long_name": "accepted steps"})
+    for name in job.texts:
+        result[name] = (("lane",), "text", {"long_name": TEXTS[name]})
+    result["blame"] = (("lane",), "i8", {"long_name": "component, or event, that stopped a failed lane"})
+    result["status"] = (("lane",), "i1", {"long_name": "how the run ended"})
+    return result
+
+
+_UNITS = {"gap": "m", "normal": "N", "tangential": "N", "slip": "m/s", "margin": "N"}
+
+
+def _about(model: Any, name: str, value: Any) -> dict[str, Any]:
+    if isinstance(value, OfContact):
+        about = {"long_name": f"{value.what} of contact {model.contacts[value.contact].name}"}
+        if value.what == "mode":
+            return {
+                **about,
+                "flag_values": np.arange(len(CONTACT_MODES)),
+                "flag_meanings": " ".join(CONTACT_MODES),
+            }
+        return {"units": _UNITS[value.what], **about}
+    if name in model.coordinate_names or name in model.speed_names:
+        return {"units": unit_of_name(model, name), "long_name": name}
+    if name in ("kinetic_energy", "potential_energy", "energy", "work"):
+        return {"units": "J", "long_name": name.replace("_", " ")}
+    return {"long_name": name}
+
+
+def _coordinates(job: Any) -> dict[str, Any]:
+    """Coordinates of the dataset: lane, time, events, and what was varied."""
+    given = job.given
+    result: dict[str, Any] = {"lane": ("lane", np.arange(given.count))}
+    if job.asked.timed:
+        result["time"] = ("time", job.wanted, {"units": "s", "long_name": "time"})
+    if job.specs:
+        result["event"] = ("event", np.array([spec.name for spec in job.specs], dtype=object))
+    for name in given.varied[0]:
+        result[name] = ("lane", np.asarray(given.columns[name]), {"long_name": f"parameter {name}"})
+    model = job.kernels.model
+    names = [*model.coordinate_names, *model.speed_names]
+    for name in given.varied[1]:
+        if name in names:
+            about = {"units": unit_of_name(model, name), "long_name": f"{name} at the start"}
+            result[f"{name}_start"] = ("lane", np.asarray(given.initial[name], dtype=float), about)
+    return result
+
+
+def check_names(job: Any) -> None:
+    """Refuse outputs and events of which the dataset could hold only one, since another variable has their name.
+
+    Raises
+    ------
+    SimulationError
+        The name, and what has it already.
+    """
+    own = [name for name in _variables(job) if name not in job.asked.timed and name not in job.asked.numbers]
+    taken = dict.fromkeys(
+        [*own, "event_time", "event_last", "event_count", "event", "status", REASON], "tells how lanes ended"
+    )
+    taken |= dict.fromkeys(("lane", "time"), "counts the lanes and the times")
+    for name in job.given.varied[0]:
+        if name in taken:
+            raise SimulationError(
+                f"Expected another name for the varied parameter '{name}', which in the results {taken[name]}. "
+                "Rename it."
+            )
+        taken[name] = "holds the varied parameter"
+    taken |= {f"{name}_start": "holds the varied start" for name in job.given.varied[1]}
+    for name in (*job.asked.timed, *job.asked.numbers):
+        if name in taken:
+            raise SimulationError(
+                f"Expected another name for the output '{name}', which in the results {taken[name]}. Name it: "
+                f"outputs={{'my_{name}': ...}}."
+            )
+    events = [spec.name for spec in job.specs]
+    for name in events:
+        if events.count(name) > 1:
+            raise SimulationError(
+                f"Expected events of different names in a batch, got '{name}' twice. Name them: "
+                "fb.event(..., name=...)."
+            )
+
+
+def _attributes(job: Any) -> dict[str, Any]:
+
+    model, given = job.kernels.model, job.given
+    fixed = {name: x for name, x in given.values_of(0).items() if name not in given.varied[0]}
+    return {
+        "title": f"Motions of {model.name}",
+        "method": job.method,
+        "tolerance": float(np.min(job.tolerances)) if len(job.tolerances) else 0.0,
+        "start": job.begin,
+        "until": job.end,
+        "parameters": json.dumps(fixed),
+        "source": f"freebody {VERSION}",
+    }
+
+
+def _parts(job: Any, part: Any) -> dict[str, Any]:
+    """Arrays of a part by the names of the variables; how a lane ended comes last."""
+    result: dict[str, Any] = {name: part.values[:, :, i] for i, name in enumerate(job.asked.timed)}
+    for name in job.asked.numbers:
+        result[name] = job.asked.number(name, part.reduced)
+    if job.specs:
+        m = len(job.specs)
+        result["event_time"], result["event_last"] = part.event_times[:, :m, 0], part.event_times[:, :m, 1]
+        result["event_count"] = part.counts[:, :m]
+    for i, name in enumerate(job.texts):
+        result[name] = part.texts[:, i]
+    result["end"], result["steps"], result["blame"] = part.ends, part.kept[:, 1], part.kept[:, 3]
+    result["status"] = part.kept[:, 0]
+    return result
+
+
+def dataset_of(job: Any, part: Any) -> xarray.Dataset:
+    """Results in memory."""
+    import xarray
+
+    found = _parts(job, part)
+    variables = {
+        name: (dims, found[name], about)
+        for name, (dims, _, about) in _variables(job).items()
+        if name != "status"
+    }
+    data = xarray.Dataset(variables, coords=_coordinates(job), attrs=_attributes(job))
+    return _told(data, found["status"], found["blame"], job)
+
+
+def _told(data: xarray.Dataset, codes: Any, blame: Any, job: Any) -> xarray.Dataset:
+    """With statuses and names in place of numbers."""
+    from .batch import STATUS
+
+    widest = max(map(len, STATUS.values()))
+    words = np.full(len(codes), "", dtype=f"<U{widest}")
+    for code in np.unique(codes):
+        words[codes == code] = STATUS[int(code)]
+    for name in (*job.asked.timed, *job.asked.numbers):
+        if job.asked.is_mode(name):
+            numbers = data[name].values
+            place = np.where(np.isfinite(numbers), numbers, len(CONTACT_MODES)).astype(int)
+            about = {"long_name": data[name].attrs["long_name"]}
+            data[name] = (data[name].dims, np.array([*CONTACT_MODES, ""], dtype=object)[place], about)
+    for name in job.texts:
+        data[name] = data[name].astype(object)
+    data["status"] = ("lane", words, {"long_name": "how the run ended"})
+    components, events = list(job.kernels.names), [spec.name for spec in job.specs]
+    names = np.array([*components, *events, ""], dtype=str)
+    of_events = (layout.UNDEFINED, at.UNPHYSICAL, at.STOPPED_UNPHYSICAL)
+    places = np.where(np.isin(codes, of_events), len(components) + blame, blame)
+    blamed = (layout.NOT_FINITE, layout.COLLAPSED, layout.DIVERGED, *of_events)
+    good = ~np.isin(codes, blamed)
+    data["blame"] = (
+        "lane", names[np.where(good, len(names) - 1, np.minimum(places, len(names) - 1))],
+        {"long_name": "coordinate, speed or event that stopped a failed lane, or from which on it is not physical"},
+    )  # fmt: skip
+    waiting = int((codes == -1).sum())
+    if waiting:
+        data.attrs["interrupted"] = f"{waiting} of {len(codes)} lanes were not run"
+    if job.failed:
+        data.attrs["no_start"] = json.dumps({str(k): v for k, v in list(job.failed.items())[:20]})
+    return data
+
+
+class Store:
+    """A netCDF file that is filled lane by lane.
+
+    Raises
+    ------
+    SimulationError
+        No such folder; a file of other runs, or no netCDF file at all.
+    """
+
+    def __init__(self, path: Any, job: Any) -> None:
+        self.path, self.job = path_of(path, "store=", SimulationError), job
+        self.parts = parts(job)
+        with told(self.path):
+            if self.path.is_dir():
+                raise SimulationError(
+                    f"Expected the path of a file for store=, got the folder '{self.path}'. Name a file in it, such as "
+                    f"'{self.path / 'lanes.nc'}'."
+                )
+            if not self.path.parent.is_dir():
+                raise SimulationError(
+                    f"Can not write '{self.path}': there is no folder '{self.path.parent}'. Make it, or choose another "
+                    "path."
+                )
+            there = self.path.exists()
+            if there and not self.path.is_file():  # HDF5 would wait for a pipe
+                raise SimulationError(
+                    f"Expected the path of a file for store=, got '{self.path}', which is none."
+                )
+        if there:
+            self._check()
+        else:
+            self._create()
+
+    def _check(self) -> None:
+        import h5py
+
+        try:
+            with h5py.File(self.path, "r") as file:
+                said = file.attrs.get(_MARK, "")
+                waiting = "status" in file and bool((file["status"][:] == -1).any())
+        except OSError as error:
+            raise SimulationError(
+                f"Expected results of a batch in '{self.path}', but it can not be read: {error}. Choose another path."
+            ) from None
+        said = said.decode() if isinstance(said, bytes) else str(said)
+        known = json.loads(said) if said.startswith("{") else {}
+        others = [name for name, mark in self.parts.items() if known.get(name) != mark]
+        if others:
+            what = f"runs that differ in the {', the '.join(others)}" if known else "something else"
+            raise SimulationError(
+                f"Expected '{self.path}' to hold results of the same runs, to go on with them, but it holds those of "
+                f"{what}. Choose another path, or remove the file."
+            )
+        if waiting:
+            with told(self.path, more=_WHOLE):
+                self._mend()
+
+    def _mend(self) -> None:
+        """Empty the texts of lanes that were not run: a process that was killed as it wrote them has left addresses
+        there of what it did not write any more, with which HDF5 reads no text at all."""
+        import h5py
+
+        with h5py.File(self.path, "r") as file:
+            places = [file[_escaped(name)].id.get_offset() for name in self.job.texts]
+            ended = file["status"].id.get_offset()
+        with self.path.open("r+b") as raw:
+            lock(raw)
+            raw.seek(ended)
+            statuses = np.frombuffer(raw.read(self.job.given.count), dtype=np.int8)
+            for first, last in _runs(np.flatnonzero(statuses == -1)) if places else ():
+                for place in places:
+                    raw.seek(place + _ADDRESS * first)
+                    raw.write(bytes(_ADDRESS * (last - first)))
+
+    def _create(self) -> None:
+        import h5netcdf
+        import h5py
+
+        from .batch import STATUS
+
+        job = self.job
+        with (
+            replacing(self.path, self._size()) as new,
+            h5netcdf.File(new, "w") as file,
+        ):
+            sizes = {"lane": job.given.count}
+            if job.asked.timed:
+                sizes["time"] = job.wanted.size
+            if job.specs:
+                sizes["event"] = len(job.specs)
+            file.dimensions = sizes
+            for name, (dims, values, *about) in _coordinates(job).items():
+                values = np.asarray(values)
+                if values.dtype == object:
+                    made = file.create_variable(name, (dims,), dtype=h5py.string_dtype())
+                    made[:] = values
+                else:
+                    file.create_variable(name, (dims,), data=values)
+                for key, text in (about[0] if about else {}).items():
+                    file[name].attrs[key] = text
+            beside = [name for name in _coordinates(job) if name not in sizes]
+            for name, (dims, kind, about) in _variables(job).items():
+                if kind == "text":
+                    made = file.create_variable(_escaped(name), dims, dtype=h5py.string_dtype())
+                    made[:] = ""
+                    made.attrs.update(about)
+                    continue
+                # a first number takes the whole place in the file, filled
+                empty = np.nan if kind == "f8" else -1
+                made = file.create_variable(_escaped(name), dims, dtype=kind, fillvalue=empty)
+                made[(0,) * len(dims)] = empty
+                for key, text in about.items():
+                    made.attrs[key] = text
+                if beside:
+                    made.attrs["coordinates"] = " ".join(beside)
+            codes = {code: text for code, text in STATUS.items() if code >= 0}
+            file["status"].attrs["flag_values"] = np.array(list(codes), dtype="i1")
+            words = [text.replace(",", "").replace(" ", "_") for text in codes.values()]
+            file["status"].attrs["flag_meanings"] = " ".join(words)
+            for key, value in _attributes(job).items():
+                file.attrs[key] = value
+            file.attrs[_MARK] = json.dumps(self.parts)
+
+    def _size(self) -> int:
+        """Bytes of the file as it is laid out, at most."""
+        job = self.job
+        sizes = {"lane": job.given.count, "time": job.wanted.size, "event": len(job.specs)}
+        laid = _variables(job).values()
+        columns = [np.asarray(values).size for _, values, *_ in _coordinates(job).values()]
+        return (
+            sum(_EACH + 16 * math.prod(sizes[d] for d in dims) for dims, kind, _ in laid if kind == "text")
+            + sum(_EACH + 8 * math.prod(sizes[d] for d in dims) for dims, kind, _ in laid if kind != "text")
+            + sum(_EACH + 16 * count for count in columns)
+            + _HEAP
+        )
+
+    def waiting(self, low: int, high: int) -> Any:
+        """Which lanes of a range were not run, as 0 or 1."""
+        import h5py
+
+        with h5py.File(self.path, "r") as file:
+            return (file["status"][low:high] == -1).astype(np.int64)
+
+    def write(self, part: Any) -> None:
+        """Results of lanes; those that were not run stay as they are."""
+        import h5py
+
+        found = _parts(self.job, part)
+        done = np.flatnonzero(found["status"] != -1)
+        if not done.size:
+            return
+        texts = {name: [x.encode() for x in found[name][done]] for name in self.job.texts}
+        growth = sum(_HEAP + sum(2 * len(x) + 64 for x in some) for some in texts.values())
+        with told(self.path, growth, _WHOLE):
+            reserve(self.path, growth)
+            with h5py.File(self.path, "r+") as file:
+                for name, array in found.items():
+                    if name == "status":
+                        file.flush()
+                    if array.size:
+                        for first, last in _runs(done):
+                            file[_escaped(name)][part.low + first : part.low + last] = array[first:last]
+
+    def dataset(self) -> xarray.Dataset:
+        """What the file holds: read into memory, or from the file as it is used where it is large."""
+        import xarray
+
+        opened = xarray.open_dataset(self.path, engine="h5netcdf", mask_and_scale=False, decode_times=False)
+        if opened.nbytes < _SMALL:
+            opened.load()
+            opened.close()
+        codes, blame = opened["status"].values, opened["blame"].values
+        opened.attrs.pop(_MARK, None)
+        data = _told(opened.drop_vars(["status", "blame"]), codes, blame, self.job)
+        data.set_close(opened.close)
+        return data
+
+
+def _runs(places: Any) -> list[tuple[int, int]]:
+    """Ranges of consecutive numbers."""
+    breaks = np.flatnonzero(np.diff(places) > 1) + 1
+    return [(int(x[0]), int(x[-1]) + 1) for x in np.split(places, breaks)]
+
+
+def _escaped(name: str) -> str:
+    """A name without the separator of groups."""
+    return name.replace("/", "÷")

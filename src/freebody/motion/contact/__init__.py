@@ -1,0 +1,1 @@
+"""Motion with contacts from event to event: stick, slip, roll, lift-off, impact."""

@@ -1,0 +1,192 @@
+"""Slip in space at speed zero, where it has no direction: its first and its last moment, as straight steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...dynamics import coordinate_rates
+from ...dynamics.state import float_state
+from ...errors import SimulationError
+from ..ode.dense_output import FINISHED, Array, Path, Rates, observe, projected
+from ..trajectory.phases import Segment
+from .complementarity import OPEN, SLIP, SMALL, STICK, Solution
+from .modes import modes_at
+from .scene import STOPPED, Modes, Phase, Snapshot
+from .state import NUDGE, ContactRun
+
+LONGEST = 1e-6
+"""Length of a straight step at most: a slip that would take longer to get under way is nudged [s]."""
+
+
+@dataclass(eq=False)
+class Leap(Path):
+    """One straight step, so short that its curvature is beyond double precision."""
+
+    def sample(self, times: Any, dense: bool = False) -> Array:
+        del dense
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+        length = self.times[-1] - self.times[0]
+        x = (wanted - self.times[0]) / length if length > 0 else np.zeros_like(wanted)
+        return self.states[0] + x[:, None] * (self.states[-1] - self.states[0])
+
+
+def onset(
+    work: ContactRun, t: float, y: Array, modes: Modes, one: Solution | None, seen: Snapshot, end: float
+) -> Any:
+    """The first moment of a slip in space that begins at rest: a straight step, after which it has a direction."""
+    starting = [
+        k
+        for k, mode in enumerate(modes)
+        if mode == SLIP
+        and work.scene.tangents[k] == 2
+        and not work.model.contacts[k].frictionless
+        and float(np.linalg.norm(work.slip(seen, k))) <= work.still(y)
+    ]
+    if not starting or one is None:
+        return t, y
+    chosen = [k for k in work.closed(t, seen, y) if seen.rate[work.scene.first[k]] <= work.still(y)]
+    rows = [
+        i
+        for k in chosen
+        for i in range(work.scene.first[k], work.scene.first[k] + 1 + work.scene.tangents[k])
+    ]
+    udot = seen.free + one.forces @ seen.responses[rows]
+    pull = min(
+        float(np.linalg.norm((seen.A[:, rows] @ one.forces + seen.c)[work.scene.first[k] + 1 :][:2]))
+        for k in starting
+    )
+    if pull <= SMALL * (float(np.abs(seen.c).max(initial=0)) + 1e-300) or pull * LONGEST < 4 * STOPPED:
+        return t, nudged(work, t, y, starting, chosen, modes, one, seen)
+    step = min(max(4 * STOPPED / pull, 1e-9), end - t)
+    y_after = y.copy()
+    y_after[work.n : work.n + work.model.n_u] += step * udot
+
+    middle = (work.u(y) + work.u(y_after)) / 2
+    state = float_state(work.model, y[: work.n].tolist(), middle.tolist(), t, work.values)
+    y_after[: work.n] += step * np.array([float(x) for x in coordinate_rates(work.model, state)])
+    return leap(work, t, y, t + step, y_after, modes)
+
+
+def nudged(
+    work: ContactRun,
+    t: float,
+    y: Array,
+    starting: Sequence[int],
+    chosen: Sequence[int],
+    modes: Modes,
+    one: Solution,
+    seen: Snapshot,
+) -> Array:
+    """A slip that begins with no acceleration has no direction yet: it gets one, with a speed of :data:`NUDGE`.
+
+    Raises
+    ------
+    SimulationError
+        Contacts that stick do not let it slip: how friction is shared among them is not determined.
+    """
+    rows, wanted = [], []
+    for k, (mode, d) in zip(chosen, one.modes, strict=True):
+        if mode == OPEN:
+            continue
+        at, n = work.scene.first[k], work.scene.tangents[k]
+        rows.append(at)
+        wanted.append(0.0)
+        if mode == STICK or k in starting:
+            rows += range(at + 1, at + 1 + n)
+            wanted += [NUDGE * x for x in d] if k in starting else [0.0] * n
+    A, goal = seen.A[np.ix_(rows, rows)], np.array(wanted)
+    impulses = np.linalg.lstsq(A, goal, rcond=SMALL)[0]
+    loose = len(starting) > 1 and work.loose_forces(modes, frozenset(), seen)[rows].any()
+    if loose or np.abs(A @ impulses - goal).max(initial=0) > 1e-3 * NUDGE:
+        names = ", ".join(f"'{work.names[k]}'" for k in chosen if modes[k] != OPEN)
+        raise SimulationError(
+            f"Contacts {names} at t = {t:.9g} s are statically indeterminate: friction, shared in proportion to N, "
+            f"has reached μ_s N, and the motion does not say how they share it. Rest the "
+            f"body on fewer contacts, describe it in its plane of motion, or take method='timestepping'."
+        )
+    after = y.copy()
+    after[work.n : work.n + work.model.n_u] += impulses @ seen.responses[rows]
+    return after
+
+
+def leap(
+    work: ContactRun, t: float, y: Array, t_after: float, y_after: Array, modes: Modes
+) -> tuple[float, Array]:
+    phase, rates, _, _ = work.setup(modes, y_after, work.look(t_after, y_after))
+    if phase.active:
+        y_after = projected(rates, t_after, y_after)
+    path = Leap(
+        rates,
+        np.array([t, t_after]),
+        np.array([t_after - t]),
+        np.array([y, y_after]),
+        (),
+        FINISHED,
+        0,
+        0,
+        0,
+    )
+    work.segments.append(Segment(path, phase, work.impulses, phase.shown, phase.loose))
+    return t_after, y_after
+
+
+def halt(
+    work: ContactRun, phase: Phase, rates: Rates, k: int, t: float, y: Array, modes: Modes
+) -> tuple[float, Array]:
+    """The rest of a slip in space that has come down to :data:`STOPPED`: a straight step to its end."""
+    program = phase.contact()
+    constants = program.constants(work.parameters)
+    m, at = work.scene.rows, work.scene.first[k]
+    rate = observe(program.address("rate"), m, np.array([t]), y[None], constants)[0][at + 1 : at + 3]
+    a = observe(program.address("acceleration"), m, np.array([t]), y[None], constants)[0][at + 1 : at + 3]
+    speed = float(np.linalg.norm(rate))
+    if not speed > 0:
+        return t, y
+    slowing = -float(rate @ a) / speed
+    if not slowing > 0:
+        return t, y
+
+    def stopped(t: float, y: Array, contacts: Sequence[int]) -> tuple[Array, float]:
+        """Without the slip that is left, by an impulse of its size, and its work; what is closed stays so."""
+        seen = work.look(t, y)
+        first = work.scene.first
+        rows = [i for j in contacts for i in (first[j] + 1, first[j] + 2)]
+        rows += [first[j] for j, mode in enumerate(modes) if mode != OPEN]
+        impulses = np.zeros(m)
+        impulses[rows] = np.linalg.lstsq(seen.A[np.ix_(rows, rows)], -seen.rate[rows], rcond=SMALL)[0]
+        result = y.copy()
+        result[work.n : work.n + work.model.n_u] += impulses @ seen.responses
+        return result, work.gained(t, y, seen, impulses)
+
+    step = speed / slowing
+    if step > LONGEST:
+        # hardly slower: it stops where it then sticks, else it is a slip that has hardly begun
+        after, gained = stopped(t, y, [k])
+        if modes_at(work, t, after, modes)[0][k] != STICK:
+            return t, y
+        work.impulses += gained
+        return t, after
+    f = observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
+    after = y + step * f
+    before, then = work.look(t, y), work.look(t + step, after)
+    together = [k]  # a body that turns as it stops comes to rest at all its contacts at once
+    for j, mode in enumerate(modes):
+        if (
+            j != k
+            and mode == SLIP
+            and work.scene.tangents[j] == 2
+            and not work.model.contacts[j].frictionless
+        ):
+            was, left = (float(np.linalg.norm(work.slip(one, j))) for one in (before, then))
+            if was <= 100 * STOPPED and left <= was / 10:
+                together.append(j)
+    # what is left of the slip after a straight step is of second order in it
+    after, gained = stopped(t + step, after, together)
+    work.impulses += gained
+    path = Leap(rates, np.array([t, t + step]), np.array([step]), np.array([y, after]), (), FINISHED, 0, 0, 0)
+    work.segments.append(Segment(path, phase, work.impulses, phase.shown, phase.loose))
+    return t + step, after

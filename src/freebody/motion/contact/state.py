@@ -1,0 +1,438 @@
+"""What one run with contacts holds: numbers of its contacts, compiled equations of each set of modes, what happened."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...dynamics.composite import mass_matrix
+from ...dynamics.constraints import linearized
+from ...dynamics.contact import contact_rows, reaches_along
+from ...dynamics.state import float_state
+from ...dynamics.unilateral import MotionWarning, limits, passed_by_impulse
+from ...errors import SimulationError
+from ..kernels.kernels import Kernels
+from ..legs.blow import Blow, call_of, strike
+from ..ode.dense_output import Array, Rates, Watch, observe
+from ..trajectory.event import EventSpec, Happening, expressions_of
+from ..trajectory.phases import Segment
+from .complementarity import OPEN, SLIP, SMALL, STICK, Touching, unknowns
+from .impacts import impact
+from .scene import SMOOTH, Modes, Phase, Scene, Snapshot, scene_of
+
+CLOSED = 1e-10
+"""Gap, relative to 1 m or the greatest coordinate, at which a contact is closed."""
+STILL = 1e-10
+"""Speed, relative to 1 m/s or the greatest speed, below which a contact does not approach, slip or leave."""
+LOW = 1e-15
+"""Height of a flight, relative to 1 m or the greatest coordinate, that round-off hides."""
+NUDGE = 1e-9
+"""Speed of slip given to one that begins in space without acceleration [m/s]."""
+CROWD = 1e-7
+"""Time between two events that counts as none where they crowd [s]."""
+PHASES = 100_000
+"""Phases of one run at most."""
+CHOICES = ("refuse", "least")
+"""What becomes of a motion that depends on how forces are shared that nothing determines."""
+ENDLESS = 200
+"""Changes of mode at one moment before they are refused as endless."""
+_KEPT = 8  # snapshots that are kept
+
+
+@dataclass
+class Bounce:
+    time: float
+    contacts: frozenset[int]
+    speed: float  # greatest approach speed
+    stuck: bool  # whether none of them slips after it
+
+
+class ContactRun:
+    """One run of a machine with contacts. See :func:`run`."""
+
+    def __init__(
+        self,
+        kernels: Kernels,
+        values: Mapping[str, float],
+        expressions: Sequence[Any],
+        specs: Sequence[EventSpec],
+        relative: Array,
+        absolute: Array,
+        order: str,
+        options: Mapping[str, Any],
+        max_steps: int | None,
+        blows: Sequence[tuple[float, Blow]] = (),
+        called: Sequence[Blow] = (),
+        least: bool = False,
+        scene: Scene | None = None,
+    ) -> None:
+        self.kernels, self.values = kernels, values
+        self.model = kernels.model
+        self.scene = scene_of(kernels) if scene is None else scene
+        self.parameters = kernels.parameters(values)
+        # events of the user, then those that call for a blow
+        self.asked = len(specs)
+        calls = tuple(call_of(one) for one in called)
+        self.specs = (*specs, *calls)
+        self.expressions = (*expressions, *expressions_of(kernels.model, calls))
+        self.blows, self.called = list(blows), tuple(called)
+        self.counts = [math.inf if one.times is None else one.times for one in called]
+        self.relative, self.absolute = relative, absolute
+        self.order, self.options, self.least = order, options, least
+        self.steps_left = max_steps
+        self.names = [c.name for c in self.model.contacts]
+        self.n = self.model.n_q
+        self.segments: list[Segment] = []
+        self.happenings: list[Happening] = []
+        self.changes: list[list[Any]] = []  # [contact, mode, start, end, why]
+        self.impulses = 0.0
+        self.bounces: list[Bounce] = []
+        self.indeterminate: dict[str, float] = {}
+        self._setups: dict[Any, Any] = {}
+        self._seen: dict[tuple[float, bytes], Snapshot] = {}
+        self._constants = self.scene.constants(self.parameters)
+        self.rates: Rates | None = None
+        self.left: set[int] = set()  # contacts that begin to leave the end of their side at this moment
+
+    # -- numbers ---------------------------------------------------------------------------------
+
+    def look(self, t: float, y: Array) -> Snapshot:
+        """The contacts at one moment; what was seen last is asked for several times at each event."""
+        key = (t, y.tobytes())
+        if key not in self._seen:
+            if len(self._seen) == _KEPT:
+                del self._seen[next(iter(self._seen))]
+            self._seen[key] = self.scene.at(t, y, self._constants)
+        return self._seen[key]
+
+    def u(self, y: Array) -> Array:
+        return y[self.n : self.n + self.model.n_u]
+
+    def still(self, y: Array) -> float:
+        return STILL * (1 + float(np.abs(self.u(y)).max(initial=0)))
+
+    def near(self, y: Array) -> float:
+        return CLOSED * (1 + float(np.abs(y[: self.n]).max(initial=0)))
+
+    def slip(self, seen: Snapshot, k: int) -> Array:
+        at = self.scene.first[k]
+        return seen.rate[at + 1 : at + 1 + self.scene.tangents[k]]
+
+    def closed(self, t: float, seen: Snapshot, y: Array) -> list[int]:
+        """Contacts whose gap is zero and whose foot is within its side: on it, or at its end and not leaving it.
+
+        At the end of a side, what is round touches the side or the corner, never both. What came around that end is
+        behind the side, and does not touch it.
+        """
+        near = self.near(y)
+        deep = near * (
+            1 + float(np.abs(self.u(y)).max(initial=0))
+        )  # times are located to round-off, not gaps
+        found = [k for k in range(len(self.names)) if -deep <= seen.gap[k] <= near and seen.reach[k] >= -near]
+        at_end = [k for k in found if seen.reach[k] <= near]
+        gone = {k for k in at_end if k in self.left or self._leaves(t, y, k)}
+        found = [k for k in found if k not in gone]
+        return [k for k in found if not any(side in found for side, _ in self.scene.ends.get(k, ()))]
+
+    def _leaves(self, t: float, y: Array, k: int, udot: Array | None = None) -> bool:
+        """Whether the foot of a contact at the end of its side moves off it; with ``udot``, also where it begins to."""
+        state = float_state(self.model, y[: self.n].tolist(), self.u(y).tolist(), t, self.values)
+        still = self.still(y)
+        given = np.zeros(self.model.n_u) if udot is None else udot
+        for value, rate, growth in reaches_along(self.model, state, self.model.contacts[k], given.tolist()):
+            if abs(value) > self.near(y):
+                continue
+            if rate < -still or (udot is not None and abs(rate) <= still and growth < -SMALL):
+                return True
+        return False
+
+    def begins_to_leave(
+        self, t: float, y: Array, seen: Snapshot, chosen: Sequence[int], udot: Array
+    ) -> list[int]:
+        """Contacts at rest at the end of their side that these accelerations take off it."""
+        near = self.near(y)
+        return [k for k in chosen if seen.reach[k] <= near and self._leaves(t, y, k, udot)]
+
+    def smooth(self, seen: Snapshot, k: int) -> bool:
+        """Whether the coefficients of friction are zero in this run."""
+        return bool(seen.friction[k] == seen.static[k] == 0)
+
+    def touching(self, seen: Snapshot, k: int, still: float) -> Touching:
+        v = self.slip(seen, k)
+        speed = float(np.linalg.norm(v))
+        return Touching(
+            self.names[k], self.scene.first[k], self.scene.tangents[k], seen.friction[k], seen.static[k],
+            v / speed if speed > still else None,
+        )  # fmt: skip
+
+    def alike(self, contacts: Sequence[Touching], seen: Snapshot, chosen: Sequence[int], y: Array) -> float:
+        """Relative difference of two motions that round-off of the directions of slip makes."""
+        slips = [
+            float(np.linalg.norm(self.slip(seen, k)))
+            for k, c in zip(chosen, contacts, strict=True)
+            if c.sliding is not None and c.tangents == 2
+        ]
+        noise = 1e-14 * (1 + float(np.abs(self.u(y)).max(initial=0)))
+        return max(1e-8, *(noise / v for v in slips)) if slips else 1e-8
+
+    def part(self, seen: Snapshot, chosen: Sequence[int], y: Array) -> tuple[Any, ...]:
+        """The problem of the chosen contacts alone: A, their rows, responses, contacts with rows renumbered."""
+        rows: list[int] = []
+        contacts = []
+        for k in chosen:
+            one = self.touching(seen, k, self.still(y))
+            contacts.append(replace(one, row=len(rows)))
+            rows += range(self.scene.first[k], self.scene.first[k] + 1 + self.scene.tangents[k])
+        return seen.A[np.ix_(rows, rows)], rows, seen.responses[rows], contacts
+
+    # -- impacts ---------------------------------------------------------------------------------
+
+    def collide(self, t: float, y: Array, seen: Snapshot) -> tuple[Array, bool]:
+        """State after the impact of the contacts that approach, if any does."""
+        still = self.still(y)
+        closed = self.closed(t, seen, y)
+        speeds = {k: float(seen.rate[self.scene.first[k]]) for k in closed}
+        if not any(v < -still for v in speeds.values()):
+            return y, False
+        chosen = [k for k in closed if speeds[k] <= still]
+        A, rows, responses, contacts = self.part(seen, chosen, y)
+        before = seen.rate[rows]
+        laws = [self.model.contacts[k].impact for k in chosen]
+        e = [float(seen.restitution[k]) for k in chosen]
+        try:
+            hit = impact(A, before, contacts, e, laws, responses, self.order, still, self.least)
+        except SimulationError as error:
+            raise SimulationError(f"Impact at t = {t:.9g} s of '{self.model.name}': {error}") from None
+        after = y.copy()
+        after[self.n : self.n + self.model.n_u] += hit.impulses @ responses
+        whole = np.zeros(self.scene.rows)
+        whole[rows] = hit.impulses
+        self.impulses += self.gained(t, y, seen, whole)
+        new = self.look(t, after)
+        parts = []
+        for k in chosen:
+            at = self.scene.first[k]
+            if speeds[k] < -still:
+                parts.append(
+                    f"{self.names[k]}: impact, normal speed {seen.rate[at]:.6g} → {_zero(new.rate[at], still):.6g} m/s"
+                )
+        warnings = self.passed(t, y, after, whole)
+        parts += [f"not possible: {one.what} ('{one.name}')" for one in warnings]
+        self.tell(t, "impact", y, after, "; ".join(parts), warnings)
+        moving = frozenset(k for k in chosen if speeds[k] < -still)
+        stuck = all(float(np.linalg.norm(self.slip(new, k))) <= still for k in moving)
+        self.bounces.append(Bounce(t, moving, max(-speeds[k] for k in moving), stuck))
+        return after, True
+
+    def gained(self, t: float, y: Array, seen: Snapshot, impulses: Array) -> float:
+        """Change of the kinetic energy, T = uᵀM u/2 + b·u + T₀, by impulses on contacts of rates r = W u + w:
+
+        ΔT = Λ·(r⁻ + r⁺)/2 - Λ·w + b·Δu, of which the last two are the work of drives that do not give way.
+        """
+        whole = float(impulses @ (2 * seen.rate + seen.A @ impulses)) / 2
+        program = self.scene.kernels.motion()
+        states = np.array([y, y, y])
+        mine = slice(self.n, self.n + self.model.n_u)
+        states[:, mine] = np.outer([0, 1, -1], impulses @ seen.responses)
+        kinetic = observe(
+            program.address("energy"), 2, np.full(3, t), states, program.constants(self.parameters)
+        )[:, 0]
+        return whole - float(impulses @ self.look(t, states[0]).rate) + float(kinetic[1] - kinetic[2]) / 2
+
+    def passed(self, t: float, y: Array, after: Array, impulses: Array) -> tuple[MotionWarning, ...]:
+        """One-sided constraints that the impulses of an impact ask for more than they can: Gᵀ Λ = M Δu - Wᵀ P."""
+        if not limits(self.model):
+            return ()
+        mine, q = slice(self.n, self.n + self.model.n_u), y[: self.n].tolist()
+        state = float_state(self.model, q, y[mine].tolist(), t, self.values)
+        M, W = np.array(mass_matrix(self.model, state)), np.array(contact_rows(self.model, state).matrix)
+        active, conditions = list(self.scene.kernels.active), linearized(self.model, state).matrix
+        G = np.array([conditions[i] for i in active], dtype=float)
+        multipliers = np.zeros(len(conditions))
+        left = M @ (after - y)[mine] - impulses @ W
+        multipliers[active] = np.linalg.lstsq(G.T, left, rcond=None)[0]
+        largest = max(np.abs(multipliers).max(), np.abs(impulses).max())
+        return passed_by_impulse(
+            self.model, multipliers.tolist(), lambda mu: float(state(mu)), float(largest), t
+        )
+
+    def tell(
+        self, t: float, name: str, before: Array, after: Array, text: str, warnings: tuple[MotionWarning, ...] = ()
+    ) -> None:  # fmt: skip
+        names = (*self.model.coordinate_names, *self.model.speed_names)
+        self.happenings.append(
+            Happening(
+                t,
+                name,
+                0,
+                dict(zip(names, before.tolist(), strict=False)),
+                text,
+                dict(zip(names, after.tolist(), strict=False)),
+                warnings,
+            )
+        )
+
+    # -- blows -----------------------------------------------------------------------------------
+
+    def target(self, end: float) -> float:
+        """The time up to which nothing strikes from outside."""
+        return self.blows[0][0] if self.blows else end
+
+    def blows_due(self, t: float) -> bool:
+        return bool(self.blows) and self.blows[0][0] <= t
+
+    def struck(self, t: float, y: Array) -> Array:
+        """The state after all blows that are due. Contacts that approach then collide, as after any impact."""
+        while self.blows_due(t):
+            y = self._strike(t, y, self.blows.pop(0)[1])
+        return y
+
+    def struck_by(self, which: int, t: float, y: Array) -> Array:
+        """The state after a blow that was called for."""
+        if not self.counts[which] > 0:
+            return y
+        self.counts[which] -= 1
+        return self._strike(t, y, self.called[which])
+
+    def _strike(self, t: float, y: Array, one: Blow) -> Array:
+        after, gained, told = strike(self.kernels, self.values, t, y, one)
+        self.impulses += gained
+        self.happenings.append(told)
+        self.bounces.clear()
+        return np.asarray(after)
+
+    # -- phases ----------------------------------------------------------------------------------
+
+    def setup(self, modes: Modes, y: Array, seen: Snapshot) -> tuple[Phase, Rates, Watch | None, Any]:
+        """Compiled equations of the modes, and the functions to watch."""
+        phase = self.scene.phase(modes, seen)
+        dead = self.dead(modes, seen, y)
+        key = (id(phase), dead)
+        if key not in self._setups:
+            rates = phase.rates(self.parameters)
+            watcher, endings = phase.watching(self.expressions, dead)
+            directions = (*(spec.direction for spec in self.specs), *(-1 for _ in endings))
+            terminal = (*(spec.terminal for spec in self.specs), *(True for _ in endings))
+            watch = (
+                Watch(
+                    watcher.address("values"),
+                    directions,
+                    terminal,
+                    watcher.constants(self.parameters),
+                    watcher,
+                    len(self.specs),
+                )
+                if directions
+                else None
+            )
+            self._setups[key] = (phase, rates, watch, endings)
+        phase.loose = self.loose_forces(modes, dead, seen)
+        phase.shown = tuple(
+            STICK if k in dead and mode in ("slip+", "slip-") else SLIP if mode == SMOOTH else mode
+            for k, mode in enumerate(modes)
+        )
+        return self._setups[key]
+
+    def loose_forces(self, modes: Modes, dead: frozenset[int], seen: Snapshot) -> Any:
+        """Which contact forces the motion does not determine: those in combinations that move nothing."""
+        rows, columns = [], []
+        for k, mode in enumerate(modes):
+            if mode == OPEN and k not in dead:
+                continue
+            at, n = self.scene.first[k], self.scene.tangents[k]
+            rows.append([at])
+            columns.append(seen.responses[at])
+            if mode == STICK or (k in dead and n == 1):
+                for i in range(at + 1, at + 1 + n):
+                    rows.append([i])
+                    columns.append(seen.responses[i])
+            elif mode in ("slip+", "slip-"):
+                rows[-1] = [at, at + 1]
+                columns[-1] = (
+                    columns[-1] - seen.friction[k] * (1 if mode == "slip+" else -1) * seen.responses[at + 1]
+                )
+            elif mode == SLIP and n == 2 and not self.model.contacts[k].frictionless:
+                v = self.slip(seen, k)
+                speed = float(np.linalg.norm(v))
+                if speed > 0:
+                    rows[-1] = [at, at + 1, at + 2]
+                    columns[-1] = (
+                        columns[-1] - seen.friction[k] * (v / speed) @ seen.responses[at + 1 : at + 3]
+                    )
+        mask = np.zeros(self.scene.rows, dtype=bool)
+        if rows:
+            F = np.array(columns)
+            F = F / np.linalg.norm(F, axis=1, keepdims=True)
+            left, sizes, _ = np.linalg.svd(F)
+            rank = int((sizes > 1e-9 * sizes.max(initial=0)).sum())
+            for i, group in enumerate(rows):
+                if np.abs(left[i, rank:]).max(initial=0) > 1e-7:
+                    mask[group] = True
+        return mask
+
+    def dead(self, modes: Modes, seen: Snapshot, y: Array) -> frozenset[int]:
+        """Contacts that the others hold where they are: open ones at gap zero, and those at the limit of friction.
+
+        Their rows depend on those of the others, so that what ends their modes never moves off zero.
+        """
+        near, still = self.near(y), self.still(y)
+        candidates = [
+            (k, self.scene.first[k])
+            for k, mode in enumerate(modes)
+            if mode == OPEN and abs(seen.gap[k]) <= near
+        ]
+        candidates += [
+            (k, self.scene.first[k] + 1)
+            for k, mode in enumerate(modes)
+            if mode in ("slip+", "slip-") and abs(seen.rate[self.scene.first[k] + 1]) <= still
+        ]
+        if not candidates or all(mode == OPEN for mode in modes):
+            return frozenset()
+        held = []
+        for k, mode in enumerate(modes):
+            at, n = self.scene.first[k], self.scene.tangents[k]
+            if mode != OPEN:
+                held += list(range(at, at + 1 + (n if mode == STICK else 0)))
+        R = seen.responses
+        basis = R[held].T
+        dead = []
+        for k, i in candidates:
+            row = R[i]
+            rest = row - basis @ np.linalg.lstsq(basis, row, rcond=SMALL)[0]
+            if np.linalg.norm(rest) <= SMALL * np.linalg.norm(row):
+                dead.append(k)
+        return frozenset(dead)
+
+    def spread(self, modes: Modes, seen: Snapshot, y: Array) -> float:
+        """Accelerations by forces that press no contact, over those by forces of that size.
+
+        More than 0 where the motion depends on how forces are shared that nothing determines: friction makes it so.
+        """
+        chosen = [k for k, mode in enumerate(modes) if mode != OPEN]
+        A, _, responses, contacts = self.part(seen, chosen, y)
+        known = []
+        for k, contact in zip(chosen, contacts, strict=True):
+            rough = contact.tangents and not self.smooth(seen, k)
+            if modes[k] != STICK and rough and contact.sliding is None:
+                return 0.0  # no direction yet
+            d = contact.sliding if rough else np.zeros(contact.tangents)
+            known.append((STICK, None) if modes[k] == STICK else (SLIP, d))
+        columns, rows = unknowns(len(A), contacts, known)
+        B = np.array(columns)
+        _, sizes, right = np.linalg.svd(A[rows] @ B.T)
+        loose = right[int((sizes > SMALL * sizes[0]).sum()) :]
+        moved = B @ responses
+        return float(np.abs(loose @ moved).max(initial=0) / np.abs(moved).max())
+
+    # -- bounces ---------------------------------------------------------------------------------
+
+    def size(self, y: Array) -> float:
+        return float(np.abs(y[: self.n]).max(initial=0))
+
+
+def _zero(x: float, small: float) -> float:
+    return 0.0 if abs(x) <= small else float(x)

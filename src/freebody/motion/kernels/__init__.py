@@ -1,0 +1,1 @@
+"""Machine code that the integrators call: rates, energies, events of one machine."""

@@ -1,0 +1,170 @@
+"""What a method needs of a model besides its rates, recorded from the same algorithms.
+
+    radau        (∂f/∂y) v, the derivative of the rates along a direction: of (y, v)
+    taylor       coefficients of the Taylor series of the motion through (t, y)
+    structure    Hamilton's equations: q', P' of (q, P), P of (q, u), u of (q, P)
+
+Of a quaternion e, q' = B u is of degree 1 in e and all else of degree 0, so that H is the same for (s e, P / s), and
+e·P is kept as |e|² is.
+
+Hamilton's equations come from the Lagrangian: with u = M⁻¹ p fixed, and p = B(q)ᵀ P,
+
+    P' = ∂/∂q (½ uᵀ M(q) u - V(q) - Pᵀ B(q) u)
+
+since what is differentiated is stationary in u. No mass matrix is differentiated but through its own trace.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...dynamics import State, coordinate_rates, mass_matrix, potential_energy, traced_state
+from ...dynamics.linear import Factorization
+from ...dynamics.motion import motion, total_power
+from ...errors import ExpressionError, SimulationError
+from ...model import Model
+from ...program.kernels import compile_tape
+from ...program.large.tree_loop import Directions, LoopedSet, is_large
+from ...scalar.algebra import HALF, divide
+from ...scalar.derivative import forward, transposed
+from ...scalar.trace import ADD, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
+from ..ode.layout import padded
+from .kernels import Kernels, Program
+
+
+def tangent(kernels: Kernels) -> Program:
+    """Function ``tangent`` of (t, (y, v)): (∂f/∂y) v, one sweep along the trace of the rates."""
+    if "tangent" not in kernels._programs and is_large(kernels.model, "forward_dynamics"):
+        along = Directions("rates", kernels.size)
+        kernels._programs["tangent"] = Program(LoopedSet(kernels.model, directions=along))
+    if "tangent" not in kernels._programs:
+        tape = Tape()
+        model = kernels.model
+        state = traced_state(model, tape)
+        moving = motion(model, state, kernels.active)
+        outputs = [*coordinate_rates(model, state), *moving.udot]
+        y = [*state.q, *state.u]
+        if kernels.works:
+            outputs.append(total_power(model, state, moving))
+            y.append(tape.input("work done"))
+        v = [tape.input(f"direction {i}") for i in range(len(y))]
+        parameters = [state.values[parameter.symbol] for parameter in model.parameters]
+        given = {"tangent": forward(tape, outputs, y, v)}
+        kernels._programs["tangent"] = Program(compile_tape(tape, given, state.t, [*y, *v], parameters))
+    return kernels._programs["tangent"]
+
+
+def series(kernels: Kernels) -> Program:
+    """Function ``series`` of (t, y): the coefficients of the motion (`program.series.jet`)."""
+    if "series" not in kernels._programs:
+        tape, model = Tape(), kernels.model
+        state = traced_state(model, tape)
+        moving = motion(model, state, kernels.active)
+        outputs = [*coordinate_rates(model, state), *moving.udot]
+        if kernels.works:
+            outputs.append(total_power(model, state, moving))
+        parameters = [state.values[parameter.symbol] for parameter in model.parameters]
+        inputs = [*state.q, *state.u]
+        kernels._programs["series"] = series_of(model, tape, outputs, state.t, inputs, parameters)
+    return kernels._programs["series"]
+
+
+def series_of(
+    model: Model, tape: Tape, rates: Sequence[Any], t: Any, y: Sequence[Any], parameters: Sequence[Any]
+) -> Program:
+    """Function ``series`` of (t, y) from the recorded rates."""
+    width = {"series": padded(len(rates))}
+    try:
+        return Program(compile_tape(tape, {"series": rates}, t, y, parameters, series=width))
+    except ExpressionError as error:
+        raise without_series(model, error) from None
+
+
+def without_series(model: Model, error: ExpressionError) -> SimulationError:
+    """What is said where a rate bends or jumps."""
+    return SimulationError(
+        f"Expected rates with a Taylor series for method=\"taylor\", but of '{model.name}' "
+        f'{str(error).partition(" Known")[0]} Use method="dop853" or "gauss".'
+    )
+
+
+def hamilton(kernels: Kernels) -> Program:
+    """Functions ``hamilton`` (q', P') and ``speeds`` u of (t, (q, P)), ``momenta`` P of (t, (q, u))."""
+    if "hamilton" not in kernels._programs:
+        model, tape = kernels.model, Tape()
+        traced = traced_state(model, tape)
+        P = [tape.input(f"second half {i}") for i in range(model.n_q)]  # u stands in the same places
+
+        # H must not change with the length of a quaternion, else e·P grows: postures are those of unit quaternions
+        q = list(traced.q)
+        norms: dict[int, Any] = {}
+        for i in model.quaternions:
+            norm = tape.sqrt(_dot(q[i : i + 4], q[i : i + 4]))
+            q[i : i + 4] = [x / norm for x in q[i : i + 4]]
+            norms.update(dict.fromkeys(range(i, i + 4), norm))
+
+        def at(u: Sequence[Any]) -> State:
+            return State(model, tape, traced.t, q, u, traced.values)
+
+        def moved(u: Sequence[Any]) -> list[Any]:
+            return [x * norms.get(i, 1) for i, x in enumerate(coordinate_rates(model, at(u)))]
+
+        given = at(P[: model.n_u])
+        M = mass_matrix(model, given)
+        p = transposed(tape, moved(given.u), P, given.u)
+        u = Factorization(M).solve(p)
+        rates = moved(u)
+        # a function of q, P and u, in which u is held: it is an input there, and its value is put in afterwards
+        held = [tape.input(f"held {speed.name}") for speed in model.speeds]
+        lagrangian = HALF * _dot(held, [_dot(row, held) for row in M]) - potential_energy(model, given)
+        gradient = transposed(tape, [lagrangian - _dot(P, moved(held))], [1], traced.q)
+        gradient = replaced(tape, gradient, dict(zip(held, u, strict=True)))
+        # back: P = D B p, where D is 4 for a quaternion, whose B has columns of length ½
+        weights = np.ones(model.n_q, dtype=int)
+        for i in model.quaternions:
+            weights[i : i + 4] = 4
+        spread = moved([_dot(row, given.u) for row in M])
+        momenta = [int(d) * x for d, x in zip(weights, spread, strict=True)]
+        functions = {"hamilton": [*rates, *gradient], "speeds": u, "momenta": momenta}
+        parameters = [given.values[parameter.symbol] for parameter in model.parameters]
+        kernels._programs["hamilton"] = Program(
+            compile_tape(tape, functions, given.t, [*traced.q, *P], parameters)
+        )
+    return kernels._programs["hamilton"]
+
+
+def replaced(tape: Tape, outputs: Sequence[Any], values: Mapping[Traced, Any]) -> list[Any]:
+    """The outputs with other scalars in place of inputs."""
+    table: dict[int, Any] = {x.index: value for x, value in values.items()}
+    for i in tape.used(outputs):
+        code, a, b = tape.op[i], tape.a[i], tape.b[i]
+        if i in table:
+            continue
+        if code <= INPUT:
+            table[i] = tape.scalar(i)
+        elif code in _ARITHMETIC:
+            table[i] = _ARITHMETIC[code](table[a], table[b])
+        elif code == NEG:
+            table[i] = -table[a]
+        else:
+            table[i] = tape.apply(NAMES[code], *(table[x] for x in (a, b) if x >= 0))
+    return [table[x.index] if type(x) is Traced else x for x in outputs]
+
+
+_ARITHMETIC: dict[int, Callable[[Any, Any], Any]] = {
+    ADD: operator.add,
+    SUB: operator.sub,
+    MUL: operator.mul,
+    DIV: divide,
+}
+
+
+def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    total: Any = 0
+    for x, y in zip(a, b, strict=True):
+        total = total + x * y
+    return total

@@ -1,0 +1,1 @@
+"""Integrators of many motions at once, eight to a vector."""

@@ -1,0 +1,153 @@
+"""Explicit Runge-Kutta of order 8, Dormand and Prince: the step of `dop853` for eight lanes (`lanes_wide`)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...native.instructions import Reals, compiled, linear
+from ...native.row_arithmetic import Eight, all_of
+from ...native.translation import WHOLE, instruction
+from ..ode import dop853, tableau
+from ..ode.layout import ARGUMENT, END, ERROR3, ERROR5, RAW, ROWS, STATE
+from .instructions_wide import Memory, blend, call_wide, lifted
+from .lanes_layout import ERRORS, LIMITED, MOMENTS, STEPS, TIMES
+
+HEIGHT = ROWS
+LAST, STABLE = int(dop853.CONTROL["LAST"]), dop853.CONTROL["LIMIT"]
+
+_C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8, _C9, _C10, _C11 = tableau.C[1:12]
+_a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8, _a9, _a10, _a11 = (
+    linear(row, chained=True, lanes=True) for row in tableau.A[1:12]
+)
+_b, _e5, _e3 = (linear(row, lanes=True) for row in (tableau.B, tableau.E5, tableau.E3))
+
+
+@compiled
+def prepare_wide(kernel: int, wide: Reals, w: int, c: Reals, tolerances: Reals) -> None:
+    """Nothing: the rates at STATE are those at the end of the step before."""
+
+
+@compiled
+def stage(kernel: int, fraction: float, k: int, wide: Reals, w: int, c: Reals) -> None:
+    """Row k: the rates at row ARGUMENT, at the part ``fraction`` of every lane's step."""
+    more = ROWS * w
+    for lane in range(8):
+        wide[more + MOMENTS + lane] = wide[more + TIMES + lane] + fraction * wide[more + STEPS + lane]
+    call_wide(kernel, wide, more + MOMENTS, wide, ARGUMENT * w, c, wide, k * w)
+
+
+@compiled
+def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
+    """One step of each lane from STATE, whose rates are row 0: see `dop853.attempt`."""
+    h = ROWS * w + STEPS
+    _a1(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C1, 1, wide, w, c)
+    _a2(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C2, 2, wide, w, c)
+    _a3(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C3, 3, wide, w, c)
+    _a4(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C4, 4, wide, w, c)
+    _a5(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C5, 5, wide, w, c)
+    _a6(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C6, 6, wide, w, c)
+    _a7(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C7, 7, wide, w, c)
+    _a8(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C8, 8, wide, w, c)
+    _a9(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C9, 9, wide, w, c)
+    _a10(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C10, 10, wide, w, c)
+    _a11(wide, w, ARGUMENT, STATE, h)
+    stage(kernel, _C11, 11, wide, w, c)
+    _b(wide, w, RAW, STATE, h)
+    _e5(wide, w, ERROR5, -1, h)
+    _e3(wide, w, ERROR3, -1, h)
+
+
+@instruction("Reals", "int", "Reals")
+def _judged(builder: Any, wide: Any, w: Any, tolerances: Any) -> None:
+    """At ERRORS those of the steps: see `dop853.judge`."""
+    v = Memory(builder, wide)
+    fifth, third, doubt = (v.variable(0.0) for _ in range(3))
+
+    def row(k: int, offset: Any) -> Eight:
+        return v.load(v.plus(WHOLE(0), offset, k, w))
+
+    with v.rows(w) as offset:
+        new, relative = row(RAW, offset), v.load(builder.add(w, offset), tolerances)
+        scale = v.load(offset, tolerances) + relative * abs(row(STATE, offset)).greater(abs(new))
+        one, two = abs(row(ERROR5, offset)) / scale, abs(row(ERROR3, offset)) / scale
+        doubt.become(doubt.now + new * 0.0 + one * 0.0 + two * 0.0)
+        fifth.become(one.greater(fifth.now))
+        third.become(third.now.greater(two))
+    error5, error3 = fifth.now, third.now
+    error = error5 * error5 / (error5 * error5 + 0.01 * error3 * error3).root()
+    error = error.where(error5.compared("!=", 0.0), 0.0) + doubt.now
+    v.store(error, v.plus(WHOLE(ERRORS), WHOLE(0), ROWS, w))
+
+
+@compiled
+def judge_wide(rates: int, n: int, wide: Reals, w: int, c: Reals, tolerances: Reals) -> None:
+    """Errors of the steps in units of their tolerances, nan if they are not finite."""
+    _judged(wide, w, tolerances)
+
+
+@instruction("Reals", "int")
+def _limited(builder: Any, wide: Any, w: Any) -> None:
+    """At LIMITED 1 or 0: see `stepping._stiff`."""
+    v = Memory(builder, wide)
+    above, below, across = (v.variable(0.0) for _ in range(3))
+
+    def change(k: int, j: int, offset: Any) -> Eight:
+        return v.load(v.plus(WHOLE(0), offset, k, w)) - v.load(v.plus(WHOLE(0), offset, j, w))
+
+    with v.rows(w) as offset:
+        a, b = change(12, LAST, offset), change(END, ARGUMENT, offset)
+        for total, product in ((above, a * a), (below, b * b), (across, a * b)):
+            total.become(total.now + product)
+    h = v.load(v.plus(WHOLE(STEPS), WHOLE(0), ROWS, w))
+    some = below.now.compared(">", 0.0)
+    for less, more in (
+        (h * across.now, -0.5 * abs(h) * (above.now * below.now).root()),
+        (below.now * (STABLE * STABLE), h * h * above.now),
+    ):
+        some = builder.and_(some, less.compared("<", more))
+    v.store(Eight(builder, all_of(1.0)).where(some, 0.0), v.plus(WHOLE(LIMITED), WHOLE(0), ROWS, w))
+
+
+@compiled
+def limit_wide(wide: Reals, w: int) -> None:
+    """Which steps are as long as the region of stability allows."""
+    _limited(wide, w)
+
+
+@compiled
+def begin_wide(lane: int, n: int, wide: Reals, w: int) -> None:
+    """Nothing is carried from step to step but the state and its rates."""
+
+
+@compiled
+def tune_wide(lane: int, n: int, wide: Reals, w: int, tolerances: Reals) -> None:
+    """Nothing follows from the tolerances."""
+
+
+@compiled
+def accept_wide(wide: Reals, w: int, wanted: int) -> None:
+    """The rates at the end are those of the next step."""
+    blend(wide, w, 12 * w, 0, wanted)
+
+
+FUNCTIONS = {
+    "HEIGHT": HEIGHT,
+    "prepare_wide": prepare_wide,
+    "attempt_wide": attempt_wide,
+    "judge_wide": judge_wide,
+    "limit_wide": limit_wide,
+    "begin_wide": begin_wide,
+    "tune_wide": tune_wide,
+    "accept_wide": accept_wide,
+    "lift": lifted([*range(13), STATE, RAW, END], HEIGHT),
+}

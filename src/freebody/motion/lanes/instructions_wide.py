@@ -1,0 +1,380 @@
+"""What the compiled loops over eight runs need besides `machine`: instructions on the eight numbers of a register.
+
+Memory holds component i of lane l at 8 i + l of a row; what there is one of per lane, at l of a place. Each function
+does to every lane what its neighbour in `machine`, `stepping` or `taylor` does to one, with the same roundings.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from llvmlite import ir
+
+from ...native.registers import WIDTH
+from ...native.row_arithmetic import Eight, Rows, all_of, arguments_of, bits_of, splat
+from ...native.translation import REAL, WHOLE, Instruction, counted, instruction, variable
+from ..ode.step_control import _EPS, _TINY
+from .lanes_layout import (
+    AFTER,
+    AFTERS,
+    BEFORE,
+    EASY,
+    ENDS,
+    ERRORS,
+    LAST_TIME,
+    LIMITED,
+    NEXT,
+    RUN,
+    STEPS,
+    STRIDE,
+    SUSPECT,
+    TAKEN,
+    TIMES,
+    WANTED,
+    WIDE_PLACES,
+)
+
+
+class Memory:
+    """Eight numbers at places of memory, from which formulas are made."""
+
+    def __init__(self, builder: Any, memory: Any) -> None:
+        self.builder, self.memory = builder, memory
+
+    def _at(self, place: Any, memory: Any) -> Any:
+        pointer = self.builder.gep(self.memory if memory is None else memory, [place])
+        return self.builder.bitcast(pointer, ir.VectorType(REAL, WIDTH).as_pointer())
+
+    def load(self, place: Any, memory: Any = None) -> Eight:
+        return Eight(self.builder, self.builder.load(self._at(place, memory), align=8))
+
+    def store(self, eight: Eight, place: Any) -> None:
+        self.builder.store(eight.value, self._at(place, None), align=8)
+
+    def variable(self, number: float) -> _Variable:
+        return _Variable(self.builder, number)
+
+    def rows(self, w: Any) -> Any:
+        """Goes through the components of a row: `with` gives their places."""
+        return counted(self.builder, w, WIDTH)
+
+    def plus(self, place: Any, offset: Any, rows: int = 0, w: Any = None) -> Any:
+        """``place`` + ``offset`` + ``rows`` w."""
+        place = self.builder.add(place, offset)
+        return place if rows == 0 else self.builder.add(place, self.builder.mul(WHOLE(rows), w))
+
+
+class _Variable:
+    """Eight numbers that change."""
+
+    def __init__(self, builder: Any, number: float) -> None:
+        self.builder, self.place = builder, variable(builder, all_of(number))
+
+    @property
+    def now(self) -> Eight:
+        return Eight(self.builder, self.builder.load(self.place))
+
+    def become(self, eight: Eight) -> None:
+        self.builder.store(eight.value, self.place)
+
+
+@instruction("int", "Reals", "int", "Reals", "int", "Reals", "Reals", "int")
+def call_wide(builder: Any, address: Any, t: Any, i: Any, y: Any, j: Any, c: Any, out: Any, k: Any) -> None:
+    """Call the kernel for eight lanes on times ``t[i:]`` and states ``y[j:]``; it writes ``out[k:]``."""
+    kernel = ir.FunctionType(ir.VoidType(), [REAL.as_pointer()] * 4)
+    builder.call(
+        builder.inttoptr(address, kernel.as_pointer()),
+        [builder.gep(t, [i]), builder.gep(y, [j]), c, builder.gep(out, [k])],
+    )
+
+
+class _Lanes(Rows):
+    """Rows of eight runs side by side; those from ``height`` on stand behind the places of the lanes."""
+
+    def __init__(self, height: int, *memory: Any) -> None:
+        super().__init__(*memory)
+        self.height = height
+
+    def index(self, row: Any) -> Any:
+        found = super().index(row)
+        return self.builder.add(found, WHOLE(WIDE_PLACES)) if row >= self.height else found
+
+
+def lanewise(formula: Callable[..., Eight], height: int) -> Any:
+    """Compiled ``(wide, w, result, *more)``: a formula as for `rows.rowwise`, of eight runs side by side.
+
+    ``more`` are places of eight numbers, one for each run, and arrays with one for each component of each run. At
+    ``result`` stands the largest of the results of each run, nan if one of them is.
+    """
+
+    def over_lanes(builder: Any, wide: Any, w: Any, result: Any, *more: Any) -> None:
+        v = Memory(builder, wide)
+        largest, doubt = v.variable(-math.inf), v.variable(0.0)
+        of_runs = {k: v.load(x) for k, x in enumerate(more) if x.type == WHOLE}
+        with v.rows(w) as offset:
+            given = [of_runs.get(k) or v.load(offset, x) for k, x in enumerate(more)]
+            found = formula(_Lanes(height, builder, wide, w, offset), *given)
+            largest.become(found.greater(largest.now))
+            doubt.become(found * 0.0 + doubt.now)
+        v.store(largest.now + doubt.now, result)
+
+    return Instruction(over_lanes, "Reals", "int", "int", *arguments_of(formula))
+
+
+def lengths(order: int, terms: int, tiny: float) -> Any:
+    """Compiled ``(wide, w, series, state, tolerances, rates, result)``: see `taylor.given`.
+
+    At ``result`` stand the lengths of the steps, infinite for a polynomial, nan where a coefficient is not finite. The
+    coefficients y_0 begin at ``series``; ``tolerances`` are rows of the absolute and the relative ones; at ``rates``
+    stands log₂ r / p.
+    """
+
+    @instruction("Reals", "int", "int", "int", "Reals", "int", "int")
+    def lengths(
+        builder: Any, wide: Any, w: Any, series: Any, state: Any, tolerances: Any, rates: Any, result: Any
+    ) -> None:
+        v = Memory(builder, wide)
+        maxima = [v.variable(tiny) for _ in range(terms)]
+        total = v.variable(0.0)
+        with v.rows(w) as offset:
+            relative = v.load(builder.add(w, offset), tolerances)
+            size = abs(v.load(v.plus(state, offset)))
+            scale = 1.0 / (v.load(offset, tolerances) + relative * size)
+            for j, most in enumerate(maxima):
+                part = abs(v.load(v.plus(series, offset, order - j, w))) * scale
+                most.become(most.now.greater(part))
+                total.become(total.now + part)
+        rate, none = v.load(rates), Eight(builder, all_of(-1e300))
+        slowest = none
+        for j, most in enumerate(maxima):
+            log = most.now.logarithm2()
+            if j > 1:
+                log = log + rate * (j - 1.0)
+            log = log * (1.0 / (order - j))
+            slowest = slowest.greater(log).where(most.now.compared(">", tiny), slowest)
+        found = (slowest * -1.0).power2()
+        found = Eight(builder, all_of(math.inf)).where(slowest.compared("==", none), found)
+        v.store(found.where(total.now.compared("<", math.inf), math.nan), result)
+
+    return lengths
+
+
+def decaying(order: int, bound: float, early: int, grown: float) -> Any:
+    """Compiled ``(wide, w, last, steps, result)``: see `taylor.limited`.
+
+    At ``result`` stands 1 or 0; row ``last`` is y_p."""
+
+    @instruction("Reals", "int", "int", "int", "int")
+    def decaying(builder: Any, wide: Any, w: Any, last: Any, steps: Any, result: Any) -> None:
+        v = Memory(builder, wide)
+        h = v.load(steps)
+
+        def terms(offset: Any) -> tuple[Any, Eight, Eight]:
+            place = v.plus(last, offset)
+            return place, v.load(place) * float(order), v.load(builder.sub(place, w))
+
+        above, below, across, first = (v.variable(0.0) for _ in range(4))
+        with v.rows(w) as offset:
+            _, a, b = terms(offset)
+            above.become(a.times_plus(a, above.now))
+            below.become(b.times_plus(b, below.now))
+        some = (below.now * (bound * bound)).compared("<", h * h * above.now)
+        some = builder.and_(some, below.now.compared(">", 0.0))
+        v.store(Eight(builder, all_of(0.0)), result)
+        with builder.if_then(any_of(builder, some)):
+            with v.rows(w) as offset:
+                place, a, b = terms(offset)
+                c = v.load(v.plus(place, WHOLE(0), early - order, w))
+                across.become(a.times_plus(b, across.now))
+                first.become(c.times_plus(c, first.now))
+            growth = above.now.root() * grown
+            for _ in range(order - early):
+                growth = growth * abs(h)
+            for less, more in (
+                (h * across.now, 0.0),
+                (above.now * below.now, across.now * across.now * 4.0),
+            ):
+                some = builder.and_(some, less.compared("<", more))
+            some = builder.and_(some, first.now.root().compared("<=", growth))
+            v.store(Eight(builder, all_of(1.0)).where(some, 0.0), result)
+
+    return decaying
+
+
+def any_of(builder: Any, mask: Any) -> Any:
+    """Whether one of eight is in a mask."""
+    return builder.icmp_unsigned("!=", builder.bitcast(mask, ir.IntType(WIDTH)), ir.IntType(WIDTH)(0))
+
+
+def _are_all(builder: Any, mask: Any) -> Any:
+    """Whether all of eight are in a mask."""
+    return builder.icmp_unsigned("==", builder.bitcast(mask, ir.IntType(WIDTH)), ir.IntType(WIDTH)(255))
+
+
+class _Lane:
+    """What the loop over eight lanes keeps of them: eight numbers at places, real or whole."""
+
+    def __init__(self, builder: Any, wide: Any, more: Any, control: Any, counts: Any) -> None:
+        self.builder, self.more = builder, more
+        self.wide, self.control, self.counts = Memory(builder, wide), Memory(builder, control), counts
+
+    def now(self, place: int) -> Eight:
+        return self.wide.load(self.builder.add(self.more, WHOLE(place)))
+
+    def become(self, place: int, eight: Eight) -> None:
+        self.wide.store(eight, self.builder.add(self.more, WHOLE(place)))
+
+    def _of_counts(self, place: int) -> Any:
+        pointer = self.builder.gep(self.counts, [WHOLE(place)])
+        return self.builder.bitcast(pointer, ir.VectorType(WHOLE, WIDTH).as_pointer())
+
+    def count(self, place: int) -> Any:
+        return self.builder.load(self._of_counts(place), align=8)
+
+    def become_count(self, place: int, value: Any) -> None:
+        self.builder.store(value, self._of_counts(place), align=8)
+
+    def all(self, *masks: Any) -> Any:
+        """Those that are in every mask."""
+        result = masks[0]
+        for mask in masks[1:]:
+            result = self.builder.and_(result, mask)
+        return result
+
+
+@instruction("Reals", "int", "int", "Reals", "Integers", "float", "float")
+def settled(
+    builder: Any, wide: Any, more: Any, length: Any, control: Any, counts: Any, direction: Any, longest: Any
+) -> Any:  # fmt: skip
+    """Steps, and their ends, of the lanes in which nothing stands in the way of the length at ``length``: no rejected
+    step before, no end of the leg, no output time, not too long or short. EASY is 1 there, else 0.
+
+    Returns
+    -------
+    Whether these are all lanes.
+    """
+    v = _Lane(builder, wide, more, control, counts)
+    sign, most = Eight(builder, splat(builder, direction)), Eight(builder, splat(builder, longest))
+    t, old = v.now(TIMES), v.now(STEPS)
+    size = abs(v.wide.load(builder.add(more, length)))
+    h = sign * size
+    after = t + h
+    easy = v.all(
+        builder.icmp_signed(">=", v.count(RUN), bits_of(0)),
+        builder.icmp_signed("==", v.count(AFTER), bits_of(0)),
+        size.compared("<=", most),
+        size.compared(">", abs(t) * (8.0 * _EPS)),
+        size.compared(">=", _TINY),
+        ((t + h * 1.01 - v.control.load(WHOLE(LAST_TIME))) * sign).compared("<", 0.0),
+        ((v.control.load(WHOLE(NEXT)) - after) * sign).compared(">", 0.0),
+    )
+    v.become(STEPS, h.where(easy, old))
+    v.become(AFTERS, after.where(easy, v.now(AFTERS)))
+    v.become(EASY, Eight(builder, all_of(1.0)).where(easy, 0.0))
+    v.become_count(ENDS, builder.select(easy, bits_of(0), v.count(ENDS)))
+    return _are_all(builder, easy)
+
+
+@instruction("Reals", "int", "Reals", "Integers", "int", "int")
+def taken(builder: Any, wide: Any, more: Any, control: Any, counts: Any, budget: Any, limit: Any) -> Any:
+    """The steps of `settled` that are good, and after which there is nothing to be done, are taken; EASY is 1 there,
+    else 0.
+
+    Returns
+    -------
+    Whether these are all lanes.
+    """
+    v = _Lane(builder, wide, more, control, counts)
+    number = builder.add(v.count(TAKEN), bits_of(1))
+
+    def all_of_them(whole: Any) -> Any:
+        return builder.bitcast(splat(builder, builder.bitcast(whole, REAL)), number.type)  # only its bits
+
+    easy = v.all(
+        v.now(EASY).compared("==", 1.0),
+        v.now(ERRORS).compared("<=", 1.0),
+        v.now(LIMITED).compared("==", 0.0),
+        builder.icmp_signed("==", v.count(SUSPECT), bits_of(0)),
+        builder.icmp_signed("!=", number, all_of_them(budget)),
+        builder.icmp_signed("<", builder.add(number, v.count(BEFORE)), all_of_them(limit)),
+    )
+    one, stride = Eight(builder, all_of(1.0)), v.control.load(WHOLE(STRIDE))
+    v.become_count(TAKEN, builder.select(easy, number, v.count(TAKEN)))
+    v.control.store(stride.greater(abs(v.now(STEPS))).where(easy, stride), WHOLE(STRIDE))
+    v.become(TIMES, v.now(AFTERS).where(easy, v.now(TIMES)))
+    v.become(WANTED, one.where(easy, 0.0))
+    v.become(EASY, one.where(easy, 0.0))
+    return _are_all(builder, easy)
+
+
+@instruction("Reals", "int", "int", "int")
+def all_finite(builder: Any, wide: Any, w: Any, row: Any, errors: Any) -> None:
+    """Errors of good steps, <= 1, become nan where one of the numbers of ``row`` is not finite."""
+    v = Memory(builder, wide)
+    doubt = v.variable(0.0)
+    with v.rows(w) as offset:
+        doubt.become(v.load(v.plus(row, offset)) * 0.0 + doubt.now)
+    error = v.load(errors)
+    v.store((error + doubt.now).where(error.compared("<=", 1.0), error), errors)
+
+
+def lifted(rows: Iterable[int], height: int) -> Any:
+    """Compiled ``(lane, n, wide, w, work, w1)``: these rows of one lane in a work array of its own.
+
+    Rows from ``height`` on stand behind the places of the lanes. Component by component, with one place in each row:
+    a row alone is shorter than a register, and its eighth numbers are far apart.
+    """
+    places = sorted(rows)
+
+    @instruction("int", "int", "Reals", "int", "Reals", "int")
+    def lifted(builder: Any, lane: Any, n: Any, wide: Any, w: Any, work: Any, w1: Any) -> None:
+        starts = []
+        for k in places:
+            start = builder.add(builder.mul(w, WHOLE(k)), lane)
+            start = builder.add(start, WHOLE(WIDE_PLACES)) if k >= height else start
+            pointers = builder.gep(wide, [start]), builder.gep(work, [builder.mul(w1, WHOLE(k))])
+            starts.append(pointers)
+        with counted(builder, n, 1) as i:
+            eighth = builder.mul(i, WHOLE(WIDTH))
+            for source, target in starts:
+                builder.store(builder.load(builder.gep(source, [eighth])), builder.gep(target, [i]))
+
+    return lifted
+
+
+@instruction("Reals", "int")
+def unit_at(builder: Any, wide: Any, place: Any) -> None:
+    """The quaternions at ``place`` divided by their norms: see `stepping.normalise`."""
+    v = Memory(builder, wide)
+    places = [v.plus(place, WHOLE(WIDTH * j)) for j in range(4)]
+    a, b, c, d = parts = [v.load(place) for place in places]
+    norm = (a * a + b * b + c * c + d * d).root()
+    for x, place in zip(parts, places, strict=True):
+        v.store(x / norm, place)
+
+
+@instruction("Reals", "int", "int", "int", "int")
+def blend(builder: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any) -> None:
+    """Row ``target`` becomes row ``source`` in the lanes in which the number at ``wanted`` is 1, not 0."""
+    v = Memory(builder, wide)
+    some = v.load(wanted).compared("!=", 0.0)
+    with v.rows(w) as offset:
+        place = v.plus(target, offset)
+        v.store(v.load(v.plus(source, offset)).where(some, v.load(place)), place)
+
+
+@instruction("Reals", "int", "int", "int", "int", "int")
+def moved(builder: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any, result: Any) -> None:
+    """`blend`; at ``result`` stands the greatest change, relative to 1 + |value|: see `stepping.project`."""
+    v = Memory(builder, wide)
+    some = v.load(wanted).compared("!=", 0.0)
+    most = v.variable(0.0)
+    with v.rows(w) as offset:
+        place = v.plus(target, offset)
+        old, new = v.load(place), v.load(v.plus(source, offset))
+        change = abs(new - old) / (abs(new) + 1.0)
+        most.become(most.now.greater(change))
+        v.store(new.where(some, old), place)
+    v.store(most.now, result)

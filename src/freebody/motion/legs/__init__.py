@@ -1,0 +1,1 @@
+"""Interruptions of a motion: blows, drives, signals, controllers, singular positions, one-sided limits."""

@@ -1,0 +1,197 @@
+"""What is said of a run that could not go on: where, why, and the cure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...dynamics.constraints import rows
+from ...dynamics.mobility import massless_motion
+from ...dynamics.state import State, float_state
+from ...errors import SimulationError
+from ..kernels.kernels import Kernels
+from ..ode import dense_output as runs
+from ..ode.dense_output import Array, Path, Rates, observe
+from ..start.loop_closure import nearly_dependent
+from ..trajectory.event import EventSpec, expressions_of
+from ..trajectory.phases import Phases
+from ..trajectory.trajectory import Trajectory
+from .independent_conditions import taking_over
+from .switching_laws import switching
+
+
+def culprit(path: Path, kernels: Kernels) -> int:
+    """The component, or event, to blame; for the work, which has no motion of its own, and of a series, in whose
+    coefficients all meet, the speed that changes fastest."""
+    if path.status == runs.UNDEFINED:
+        return path.blame
+    return to_blame(kernels, path.blame, path.method, path.rates, path.end, path.states[-1])
+
+
+def to_blame(kernels: Kernels, blame: int, method: str, rates: Rates, t: float, y: Array) -> int:
+    """The component to blame for a run that a method could not continue from a state, ``blame`` by its own account."""
+    n_q, n_u = kernels.model.n_q, kernels.model.n_u
+    if blame < n_q + n_u and (method != "taylor" or not n_u):
+        return blame
+    found = observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
+    fast = np.abs(found[n_q : n_q + n_u]) / (1 + np.abs(y[n_q : n_q + n_u]))
+    return n_q + int(np.argmax(np.where(np.isfinite(fast), fast, math.inf)))
+
+
+def _last(path: Path, kernels: Kernels, trajectory: Trajectory) -> State:
+    """The last good state."""
+    n_q, n_u = kernels.model.n_q, kernels.model.n_u
+    y = path.states[-1]
+    return float_state(
+        kernels.model, y[:n_q].tolist(), y[n_q : n_q + n_u].tolist(), path.end, trajectory.values
+    )
+
+
+def _massless(path: Path, kernels: Kernels, trajectory: Trajectory) -> tuple[str, ...]:
+    """Speeds that together move no mass at the last good state."""
+    return massless_motion(kernels.model, _last(path, kernels, trajectory))
+
+
+def _singular(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
+    """What is said of constraints where the step collapsed: which of them depend on each other there, if any.
+
+    Others that could take over have done so, but for derivatives."""
+    from .sensitivity import SensitiveTrajectory
+
+    others = taking_over(kernels, kernels.parameters(trajectory.values), path.end, path.states[-1])
+    if others != kernels.active and isinstance(trajectory, SensitiveTrajectory):
+        names = [row.name for row in rows(kernels.model)]
+        lost, gained = (
+            " and ".join(repr(names[i]) for i in some if i not in rest)
+            for some, rest in ((kernels.active, others), (others, kernels.active))
+        )
+        return (
+            f" The machine can move on, but {lost}, by which it was held from the start, depends on other conditions "
+            f"there, and {gained} must take over, which derivatives do not follow. Leave out sensitivities=, or end "
+            "before."
+        )
+    found = nearly_dependent(kernels.model, _last(path, kernels, trajectory), kernels.active)
+    if not found:
+        return ""
+    return (
+        f" The machine locks up there, or could go on in more ways than one: {' and '.join(map(repr, found))} all but "
+        f"{'loses its' if len(found) == 1 else 'lose their'} hold, as where bars come into line. Stop before with a "
+        "terminal event, or change the lengths; a machine that passes such positions does with steps of one length, "
+        "step=, too."
+    )
+
+
+def _undefined(trajectory: Trajectory, path: Path | Phases, kernels: Kernels, spec: EventSpec) -> str:
+    (expression,) = expressions_of(kernels.model, (spec,))
+    last = path.segments[-1].path if isinstance(path, Phases) else path
+    if last.steps == 0:
+        program = kernels.expressions((expression,))
+        (value,) = trajectory._observed(program, "values", path.times[-1:], path.states[-1:])[0]
+        return (
+            f"expected a number for event '{spec.name}' at t = {path.end:.9g} s, where it begins, got {value:g} for "
+            f"{expression}. A division by zero, or a root or logarithm of a negative number, does this: watch what "
+            "passes through zero itself, or start elsewhere."
+        )
+    return (
+        f"event '{spec.name}' has no value just after t = {path.end:.9g} s: expected a number for {expression}, got "
+        "nan. A root or logarithm of a negative number, or 0/0, does this: watch what stands under it, or stop before "
+        "with a terminal event."
+    )
+
+
+def _stuck(path: Path, kernels: Kernels) -> str:
+    laws = switching(kernels)
+    assert laws is not None
+    e = laws.texts[path.blame]
+    return (
+        f"it sticks at t = {path.end:.9g} s, where {e} = 0: a law with sign({e}) drives it back from either side, and "
+        "states no force that holds it there. Friction that holds is that of a contact, s.contact(..., friction=mu). "
+        f"Or give the jump a width of your choice, tanh(({e})/width), or stop there with a terminal event."
+    )
+
+
+_MODES = 200
+"""Components of a state up to which its fastest motion is sought."""
+
+
+def _fastest(path: Path, kernels: Kernels) -> str:
+    """What is said of the fastest motion near the last state, by the eigenvalues of the rates' derivative."""
+    n = kernels.model.n_q + kernels.model.n_u
+    if not 0 < n <= _MODES:
+        return ""
+    y, size = path.states[-1], path.rates.size
+    steps = 6e-6 * (1 + np.abs(y[:n]))  # cube root of the rounding unit
+    around = np.repeat(y[None], 2 * n, axis=0)
+    around[np.arange(n), np.arange(n)] += steps
+    around[np.arange(n, 2 * n), np.arange(n)] -= steps
+    found = observe(path.rates.address, size, np.full(2 * n, path.end), around, path.rates.constants)[:, :n]
+    slopes = ((found[:n] - found[n:]) / (2 * steps[:, None])).T
+    if not np.isfinite(slopes).all():
+        return ""
+    values, vectors = np.linalg.eig(slopes)
+    k = int(np.argmax(np.abs(values)))
+    rate, name = values[k], kernels.names[int(np.argmax(np.abs(vectors[:, k])))]
+    kind = "vibration" if abs(rate.imag) > abs(rate.real) else "decay" if rate.real < 0 else "growth"
+    return f" The fastest motion there is a {kind} at {abs(rate):.3g} 1/s, mostly of '{name}'."
+
+
+def failure(
+    trajectory: Trajectory, path: Path, kernels: Kernels, end: float, watched: Sequence[EventSpec]
+) -> SimulationError:
+    """What is said of a run that could not go on; ``watched``: events, and what calls for blows, by number."""
+    undefined, stuck = path.status == runs.UNDEFINED, path.status == runs.STUCK
+    name = "" if undefined or stuck else kernels.names[culprit(path, kernels)]
+    idle = _massless(path, kernels, trajectory) if path.status == runs.NOT_FINITE else ()
+    if undefined:
+        what = _undefined(trajectory, path, kernels, watched[path.blame])
+    elif stuck:
+        what = _stuck(path, kernels)
+    elif idle:
+        what = (
+            f"the mass matrix is singular at t = {path.end:.9g} s: there {' and '.join(map(repr, idle))} together "
+            "move no mass. Euler angles whose axes line up do this: start or describe the body in another sequence "
+            "of angles, or use a ball joint, which has no such attitude."
+        )
+    elif path.status == runs.NOT_FINITE:
+        what = (
+            f"the rate of '{name}' is not a finite number just after t = {path.end:.9g} s. A division by zero, a "
+            "root or logarithm of a negative number, or a singular mass matrix does this: check the loads, masses "
+            "and angles there, or stop before with a terminal event."
+        )
+    elif path.status == runs.COLLAPSED:
+        what = (
+            f"the step collapsed at t = {path.end:.9g} s: '{name}' changes faster than any step can follow."
+        )
+        if singular := kernels.model.constraints and _singular(path, kernels, trajectory):
+            what += singular
+        else:
+            what += (
+                " A quantity that grows without bound, or a load that jumps, does this; stop before with a terminal "
+                "event, or loosen the tolerance."
+            )
+            if kernels.model.constraints:
+                what += " So do constraints that end: bars that come into line, points of a rope that meet."
+            if path.method in ("dop853", "dop54"):
+                what += ' If a spring or damper is very stiff, method="radau" follows it.'
+    elif path.status == runs.DIVERGED:
+        what = (
+            f"the step from t = {path.end:.9g} s is too long for its iteration to converge. A smaller step= converges; "
+            'where a spring is very stiff, method="radau" with a tolerance is the better choice.'
+        )
+    else:
+        what = (
+            f"max_steps = {trajectory.steps} steps reached only t = {path.end:.9g} s of {end:g} s; '{name}' "
+            "asked for the smallest steps. Raise max_steps, or loosen the tolerance."
+        ) + _fastest(path, kernels)
+        if path.stiff:
+            what += ' The machine is stiff: method="radau" takes long steps.'
+    state = ", ".join(f"{n} = {x:.9g}" for n, x in zip(kernels.names[:12], path.states[-1], strict=False))
+    more = ", ..." if len(kernels.names) > 12 else ""
+    error = SimulationError(
+        f"The motion of '{kernels.model.name}' can not be continued: {what} "
+        f"Last good state: {state}{more}. The motion up to there is error.trajectory."
+    )
+    error.trajectory = trajectory  # type: ignore[attr-defined]
+    return error

@@ -1,0 +1,149 @@
+"""Arguments of `simulate` that a run can not heed are refused: none is ignored in silence."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ...errors import SimulationError
+from ...model import Model
+
+_REAL = (int, float, np.integer, np.floating)
+
+
+@cache
+def largest_memory() -> float:
+    """Bytes that results may take: most of what this computer has; infinite where it does not tell."""
+    if not hasattr(os, "sysconf"):
+        return math.inf
+    return 0.8 * os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+
+
+MOST_STEPS = 10_000_000
+"""Steps of a run for which max_steps= states no other number."""
+_MEMORY = 1 << 31
+"""Bytes that the steps of such a run take."""
+STORED = 3
+"""Numbers that are stored of a step besides coordinates and speeds: its time, its length and the work."""
+
+
+def most_steps(max_steps: int | None, stored: int) -> int:
+    """Number of steps at which a run ends that stores ``stored`` numbers of each.
+
+    For a moment they are stored twice, when the pieces of the run are joined.
+    """
+    most, memory = MOST_STEPS, min(float(_MEMORY), largest_memory() / 4)
+    if max_steps is not None:
+        most, memory = max_steps, min(largest_memory(), 2.0**62)
+    return max(1, min(most, int(memory / (16 * stored))))
+
+
+def check_steps(begin: float, end: float, step: Any, max_step: Any, most: int) -> None:
+    """Refuse a run whose steps are known to be too many, before it starts."""
+    for name, length in (("step", step), ("max_step", max_step)):
+        if length is not None:
+            check_count(abs(end - begin) / length, most, f"{name} = {length:g} s", f"Take a longer {name}=")
+
+
+def check_count(count: float, most: int, what: str, cure: str) -> None:
+    """Refuse what takes more steps than a run may have."""
+    if count > most * (1 + 1e-9):
+        raise SimulationError(
+            f"Expected a run of at most {most} steps, got {what}, which makes {count:.3g}. {cure}, end earlier, or "
+            "raise max_steps= as far as the memory allows."
+        )
+
+
+def check_numbers(samples: Any, max_step: Any, max_steps: Any, held: int) -> None:
+    """Whether a number of samples, with ``held`` numbers at each, a longest step and a number of steps are such."""
+    if samples is not None and not (_is_whole(samples) and samples >= 2):
+        raise SimulationError(f"Expected a number of samples of at least 2, got {samples!r}.")
+    if samples is not None and 8 * held * samples > largest_memory():
+        raise SimulationError(
+            f"Expected samples that fit into memory, got samples={samples}, which take "
+            f"{8 * held * samples / 2**30:.3g} GiB. Ask for fewer; trajectory.at(t) gives the state at any time."
+        )
+    if max_step is not None and not (is_number(max_step) and max_step > 0):
+        raise SimulationError(f"Expected a longest step greater than 0 s, got max_step={max_step!r}.")
+    if max_steps is not None and not (_is_whole(max_steps) and max_steps > 0):
+        raise SimulationError(f"Expected a number of steps of at least 1, got max_steps={max_steps!r}.")
+
+
+def check_forwards(begin: float, end: float, what: str, why: str) -> None:
+    """Whether a run that has no way back goes forwards."""
+    if end < begin:
+        raise SimulationError(
+            f"Expected until later than start for {what}, got until = {end:g} s and start = {begin:g} s: {why} have no "
+            "way back. Begin at the earlier time."
+        )
+
+
+def check_heeded(
+    model: Model,
+    method: str,
+    *,
+    near: Mapping[Any, Any] | None,
+    project: bool,
+    tolerance: Any,
+    max_step: float | None,
+    max_steps: int | None,
+    impacts: str,
+    indeterminate: str,
+) -> None:
+    """Refuse what says nothing about the motion of this machine by this method."""
+    if not (isinstance(impacts, str) and isinstance(indeterminate, str)):
+        raise SimulationError(
+            f"Expected impacts= and indeterminate= as words, got impacts={impacts!r}, indeterminate={indeterminate!r}."
+        )
+    usual = impacts == "simultaneous" and indeterminate == "refuse" and method != "timestepping"
+    if usual and near is None and project is False:
+        return
+    if not isinstance(near, Mapping | None):
+        raise SimulationError(f"Expected near values by name, such as {{'theta': 0.1}}, got {near!r}.")
+    if not isinstance(project, bool | np.bool_):
+        raise SimulationError(f"Expected project=True or False, got {project!r}.")
+    of_constraints: dict[str, Any] = {"near": near, "project": project}
+    of_contacts: dict[str, Any] = {
+        "impacts": (impacts, "simultaneous"),
+        "indeterminate": (indeterminate, "refuse"),
+    }
+    of_control: dict[str, Any] = {
+        "tolerance": (tolerance, 1e-9),
+        "max_step": (max_step, None),
+    }
+    for name, given in of_constraints.items():
+        if given and not model.constraints:
+            raise SimulationError(
+                f"Expected a machine with constraints for {name}=, but '{model.name}' has none: it starts as initial= "
+                "says. Leave it out."
+            )
+    for name, (given, default) in of_contacts.items():
+        if given != default and not model.contacts:
+            raise SimulationError(
+                f"Expected a machine with contacts for {name}=, but '{model.name}' has none. Leave it out."
+            )
+        if given != default and method == "timestepping":
+            raise SimulationError(
+                f'Expected no {name}= for method="timestepping", got {given!r}: it solves all contacts of a step at '
+                'once, and where several answers hold, takes one. Leave it out, or take method="auto".'
+            )
+    for name, (given, default) in of_control.items():
+        if given != default and method == "timestepping":
+            raise SimulationError(
+                f'Expected no {name}= for method="timestepping", got {given!r}: all its steps have the length step=, '
+                "whatever their error. Leave it out."
+            )
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value is a real number, and no truth value."""
+    return isinstance(value, _REAL) and not isinstance(value, bool)
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)

@@ -1,0 +1,234 @@
+"""Where a run begins: names and values of the user become the state (q, u)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import chain
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from ...errors import ExpressionError, SimulationError, nearest
+from ...model import Model
+from ...scalar.algebra import floats
+from ...scalar.expression import evaluate
+from ...scalar.units import quantity
+from ...space.rotation import Rotation
+
+
+def number(model: Model, values: Mapping[str, float], given: Any, what: str) -> float:
+    """A finite number from a number, or an expression or text of the parameters."""
+    if type(given) in _NUMBERS and math.isfinite(given):
+        return float(given) + 0.0  # there is one zero
+    try:
+        expression = model.names.expression(given, what)
+    except ExpressionError:
+        refuse_unit(given, what)
+        raise
+    if isinstance(expression, sympy.Basic):
+        moving = model.names.depends(expression, "coordinate", "speed", "time")
+        if moving:
+            raise SimulationError(
+                f"Expected a number or an expression of parameters for {what}, "
+                f"but '{expression}' depends on {', '.join(moving)}."
+            )
+        lookup = {parameter.symbol: values[parameter.name] for parameter in model.parameters}
+        try:
+            expression = evaluate(expression, lookup, floats)
+        except (ValueError, ZeroDivisionError, OverflowError) as error:
+            raise SimulationError(
+                f"Expected a number for {what}, but '{given}' has no value: {error}."
+            ) from None
+    result = float(expression)
+    if not math.isfinite(result):
+        raise SimulationError(f"Expected a finite number for {what}, got {given!r}.")
+    return result
+
+
+def refuse_unit(given: Any, what: str) -> None:
+    """Say so where what is no expression is a number with a unit."""
+    try:
+        value = quantity(given, "", what) if isinstance(given, str) else None
+    except ExpressionError:
+        return
+    if isinstance(value, sympy.Basic | int | float):
+        raise SimulationError(
+            f"Expected a number, or an expression of parameters, without a unit for {what}, got '{given}'. Write "
+            f"{value} (in m, kg, s and rad), or make it a parameter: units are read in values=."
+        )
+
+
+def initial_state(
+    model: Model, values: Mapping[str, float], initial: Mapping[Any, Any]
+) -> NDArray[np.float64]:
+    """The state (q, u), shape (n_q + n_u,), in which what is not named is zero and unturned."""
+    return np.array(named_numbers(model, values, initial)[0])
+
+
+def named_state(
+    model: Model, values: Mapping[str, float], initial: Mapping[Any, Any], where: str = "initial"
+) -> tuple[NDArray[np.float64], set[int]]:
+    """The state (q, u) and the places in it that were named.
+
+    Parameters
+    ----------
+    model : Model
+    values : mapping of str to float
+        Of all parameters.
+    initial : mapping
+        By name or SymPy atom of a coordinate or speed: a number, or an expression or text of parameters. By
+        name of a ball or free joint: its quaternion (w, x, y, z), or a Rotation (parent from child axes).
+
+    Raises
+    ------
+    SimulationError
+        An unknown name (with the nearest known one), a value given twice, a quaternion of length zero.
+    """
+    y, given = named_numbers(model, values, initial, where)
+    return np.array(y), set(given)
+
+
+def named_numbers(
+    model: Model, values: Mapping[str, float], initial: Mapping[Any, Any], where: str = "initial"
+) -> tuple[list[float], dict[int, Any]]:
+    """`named_state` as a list, and the names by their places."""
+    if not isinstance(initial, (dict, Mapping)):  # the first is the quicker to be told
+        raise SimulationError(f"Expected {where} values by name, such as {{'theta': 0.1}}, got {initial!r}.")
+    places = model.places
+    y = list(model.rest)
+    given: dict[int, Any] = {}
+    for key, value in initial.items():
+        name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
+        i = places.get(name)
+        if i is not None and i not in given and type(value) in _NUMBERS and math.isfinite(value):
+            given[i], y[i] = key, float(value)
+            continue
+        if i is not None:
+            parts = [number(model, values, value, f"the initial value of '{name}'")]
+        else:
+            turned = quaternions_by_joint(model)
+            if name not in turned:
+                raise SimulationError(
+                    f"Unknown name '{name}' in {where}; {nearest(name, [*places, *turned])}{_cure(name, places)}"
+                )
+            i, parts = turned[name], _quaternion(model, values, value, name)
+        for place, part in enumerate(parts, i):
+            if place in given:
+                raise SimulationError(
+                    f"The initial value of '{list(places)[place]}' is given twice, as '{given[place]}' and as '{key}'. "
+                    "Leave one out."
+                )
+            given[place], y[place] = key, part
+    for start in model.quaternions:
+        inside = range(start, start + 4)
+        if given.keys().isdisjoint(inside):
+            continue
+        four = np.array([y[i] if i in given else 0.0 for i in inside])
+        length = float(np.linalg.norm(four))
+        if length == 0:
+            raise SimulationError(
+                f"Expected a quaternion ({', '.join(model.coordinate_names[start : start + 4])}) of length 1, got all "
+                "zeros. Leave it out for no rotation, or give (1, 0, 0, 0)."
+            )
+        y[start : start + 4] = (four / length).tolist()
+    return y, given
+
+
+def plain_state(
+    model: Model, initial: dict[Any, Any] | None, read: Mapping[str, float]
+) -> list[float] | None:
+    """The state (q, u), if only numbers, and texts read before, are named, and no part of a quaternion; else None."""
+    y = list(model.rest)
+    if initial is None:
+        return y
+    places = model.single_places
+    value: Any
+    for name, value in initial.items():
+        i = places.get(name)
+        if type(value) is str:
+            value = read.get(value)
+        if i is None or type(value) not in _NUMBERS or not math.isfinite(value):
+            return None
+        y[i] = float(value)
+    return y
+
+
+def texts_read(model: Model, initial: dict[Any, Any], y: Sequence[float]) -> dict[str, float]:
+    """What the texts that name a start stand for."""
+    places = model.single_places
+    return {
+        value: y[places[name]] for name, value in initial.items() if type(value) is str and name in places
+    }
+
+
+def are_single(values: Any) -> bool:
+    """Whether values by name have no axis of lanes, as their types tell."""
+    return type(values) is dict and _SINGLE.issuperset(map(type, values.values()))
+
+
+def several(value: Any) -> Any:
+    """A list, a tuple, or an array of a range or of any library; None of what is no more than one value."""
+    if isinstance(value, list | tuple):
+        return value
+    if isinstance(value, range) or (hasattr(value, "__array__") and not isinstance(value, Rotation)):
+        value = np.asarray(value)
+        return value if value.ndim else None
+    return None
+
+
+def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
+    """Whether a value of a parameter, or of the start, has an axis of lanes (the components of a quaternion do not)."""
+    given = values if values is not None and isinstance(values, (dict, Mapping)) else {}
+    start = initial if initial is not None and isinstance(initial, (dict, Mapping)) else {}
+    if _SINGLE.issuperset(map(type, chain(given.values(), start.values()))):
+        return False
+
+    def many(value: Any, own: int) -> bool:
+        value = several(value)
+        if value is None:
+            return False
+        if len(value) and isinstance(value[0], Rotation):
+            return True
+        try:
+            return np.ndim(value) > own
+        except ValueError:
+            return True
+
+    turned = quaternions_by_joint(model)
+    return any(many(value, 0) for value in given.values()) or any(
+        many(value, int(str(key) in turned)) for key, value in start.items()
+    )
+
+
+_NUMBERS = frozenset((float, int, np.float64))
+_SINGLE = _NUMBERS | {str}
+"""Types of a value that has no axis."""
+
+
+def quaternions_by_joint(model: Model) -> dict[str, int]:
+    """Place of the quaternion of each ball and free joint among the coordinates."""
+    return {
+        link.joint: link.q + (3 if link.kind == "free" else 0)
+        for link in model.links
+        if link.kind in ("ball", "free")
+    }
+
+
+def _quaternion(model: Model, values: Mapping[str, float], given: Any, joint: str) -> list[float]:
+    if isinstance(given, Rotation):
+        return [float(part) for part in given.as_quaternion()]
+    if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray) or len(given) != 4:
+        raise SimulationError(
+            f"Expected a quaternion (w, x, y, z) or a Rotation for joint '{joint}' in initial, got {given!r}. "
+            "For angles: fb.Rotation.euler('ZXZ', psi, theta, phi)."
+        )
+    return [number(model, values, part, f"the initial quaternion of joint '{joint}'") for part in given]
+
+
+def _cure(name: str, place: Mapping[str, int]) -> str:
+    if name.endswith("_dot") and name[:-4] + "'" in place:
+        return f' A speed is written with a prime: "{name[:-4]}\'".'
+    return ""

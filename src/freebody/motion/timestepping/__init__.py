@@ -1,0 +1,1 @@
+"""Motion with contacts by time stepping (Moreau and Jean)."""

@@ -1,0 +1,196 @@
+"""Compiled code of time stepping (`moreau.march`), and the sparsity of its matrices.
+
+Speeds that the mass matrix or a constraint joins are one block; a row of W is kept over the blocks of its two bodies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...dynamics import State, coordinate_rates, mass_matrix
+from ...dynamics.constrained import constrained_loading, pressed
+from ...dynamics.constraints import linearized, rows
+from ...dynamics.contact import contact_rows, touch, touches
+from ...dynamics.energy import load_power
+from ...dynamics.kinematics import Spot
+from ...dynamics.loading import Loading
+from ...dynamics.motion import Motion, all_reactions
+from ...dynamics.newton_euler import bias, drive_power
+from ...model import Model
+from ...scalar.algebra import ZERO, add, negate, scale
+from ...scalar.trace import Traced
+from ..contact.scene import scene_of_layout
+from ..kernels.kernels import Kernels, Program
+
+Whole = Any  # array of int64
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """What does not change from step to step, as `moreau.march` takes it.
+
+    ``held``       the active conditions: those on coordinates, of which there are ``holonomic``, then those on speeds
+    ``order``      of every place in block order, the speed; ``blocks`` are the first places, ``squares`` the first
+                   entries of the blocks of M
+    ``pieces``     blocks of the rows of W over G, row r those from ``row_first[r]``; its values begin at ``row_at[r]``
+    ``reach_of``   contact of every reach
+    """
+
+    held: tuple[int, ...]
+    holonomic: int
+    order: Whole
+    blocks: Whole
+    squares: Whole
+    pieces: Whole
+    row_first: Whole
+    row_at: Whole
+    reach_of: Whole
+
+
+def _nonzero(x: Any) -> bool:
+    return isinstance(x, Traced) or x != 0
+
+
+def _shape(model: Model, M: Any, W: Any, G: Any, held: Sequence[int], reaches: Sequence[int]) -> Shape:
+    n = len(M)
+    root = list(range(n))
+
+    def find(i: int) -> int:
+        while root[i] != i:
+            i = root[i]
+        return i
+
+    for group in (*([j for j in range(n) if _nonzero(row[j])] for row in M), *(
+        [j for j in range(n) if _nonzero(row[j])] for row in G
+    )):  # fmt: skip
+        for a, b in zip(group, group[1:], strict=False):
+            i, j = sorted((find(a), find(b)))
+            root[j] = i
+    members: dict[int, list[int]] = {}
+    for i in range(n):
+        members.setdefault(find(i), []).append(i)
+    groups = list(members.values())
+    block_of = {i: k for k, group in enumerate(groups) for i in group}
+    first, tangents, m = scene_of_layout(model)
+    over = [sorted({block_of[j] for j in range(n) if _nonzero(row[j])}) for row in (*W, *G)]
+    for at, count in zip(first, tangents, strict=True):  # those of one contact alike
+        whole = sorted({k for r in range(at, at + 1 + count) for k in over[r]})
+        over[at : at + 1 + count] = [whole] * (1 + count)
+    sizes = [len(group) for group in groups]
+
+    def starts(lengths: Any) -> Whole:
+        return np.concatenate([[0], np.cumsum(np.array(list(lengths), dtype=np.int64))]).astype(np.int64)
+
+    kinds = rows(model)
+    return Shape(
+        tuple(held),
+        sum(not kinds[i].on_speeds for i in held),
+        np.array([i for group in groups for i in group], dtype=np.int64),
+        starts(sizes),
+        starts(size * size for size in sizes),
+        np.array([k for one in over for k in one], dtype=np.int64),
+        starts(len(one) for one in over),
+        starts(sum(sizes[k] for k in one) for one in over),
+        np.array([k for k, count in enumerate(reaches) for _ in range(count)], dtype=np.int64),
+    )
+
+
+def stepping(kernels: Kernels) -> tuple[Program, Shape]:
+    """Functions ``system``, ``closing`` and ``moving``, see `moreau.march`, and their shape."""
+    model = kernels.model
+    kinds = rows(model)
+    held = sorted(kernels.active, key=lambda i: (kinds[i].on_speeds, i))
+    holonomic = [i for i in held if not kinds[i].on_speeds]
+    shapes: dict[str, Shape] = kernels.__dict__.setdefault("_shapes", {})
+
+    def functions(state: State) -> Mapping[str, Sequence[Any]]:
+        given, conditions = contact_rows(model, state), linearized(model, state)
+        reaches = [one.reach for one in touches(model, state)]
+        M, W, G = mass_matrix(model, state), given.matrix, [conditions.matrix[i] for i in held]
+        shape = shapes["stepping"] = _shape(model, M, W, G, held, [len(one) for one in reaches])
+        groups = [shape.order[a:b].tolist() for a, b in zip(shape.blocks, shape.blocks[1:], strict=False)]
+        f = [-x for x in bias(model, state)]
+        closing = [*given.gap, *(x for one in reaches for x in one)]
+        residuals = [conditions.residual[i] for i in holonomic]
+        ranges = zip(shape.row_first.tolist(), shape.row_first[1:].tolist(), strict=False)
+        return {
+            "system": [
+                *(M[i][j] for group in groups for i in group for j in group),
+                *(f[i] for i in shape.order),
+                *closing,
+                *given.rate,
+                *(conditions.rate[i] for i in held),
+                *residuals,
+                *(
+                    row[j]
+                    for row, (a, b) in zip([*W, *G], ranges, strict=True)
+                    for k in shape.pieces[a:b]
+                    for j in groups[k]
+                ),
+            ],
+            "closing": [*closing, *residuals],
+            "moving": [*coordinate_rates(model, state), load_power(model, state)],
+        }
+
+    return kernels.program("stepping", functions), shapes["stepping"]
+
+
+def gaps(kernels: Kernels) -> Program:
+    """Functions ``gap`` (E), with ``reach``, and ``rate`` (m) of all contacts."""
+
+    def functions(state: State) -> Mapping[str, Sequence[Any]]:
+        given = contact_rows(kernels.model, state)
+        reaches = [x for one in touches(kernels.model, state) for x in one.reach]
+        return {"gap": [*given.gap, *reaches], "rate": list(given.rate)}
+
+    return kernels.program("gaps", functions)
+
+
+def mean_reactions(kernels: Kernels) -> Program:
+    """Functions ``reactions`` (of each joint, force and moment) and ``drive`` (power of driven joints) of a step.
+
+    The state is (q_M, u) of the step; after it follow (u⁺ - u)/h, the contact forces Λ/h and the multipliers λ/h of all
+    conditions.
+    """
+    model = kernels.model
+    _, _, m = scene_of_layout(model)
+    n, count = model.n_u, len(rows(model))
+
+    def functions(state: State, given: Sequence[Any]) -> Mapping[str, Sequence[Any]]:
+        moving = step_motion(model, state, given[:n], given[n : n + m], given[n + m :])
+        found = all_reactions(model, state, moving)
+        return {
+            "reactions": [x for name in found for vector in found[name] for x in vector],
+            "drive": [drive_power(model, state, moving.udot, moving.loads)],
+        }
+
+    return kernels.program("mean reactions", functions, n + m + count)
+
+
+def step_motion(
+    model: Model,
+    state: State,
+    udot: Sequence[Any],
+    forces: Sequence[Any],
+    multipliers: Sequence[Any],
+    blows: Any = (),
+) -> Motion:
+    """Mean accelerations of a step, and all that acts in it: loads, contact forces, constraints, blows."""
+    loads: Loading = constrained_loading(model, state, multipliers)
+    acting = [*blows]
+    at = 0
+    for contact in model.contacts:
+        it = touch(model, state, contact)
+        total: Any = ZERO
+        for k, e in enumerate((it.normal, *it.tangents)):
+            total = add(total, scale(forces[at + k], e))
+        at += 1 + len(it.tangents)
+        acting += [
+            (Spot(contact.feature.body, it.on_feature), total, ZERO),
+            (Spot(contact.surface.body, it.on_surface), negate(total), ZERO),
+        ]
+    return Motion(tuple(udot), tuple(multipliers), pressed(model, state, loads, acting))

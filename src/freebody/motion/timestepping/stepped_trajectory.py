@@ -1,0 +1,420 @@
+"""The motion of a machine in steps of given length: impulses of every step, and what follows from them.
+
+What acts in a step is known as its impulse. Forces here are means over a step, impulse/h; those of the joints are what
+the momentum of every body needs beside the loads and the contact forces:  I A + V ×* (I V) = Σ F  with the mean
+acceleration A of the step, at its middle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ...dynamics.constraints import rows
+from ...dynamics.energy import kinetic_energy, potential_energy
+from ...dynamics.kinematics import velocities
+from ...dynamics.motion import all_reactions
+from ...dynamics.newton_euler import drive_power
+from ...dynamics.state import float_state
+from ...dynamics.unilateral import MotionWarning
+from ...errors import SimulationError
+from ..contact.run import Change, shown
+from ..contact.trajectory import ContactMotion, ContactTrajectory, Timeline
+from ..legs.one_sided_limits import Values
+from ..ode.dense_output import Array, Path
+from ..start.initial import number
+from ..trajectory.event import Event, Happening
+from ..trajectory.phases import EventList
+from ..trajectory.trajectory import Energy, Reaction, Trajectory, _ByName
+from .stepped_kernels import gaps, mean_reactions, step_motion, stepping
+
+MODES = ("open", "stick", "slip", "slip+", "slip-")
+"""Names of the modes that the loop counts (`moreau.march`)."""
+
+
+LOOKS = 33
+"""Moments of a run at which the energy that its steps make is looked for."""
+CLOSED = 1e-9
+"""Way by which the end of a step moves bodies, with room [m]."""
+ROUNDED = 1e-12
+"""Part of the energies that is round-off."""
+TURNED = 0.01
+"""Turn of a body in a step from which on it is told [rad]."""
+
+
+@dataclass(eq=False)
+class Steps(Path):
+    """States at the ends of steps, straight between them."""
+
+    def sample(self, times: Any, dense: bool = False) -> Array:
+        del dense
+        wanted = np.atleast_1d(np.asarray(times, dtype=float))
+        outside = ~((wanted >= self.start) & (wanted <= self.end))
+        if outside.any():
+            raise ValueError(
+                f"Expected times within the run, {self.start:g} to {self.end:g}; got {wanted[outside][0]}. "
+                "Ask for a time inside, or simulate further."
+            )
+        k = np.clip(np.searchsorted(self.times, wanted, side="right") - 1, 0, max(len(self.times) - 2, 0))
+        if len(self.times) == 1:
+            return np.repeat(self.states, wanted.size, axis=0)
+        x = ((wanted - self.times[k]) / (self.times[k + 1] - self.times[k]))[:, None]
+        y = (1 - x) * self.states[k] + x * self.states[k + 1]
+        for i in self.rates.quaternions:
+            y[:, i : i + 4] /= np.linalg.norm(y[:, i : i + 4], axis=1, keepdims=True)
+        return y
+
+
+@dataclass(frozen=True, eq=False)
+class Impulses:
+    """What every step did, by step: impulses [N s] of ``contacts`` (m) and of ``constraints`` (all conditions),
+    ``works`` [J] (of contacts and blows; of loads and constraints), ``modes`` (E) as places in :data:`MODES`, and
+    ``blows`` as (name, [(point, impulse, moment impulse)]).
+    """
+
+    contacts: Array
+    constraints: Array
+    works: Array
+    modes: Any
+    blows: Mapping[int, Sequence[tuple[str, Any]]]
+
+
+class SteppedTrajectory(Trajectory):
+    """A motion in steps of given length, made by ``fb.simulate(..., method="timestepping", step=h)``.
+
+    Forces are means over a step: at an output time, over the step that ends then or later.
+
+    Attributes
+    ----------
+    step : float
+        Length of the steps [s].
+    residual : float
+        Greatest speed by which a contact missed its laws in any step, in parts of the greatest there without contact
+        forces: Σ |W| |u|, which the speeds of a contact are sums and differences of.
+    depth : float
+        Greatest penetration at the end of any step [m].
+    sweeps : float
+        Mean number of sweeps of a step.
+    """
+
+    method = "Moreau-Jean time stepping, exact Coulomb cones"
+
+    def __init__(
+        self,
+        *arguments: Any,
+        step: float,
+        impulses: Impulses,
+        residual: float,
+        depth: float,
+        sweeps: float,
+        scene: Any,
+    ) -> None:
+        super().__init__(*arguments)
+        self.step, self.residual, self.depth, self.sweeps = step, residual, depth, sweeps
+        self.impulses, self._layout = impulses, scene
+
+    def _rates(self) -> Array:
+        raise SimulationError(
+            'Expected a coordinate, a speed or an expression of them: a motion by method="timestepping" has changes of '
+            "its speeds from step to step, and no accelerations. Divide differences of speeds by trajectory.step."
+        )
+
+    def _step_of(self, times: Array) -> Any:
+        """The step that ends at or after each time."""
+        ends = self.path.times[1:]
+        return np.clip(np.searchsorted(ends, times, side="left"), 0, max(len(ends) - 1, 0))
+
+    def _mean(self, impulses: Array, times: Array) -> Array:
+        lengths = np.diff(self.path.times)
+        if not len(lengths):
+            return np.zeros((len(times), impulses.shape[1]))
+        k = self._step_of(times)
+        return np.asarray(impulses[k] / lengths[k, None])
+
+    def mean_forces(self, times: Array) -> Array:
+        """Contact forces, means over the step that ends at or after each time, in the order of the layout [N]."""
+        return self._mean(self.impulses.contacts, times)
+
+    def mean_reactions(self, times: Array) -> Array:
+        """Reactions of all joints, means over the step that ends at or after each time: force and moment of each in
+        turn, shape (n, 6 joints) [N, N m]."""
+        steps, place = np.unique(self._step_of(times), return_inverse=True)
+        return np.asarray(self._of_steps(steps)[0][place])
+
+    def _of_steps(self, steps: Any) -> tuple[Array, Array]:
+        """Mean reactions, and mean power of the drives, of these steps."""
+        program = mean_reactions(self.kernels)
+        if len(self.path.times) < 2:
+            return np.zeros((len(steps), program.outputs("reactions"))), np.zeros(len(steps))
+        n_q, h = self.kernels.model.n_q, self.step
+        moving, _ = stepping(self.kernels)
+        t, begin = self.path.times[steps], self.path.states[steps]
+        rate = self._observed(moving, "moving", t, begin)
+        middle = begin[:, :n_q] + h / 2 * rate[:, :n_q]
+        for i in self.kernels.model.quaternions:
+            middle[:, i : i + 4] /= np.linalg.norm(middle[:, i : i + 4], axis=1, keepdims=True)
+        lengths = (self.path.times[steps + 1] - t)[:, None]
+        u = begin[:, n_q:]
+        known = [
+            (self.path.states[steps + 1, n_q:] - u) / lengths,
+            self.impulses.contacts[steps] / lengths,
+            self.impulses.constraints[steps] / lengths,
+        ]
+        given = np.concatenate([middle, u, *known], axis=1)
+        found = self._observed(program, "reactions", t + h / 2, given)
+        drive = self._observed(program, "drive", t + h / 2, given)[:, 0]
+        for k in np.flatnonzero(np.isin(steps, list(self.impulses.blows))):
+            found[k], drive[k] = self._struck(steps[k], t[k] + h / 2, middle[k], u[k], [x[k] for x in known])
+        return found, drive
+
+    def _struck(self, step: int, t: float, q: Array, u: Array, known: Any) -> tuple[Any, float]:
+        """The same of a step in which blows fell."""
+        model = self.kernels.model
+        state = float_state(model, q.tolist(), u.tolist(), t, self.values)
+        blows = [
+            (point, tuple(x / self.step for x in P), tuple(x / self.step for x in n))
+            for _, acting in self.impulses.blows[step]
+            for point, P, n in acting
+        ]
+        udot, forces, multipliers = (x.tolist() for x in known)
+        moving = step_motion(model, state, udot, forces, multipliers, blows)
+        found = all_reactions(model, state, moving)
+        return (
+            [float(x) for name in found for vector in found[name] for x in vector],
+            float(drive_power(model, state, moving.udot, moving.loads)),
+        )
+
+    @cached_property
+    def reactions(self) -> dict[str, Reaction]:
+        """What every joint transmits to its child, a mean over a step; see :attr:`Trajectory.reactions`."""
+        found = self.mean_reactions(self.t)
+        return _ByName(
+            "joint",
+            {
+                name: Reaction(found[:, 6 * i : 6 * i + 3], found[:, 6 * i + 3 : 6 * i + 6], on, about)
+                for i, (name, on, about) in enumerate(self.kernels.transmitting)
+            },
+        )
+
+    @cached_property
+    def multipliers(self) -> dict[str, Array]:
+        """Constraint forces by name, means over a step; see :attr:`Trajectory.multipliers`."""
+        found = self._mean(self.impulses.constraints, self.t)
+        names = [row.name for row in rows(self.kernels.model)]
+        return _ByName("constraint", {name: found[:, i] for i, name in enumerate(names)})
+
+    def _limit_pieces(self) -> Iterator[tuple[Array, Values | None, Array]]:
+        """Of the mean forces of each step, from its begin to its end."""
+        model, lengths = self.kernels.model, np.diff(self.path.times)
+        if not len(lengths):
+            return
+        forces = self.impulses.constraints / lengths[:, None]
+        left = []
+        for one in self._limits:
+            force, *friction = forces[:, one.places].T
+            if friction:
+                mu = number(model, self.values, one.friction, "a coefficient of friction")
+                force = mu * force - np.hypot(*friction)
+            left.append(force)
+        n = len(left)
+        at_starts = self._observed(
+            self.kernels.limits(), "limits", self.path.times[:-1], self.path.states[:-1]
+        )
+        negligible = (at_starts[:, n:] - at_starts[:, :n]).T
+        values = np.repeat(np.concatenate([left, left + negligible]), 2, axis=1).T
+        yield np.repeat(self.path.times, 2)[1:-1], None, values
+
+    @cached_property
+    def _work(self) -> Array:
+        """Work of every step: of contacts and blows, of loads, constraints and drives, shape (steps, 2) [J]."""
+        works = self.impulses.works
+        model = self.kernels.model
+        if not len(works) or not any(link.driven for link in model.links):
+            return works
+        _, drive = self._of_steps(np.arange(len(works)))
+        return works + np.column_stack([np.zeros(len(works)), drive * np.diff(self.path.times)])
+
+    def work_until(self, times: Array) -> Array:
+        """Work done since the start, and of that by contacts and blows, shape (n, 2) [J]."""
+        total = np.concatenate([[[0.0, 0.0]], np.cumsum(self._work, axis=0)])
+        columns = [np.interp(times, self.path.times, column) for column in total.T]
+        return np.column_stack([columns[0] + columns[1], columns[0]])
+
+    @cached_property
+    def energy(self) -> Energy:
+        """The energy ledger, whose residual is the error of the steps, of first order in their length."""
+        times = np.concatenate([[self.path.start], self.t])
+        states = np.concatenate([self.path.states[:1], self.states])
+        both = self._observed(self.kernels.motion(), "energy", times, states)
+        work = self.work_until(times)
+        residual = both.sum(axis=1) - both[0].sum() - work[:, 0]
+        return Energy(both[1:, 0], both[1:, 1], work[1:, 0], residual[1:], work[1:, 1])
+
+    @cached_property
+    def warnings(self) -> tuple[MotionWarning, ...]:
+        """As of any motion; and where the steps have made more energy than the machine had."""
+        return (*super().warnings, *self._made)
+
+    @cached_property
+    def _made(self) -> tuple[MotionWarning, ...]:
+        """Steps that make energy: (T + V) - (T₀ + V₀) - W, at some moments, beyond T₀, the range of V and |W| together.
+
+        A term ω × I ω that holds for a step of h multiplies a nutation at Ω by √(1 + (Ω h)²), by exp(Ω² h t/2) in a
+        time t.
+        """
+        path, model = self.path, self.kernels.model
+        driven = any(link.driven for link in model.links)  # a drive gives what it takes
+        if driven or not len(self.impulses.works):
+            return ()
+        work = np.concatenate([[[0.0, 0.0]], np.cumsum(self.impulses.works, axis=0)])
+        some = np.unique(np.linspace(0, min(len(path.states), len(work)) - 1, LOOKS).astype(int))
+        try:
+            T, V, turning = np.array([self._at_work(k) for k in some.tolist()]).T
+        except (ArithmeticError, ValueError):  # a potential without a value
+            return ()
+        with np.errstate(over="ignore", invalid="ignore"):
+            made = T + V - T[0] - V[0] - work[some].sum(axis=1)
+            had = T[0] + np.maximum.accumulate(V) - np.minimum.accumulate(V) + np.abs(work[some, 1])
+            pressed = np.concatenate([[0], np.cumsum(np.abs(self.impulses.contacts).sum(axis=1))]) / self.step
+            had += (
+                CLOSED * pressed[some] + ROUNDED * np.abs(V).max()
+            )  # bodies are moved out of each other, too
+            bad = np.flatnonzero(~(made <= had))
+        if not len(bad):
+            return ()
+        first, h, end = some[bad[0]], self.step, float(path.end)
+        omega = float(turning[: bad[0]].max())
+        cure = f"Take a step shorter than {h:g} s, or method='auto'."
+        if omega * h > TURNED:
+            cure = f"Bodies turn by {omega * h:.2g} rad in a step of {h:g} s: take a step="
+            cure += f"{0.2 / (omega**2 * (end - path.start)):.1g} or shorter, or method='auto'."
+        when = float(path.times[first])
+        worst = float(np.nan_to_num(made[bad], nan=np.inf).max())
+        return (
+            MotionWarning(
+                model.name, "energy", when, "the steps make energy", worst, ((when, end),), "A step can make none",
+                cure, "J",
+            ),
+        )  # fmt: skip
+
+    def _at_work(self, k: int) -> tuple[float, float, float]:
+        """Kinetic and potential energy, and the greatest angular velocity of a body, after k steps."""
+        model, path = self.kernels.model, self.path
+        q, u, _ = np.split(path.states[k], [model.n_q, model.n_q + model.n_u])
+        state = float_state(model, q.tolist(), u.tolist(), float(path.times[k]), self.values)
+        w = np.array([[float(x) for x in one[0]] for one in velocities(model, state)])
+        with np.errstate(over="ignore"):
+            fastest = float(np.linalg.norm(w, axis=1).max(initial=0))
+        return float(kinetic_energy(model, state)), float(potential_energy(model, state)), fastest
+
+    # -- contacts --------------------------------------------------------------------------------
+
+    @cached_property
+    def contacts(self) -> dict[str, ContactMotion]:
+        """Gap, mean forces over the step, slip and mode of every contact, by name."""
+        first, tangents = self._layout
+        model = self.kernels.model
+        program = gaps(self.kernels)
+        found = self._observed(program, "gap", self.t, self.states)
+        rates = self._observed(program, "rate", self.t, self.states)
+        forces = self.mean_forces(self.t)
+        none = np.zeros((len(self.t), len(first)), dtype=np.int64)
+        modes = np.array(MODES)[
+            self.impulses.modes[self._step_of(self.t)] if len(self.impulses.modes) else none
+        ]
+        result = {}
+        for e, contact in enumerate(model.contacts):
+            at, n = first[e], tangents[e]
+            lam, v = forces[:, at : at + 1 + n], rates[:, at + 1 : at + 1 + n]
+            mu = number(model, self.values, contact.friction, "a coefficient of friction")
+            margin = mu * lam[:, 0] - np.linalg.norm(lam[:, 1:], axis=1)
+            mode = modes[:, e]
+            result[contact.name] = ContactMotion(
+                found[:, e], lam[:, 0], lam[:, 1] if n == 1 else lam[:, 1:], v[:, 0] if n == 1 else v,
+                np.where(mode == "open", np.nan, margin), mode, lam,
+            )  # fmt: skip
+        return _ByName("contact", result)
+
+    @cached_property
+    def modes(self) -> Timeline:
+        """Of every contact: mode, from the beginning of the step in which it began to the end of its last, and why."""
+        return Timeline(change for _, _, change in self._changes)
+
+    @cached_property
+    def _changes(self) -> list[tuple[int, int, Change]]:
+        """(step, contact, change) of all modes, in the order in which they began."""
+        names, times, modes = (
+            [c.name for c in self.kernels.model.contacts],
+            self.path.times,
+            self.impulses.modes,
+        )
+        if not len(modes):
+            return []
+        found = []
+        for e, name in enumerate(names):
+            begins = [0, *(np.flatnonzero(np.diff(modes[:, e])) + 1).tolist()]
+            for k, end in zip(begins, [*begins[1:], len(modes)], strict=True):
+                why = "the start" if k == 0 else self._why(k, e)
+                change = Change(name, MODES[modes[k, e]], float(times[k]), float(times[end]), why)
+                found.append((k, e, change))
+        return sorted(found, key=lambda one: one[:2])
+
+    def _why(self, step: int, e: int) -> str:
+        before, now = (MODES[self.impulses.modes[k, e]] for k in (step - 1, step))
+        if before == "open":
+            return "the gap closed"
+        if now == "open":
+            return "N reached 0"
+        if now == "stick":
+            return "the slip stopped"
+        if before != "stick":
+            return "the slip turned round"
+        at = self._layout[0][e]
+        T = self.impulses.contacts[step, at + 1 : at + 1 + self._layout[1][e]] / self.step
+        return f"|T| reached {float(np.linalg.norm(T)):.6g} N"
+
+    @cached_property
+    def happenings(self) -> tuple[Happening, ...]:
+        """Blows and changes of mode, in their order, each at the beginning of its step."""
+        found: list[tuple[int, int, str, str]] = []
+        for step, blows in self.impulses.blows.items():
+            before, after = (self._speeds(k) for k in (step, step + 1))
+            jumps = ", ".join(
+                f"{name} {before[name]:.6g} → {after[name]:.6g}"
+                for name in before
+                if before[name] != after[name]
+            )
+            found += [(step, -1, name, f"{name}: {jumps or 'no speed changes'}") for name, _ in blows]
+        last: dict[int, str] = {}
+        for step, e, change in self._changes:
+            if step > 0:
+                text = f"contact {change.contact}: {shown(last[e])} → {shown(change.mode)}, {change.why}"
+                found.append((step, e, change.contact, text))
+            last[e] = change.mode
+        return tuple(
+            Happening(
+                float(self.path.times[step]),
+                name,
+                0,
+                dict(zip(self.names, self.path.states[step].tolist(), strict=True)),
+                text,
+                dict(zip(self.names, self.path.states[step + 1].tolist(), strict=True)),
+            )
+            for step, _, name, text in sorted(found, key=lambda one: one[:2])
+        )
+
+    def _speeds(self, place: int) -> dict[str, float]:
+        model = self.kernels.model
+        return dict(zip(model.speed_names, self.path.states[place, model.n_q :].tolist(), strict=True))
+
+    @cached_property
+    def events(self) -> list[Event]:
+        """The events asked for, located between two steps; blows and changes of mode, where their step begins."""
+        both = [(event.time, i, event) for i, event in enumerate([*super().events, *self.happenings])]
+        return EventList(event for *_, event in sorted(both, key=lambda entry: entry[:2]))
+
+    plot_margin = ContactTrajectory.plot_margin

@@ -1,0 +1,508 @@
+"""``method="timestepping"``: many contacts with friction, in steps of given length.
+
+The loop is `moreau`; here it gets its kernels and its memory, and what it did becomes a trajectory. The method is of
+first order in the step, impacts fall on the step they happen in, and what is exact are the laws: in every step each
+contact satisfies Signorini's and Coulomb's conditions to the residual that the trajectory states.
+
+The file is longer than others: a run fills the memory of the loop and reads it back, and both need to know its layout.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...dynamics.constraints import rows as conditions
+from ...dynamics.impulse import blows_on, generalized_impulse
+from ...dynamics.mobility import massless_motion
+from ...dynamics.state import State, float_state
+from ...errors import ModelError, SimulationError
+from ...native import loop
+from ..contact.motion import check_coefficients
+from ..contact.newton import eased, polished
+from ..contact.scene import scene_of_layout
+from ..kernels.kernels import Kernels
+from ..legs.blow import Blow, blows_of, call_of, scheduled
+from ..legs.impulse import given_blow
+from ..ode.dense_output import FINISHED, INTERRUPTED, TERMINAL, Array, Crossing, Rates, observe
+from ..start.arguments import STORED, check_count, check_forwards, most_steps
+from ..start.initial import number
+from ..trajectory.event import EventSpec, expressions_of
+from .stepped_kernels import Shape, stepping
+from .stepped_trajectory import Impulses, SteppedTrajectory, Steps
+
+RESIDUAL = 1e-12
+"""Speed by which a contact may miss its laws, in parts of the greatest in the problem of a step."""
+ACCEPTED = 1e-9
+"""The same of a problem that is all but degenerate, such as of a pile that comes to rest; the trajectory states it."""
+SWEEPS = 3_000
+"""Sweeps of one problem before it is handed to Newton's method (`polish`); ten times more where that fails."""
+MOST_SWEEPS = 100_000
+PAST = 4 + 2 * 12
+"""Rows of the memory of `moreau_problem.solve`."""
+BLOCK = 1000
+"""Steps between two looks at events, progress and the keyboard; with more than ten contacts as many times fewer."""
+
+
+def stepped_motion(
+    kernels: Kernels,
+    values: Mapping[str, float],
+    state: Array,
+    begin: float,
+    end: float,
+    specs: Sequence[EventSpec],
+    expressions: Sequence[Any],
+    tolerances: Array,
+    times: Array | None,
+    samples: int | None,
+    *,
+    step: Any,
+    max_steps: int | None,
+    impulses: Any,
+    between: Callable[[float], None] | None,
+) -> SteppedTrajectory:
+    """The motion of a machine with contacts in equal steps; arguments as of `simulate`, read."""
+    model = kernels.model
+    if not model.contacts:
+        raise SimulationError(
+            "method='timestepping' is for machines with contacts, and this one has none. Take method='auto'."
+        )
+    if step is None:
+        raise SimulationError(
+            "Expected the length of a step for method='timestepping', such as step=1e-3 [s]."
+        )
+    h = number(model, values, step, "step")
+    if not h > 0:
+        raise SimulationError(f"Expected a step greater than 0 s, got step={h:g}.")
+    check_forwards(begin, end, "a machine with contacts", "friction and impacts")
+    _check_laws(kernels, values)
+    blows = blows_of(impulses)
+    for one in blows:
+        if one.options["normal"] is not None or one.options["restitution"] is not None:
+            raise SimulationError(
+                f"The blow '{one.name}' meets a surface (normal=, restitution=), which method='timestepping' solves "
+                "only with the other contacts: describe the surface by s.contact(..., restitution=e), or give impulse=."
+            )
+    most = most_steps(max_steps, STORED + model.n_q + model.n_u + 4 * len(model.contacts))
+    check_count((end - begin) / h, most, f"step = {h:g} s", "Take a longer step=")
+    count = max(round((end - begin) / h), 1 if end > begin else 0)
+    if count and abs(count * h - (end - begin)) > 1e-9 * max(h, abs(end)):
+        count = math.ceil((end - begin) / h)
+    h = (end - begin) / count if count else h
+    run = _Run(kernels, values, begin, h, count, specs, expressions, blows, end)
+    return run.motion(state, tolerances, times, samples, between)
+
+
+def _check_laws(kernels: Kernels, values: Mapping[str, float]) -> None:
+    model = kernels.model
+    check_coefficients(model, values)
+    for c in model.contacts:
+        if number(model, values, c.friction, "mu") != number(model, values, c.static_friction, "mu_s"):
+            raise SimulationError(
+                f"method='timestepping' knows one coefficient of friction, but contact '{c.name}' has a static one "
+                "besides. Leave static_friction out, or take method='auto'."
+            )
+        if c.impact != "newton" and number(model, values, c.restitution, "e") != 0:
+            raise SimulationError(
+                f"method='timestepping' knows Newton's restitution, but contact '{c.name}' has impact='{c.impact}'. "
+                "Leave impact= out, or take method='auto'."
+            )
+
+
+class _Run:
+    """One run: the compiled loop, its memory, and what it has done so far."""
+
+    def __init__(
+        self, kernels: Kernels, values: Mapping[str, float], begin: float, h: float, count: int,
+        specs: Sequence[EventSpec], expressions: Sequence[Any], blows: Sequence[Blow], end: float,
+    ) -> None:  # fmt: skip
+        self.kernels, self.values, self.begin, self.h, self.count = kernels, values, begin, h, count
+        self.end = end
+        self.model = model = kernels.model
+        self.parameters = kernels.parameters(values)
+        self.program, self.shape = stepping(kernels)
+        self.constants = self.program.constants(self.parameters)
+        self.first, self.tangents, self.rows = scene_of_layout(model)
+        self.memory = _memory(kernels, values, self.program, self.shape, self.tangents, self.rows)
+        self.march = loop.code("motion.timestepping.moreau", "march")
+        timed, self.called = scheduled(kernels, values, blows, begin, end)
+        self.timed: dict[int, list[Blow]] = {}
+        for time, one in timed:
+            k = min(math.floor((time - begin) / h * (1 + 1e-12)), max(count - 1, 0))
+            self.timed.setdefault(k, []).append(one)
+        self.left = {id(one): np.inf if one.times is None else one.times for one in self.called}
+        calls = [call_of(one) for one in self.called]
+        self.asked = len(specs)
+        self.specs = [*specs, *calls]
+        self.expressions = [*expressions, *expressions_of(model, calls)]
+        self.parts: list[list[Array]] = [[], [], [], []]  # states, impulses, works, modes
+        self.blows: dict[int, list[tuple[str, Any]]] = {}
+        self.done = 0
+
+    def motion(
+        self, state: Array, tolerances: Array, times: Any, samples: Any, between: Any
+    ) -> SteppedTrajectory:
+        n = self.model.n_q + self.model.n_u
+        y = np.array(state[:n], dtype=float)
+        self.start = y.copy()
+        self._check_start(y)
+        status, stop = FINISHED, None
+        try:
+            while self.done < self.count and stop is None:
+                y, stop = self._advanced(y)
+                if between is not None:
+                    between(self.begin + self.done * self.h)
+        except KeyboardInterrupt:
+            status = INTERRUPTED
+        except SimulationError as error:
+            got = self._trajectory("failed", None, tolerances, times, samples)
+            made = " ".join(str(one) for one in got.warnings if one.event == "energy")
+            error = SimulationError(f"{made} Then: {error}") if made else error
+            error.trajectory = got  # type: ignore[attr-defined]
+            raise error from None
+        return self._trajectory(TERMINAL if stop else status, stop, tolerances, times, samples)
+
+    def _check_start(self, y: Array) -> None:
+        program, E = self.program, len(self.first)
+        found = observe(
+            program.address("closing"),
+            program.outputs("closing"),
+            np.array([self.begin]),
+            y[None],
+            self.constants,
+        )[0, : E + len(self.shape.reach_of)]
+        depth = -found[:E]
+        depth[self.shape.reach_of[found[E:] < 0]] = -np.inf
+        worst = int(depth.argmax())
+        if depth[worst] > 1e-9:
+            raise SimulationError(
+                f"The initial state of '{self.model.name}' has contact '{self.model.contacts[worst].name}' "
+                f"{depth[worst]:.6g} m deep. Begin with every gap at zero or above."
+            )
+
+    def _advanced(self, y: Array) -> tuple[Array, Crossing | None]:
+        """The state some steps on, and the terminal event, if there is one on the way."""
+        now = [*self.timed.pop(self.done, []), *self.timed.pop(-1, [])]
+        watched = bool(self.called) or any(spec.terminal for spec in self.specs)
+        block = max(1, BLOCK // (10 if watched else 1) // (1 + len(self.first) // 10))
+        size = 1 if now else min(block, min(self.timed, default=self.count) - self.done)
+        size = min(size, self.count - self.done)
+        before = y.copy()
+        if now:
+            self._strike(now, y)
+        found = self._steps(y, size)
+        if not watched:
+            self._keep(found)
+            return y, None
+        states = np.concatenate([before[None], found[0]])
+        moments = self.begin + self.h * np.arange(self.done, self.done + len(states), dtype=np.float64)
+        for c in _crossings(self.kernels, self.values, self.specs, self.expressions, moments, states):
+            if c.number < self.asked:
+                if self.specs[c.number].terminal:
+                    self._keep(found)
+                    return y, c
+                continue
+            one = self.called[c.number - self.asked]
+            if now or not self.left[id(one)] > 0:
+                continue
+            self.left[id(one)] -= 1  # back to the beginning of the step, and struck there
+            k = int(np.searchsorted(moments, c.time, side="left")) - 1
+            self._keep([part[:k] for part in found])
+            self.timed.setdefault(-1, []).append(one)
+            return states[k].copy(), None
+        self._keep(found)
+        return y, None
+
+    def _keep(self, found: Sequence[Any]) -> None:
+        for kept, part in zip(self.parts, found, strict=True):
+            kept.append(part)
+        self.done += len(found[0])
+
+    def _strike(self, now: Sequence[Blow], y: Array) -> None:
+        """The generalized impulse of blows, where the machine stands in the middle of the step."""
+        n_q, t = self.model.n_q, self.begin + self.done * self.h
+        rate = observe(self.program.address("moving"), n_q + 1, np.array([t]), y[None], self.constants)[0]
+        q = y[:n_q] + self.h / 2 * rate[:n_q]
+        for i in self.model.quaternions:
+            q[i : i + 4] /= np.linalg.norm(q[i : i + 4])
+        state: State = float_state(self.model, q.tolist(), y[n_q:].tolist(), t + self.h / 2, self.values)
+        told = []
+        for one in now:
+            options = {key: one.options[key] for key in ("at", "impulse", "moment", "frame")}
+            try:
+                told.append((one.name, [given_blow(self.model, state, **options)]))
+            except ModelError as error:
+                raise SimulationError(f"The blow '{one.name}' at t = {t:.9g} s can not be: {error}") from None
+        loads = blows_on(self.model, state, [blow for _, blows in told for blow in blows])
+        kick = np.array([float(x) for x in generalized_impulse(self.model, state, loads)])
+        self.memory["kick"][:] = kick[self.shape.order]
+        self.blows[self.done] = told
+
+    def _steps(self, y: Array, size: int) -> list[Any]:
+        """States, impulses, works and modes of the next steps; ``y`` becomes the last state."""
+        E, width = len(self.first), self.rows + len(self.shape.held)
+        states, impulses = np.empty((size, len(y))), np.empty((size, width))
+        works, modes = np.empty((size, 2)), np.empty((size, E), dtype=np.int64)
+        t = self.begin + self.done * self.h
+        report = self.memory["report"]
+        got, sweeps, bound = 0, SWEEPS, RESIDUAL
+        while got < size:
+            room = slice(got, size if bound == RESIDUAL else got + 1)
+            here = t + got * self.h
+            done = self._marched(
+                y, states[room], impulses[room], works[room], modes[room], here, sweeps, bound
+            )
+            got += done
+            if done:
+                sweeps, bound = SWEEPS, RESIDUAL
+            if got == size or (done and report[4] == 0):
+                continue
+            if report[4] == 1 and sweeps <= MOST_SWEEPS:
+                if not self._by_newton() or not done:
+                    bound = ACCEPTED if sweeps > SWEEPS and report[3] <= ACCEPTED else RESIDUAL
+                    sweeps *= 10
+                continue
+            self._keep([states[:got], impulses[:got], works[:got], modes[:got]])
+            raise SimulationError(self._failure(t + got * self.h, y))
+        return [states, impulses, works, modes]
+
+    def _marched(
+        self,
+        y: Array,
+        states: Array,
+        impulses: Array,
+        works: Array,
+        modes: Any,
+        t: float,
+        sweeps: int,
+        bound: float,
+    ) -> int:
+        """The number of steps done, of those that the arrays have room for."""
+        model, shape, memory = self.model, self.shape, self.memory
+        done = self.march(
+            *(self.program.address(name) for name in ("system", "closing", "moving")), self.constants, model.n_q,
+            model.n_u, len(self.first), self.rows, len(shape.held), shape.holonomic,
+            shape.order, shape.blocks, shape.squares, len(shape.blocks) - 1, shape.pieces, shape.row_first,
+            shape.row_at, memory["tangents"], shape.reach_of, len(shape.reach_of), memory["quaternions"],
+            len(model.quaternions), memory["mu"], memory["restitution"],
+            np.array([t, self.h, bound]), len(states), memory["kick"], y,
+            *(memory[name] for name in (*_REALS, *_WHOLES)), states, impulses, works, modes, memory["report"], sweeps,
+        )  # fmt: skip
+        if done:
+            memory["kick"][:] = 0.0
+        return int(done)
+
+    def _by_newton(self) -> bool:
+        """Solve the problem on which the sweeps stopped. Its impulses, or else those reached, begin the next try."""
+        memory, shape = self.memory, self.shape
+        count = int(memory["report"][5])
+        rows, kinds, mu = memory["rows"][:count], memory["kinds"][:count], memory["coefficient"][:count]
+        W, X = np.zeros((count, self.model.n_u)), np.zeros((count, self.model.n_u))
+        at_W = self.program.outputs("system") - int(shape.row_at[-1])
+        for a, r in enumerate(rows):
+            pieces = shape.pieces[shape.row_first[r] : shape.row_first[r + 1]]
+            columns = [i for k in pieces for i in range(shape.blocks[k], shape.blocks[k + 1])]
+            values = slice(shape.row_at[r], shape.row_at[r + 1])
+            W[a, columns], X[a, columns] = memory["out"][at_W:][values], memory["X"][values]
+        x = memory["x"][:count].copy()
+        goal = RESIDUAL * memory["report"][6]
+        A, b = W @ X.T, memory["b"][:count].copy()
+        found = polished(A, b, kinds, mu, x.copy(), goal / 3)
+        if found is None:
+            found = eased(A, b, kinds, mu, goal / 3)
+        memory["memory"][:] = 0.0
+        memory["memory"][rows] = x if found is None else _within(found, kinds, mu)
+        return found is not None
+
+    def _failure(self, t: float, y: Array) -> str:
+        report, model = self.memory["report"], self.model
+        where = f"the step of '{model.name}' at t = {t:.9g} s"
+        if report[4] == 1:
+            return (
+                f"The contacts of '{model.name}' were not solved in the step at t = {t:.9g} s: after {MOST_SWEEPS} "
+                f"sweeps and Newton's method a law is still missed by {report[3]:.3g} of the greatest speed (to reach: "
+                f"{ACCEPTED:g}). Where friction jams a contact (Painlevé) or restitution works against it, there may "
+                "be no solution: less friction or restitution=0 has one. Else a shorter step, or masses less far "
+                "apart, need fewer sweeps."
+            )
+        if report[4] == 2:
+            q, u = y[: model.n_q].tolist(), y[model.n_q :].tolist()
+            idle = massless_motion(model, float_state(model, q, u, t, self.values))
+            names = f" {' and '.join(map(repr, idle))} together move no mass." if idle else ""
+            return (
+                f"Expected a mass matrix that is positive definite in {where}.{names} Give every body that can move by "
+                "itself a mass and moments of inertia, or hold what moves no mass by a joint."
+            )
+        if report[4] == 3:
+            return (
+                f"The constraints of '{model.name}' depend on each other in {where}: bars that come into line do this. "
+                "Stop before with a terminal event, or change the lengths."
+            )
+        if report[4] == 4:
+            return (
+                f"No place without overlap was found in {where}: {report[5]:.3g} m are left (to reach: 1e-10 m). "
+                "Bodies wedged in too narrow a space, or driven into each other, do this; else take a shorter step."
+            )
+        return (
+            f"A rate or a speed is not a finite number in {where}. A division by zero, or a root or logarithm of a "
+            "negative number does this: check the loads there, or take a shorter step."
+        )
+
+    def _trajectory(
+        self, status: str, stop: Crossing | None, tolerances: Array, times: Any, samples: Any
+    ) -> SteppedTrajectory:
+        n, E, held, h = len(self.start), len(self.first), len(self.shape.held), self.h
+        widths = (n, self.rows + held, 2, E)
+        states, impulses, works, modes = (
+            np.concatenate([np.empty((0, width)), *part])
+            for width, part in zip(widths, self.parts, strict=True)
+        )
+        states = np.concatenate([self.start[None], states])
+        moments = self.begin + h * np.arange(len(states), dtype=np.float64)
+        if len(states) == self.count + 1:
+            moments[-1] = self.end  # and not what the sum of the steps is rounded to
+        if stop is not None:  # within a step: its part up to the event
+            k = int(np.searchsorted(moments, stop.time, side="left"))
+            part = (stop.time - moments[k - 1]) / h
+            states, moments = (
+                np.concatenate([states[:k], stop.state[None]]),
+                np.append(moments[:k], stop.time),
+            )
+            impulses, works, modes = impulses[:k].copy(), works[:k].copy(), modes[:k]
+            impulses[-1] *= part
+            works[-1] *= part
+        seen = 0, n, self.constants, tuple(self.model.quaternions)
+        rates = Rates(*seen, self.program, recipe=(Rates, *seen))
+        specs, expressions = self.specs[: self.asked], self.expressions[: self.asked]
+        crossings = _crossings(self.kernels, self.values, specs, expressions, moments, states)
+        if stop is not None:  # the last state is the event itself
+            earlier = (
+                c
+                for c in crossings
+                if c.time < moments[-2] or (c.time < stop.time and c.number != stop.number)
+            )
+            crossings = (*earlier, stop)
+        path = Steps(rates, moments, np.diff(moments), states, crossings, status, 0, 0, len(states))
+        constraints = np.zeros((len(impulses), len(conditions(self.model))))
+        constraints[:, self.shape.held] = impulses[:, self.rows :]
+        steps = range(len(impulses))
+        did = Impulses(
+            impulses[:, : self.rows], constraints, works, modes.astype(np.int64),
+            {k: told for k, told in self.blows.items() if k in steps},
+        )  # fmt: skip
+        report = self.memory["report"]
+        return SteppedTrajectory(
+            self.kernels, self.values, path, specs, tolerances, times, samples, step=h, impulses=did,
+            residual=float(report[0]), depth=float(report[2]), sweeps=float(report[1]) / max(self.done, 1),
+            scene=(self.first, self.tangents),
+        )  # fmt: skip
+
+
+def _within(x: Array, kinds: Any, mu: Array) -> Array:
+    """Impulses that rounding left outside of their cones, moved onto them."""
+    for a in np.flatnonzero(kinds == 1):
+        x[a] = max(x[a], 0.0)
+        end = a + 1
+        while end < len(kinds) and kinds[end] != 1:
+            end += 1
+        T, limit = float(np.linalg.norm(x[a + 1 : end])), mu[a + 1] * x[a] if end > a + 1 else 0.0
+        if limit < T:
+            x[a + 1 : end] *= limit / T
+    return x
+
+
+_REALS = (
+    "z", "out", "rate", "u", "v", "dv", "L", "X", "K", "S", "sigma", "spare", "d", "b", "x", "before", "past", "local",
+    "memory", "lam",
+)  # fmt: skip
+_WHOLES = ("rows", "kinds", "coefficient")
+
+
+def _memory(
+    kernels: Kernels, values: Mapping[str, float], program: Any, shape: Shape, tangents: Sequence[int], m: int
+) -> dict[str, Array]:
+    """The arrays of the loop, by the names of its arguments."""
+    model = kernels.model
+    n, held = model.n_u, len(shape.held)
+    most = max(m, n, 1)
+    sizes = {
+        "z": model.n_q + n, "out": program.outputs("system"), "rate": model.n_q + 1, "u": n, "v": n, "dv": n,
+        "L": int(shape.squares[-1]), "X": int(shape.row_at[-1]), "K": held * n, "S": held * held, "sigma": m * held,
+        "spare": max(n, held * held, 2 * held), "d": 3 * m + 6, "b": most, "x": most, "before": most,
+        "past": PAST * most + 16, "local": 6,
+        "memory": most, "lam": max(held, 1), "coefficient": most, "kick": n, "report": 7,
+    }  # fmt: skip
+    result = {name: np.zeros(max(size, 1)) for name, size in sizes.items()}
+    result |= {name: np.zeros(most, dtype=np.int64) for name in ("rows", "kinds")}
+    result["tangents"] = np.array(tangents, dtype=np.int64)
+    result["quaternions"] = np.array(model.quaternions, dtype=np.int64)
+    for name, attribute in (("mu", "friction"), ("restitution", "restitution")):
+        result[name] = np.array([number(model, values, getattr(c, attribute), name) for c in model.contacts])
+    return result
+
+
+def _crossings(
+    kernels: Kernels, values: Any, specs: Any, expressions: Any, times: Array, states: Array
+) -> tuple[Crossing, ...]:
+    """Zeros of the user's events between the ends of steps, by the chord.
+
+    Raises
+    ------
+    SimulationError          an event without a value
+    """
+    if not specs:
+        return ()
+    program = kernels.expressions(expressions)
+    constants = program.constants(kernels.parameters(values))
+
+    def at(moments: Array, there: Array) -> Array:
+        return observe(program.address("values"), len(specs), moments, there, constants)
+
+    g = at(times, states)
+    lost = np.argwhere(~np.isfinite(g))
+    if len(lost):
+        k, i = lost[0]
+        raise SimulationError(
+            f"Expected a number for event '{specs[i].name}' at t = {times[k]:.9g} s, got {g[k, i]:g} for "
+            f"{expressions[i]}. A division by zero, or a root or logarithm of a negative number, does this: watch what "
+            "passes through zero itself, or stop before with a terminal event."
+        )
+    result = []
+    for i, spec in enumerate(specs):
+        for k in np.flatnonzero((g[:-1, i] * g[1:, i] < 0) | ((g[1:, i] == 0) & (g[:-1, i] != 0))):
+            sign = 1 if g[k, i] < 0 else -1
+            if spec.direction in (0, sign):
+                x = g[k, i] / (g[k, i] - g[k + 1, i])
+
+                def value(x: float, k: int = int(k), i: int = i) -> float:
+                    between = states[k : k + 1] + x * (states[k + 1] - states[k])
+                    return float(at(times[k : k + 1] + x * (times[k + 1] - times[k]), between)[0, i])
+
+                if _through_infinity(value):
+                    continue
+                result.append(
+                    Crossing(
+                        float(times[k] + x * (times[k + 1] - times[k])),
+                        i,
+                        sign,
+                        states[k] + x * (states[k + 1] - states[k]),
+                    )
+                )
+    return tuple(sorted(result, key=lambda one: one.time))
+
+
+def _through_infinity(value: Callable[[float], float]) -> bool:
+    """Whether a function changes its sign between 0 and 1 at a pole: beside it, it is greater than at either end."""
+    low, high = 0.0, 1.0
+    before, after = value(low), value(high)
+    largest = max(abs(before), abs(after))
+    for _ in range(40):
+        x = (low + high) / 2
+        found = value(x)
+        if found == 0:
+            return False
+        low, high = (x, high) if (found > 0) == (before > 0) else (low, x)
+    return not min(abs(value(low)), abs(value(high))) <= 1e3 * largest

@@ -1,0 +1,1 @@
+"""Result of a simulation: values over time, events, phases, files."""

@@ -1,0 +1,158 @@
+"""A trajectory as an xarray dataset, and that dataset as a netCDF file."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...errors import SimulationError, path_of
+from ...version import VERSION
+from .files import replacing
+from .trajectory import Trajectory, unit_of
+
+if TYPE_CHECKING:
+    import xarray
+
+_ENERGIES = {
+    "kinetic_energy": ("kinetic", "kinetic energy of all bodies"),
+    "potential_energy": ("potential", "potential energy of weight and springs"),
+    "work": ("work", "work done since the start by loads without potential and by drives"),
+    "energy_residual": ("residual", "what the energy ledger fails to balance"),
+}
+
+
+def dataset(trajectory: Trajectory) -> xarray.Dataset:
+    """Coordinates, speeds, poses, energies and reactions over ``time``; events over ``event``.
+
+    The pose of body b is in ``b.position`` (time, axis) and ``b.quaternion`` (time, component), the reaction of
+    joint j in ``j.force`` and ``j.moment`` (time, axis), all in ground axes. Each variable has ``units`` and
+    ``long_name``; values of the parameters, as JSON, and the origin of the data are attributes.
+    """
+    import xarray
+
+    model = trajectory.kernels.model
+    variables: dict[str, Any] = {}
+    for i, name in enumerate(trajectory.names):
+        about = model.about.get(name.rstrip("'"), ("", ""))[1] or name.rstrip("'")
+        text = f"rate of {about}" if name.endswith("'") else about
+        variables[name] = (
+            "time",
+            trajectory.states[:, i],
+            {"units": unit_of(trajectory, name), "long_name": text},
+        )
+    for name, (attribute, text) in _ENERGIES.items():
+        variables[name] = ("time", getattr(trajectory.energy, attribute), {"units": "J", "long_name": text})
+    for name, pose in trajectory.poses.items():
+        variables[f"{name}.position"] = (
+            ("time", "axis"),
+            pose.position,
+            {"units": "m", "long_name": f"position of the origin of {name} in ground axes"},
+        )
+        variables[f"{name}.quaternion"] = (
+            ("time", "component"),
+            pose.quaternion,
+            {"units": "1", "long_name": f"unit quaternion, ground from {name}"},
+        )
+    for name, motion in (getattr(trajectory, "contacts", None) or {}).items():
+        variables.update(_of_contact(name, motion))
+    for name, reaction in trajectory.reactions.items():
+        where = f"on {reaction.on}, in {reaction.frame} axes"
+        variables[f"{name}.force"] = (
+            ("time", "axis"),
+            reaction.force,
+            {"units": "N", "long_name": f"reaction force of joint {name} {where}"},
+        )
+        variables[f"{name}.moment"] = (
+            ("time", "axis"),
+            reaction.moment,
+            {"units": "N m", "long_name": f"reaction moment of joint {name} {where}, about {reaction.about}"},
+        )
+    events = trajectory.events
+    if trajectory.specs or events:
+        variables["event_time"] = (
+            "event",
+            np.array([event.time for event in events], dtype=float),
+            {"units": "s", "long_name": "time of the event"},
+        )
+        variables["event_name"] = ("event", np.array([event.name for event in events], dtype=object))
+        variables["event_direction"] = (
+            "event",
+            np.array([event.direction for event in events], dtype=np.int64),
+        )
+    return xarray.Dataset(
+        variables,
+        coords={
+            "time": ("time", trajectory.t, {"units": "s", "long_name": "time"}),
+            "axis": list("xyz"),
+            "component": list("wxyz"),
+        },
+        attrs={
+            "title": f"Motion of {trajectory.name}",
+            "status": trajectory.status,
+            "method": getattr(trajectory, "method", "Dormand-Prince 8(5,3), dense output of order 7"),
+            # of a machine with every joint driven nothing is integrated
+            **({"tolerance": float(np.min(trajectory.tolerances))} if len(trajectory.tolerances) else {}),
+            "steps": trajectory.steps,
+            "parameters": json.dumps(trajectory.values),
+            "source": f"freebody {VERSION}",
+        },
+    )
+
+
+def _of_contact(name: str, motion: Any) -> dict[str, Any]:
+    """Gap, forces, slip, friction-cone margin and mode of a contact."""
+
+    def along(values: Any) -> Any:
+        return ("time",) if values.ndim == 1 else ("time", "tangent")
+
+    about = f"of contact {name}"
+    return {
+        f"{name}.gap": ("time", motion.gap, {"units": "m", "long_name": f"gap {about}"}),
+        f"{name}.normal": ("time", motion.normal, {"units": "N", "long_name": f"normal force {about}"}),
+        f"{name}.tangential": (
+            along(motion.tangential), motion.tangential,
+            {"units": "N", "long_name": f"friction on the feature {about}"},
+        ),
+        f"{name}.slip": (along(motion.slip), motion.slip, {"units": "m/s", "long_name": f"slip velocity {about}"}),
+        f"{name}.margin": (
+            "time", motion.margin, {"units": "N", "long_name": f"what friction has left {about}, mu_s N - |T|"},
+        ),
+        f"{name}.mode": ("time", np.array(motion.mode, dtype=object), {"long_name": f"mode {about}"}),
+    }  # fmt: skip
+
+
+def save(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
+    """Write a motion to a netCDF-4 file: under another name first, so that no half-written file is left."""
+    import h5py
+
+    from .saved import GROUP, written
+
+    data = trajectory.data
+    target = path_of(path, "a trajectory", SimulationError)
+    if target.suffix.lower() not in (".nc", ".nc4", ".h5"):
+        raise SimulationError(
+            f"Expected a file name that ends in .nc for a trajectory (netCDF), got '{target.name}'. A table "
+            f"is written by trajectory.data[['{next(iter(data.data_vars))}']].to_dataframe().to_csv('table.csv')."
+        )
+    if not target.parent.is_dir():
+        raise SimulationError(
+            f"Can not write '{target}': there is no folder '{target.parent}'. Make it, or choose another path."
+        )
+    texts = sum(
+        sum(len(str(x).encode()) + 64 for x in one.values.flat)
+        for one in data.variables.values()
+        if one.dtype.kind in "OU"
+    )
+    # of HDF5, for each variable and for the file
+    machine = written(trajectory)
+    room = data.nbytes + 2 * texts + (len(data.variables) << 13) + (1 << 17)
+    room += sum(np.asarray(array).nbytes + (1 << 13) for array in machine.values())
+    with replacing(target, room) as new:
+        data.to_netcdf(new, engine="h5netcdf")
+        with h5py.File(new, "r+") as file:
+            group = file.create_group(GROUP)
+            for name, array in machine.items():
+                group[name] = array

@@ -1,0 +1,158 @@
+"""Events: moments at which an expression of the state passes through zero."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...dynamics.unilateral import MotionWarning
+from ...errors import SimulationError, arguments_named
+from ...model import Model
+from ..kernels.kernels import Kernels
+from ..ode.dense_output import Watch
+
+
+@dataclass(frozen=True)
+class EventSpec:
+    """An event to watch for. Made by :func:`event`."""
+
+    expression: Any
+    name: str
+    direction: int = 0
+    terminal: bool = False
+
+
+@dataclass(frozen=True)
+class Event:
+    """An event that happened.
+
+    Attributes
+    ----------
+    time : float
+        When [s].
+    name : str
+        Of the event that was asked for.
+    direction : int
+        +1 when the expression rose through zero, -1 when it fell.
+    state : mapping of str to float
+        Coordinates and speeds at that moment, by name.
+    """
+
+    time: float
+    name: str
+    direction: int
+    state: Mapping[str, float]
+
+    def __str__(self) -> str:
+        how = {1: "rises through", -1: "falls through"}.get(self.direction, "is")
+        return f"t = {self.time:.6g} s: {self.name}: {how} zero"
+
+
+@dataclass(frozen=True)
+class Happening(Event):
+    """An event that the run itself brought: a blow, an impact, a change of a contact's mode or of the conditions that
+    hold a linkage, a one-sided constraint whose force passes its limit.
+
+    ``text`` says what happened. The state is that just before. ``warnings`` are of the impulses in it.
+    """
+
+    text: str = ""
+    after: dict[str, float] = field(default_factory=dict)
+    warnings: tuple[MotionWarning, ...] = ()
+
+    def __str__(self) -> str:
+        return f"t = {self.time:.6g} s: {self.text}"
+
+
+@arguments_named
+def event(expression: Any, name: str | None = None, direction: int = 0, terminal: bool = False) -> EventSpec:
+    """An event to watch for in a simulation: ``expression`` passes through zero.
+
+    A jump from one sign to the other passes through zero, a pole such as that of ``1/theta`` does not. A run does not
+    begin, and stops, where the expression has no value.
+
+    Parameters
+    ----------
+    expression : SymPy expression or text
+        Of coordinates, speeds, time and parameters, such as ``"theta - pi/2"`` or ``"x'"``.
+    name : str, optional
+        By which it is found again; the expression's text if it is not given.
+    direction : {0, 1, -1}
+        Only where the expression rises (+1) or falls (-1) in the direction of the run; both at 0.
+    terminal : bool
+        Whether the run stops there. An event at the very start of a run is recorded but does not stop it; in a batch
+        only those after the start count, so that the time of the event is that of the end.
+
+    Returns
+    -------
+    EventSpec
+
+    Examples
+    --------
+    >>> event("theta'", name="turning point", direction=-1)
+    EventSpec(expression="theta'", name='turning point', direction=-1, terminal=False)
+    """
+    if callable(expression) and not hasattr(expression, "free_symbols"):
+        raise SimulationError(
+            f"Expected an expression for an event, got the Python function {_called(expression)}. No Python runs "
+            'inside a step; write what becomes zero as an expression, such as fb.event("theta - pi/2").'
+        )
+    if direction not in (-1, 0, 1):
+        raise SimulationError(
+            f"Expected direction -1 (falling), 0 (both) or +1 (rising) for event '{name or expression}', "
+            f"got {direction!r}."
+        )
+    if not isinstance(terminal, bool | np.bool_):
+        raise SimulationError(
+            f"Expected True or False for terminal= of event '{name or expression}', got {terminal!r}."
+        )
+    return EventSpec(
+        expression, str(expression) if name is None else str(name), int(direction), bool(terminal)
+    )
+
+
+def specs_of(events: Any) -> tuple[EventSpec, ...]:
+    """The events asked for; a bare expression stands for an event of its text."""
+    if isinstance(events, (tuple, list)) and not events:
+        return ()
+    if events is None or isinstance(events, Mapping):
+        raise SimulationError(
+            f"Expected a list of fb.event(...) or expressions for events=, got {events!r}. For none leave it out."
+        )
+    if isinstance(events, EventSpec | str) or not isinstance(events, Iterable):
+        events = [events]
+    return tuple(one if isinstance(one, EventSpec) else event(one) for one in events)
+
+
+def expressions_of(model: Model, specs: Iterable[EventSpec]) -> tuple[Any, ...]:
+    """The expressions of events, read against the names of the model."""
+    result = []
+    for spec in specs:
+        value = model.names.expression(spec.expression, f"event '{spec.name}'")
+        if not model.names.depends(value, "coordinate", "speed", "time"):
+            raise SimulationError(
+                f"Expected an expression that changes for event '{spec.name}', but '{value}' depends on no "
+                "coordinate, no speed and not on the time t: it never passes through zero."
+            )
+        result.append(value)
+    return tuple(result)
+
+
+def watching(
+    kernels: Kernels, parameters: NDArray[np.float64], specs: Sequence[EventSpec], expressions: Sequence[Any]
+) -> Watch | None:
+    """The compiled functions of events; None if there are none."""
+    if not specs:
+        return None
+    observer = kernels.expressions(tuple(expressions))
+    directions, terminal = (tuple(spec.direction for spec in specs), tuple(spec.terminal for spec in specs))
+    constants = observer.constants(parameters)
+    return Watch(observer.address("values"), directions, terminal, constants, observer)
+
+
+def _called(function: Any) -> str:
+    return f"'{getattr(function, '__name__', function)}'"

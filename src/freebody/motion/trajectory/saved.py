@@ -1,0 +1,163 @@
+"""A motion as a file: the description of its machine, and what was computed, from which all else follows.
+
+A netCDF file (HDF5) holds the table that `dataset` makes, for all programs that read such files, and beside it a group:
+
+    machine    text of a model file (TOML): what follows from the motion needs the machine
+    about      text (JSON): how the run was asked for and how it went, in segments
+    ...        arrays: the steps of all segments, one after another; what stepping did in each step
+
+Signals and inputs of controllers are parameters with other values in each segment: the machine in the file has these
+parameters in the place of the signals and of Python functions. `restored` reads the file back.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+import warnings
+from typing import Any
+
+import numpy as np
+
+from ...describe.system import Parameter
+from ...errors import FreebodyError
+from ...formats.text import expression_text
+from ...formats.toml.write import toml_text
+from ..contact.leaps import Leap
+from ..contact.scene import Phase
+from ..contact.trajectory import ContactTrajectory
+from ..legs.sensitivity import SensitiveTrajectory
+from ..ode.dense_output import Path
+from ..timestepping.stepped_trajectory import SteppedTrajectory, Steps
+from .phases import PhasedTrajectory, Segment, parts_of
+from .trajectory import Trajectory
+
+GROUP = "freebody"
+FORM = 1
+"""Of what stands in the group."""
+
+KINDS: dict[str, type[Trajectory]] = {
+    "smooth": Trajectory,
+    "phases": PhasedTrajectory,
+    "contacts": ContactTrajectory,
+    "steps": SteppedTrajectory,
+    "sensitivities": SensitiveTrajectory,
+}
+WAYS: dict[str, type[Path]] = {"smooth": Path, "leap": Leap, "steps": Steps}
+COUNTS = ("blame", "rejected", "evaluations", "stiff")
+
+
+def machine_text(motion: Trajectory) -> tuple[str, str]:
+    """Text of the machine of a motion; or no text, and why."""
+    system, count = motion.kernels.model.described
+    if system.changes.count != count:
+        return "", f"system '{system.name}' was changed after the run"
+    if system.controllers or system.names.signals:
+        system, constants = copy.copy(system), system.parameter_list
+        system._parameters.update((one.name, Parameter(one.name, one.symbol, None)) for one in constants)
+        system.names.signals.clear()
+        system.controllers.clear()
+    try:
+        return toml_text(system), ""
+    except FreebodyError as error:
+        return "", str(error).rstrip(".")
+
+
+def written(motion: Trajectory) -> dict[str, Any]:
+    """The texts and arrays of the group."""
+    machine, missing = machine_text(motion)
+    if missing:
+        warnings.warn(
+            f"The file of the motion of '{motion.name}' holds its numbers, but not its machine: {missing}. "
+            "Trajectory.load(path, s) will ask for the machine.",
+            RuntimeWarning,
+            stacklevel=4,
+        )
+    kind = next(name for name, one in KINDS.items() if type(motion) is one)
+    segments = parts_of(motion.path, motion.kernels)
+    times, samples = motion._asked
+    accuracies: list[Any] = []
+    arrays: dict[str, Any] = {
+        "tolerances": motion.tolerances,
+        "times": np.concatenate([s.path.times for s in segments]),
+        "lengths": np.concatenate([s.path.lengths for s in segments]),
+        "states": np.concatenate([s.path.states for s in segments]),
+        "output_times": motion.t,
+        "output_states": motion.states,
+    }
+    crossings = [c for s in segments for c in s.path.crossings]
+    arrays["crossing_times"] = np.array([c.time for c in crossings])
+    arrays["crossing_states"] = np.array([c.state for c in crossings]).reshape(
+        len(crossings), motion.states.shape[1]
+    )
+    if times is not None:
+        arrays["asked"] = times
+    if any(s.parameters is not None for s in segments):
+        arrays["parameters"] = np.array(
+            [motion._parameters if s.parameters is None else s.parameters for s in segments]
+        )
+    about: dict[str, Any] = {
+        "form": FORM,
+        "kind": kind,
+        "missing": missing,
+        "names": motion.names,
+        "values": motion.values,
+        "active": motion.kernels.active,
+        "specs": [(one.name, one.direction, one.terminal, str(one.expression)) for one in motion.specs],
+        "samples": samples,
+        "status": motion.status,
+        "segments": [_segment(s, accuracies) for s in segments],
+        "accuracies": accuracies,
+    }
+    if isinstance(motion, PhasedTrajectory):
+        about["happenings"] = [
+            (x.time, x.name, x.direction, x.state, x.text, x.after) for x in motion.happenings
+        ]
+    if isinstance(motion, ContactTrajectory):
+        about["changes"] = [(x.contact, x.mode, x.start, x.end, x.why) for x in motion.modes]
+        about["unknown"] = motion._unknown
+    if isinstance(motion, SensitiveTrajectory):
+        about["unknowns"] = [one.name for one in motion.variation.unknowns]
+    if isinstance(motion, SteppedTrajectory):
+        did, texts = motion.impulses, motion.kernels.model.names.texts
+        arrays |= {
+            "contacts": did.contacts,
+            "constraints": did.constraints,
+            "works": did.works,
+            "modes": did.modes,
+        }
+        about |= {name: getattr(motion, name) for name in ("step", "residual", "depth", "sweeps")}
+        about["blows"] = [
+            (step, name, [
+                (point.body.name, [expression_text(x, texts) for x in point.components], P, n) for point, P, n in acting
+            ])
+            for step, told in did.blows.items() for name, acting in told
+        ]  # fmt: skip
+    text = json.dumps(about, default=lambda x: x.tolist() if hasattr(x, "tolist") else float(x))
+    return {**arrays, "machine": _bytes(machine), "about": _bytes(text)}
+
+
+def _segment(segment: Segment, accuracies: list[Any]) -> dict[str, Any]:
+    path, kernels = segment.path, segment.kernels
+    accuracy = [None if x is None else np.asarray(x).tolist() for x in (path.relative, path.absolute)]
+    if accuracy not in accuracies:
+        accuracies.append(accuracy)
+    return {
+        "way": next(name for name, one in WAYS.items() if type(path) is one),
+        "method": path.method,
+        "status": path.status,
+        "steps": path.steps,
+        "accuracy": accuracies.index(accuracy),
+        "crossings": [(c.number, c.sign) for c in path.crossings],
+        "active": None if kernels is None else kernels.active,
+        "modes": kernels.modes if isinstance(kernels, Phase) else None,
+        "shown": segment.modes,
+        "loose": segment.loose,
+        "impulses": segment.impulses,
+        "switched": segment.parameters is not None,
+        **{name: getattr(path, name) for name in COUNTS},
+    }
+
+
+def _bytes(text: str) -> Any:
+    return np.frombuffer(text.encode(), dtype=np.uint8)

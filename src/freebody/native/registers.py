@@ -1,0 +1,6 @@
+"""Width of the vectors that compiled code works on."""
+
+from __future__ import annotations
+
+WIDTH = 8
+"""Doubles in a vector: a register of 512 bits. LLVM splits the vectors on processors with shorter registers."""

@@ -1,0 +1,567 @@
+"""Functions of numbers and of arrays in memory: from Python's syntax into LLVM's.
+
+What the compiled loops are written in is a small part of Python, each sentence of which is one of a processor:
+
+    integers, real numbers and truth values, and pointers to numbers, p[i];  + - * / // % << **, abs, comparisons,
+    and, or, not, a if c else b, several names at once, if, while, for over range, break, continue, return, calls
+
+A name has the type of what is first put into it. Integers become real numbers where those are wanted, never the
+reverse. Globals are constants: numbers, tables (arrays of numpy), other functions of this kind and instructions. What
+follows from them alone is computed here, and a branch that they close is not translated. `Compiled` and `Instruction`
+are what a function may call; anything else is refused.
+
+Arithmetic is that of the processor: divisions by zero are infinite or not numbers, and integers have 64 bits.
+
+The file is longer than others: it is one language, whose words stand together.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import math
+import operator
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+
+REAL, WHOLE, TRUTH = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
+TYPES = {
+    "None": ir.VoidType(),
+    "int": WHOLE,
+    "float": REAL,
+    "Reals": REAL.as_pointer(),
+    "Integers": WHOLE.as_pointer(),
+}
+"""By the annotation of an argument or a result."""
+
+_OF_REALS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
+_OF_INTEGERS = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.LShift: "shl"}
+_OF_PYTHON: dict[type, Callable[..., Any]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.LShift: operator.lshift, ast.Pow: operator.pow,
+    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+}  # fmt: skip
+_COMPARED = {ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
+
+
+class Compiled:
+    """A function to be translated, with the types that it is annotated with."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.function = function
+        *self.arguments, self.result = function.__annotations__.values()
+
+    def __call__(self, *arguments: Any) -> Any:
+        raise TypeError(
+            f"Expected compiled code to call '{self.function.__name__}', got a call from Python. "
+            "freebody.native.loop has the functions for Python."
+        )
+
+
+class Instruction:
+    """What a call writes in its place: ``write(builder, *values)`` gives the result, a value of LLVM or None.
+
+    ``kinds`` are the types of the arguments (`TYPES`); one of "" may have any."""
+
+    def __init__(self, write: Callable[..., Any], *kinds: str) -> None:
+        self.write, self.kinds = write, kinds
+
+    def __call__(self, *arguments: Any) -> Any:
+        raise TypeError(f"Expected compiled code to call '{self.write.__name__}', got a call from Python.")
+
+
+def instruction(*kinds: str) -> Callable[[Callable[..., Any]], Any]:
+    """An `Instruction` with arguments of these kinds."""
+    return lambda write: Instruction(write, *kinds)
+
+
+# -- what instructions are written with ----------------------------------------------------------------
+
+
+def called(builder: Any, name: str, result: Any, *values: Any) -> Any:
+    """An intrinsic function of LLVM."""
+    function = builder.module.globals.get(name)
+    if function is None:
+        kind = ir.FunctionType(result, [value.type for value in values])
+        function = ir.Function(builder.module, kind, name)
+    return builder.call(function, values)
+
+
+def variable(builder: Any, value: Any) -> Any:
+    """Memory of the function with this value."""
+    with builder.goto_entry_block():
+        place = builder.alloca(value.type)
+    builder.store(value, place)
+    return place
+
+
+@contextmanager
+def counted(builder: Any, stop: Any, step: int) -> Iterator[Any]:
+    """Write a loop: its body, with the number that goes from 0 in steps while it is below ``stop``."""
+    with _loop(builder, WHOLE(0), stop, step) as (number, _, _):
+        yield number
+
+
+@contextmanager
+def _loop(builder: Any, start: Any, stop: Any, step: int) -> Iterator[tuple[Any, Any, Any]]:
+    """(number, block that goes on, block after the loop)."""
+    place = variable(builder, start)
+    head, body, again, done = (builder.append_basic_block() for _ in range(4))
+    builder.branch(head)
+    builder.position_at_end(head)
+    number = builder.load(place)
+    builder.cbranch(builder.icmp_signed("<" if step > 0 else ">", number, stop), body, done)
+    builder.position_at_end(body)
+    yield number, again, done
+    if not builder.block.is_terminated:
+        builder.branch(again)
+    builder.position_at_end(again)
+    builder.store(builder.add(number, WHOLE(step)), place)
+    builder.branch(head)
+    builder.position_at_end(done)
+
+
+@instruction("float")
+def _absolute(builder: Any, x: Any) -> Any:
+    return called(builder, "llvm.fabs.f64", REAL, x)
+
+
+@instruction("float")
+def _finite(builder: Any, x: Any) -> Any:
+    return builder.fcmp_ordered("<", called(builder, "llvm.fabs.f64", REAL, x), REAL(math.inf))
+
+
+@instruction("float")
+def _logarithm2(builder: Any, x: Any) -> Any:
+    return called(builder, "llvm.log2.f64", REAL, x)
+
+
+_KNOWN = {abs: _absolute, math.isfinite: _finite, math.log2: _logarithm2}
+
+
+# -- a module ------------------------------------------------------------------------------------------
+
+
+def translated(functions: Mapping[str, Compiled]) -> str:
+    """LLVM's text of functions, under these names, and of all that they call."""
+    unit = _Unit()
+    for name, function in functions.items():
+        unit.declare(function, name)
+    while unit.waiting:
+        _Body(unit, *unit.waiting.pop()).write()
+    return str(unit.module)
+
+
+class _Unit:
+    """Functions of one module; each is translated once."""
+
+    def __init__(self) -> None:
+        self.module = ir.Module()
+        self.waiting: list[tuple[Compiled, Any]] = []
+        self._declared: dict[int, Any] = {}
+        self._tables: dict[int, Any] = {}
+
+    def declare(self, compiled: Compiled, name: str = "") -> Any:
+        """The function, which is translated later; one without a name is no other module's affair."""
+        if id(compiled) not in self._declared:
+            kind = ir.FunctionType(TYPES[compiled.result], [TYPES[one] for one in compiled.arguments])
+            own = f"{compiled.function.__name__}.{len(self._declared)}"
+            function = ir.Function(self.module, kind, name or own)
+            if not name:
+                function.linkage = "internal"
+            # its calls stay calls: that is how many are quickly compiled, and where products and sums are fused does
+            # not depend on who calls
+            function.attributes.add("noinline")
+            function.attributes.add("nounwind")
+            self._declared[id(compiled)] = function
+            self.waiting.append((compiled, function))
+        return self._declared[id(compiled)]
+
+    def table(self, numbers: Any) -> Any:
+        """A constant array of real numbers in memory."""
+        if id(numbers) not in self._tables:
+            kind = ir.ArrayType(REAL, numbers.size)
+            table = ir.GlobalVariable(self.module, kind, f"table.{len(self._tables)}")
+            table.linkage, table.global_constant = "internal", True
+            table.initializer = kind([REAL(float(x)) for x in numbers.flat])
+            self._tables[id(numbers)] = table, numbers  # which keep their address
+        return self._tables[id(numbers)][0]
+
+
+@cache
+def _syntax(file: str) -> dict[int, ast.FunctionDef]:
+    """Functions of a file by the line that they begin in, decorators included."""
+    tree = ast.parse(Path(file).read_bytes())
+    return {
+        min([node.lineno, *(one.lineno for one in node.decorator_list)]): node
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef)
+    }
+
+
+def _kind(value: Any) -> Any:
+    """The type of a value of LLVM, or of a number of Python."""
+    for python, kind in ((bool, TRUTH), (int, WHOLE), (float, REAL)):
+        if isinstance(value, python):
+            return kind
+    return getattr(value, "type", None)
+
+
+class _Body:
+    """One function, while it is translated."""
+
+    def __init__(self, unit: _Unit, compiled: Compiled, function: Any) -> None:
+        code = compiled.function.__code__
+        self.unit, self.file, self.space = unit, code.co_filename, compiled.function.__globals__
+        self.tree = _syntax(code.co_filename)[code.co_firstlineno]
+        self.locals = set(code.co_varnames)
+        self.variables: dict[str, Any] = {}
+        self.loops: list[tuple[Any, Any]] = []
+        self.entry = function.append_basic_block()
+        self.builder = ir.IRBuilder(self.entry)
+        self.result = function.function_type.return_type
+        self.arguments = function.args
+
+    def write(self) -> None:
+        begin = self.builder.append_basic_block()
+        self.builder.position_at_end(begin)
+        for name, value in zip(self.tree.args.args, self.arguments, strict=True):
+            self.variables[name.arg] = variable(self.builder, value)
+        self.block(self.tree.body)
+        if not self.builder.block.is_terminated:
+            if isinstance(self.result, ir.VoidType):
+                self.builder.ret_void()
+            else:
+                self.builder.unreachable()
+        self.builder.position_at_end(self.entry)
+        self.builder.branch(begin)
+
+    def refused(self, node: Any, expected: str, got: str = "") -> TypeError:
+        got = got or f"'{ast.unparse(node).splitlines()[0]}'"
+        return TypeError(
+            f"Expected {expected} in '{self.tree.name}', which is to be machine code, got {got} "
+            f"({Path(self.file).name}, line {node.lineno})."
+        )
+
+    # -- sentences --
+
+    def block(self, sentences: Sequence[ast.stmt]) -> None:
+        for sentence in sentences:
+            if self.builder.block.is_terminated:
+                return
+            write = getattr(self, f"_{type(sentence).__name__}", None)
+            if write is None:
+                raise self.refused(sentence, "a sentence that a processor has")
+            write(sentence)
+
+    def _Expr(self, node: ast.Expr) -> None:
+        if not isinstance(node.value, ast.Constant):
+            self.value(node.value)
+
+    def _Assign(self, node: ast.Assign) -> None:
+        value = self.value(node.value)
+        for target in node.targets:
+            self.put(target, value)
+
+    def _AugAssign(self, node: ast.AugAssign) -> None:
+        place = self.place(node.target)
+        self.store(
+            node, self.operated(node, node.op, self.builder.load(place), self.value(node.value)), place
+        )
+
+    def put(self, target: ast.expr, value: Any) -> None:
+        if isinstance(target, ast.Tuple):
+            if not isinstance(value, tuple) or len(value) != len(target.elts):
+                raise self.refused(target, "as many values as names")
+            for one, of_it in zip(target.elts, value, strict=True):
+                self.put(one, of_it)
+        elif isinstance(target, ast.Name) and target.id not in self.variables:
+            kind = _kind(value)
+            if kind is None or isinstance(kind, ir.VoidType):
+                raise self.refused(target, f"a number or a pointer for '{target.id}'", f"{value!r}")
+            self.variables[target.id] = variable(self.builder, self.cast(target, value, kind))
+        else:
+            self.store(target, value, self.place(target))
+
+    def place(self, node: ast.expr) -> Any:
+        """Where the value of a name or of a component stands."""
+        if isinstance(node, ast.Name) and node.id in self.variables:
+            return self.variables[node.id]
+        if isinstance(node, ast.Subscript):
+            pointer = self.value(node.value)
+            if isinstance(_kind(pointer), ir.PointerType):
+                return self.builder.gep(pointer, [self.cast(node, self.value(node.slice), WHOLE)])
+        raise self.refused(node, "a name that has a value, or a component of an array")
+
+    def store(self, node: Any, value: Any, place: Any) -> None:
+        self.builder.store(self.cast(node, value, place.type.pointee), place)
+
+    def _If(self, node: ast.If) -> None:
+        known = self.known(node.test)
+        if known is not None:
+            self.block(node.body if known else node.orelse)
+            return
+        yes, no, after = (self.builder.append_basic_block() for _ in range(3))
+        self.branch(node.test, yes, no)
+        for block, sentences in ((yes, node.body), (no, node.orelse)):
+            self.builder.position_at_end(block)
+            self.block(sentences)
+            if not self.builder.block.is_terminated:
+                self.builder.branch(after)
+        self.builder.position_at_end(after)
+
+    def _While(self, node: ast.While) -> None:
+        if node.orelse:
+            raise self.refused(node, "a loop without else")
+        head, body, done = (self.builder.append_basic_block() for _ in range(3))
+        self.builder.branch(head)
+        self.builder.position_at_end(head)
+        self.branch(node.test, body, done)
+        self.builder.position_at_end(body)
+        self.loops.append((head, done))
+        self.block(node.body)
+        self.loops.pop()
+        if not self.builder.block.is_terminated:
+            self.builder.branch(head)
+        self.builder.position_at_end(done)
+
+    def _For(self, node: ast.For) -> None:
+        call = node.iter
+        if not isinstance(call, ast.Call) or self.value(call.func) is not range or node.orelse:
+            raise self.refused(node, "a loop over range")
+        ends = [self.value(one) for one in call.args]
+        start, stop, step = (0, *ends, 1) if len(ends) == 1 else (*ends, 1)[:3]
+        if not isinstance(step, int) or step == 0:
+            raise self.refused(node, "a loop in steps that are known beforehand")
+        start, stop = (self.cast(node, one, WHOLE) for one in (start, stop))
+        with _loop(self.builder, start, stop, step) as (number, again, done):
+            self.put(node.target, number)
+            self.loops.append((again, done))
+            self.block(node.body)
+            self.loops.pop()
+
+    def _Break(self, node: ast.Break) -> None:
+        self.builder.branch(self.loops[-1][1])
+
+    def _Continue(self, node: ast.Continue) -> None:
+        self.builder.branch(self.loops[-1][0])
+
+    def _Return(self, node: ast.Return) -> None:
+        if node.value is None:
+            self.builder.ret_void()
+        else:
+            self.builder.ret(self.cast(node, self.value(node.value), self.result))
+
+    # -- conditions --
+
+    def known(self, node: ast.expr) -> bool | None:
+        """What a condition is whatever the arguments are, None if that depends on them."""
+        if isinstance(node, ast.BoolOp):
+            parts = [self.known(one) for one in node.values]
+            settles = isinstance(node.op, ast.Or)
+            if settles in parts:
+                return settles
+            return None if None in parts else not settles
+        for one in ast.walk(node):
+            if (
+                isinstance(one, ast.Call | ast.Subscript)
+                or isinstance(one, ast.Name)
+                and one.id in self.locals
+            ):
+                return None
+        return bool(self.value(node))
+
+    def branch(self, node: ast.expr, yes: Any, no: Any) -> None:
+        """Go to one of two blocks; what stands behind a part that settles it is not looked at."""
+        known = self.known(node)
+        if known is not None:
+            self.builder.branch(yes if known else no)
+        elif isinstance(node, ast.BoolOp):
+            *rest, last = (one for one in node.values if self.known(one) is None)
+            for one in rest:
+                further = self.builder.append_basic_block()
+                if isinstance(node.op, ast.And):
+                    self.branch(one, further, no)
+                else:
+                    self.branch(one, yes, further)
+                self.builder.position_at_end(further)
+            self.branch(last, yes, no)
+        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+            self.branch(node.operand, no, yes)
+        else:
+            self.builder.cbranch(self.cast(node, self.value(node), TRUTH), yes, no)
+
+    # -- values --
+
+    def value(self, node: ast.expr) -> Any:
+        """Of LLVM; or what Python has, where it is known beforehand."""
+        write = getattr(self, f"_{type(node).__name__}", None)
+        if write is None:
+            raise self.refused(node, "what a processor has")
+        return write(node)
+
+    def cast(self, node: Any, value: Any, kind: Any) -> Any:
+        """A value of LLVM of this type."""
+        given = _kind(value)
+        if given == WHOLE and kind == REAL:
+            return REAL(float(value)) if isinstance(value, int) else self.builder.sitofp(value, REAL)
+        if given != kind:
+            raise self.refused(node, f"a value of type {kind}", f"{given} of '{ast.unparse(node)}'")
+        return kind(value) if isinstance(value, bool | int | float) else value
+
+    def _Constant(self, node: ast.Constant) -> Any:
+        return node.value
+
+    def _Name(self, node: ast.Name) -> Any:
+        if node.id in self.locals:
+            return self.builder.load(self.place(node))
+        if node.id not in self.space and not hasattr(builtins, node.id):
+            raise self.refused(node, "a name that has a value")
+        return self.space.get(node.id, getattr(builtins, node.id, None))
+
+    def _Attribute(self, node: ast.Attribute) -> Any:
+        of = self.value(node.value)
+        if not isinstance(of, ModuleType):
+            raise self.refused(node, "a name of a module")
+        return getattr(of, node.attr)
+
+    def _Tuple(self, node: ast.Tuple) -> Any:
+        return tuple(self.value(one) for one in node.elts)
+
+    def _Subscript(self, node: ast.Subscript) -> Any:
+        if isinstance(node.value, ast.Name) and node.value.id not in self.locals:
+            table = self.value(node.value)
+            if not isinstance(table, np.ndarray):
+                raise self.refused(node, "a table of numbers")
+            places = self.value(node.slice)
+            places = places if isinstance(places, tuple) else (places,)
+            at: Any = 0
+            for place, length in zip(places, table.shape, strict=True):
+                at = self.operated(node, ast.Add(), self.operated(node, ast.Mult(), at, length), place)
+            at = self.cast(node, at, WHOLE)
+            return self.builder.load(self.builder.gep(self.unit.table(table), [WHOLE(0), at]))
+        return self.builder.load(self.place(node))
+
+    def _UnaryOp(self, node: ast.UnaryOp) -> Any:
+        value = self.value(node.operand)
+        kind, python = _kind(value), isinstance(value, bool | int | float)
+        if isinstance(node.op, ast.Not) and kind == TRUTH:
+            return not value if python else self.builder.not_(value)
+        if isinstance(node.op, ast.USub) and kind in (REAL, WHOLE):
+            return -value if python else self.builder.fneg(value) if kind == REAL else self.builder.neg(value)
+        raise self.refused(node, "a sign of a number, or not of a truth value")
+
+    def _BinOp(self, node: ast.BinOp) -> Any:
+        return self.operated(node, node.op, self.value(node.left), self.value(node.right))
+
+    def operated(self, node: Any, operator: Any, a: Any, b: Any) -> Any:
+        """A sum, product, ... of two numbers."""
+        operation = type(operator)
+        if isinstance(a, int | float) and isinstance(b, int | float):
+            return _OF_PYTHON[operation](a, b)
+        if operation in (ast.Div, ast.Pow) or REAL in (_kind(a), _kind(b)):
+            a, b = self.cast(node, a, REAL), self.cast(node, b, REAL)
+            if operation is ast.Pow:
+                return called(self.builder, "llvm.pow.f64", REAL, a, b)
+            if operation not in _OF_REALS:
+                raise self.refused(node, "an operation on real numbers")
+            return getattr(self.builder, _OF_REALS[operation])(a, b)
+        a, b = self.cast(node, a, WHOLE), self.cast(node, b, WHOLE)
+        if operation in _OF_INTEGERS:
+            return getattr(self.builder, _OF_INTEGERS[operation])(a, b)
+        if operation not in (ast.FloorDiv, ast.Mod):
+            raise self.refused(node, "an operation on integers")
+        # the processor rounds towards zero, and its remainder has the sign of the dividend
+        b_ = self.builder
+        quotient, left = b_.sdiv(a, b), b_.srem(a, b)
+        other = b_.and_(b_.icmp_signed("!=", left, WHOLE(0)), b_.icmp_signed("<", b_.xor(left, b), WHOLE(0)))
+        if operation is ast.FloorDiv:
+            return b_.sub(quotient, b_.zext(other, WHOLE))
+        return b_.select(other, b_.add(left, b), left)
+
+    def _Compare(self, node: ast.Compare) -> Any:
+        values = [self.value(one) for one in (node.left, *node.comparators)]
+        result: Any = True
+        for operator_, (a, b) in zip(node.ops, pairwise(values), strict=True):
+            one = self.compared(node, type(operator_), a, b)
+            result = (
+                one
+                if result is True
+                else self.builder.and_(*(self.cast(node, x, TRUTH) for x in (result, one)))
+            )
+        return result
+
+    def compared(self, node: Any, operation: Any, a: Any, b: Any) -> Any:
+        if operation not in _COMPARED:
+            raise self.refused(node, "a comparison of two numbers")
+        if isinstance(a, int | float) and isinstance(b, int | float):
+            return _OF_PYTHON[operation](a, b)
+        kind = REAL if REAL in (_kind(a), _kind(b)) else TRUTH if TRUTH in (_kind(a), _kind(b)) else WHOLE
+        a, b = self.cast(node, a, kind), self.cast(node, b, kind)
+        if kind != REAL:
+            return self.builder.icmp_signed(_COMPARED[operation], a, b)
+        # of what is no number all are false but !=
+        ordered = self.builder.fcmp_unordered if operation is ast.NotEq else self.builder.fcmp_ordered
+        return ordered(_COMPARED[operation], a, b)
+
+    def _BoolOp(self, node: ast.BoolOp) -> Any:
+        known = self.known(node)
+        return known if known is not None else self.chosen(node, node, lambda: True, lambda: False)
+
+    def _IfExp(self, node: ast.IfExp) -> Any:
+        known = self.known(node.test)
+        if known is not None:
+            return self.value(node.body if known else node.orelse)
+        return self.chosen(node, node.test, lambda: self.value(node.body), lambda: self.value(node.orelse))
+
+    def chosen(self, node: Any, test: ast.expr, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
+        """One of two values, of which only that one is evaluated."""
+        builder = self.builder
+        blocks = [builder.append_basic_block() for _ in range(2)]
+        after = builder.append_basic_block()
+        self.branch(test, *blocks)
+        found, ends = [], []
+        for block, value in zip(blocks, (yes, no), strict=True):
+            builder.position_at_end(block)
+            found.append(value())
+            ends.append(builder.block)
+        kind = REAL if REAL in map(_kind, found) else _kind(found[0])
+        for k, end in enumerate(ends):
+            builder.position_at_end(end)
+            found[k] = self.cast(node, found[k], kind)
+            builder.branch(after)
+        builder.position_at_end(after)
+        result = builder.phi(kind)
+        for value, end in zip(found, ends, strict=True):
+            result.add_incoming(value, end)
+        return result
+
+    def _Call(self, node: ast.Call) -> Any:
+        function = self.value(node.func)
+        if function in _KNOWN:
+            function = _KNOWN[function]
+        values = [self.value(one) for one in node.args]
+        if isinstance(function, Instruction):
+            kinds = function.kinds
+        elif isinstance(function, Compiled):
+            kinds = tuple(function.arguments)
+        else:
+            raise self.refused(node, "a function that is compiled")
+        if len(kinds) != len(values) or node.keywords:
+            raise self.refused(node, f"{len(kinds)} arguments")
+        given = [
+            self.cast(one, value, TYPES[kind] if kind else _kind(value))
+            for one, value, kind in zip(node.args, values, kinds, strict=True)
+        ]
+        if isinstance(function, Instruction):
+            return function.write(self.builder, *given)
+        return self.builder.call(self.unit.declare(function), given)

@@ -1,0 +1,165 @@
+"""Springs, dampers, loads and gravity in the drawing of a machine."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...describe.loads.load import Damper, Force, JointDamper, JointForce, JointSpring, Spring, Torque
+from ...symbolic.printing.display import latex
+from ..paper import symbols
+from ..paper.palette import INK, VERMILLION
+from ..paper.sheet import Arrow, Style, arc, box_of
+from .force_arrows import Marks
+
+if TYPE_CHECKING:
+    from .draw import Machine
+
+Array = NDArray[np.float64]
+
+FORCE = 42.0
+"""Length of the arrow of a load [pt]."""
+
+
+def springs(m: Machine) -> None:
+    for name, load in m.model.loads.items():
+        if isinstance(load, Spring | Damper):
+            a, b = m.page(m.now.point(load.start)), m.page(m.now.point(load.end))
+            make = symbols.zigzag if isinstance(load, Spring) else symbols.dashpot
+            m.add(make(a, b), class_=type(load).__name__.lower(), data_load=name)
+            value = load.stiffness if isinstance(load, Spring) else load.damping
+            _spring_label(m, value, (a + b) / 2, b - a)
+            for point, q in ((load.start, a), (load.end, b)):
+                if point.body.is_ground:
+                    _wall(m, q, b - a if point is load.start else a - b)
+        elif isinstance(load, JointSpring | JointDamper):
+            _joint_spring(m, name, load)
+
+
+def _spring_label(m: Machine, value: Any, at: Array, along: Array) -> None:
+    length = float(np.linalg.norm(along))
+    side = np.array([-along[1], along[0]]) / length if length > 0 else np.array([0.0, 1.0])
+    if side[1] < 0:
+        side = -side
+    tex = f"${latex(m.e.state(value), m.e.ring)}$"
+    m.labels.append((tex, [(at + 6.0 * side, side), (at - 6.0 * side, -side)], 11.0, INK))
+
+
+def _joint_spring(m: Machine, name: str, load: JointSpring | JointDamper) -> None:
+    joint = m.joints[load.joint.name]
+    at = m.page(joint[3])
+    value = load.stiffness if isinstance(load, JointSpring) else load.damping
+    kind = "spring" if isinstance(load, JointSpring) else "damper"
+    d = m.axis(load.joint.name, load.index)
+    link = m.model.links[m.model.joints[load.joint.name].links[load.index]]
+    if link.kind != "slider" or d is None:
+        m.add(symbols.spiral(at), class_=kind, data_load=name)
+        _spring_label(m, value, at, np.array([20.0, 0.0]))
+        return
+    base = m.page(m.now.place(joint[1], m.model.joints[load.joint.name].at))
+    same = [key for key, other in m.model.loads.items() if _like(load, other)]
+    beside = same.index(name)
+    normal = np.array([-d[1], d[0]])
+    shift = (6.0 if beside == 0 else -6.0) * normal if len(same) > 1 else np.zeros(2)
+    half = m.reach(joint[2], at, -d)
+    # on the line of its own axis, where the joint has others
+    wall = at + float((base - at) @ d) * d - (half + 60.0) * d
+    start, end = wall + shift, at - half * d + shift
+    make = symbols.zigzag if isinstance(load, JointSpring) else symbols.dashpot
+    m.add(make(start, end), class_=kind, data_load=name)
+    if not beside:
+        _wall(m, wall, d)
+    _spring_label(m, value, (start + end) / 2, end - start)
+
+
+def _like(load: JointSpring | JointDamper, other: Any) -> bool:
+    """Whether a load acts along the same axis of the same joint."""
+    return (
+        isinstance(other, JointSpring | JointDamper)
+        and other.joint is load.joint
+        and other.index == load.index
+    )
+
+
+def _wall(m: Machine, at: Array, toward: Array) -> None:
+    """A piece of hatched wall, its free side toward a direction."""
+    d = toward / np.linalg.norm(toward)
+    across = np.array([-d[1], d[0]])
+    m.add(symbols.hatched(at - 14.0 * across, at + 14.0 * across, -1.0), class_="wall")
+
+
+def loads(m: Machine) -> None:
+    """Applied forces and couples, by name."""
+    applied = {
+        name: load for name, load in m.model.loads.items() if isinstance(load, Force | Torque | JointForce)
+    }
+    if not applied:
+        return
+    marks = Marks(m.e, m.now, m.view.planar)
+    style = Style(VERMILLION, 1.8)
+    written: dict[tuple[str, str], list[Any]] = {}
+    for name, load in applied.items():
+        bodies = [load.point.body.name] if isinstance(load, Force) else []
+        if isinstance(load, Torque):
+            bodies = [load.body.name]
+        elif isinstance(load, JointForce):
+            bodies = [m.model.joints[load.joint.name].child]
+        for body in bodies:
+            if body == "ground":
+                continue
+            free = m.e.free_body(body)
+            for action in free.actions:
+                if action.name != name:
+                    continue
+                for vector, couple in ((action.force, False), (action.moment, True)):
+                    if any(not (isinstance(x, int) and x == 0) for x in vector):
+                        for mark in marks._resolved(name, "load", couple, vector, action.at, free):
+                            # of action and reaction one has the name
+                            written.setdefault((name, mark.label), []).append(_load(m, mark, style))
+    for (_, label), anchors in written.items():
+        m.labels.append((f"${label}$", anchors, 11.0, VERMILLION))
+
+
+def _load(m: Machine, mark: Any, style: Style) -> tuple[Array, Array]:
+    """Draws the arrow; where its name may stand, and which way from there."""
+    at = m.page(mark.point)
+    if mark.couple and m.view.planar:
+        turn = 1.0 if m.view.turn(mark.direction) > 0 else -1.0
+        choices = [
+            arc(at, r, math.radians(a), math.radians(a) + turn * math.radians(200))
+            for r in (20.0, 27.0, 34.0)
+            for a in range(0, 360, 30)
+        ]
+    else:
+        seen = m.view(mark.direction)
+        d = seen / max(float(np.linalg.norm(seen)), 1e-9)
+        choices = [np.array([at, at + FORCE * d]), np.array([at - FORCE * d, at])]
+    costs = [m.placer.crowding(points, at) + 0.01 * k for k, points in enumerate(choices)]
+    points = choices[int(np.argmin(costs))]
+    arrow = Arrow(points, style, "double" if mark.couple and not m.view.planar else "full")
+    m.add([arrow], class_="load", data_load=mark.name)
+    far = points[-1] if float(np.linalg.norm(points[-1] - at)) > 6.0 else points[0]
+    if mark.couple and m.view.planar:
+        far = points[len(points) // 2]
+    out = far - at
+    return far, out / max(float(np.linalg.norm(out)), 1e-9)
+
+
+def gravity(m: Machine) -> None:
+    g = m.view.gravity
+    if g is None or not g.any():
+        return
+    d = m.view(g)
+    length = float(np.linalg.norm(d))
+    if length == 0:
+        return
+    x0, y0, x1, y1 = box_of(m.root)
+    start = np.array([x1 + 16.0, y1 - 4.0])
+    arrow = Arrow(np.array([start, start + 30.0 * d / length]), Style(INK, 1.2))
+    m.add([arrow], class_="gravity")
+    live = [c for c in m.model.gravity if not (isinstance(c, int) and c == 0)]
+    tex = latex(m.e.state(live[0]), m.e.ring).removeprefix("-") if len(live) == 1 else r"\mathbf{g}"
+    m.labels.append((f"${tex}$", [(start + 15.0 * d / length, np.array([1.0, 0.0]))], 11.0, INK))

@@ -1,0 +1,230 @@
+"""The ground of a drawing: planes, guides, walls, and what hangs on it: ropes and gear wheels."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...describe.constraints.constraint import Gear, Rolling
+from ...describe.contacts.contact import kind_of
+from ...dynamics.constraints import _arm
+from ...dynamics.contact import touches
+from ...symbolic.printing.latex import latex_name
+from ..paper import symbols
+from ..paper.palette import GREEN, GREY, INK
+from ..paper.sheet import Circle, Line, Style, arc
+from .configuration import NEAR
+from .shapes import ropes_of
+
+if TYPE_CHECKING:
+    from .draw import Machine
+
+Array = NDArray[np.float64]
+
+ROUND = ("circle", "cylinder", "sphere")
+"""Kinds of surfaces that a plane cuts in a circle."""
+
+
+def rolling_planes(m: Machine) -> None:
+    """The ground on which wheels roll."""
+    wheels = [one for one in m.model.constraints.values() if isinstance(one, Rolling)]
+    if not wheels:
+        return
+    feet = []
+    for one in wheels:
+        arm = np.array([float(x) for x in _arm(m.model, m.now.state, one)])
+        feet.append(m.now.point(one.center) + arm)
+    middle = np.mean(feet, axis=0)
+    if m.view.planar:
+        _ground(m, middle, np.array([float(x) for x in wheels[0].normal[1]]))
+        return
+    size = max(m.wide / m.scale * 0.42, float(np.ptp(np.array(feet), axis=0).max()) * 0.75)
+    first = np.array([float(x) for x in wheels[0].first[1]])
+    second = np.array([float(x) for x in wheels[0].second[1]])
+    corners = [
+        m.page(middle + size * (a * first + b * second * 0.7))
+        for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    ]
+    m.add([Line(np.array(corners), Style(GREY, 0.8, (), "#f4f4f4"), True)], class_="plane")
+    for foot in feet:
+        m.add([Circle(m.page(foot), 2.0, Style(INK, 0.8, (), INK))], class_="contact")
+
+
+def round_walls(m: Machine) -> list[Array]:
+    """Four points of each round wall of the ground, in ground axes."""
+    shapes = [shape for one in m.model.contacts for shape in (one.feature, one.surface)]
+    return [
+        _fixed(m, shape.at) + sign * float(m.now.state(shape.radius)) * across
+        for shape in shapes
+        if m.view.planar and shape.body.is_ground and kind_of(shape) in ROUND
+        for across in m.view.matrix
+        for sign in (-1.0, 1.0)
+    ]
+
+
+def surfaces(m: Machine) -> None:
+    """What is fixed in the ground and may be touched: planes, sides, and round walls."""
+    drawn: list[Any] = []
+    for contact in getattr(m.model, "contacts", ()):
+        for shape in (contact.feature, contact.surface):
+            if not shape.body.is_ground or any(shape == other for other in drawn):
+                continue
+            drawn.append(shape)
+            kind = kind_of(shape)
+            if kind == "plane":
+                _ground(m, _fixed(m, shape.at), _fixed(m, shape.normal))
+            elif kind == "segment" and m.view.planar:
+                start, end = (m.page(_fixed(m, point)) for point in (shape.start, shape.end))
+                _edge(m, start, end, m.view(_fixed(m, shape.normal)))
+            elif kind in ROUND and m.view.planar:
+                _wall_round(m, shape)
+            elif kind == "point" and m.view.planar:  # an edge of the ground
+                m.add(symbols.pin_on_ground(m.page(_fixed(m, shape.components)), m.down), class_="plane")
+
+
+def feet(m: Machine) -> None:
+    """The points in which bodies touch."""
+    if not m.model.contacts:
+        return
+    size = m.wide / m.scale
+    for contact, one in zip(m.model.contacts, touches(m.model, m.now.state), strict=True):
+        if abs(float(one.gap)) < NEAR * size and all(float(x) >= -NEAR * size for x in one.reach):
+            at = m.page(np.array([float(x) for x in one.on_feature]))
+            m.add([Circle(at, 2.2, Style(INK, 0.8, (), INK))], class_="contact", data_contact=contact.name)
+
+
+def _fixed(m: Machine, components: Any) -> Array:
+    """Three expressions of parameters, in numbers."""
+    return np.array([float(m.now.state(x)) for x in components])
+
+
+def _edge(m: Machine, start: Array, end: Array, up: Array) -> None:
+    """The edge of the ground, hatched on the side that ``up`` points away from."""
+    way = end - start
+    side = 1.0 if float(np.array([way[1], -way[0]]) @ up) < 0 else -1.0
+    m.add(symbols.hatched(start, end, side), class_="plane")
+
+
+def _ground(m: Machine, point: Array, normal: Array) -> None:
+    """A plane, under the whole machine."""
+    seen = [m.page(p) for p in m.extent()]
+    if m.view.planar:
+        up = m.view(normal)
+        along = np.array([-up[1], up[0]]) / np.linalg.norm(up)
+        foot = m.page(point)
+        reach = [float((q - foot) @ along) for q in seen]
+        start, end = (foot + s * along for s in (min(reach) - 20.0, max(reach) + 20.0))
+        _edge(m, start, end, up)
+        return
+    middle = np.mean(np.array(m.extent()), axis=0)
+    middle = middle - float((middle - point) @ normal) * normal
+    first = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    first = first - float(first @ normal) * normal
+    first /= np.linalg.norm(first)
+    second = np.cross(normal, first)
+    size = 0.6 * m.wide / m.scale
+    square = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    corners = np.array([m.page(middle + size * (a * first + b * second)) for a, b in square])
+    m.add([Line(corners, Style(GREY, 0.8, (), "#f4f4f4"), True)], class_="plane")
+
+
+def _wall_round(m: Machine, shape: Any) -> None:
+    """A round wall, hatched where the ground is."""
+    center = m.page(_fixed(m, shape.at))
+    r = m.scale * float(m.now.state(shape.radius))
+    items: list[Any] = [Line(arc(center, r, 0.0, 2 * math.pi), Style(INK, 1.3))]
+    sign = 1.0 if shape.inside else -1.0
+    for k in range(max(12, round(r * 2 * math.pi / 9.0))):
+        t = 2 * math.pi * k / max(12, round(r * 2 * math.pi / 9.0))
+        d = np.array([math.cos(t), math.sin(t)])
+        foot = center + r * d
+        items.append(Line(np.array([foot, foot + 5.0 * (sign * d + np.array([-d[1], d[0]]))]), symbols.FINE))
+    m.add(items, class_="plane")
+
+
+def guides(m: Machine) -> None:
+    """Ground beside what slides on it, in a plane."""
+    if not m.view.planar:
+        return
+    for name, (kind, parent, child, point) in m.joints.items():
+        if kind != "slider" or parent != "ground":
+            continue
+        d = m.axis(name)
+        if d is None:
+            continue
+        if d[0] < -0.01:
+            d = -d
+        at = m.page(point)
+        base = m.page(m.now.place("ground", m.model.joints[name].at)) if name in m.model.joints else at
+        s = sorted((0.0, float((base - at) @ d)))
+        gap = m.reach(child, at, np.array([d[1], -d[0]]))
+        # not all the way to a far origin
+        reach = (max(s[0] - 34.0, -110.0), min(s[1] + 34.0, 110.0))
+        items = symbols.guide(at, d, reach, gap, 1.0)
+        m.add(items, class_="joint slider", data_joint=name)
+
+
+def ropes(m: Machine) -> None:
+    for name, points in ropes_of(m.model).items():
+        pages = [m.page(m.now.point(point)) for point in points]
+        visits: dict[tuple[float, float], list[int]] = {}
+        for k, q in enumerate(pages):
+            visits.setdefault((round(float(q[0]), 3), round(float(q[1]), 3)), []).append(k)
+        strands = max((len(v) for v in visits.values()), default=1)
+        items: list[Any] = []
+        total = len(pages) - 1
+        for k, (a, b) in enumerate(zip(pages, pages[1:], strict=False)):
+            # parts that run side by side are drawn side by side
+            twins = [
+                j
+                for j, (c, d) in enumerate(zip(pages, pages[1:], strict=False))
+                if (np.allclose(a, c) and np.allclose(b, d)) or (np.allclose(a, d) and np.allclose(b, c))
+            ]
+            way = b - a if (b - a)[1] > 0 or ((b - a)[1] == 0 and (b - a)[0] > 0) else a - b
+            length = float(np.linalg.norm(way))
+            n = np.array([way[1], -way[0]]) / length if length > 0 else np.zeros(2)
+            offset = 7.0 * (twins.index(k) - (len(twins) - 1) / 2)
+            items.append(Line(np.array([a, b]) + offset * n, Style(GREEN, 1.3)))
+        m.add(items, class_="rope", data_constraint=name)
+        wheels: list[Any] = []
+        for k, (point, q) in enumerate(zip(points, pages, strict=True)):
+            if point.body.is_ground and 0 < k < total + 1:
+                wheels += symbols.pulley(q, 4.0 + 3.5 * (strands > 2))
+        high = [q for point, q in zip(points, pages, strict=True) if point.body.is_ground]
+        if high and m.view.planar:
+            x0, x1 = min(q[0] for q in high) - 22.0, max(q[0] for q in high) + 22.0
+            y = max(q[1] for q in high) + 12.0
+            wheels += symbols.hatched(np.array([x0, y]), np.array([x1, y]), -1.0)
+            wheels += [Line(np.array([q, (q[0], y)]), symbols.FINE) for q in high]
+        m.add(wheels, class_="pulleys", data_constraint=name)
+        middle = (pages[-1] + pages[-2]) / 2
+        m.labels.append((f"${latex_name(name)}$", [(middle, np.array([1.0, 0.0]))], 10.0, GREEN))
+
+
+def gears(m: Machine) -> None:
+    """Teeth that mesh, on wheels that have a round solid."""
+    for name, one in m.model.constraints.items():
+        if not isinstance(one, Gear) or not m.view.planar:
+            continue
+        wheels = []
+        for joint in (one.first, one.second):
+            child = joint.child.name
+            R, p = m.now.posture(child)
+            wheels += [
+                (m.page(p + R @ piece.center), m.scale * piece["radius"], m.fill(child))
+                for piece in m.pieces[child]
+                if "radius" in piece.dimensions and piece.kind in ("disk", "cylinder", "ring")
+            ][:1]
+        if len(wheels) != 2:
+            continue
+        smallest = min(radius for _, radius, _ in wheels)
+        pitch = 2 * math.pi * smallest / max(8, round(2 * math.pi * smallest / 12.0))
+        for k, (center, radius, fill) in enumerate(wheels):
+            way = wheels[1 - k][0] - center
+            count = max(8, round(2 * math.pi * radius / pitch))
+            phase = math.atan2(way[1], way[0]) + (math.pi / count if k else 0.0)
+            items = symbols.teeth(center, radius, count, phase, fill)
+            m.add(items, class_="gear", data_constraint=name)

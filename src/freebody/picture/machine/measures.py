@@ -1,0 +1,234 @@
+"""Angles and dimensions of a body on paper, with the expressions of the model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from ...describe.constraints.constraint import Rolling
+from ...model.model import GROUND
+from ...symbolic.equations import Equations
+from ...symbolic.printing.display import latex
+from ..paper.palette import GREY
+from ..paper.placing import Placer
+from ..paper.sheet import Arrow, Group, Line, Style, arc
+from ..paper.view import View
+from .configuration import Configuration
+from .shapes import Primitive, attachments, holds
+
+Array = NDArray[np.float64]
+
+THIN = Style(GREY, 0.7)
+DASHED = Style(GREY, 0.7, (4.0, 2.5))
+
+ROUND = ("disk", "ring", "cylinder", "sphere", "spherical_shell", "tube")
+"""Solids that have a radius."""
+
+Measured = tuple[Group, str, tuple[Array, Array | None]]
+"""What is drawn, its label, and (where the label belongs, on which side)."""
+
+
+def angle_of(
+    e: Equations,
+    now: Configuration,
+    view: View,
+    scale: float,
+    body: str,
+    relative: bool = False,
+    pieces: Sequence[Primitive] = (),
+) -> list[Measured]:
+    """The angle of a body in a planar machine, from where it points when its coordinates are zero.
+
+    ``relative`` measures the coordinate of its own joint, from where it points when that one is zero. Where ``pieces``
+    of the body are given and none holds the joint, the angle stands at the mass centre.
+    """
+    model, state = e.model, e.state
+    link = model.bodies[body].link
+    if view.normal is None:
+        return []
+    total: Any = 0
+    angle = 0.0
+    i = link
+    while i != GROUND:
+        one = model.links[i]
+        if one.kind == "hinge":
+            sign = 1.0 if float(now.state(one.axis[view.normal])) * view.toward[view.normal] > 0 else -1.0
+            exact_sign = 1 if float(now.state(one.axis[view.normal])) > 0 else -1
+            total = total + exact_sign * state(one.displacement)
+            angle += sign * float(now.state(one.displacement))
+            if relative:
+                break
+        elif one.kind in ("ball", "free", "screw"):
+            return []
+        i = one.parent
+    shown = latex(total, e.ring)
+    if not e.ring.atoms_of(e.ring.coerce(total)):
+        return []
+    if shown.startswith("-"):
+        shown = latex(-total, e.ring)
+    joint = next(one for one in model.joints.values() if one.child == body)
+    base = now.place(body, joint.to)
+    start = scale * view(base)
+    ends = [scale * view(now.place(body, model.bodies[body].center))]
+    R, p = now.posture(body)
+    ends += [scale * view(p + R @ q) for q in attachments(model, now.state, body).values()]
+    local = np.array([float(now.state(x)) for x in joint.to])
+    if pieces and not any(holds(piece, local, 3.0 / scale) for piece in pieces):
+        start = scale * view(now.place(body, model.bodies[body].center))
+        ends = [scale * view(p + R @ q) for piece in pieces for q in piece.points()]
+    reach = [float(np.linalg.norm(q - start)) for q in ends]
+    far = int(np.argmax(reach))
+    if reach[far] < 14.0:
+        return []
+    d = (ends[far] - start) / reach[far]
+    angle = math.remainder(angle, 2 * math.pi)
+    if abs(angle) < math.radians(4):
+        return []
+    now_at = math.atan2(d[1], d[0])
+    zero = now_at - angle
+    radius = min(34.0, 0.62 * reach[far])
+    reference = np.array([start, start + (radius + 14.0) * np.array([math.cos(zero), math.sin(zero)])])
+    swept = arc(start, radius, zero, now_at)
+    group = Group(
+        [Line(reference, DASHED), Arrow(swept, Style(GREY, 0.8), "full")],
+        {"class": "angle", "data-symbol": shown},
+        f"angle of {body}",
+    )
+    middle = swept[len(swept) // 2]
+    out = (middle - start) / radius
+    return [(group, f"${shown}$", (middle, out))]
+
+
+def dimensions_of(
+    e: Equations,
+    now: Configuration,
+    view: View,
+    scale: float,
+    body: str,
+    placer: Placer,
+    center: bool = True,
+) -> list[Measured]:
+    """Distances between the points of a body along its length (its mass centre among them), and a wheel's radius."""
+    result = _radius(e, now, view, scale, body, placer)
+    points = _points_of(e, body)
+    if not center:
+        del points["C"]
+    return result + _lengths(e, now, view, scale, body, placer, points)
+
+
+def _shape(e: Equations, body: str) -> Any:
+    properties = e.model.bodies[body].properties
+    return None if properties is None else properties.shape
+
+
+def _points_of(e: Equations, body: str) -> dict[str, Any]:
+    """What holds or pulls a body, and the ends of a bar: points in body axes, as expressions, by name."""
+    model = e.model
+    named: dict[str, Any] = {"C": model.bodies[body].center}
+    for name, joint in model.joints.items():
+        if joint.child == body and joint.type != "free":
+            named[name] = joint.to
+        elif joint.parent == body:
+            named[name] = joint.at
+    for load in model.loads.values():
+        for end in ("point", "start", "end"):
+            point = getattr(load, end, None)
+            if point is not None and point.body.name == body:
+                named[f"{load.name} {end}"] = point.components
+    for name, one in model.constraints.items():
+        for side, place_on in (("child", "to"), ("parent", "at")):
+            holder = getattr(one, side, None)
+            if holder is not None and holder.name == body:
+                named[name] = getattr(one, place_on)
+        if isinstance(one, Rolling) and one.center.body.name == body:
+            named[name] = one.center.components
+    shape = _shape(e, body)
+    if shape is not None and shape.kind == "slender_bar" and shape.parts == ():
+        half = shape["length"] / 2
+        unit = sympy.Matrix(shape.axis)
+        unit = unit / unit.norm()
+        for sign in (1, -1):
+            named[f"end {sign}"] = tuple(
+                sympy.Matrix(shape.axes) * unit * half * sign + sympy.Matrix(shape.center)
+            )
+    return named
+
+
+def _radius(
+    e: Equations, now: Configuration, view: View, scale: float, body: str, placer: Placer
+) -> list[Measured]:
+    """The radius of what is round."""
+    shape = _shape(e, body)
+    if shape is None or shape.kind not in ROUND:
+        return []
+    radius = shape["outer" if shape.kind == "tube" else "radius"]
+    middle = scale * view(now.place(body, shape.center))
+    r = scale * float(now.state(radius))
+    choices = []
+    for j in range(12):
+        t = math.radians(30 * j + 20)
+        line = np.array([middle, middle + r * np.array([math.cos(t), math.sin(t)])])
+        choices.append((placer.crowding(line), j, line))
+    line = min(choices, key=lambda one: one[:2])[2]
+    tex = latex(e.state(radius), e.ring)
+    group = Group([Arrow(line, Style(GREY, 0.8))], {"class": "dimension", "data-symbol": tex}, "radius")
+    d = (line[1] - line[0]) / max(r, 1e-9)
+    return [(group, f"${tex}$", (line.mean(axis=0), np.array([-d[1], d[0]])))]
+
+
+def _lengths(
+    e: Equations,
+    now: Configuration,
+    view: View,
+    scale: float,
+    body: str,
+    placer: Placer,
+    named: dict[str, Any],
+) -> list[Measured]:
+    """One chain of dimensions, along the body axis in which the points lie furthest apart."""
+    exact = {name: tuple(e.state(x) for x in v) for name, v in named.items()}
+    points = {name: np.array([float(now.state(x)) for x in v]) for name, v in named.items()}
+    if not points:
+        return []
+    span = np.ptp(np.array(list(points.values())), axis=0)
+    k = int(np.argmax(span))
+    stops: list[str] = []
+    for name in sorted(points, key=lambda name: float(points[name][k])):
+        if not stops or (points[name][k] - points[stops[-1]][k]) * scale > 6.0:
+            stops.append(name)
+    R, p = now.posture(body)
+    along = view(R[:, k])
+    length = float(np.linalg.norm(along))
+    if span[k] * scale < 12.0 or length < 0.3 or len(stops) < 2:
+        return []
+    across = np.array([-along[1], along[0]]) / length
+    pages = [scale * view(p + R @ points[name]) for name in stops]
+    choices: list[tuple[float, int, Array, float]] = []
+    for rank, normal in enumerate((across, -across)):
+        edge = max((float((area @ normal).max()) for area in placer.areas), default=0.0)
+        for gap in (24.0, 36.0, 48.0):
+            line = np.array([q + (edge + gap - float(q @ normal)) * normal for q in (pages[0], pages[-1])])
+            # below rather than above
+            cost = placer.crowding(line) + 0.1 * float(normal[1] > 0) + 0.003 * gap + 0.001 * rank
+            choices.append((cost, len(choices), normal, edge + gap))
+    _, _, normal, level = min(choices, key=lambda one: one[:2])
+    result: list[Measured] = []
+    for first, second, a, b in zip(stops, stops[1:], pages, pages[1:], strict=False):
+        tex = latex(exact[second][k] - exact[first][k], e.ring)
+        low, high = (q + (level - float(q @ normal)) * normal for q in (a, b))
+        group = Group(
+            [
+                Line(np.array([a + 7 * normal, low + 4 * normal]), THIN),
+                Line(np.array([b + 7 * normal, high + 4 * normal]), THIN),
+                Arrow(np.array([low, high]), Style(GREY, 0.8), "both"),
+            ],
+            {"class": "dimension", "data-symbol": tex},
+            f"from {first} to {second}",
+        )
+        result.append((group, f"${tex}$", ((low + high) / 2, normal)))
+    return result

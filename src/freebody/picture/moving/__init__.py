@@ -1,0 +1,1 @@
+"""What an animation shows at each moment: poses, forces, contacts."""

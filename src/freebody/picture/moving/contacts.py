@@ -1,0 +1,124 @@
+"""Contacts of a motion as a page shows them: forces, gaps, and where the bodies touch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...dynamics.contact import contact_layout, touches
+from ...dynamics.state import State
+from ...motion.ode.dense_output import observe
+from ...motion.start.initial import number
+
+if TYPE_CHECKING:
+    from ...motion.trajectory.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+FRAME = 13
+"""Numbers of a contact's geometry: gap, normal, two tangents, place."""
+
+
+@dataclass(frozen=True, eq=False)
+class Touched:
+    """All contacts at n moments.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the contacts.
+    forces : list of ndarray (n, 1 + tangents)
+        N and the components of T [N]. Those that no motion determines are least in norm.
+    gap : ndarray (n, contacts)
+        [m]
+    normal, place : ndarray (n, contacts, 3)
+        In ground axes; the place is the point of the feature.
+    tangents : ndarray (n, contacts, 2, 3)
+        The second is zero in a planar machine.
+    static : ndarray (contacts,)
+        Coefficients of static friction.
+    """
+
+    names: tuple[str, ...]
+    forces: list[Array]
+    gap: Array
+    normal: Array
+    tangents: Array
+    place: Array
+    static: Array
+
+    def force(self, k: int, friction: bool) -> Array:
+        """N n or the friction T on the feature, in ground axes, shape (n, 3)."""
+        found = self.forces[k]
+        if not friction:
+            return np.asarray(found[:, :1] * self.normal[:, k])
+        width = found.shape[1] - 1
+        return np.asarray(np.einsum("ij,ijk->ik", found[:, 1:], self.tangents[:, k, :width]))
+
+    def margin(self, k: int) -> Array:
+        """μ_s N - |T|, what friction has left [N]."""
+        found = self.forces[k]
+        return np.asarray(self.static[k] * found[:, 0] - np.linalg.norm(found[:, 1:], axis=1))
+
+
+class Contacts:
+    """What a trajectory says of its contacts at any moment."""
+
+    def __init__(self, trajectory: Trajectory) -> None:
+        self.trajectory = trajectory
+        self.kernels = kernels = trajectory.kernels
+        self.model = model = kernels.model
+        self.first: list[int] = []
+        layout = contact_layout(model.contacts)
+        for k in range(len(model.contacts)):
+            self.first.append(next(i for i, row in enumerate(layout) if row.contact == k))
+        self.rows = len(layout)
+        self.widths = [1 + contact.tangents for contact in model.contacts]
+
+        def frames(state: State) -> dict[str, Sequence[Any]]:
+            found: list[Any] = []
+            for one in touches(model, state):
+                second = one.tangents[1] if len(one.tangents) > 1 else (0, 0, 0)
+                found += [one.gap, *one.normal, *one.tangents[0], *second, *one.on_feature]
+            return {"frames": found}
+
+        self.program = kernels.program("contact frames", frames)
+        self.constants = self.program.constants(kernels.parameters(trajectory.values))
+
+    def forces(self, phase: Any, times: Array, states: Array) -> Array:
+        """Forces of all contacts in the order of :func:`contact_layout`, shape (n, rows)."""
+        stepped: Any = self.trajectory
+        if not phase.modes:  # steps of a given length, or a motion without phases
+            return np.asarray(stepped.mean_forces(times))
+        if type(phase.path).__name__ == "Leap":  # its start has no direction of slip yet
+            times, states = times * 0 + phase.path.end, np.repeat(phase.path.states[-1:], len(times), axis=0)
+        program = phase.kernels.contact()
+        constants = program.constants(phase.kernels.parameters(self.trajectory.values))
+        return observe(program.address("force"), self.rows, times, states, constants)
+
+    def geometry(self, times: Array, states: Array) -> Array:
+        """Gap, normal, tangents and place of all contacts, shape (n, FRAME contacts)."""
+        return observe(
+            self.program.address("frames"), FRAME * len(self.widths), times, states, self.constants
+        )
+
+    def touched(self, forces: Array, geometry: Array) -> Touched:
+        """Both together."""
+        frame = geometry.reshape(len(geometry), len(self.widths), FRAME)
+        static = [
+            number(self.model, self.trajectory.values, contact.static_friction, "a coefficient of friction")
+            for contact in self.model.contacts
+        ]
+        return Touched(
+            tuple(contact.name for contact in self.model.contacts),
+            [forces[:, at : at + n] for at, n in zip(self.first, self.widths, strict=True)],
+            frame[:, :, 0],
+            frame[:, :, 1:4],
+            frame[:, :, 4:10].reshape(len(frame), len(self.widths), 2, 3),
+            frame[:, :, 10:13],
+            np.array(static),
+        )

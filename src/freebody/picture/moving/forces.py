@@ -1,0 +1,148 @@
+"""Arrows of a machine: the loads and the reactions that act on its bodies, each with the point it is drawn at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ...describe.constraints.constraint import Rolling
+from ...describe.loads.load import (
+    Damper,
+    Force,
+    GeneralizedForce,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Spring,
+    Torque,
+)
+from ...dynamics.kinematics import rotation
+from ...dynamics.loading import along, couples, point_forces, weight
+from ...dynamics.state import State
+from ...model.closure import Closure
+from ...model.model import Model
+from ...scalar.algebra import Vector, apply, scale
+
+if TYPE_CHECKING:
+    from ...motion.kernels.kernels import Kernels
+
+
+@dataclass(frozen=True)
+class Arrow:
+    """A force or a moment on a body.
+
+    Attributes
+    ----------
+    name : str
+        Of the load or joint; of a weight that of the body.
+    group : str
+        ``force`` (loads and weights) or ``reaction``.
+    role : str
+        ``weight``, ``load``, ``spring``, ``damper``, ``motor``, ``reaction``, ``contact`` or ``friction``; its colour.
+    kind : str
+        ``force`` [N] or ``moment`` [N m].
+    body : str
+        What it acts on.
+    at : 3 entries
+        Where it is drawn, in body axes from the body's origin [m], numbers or expressions.
+    number : int
+        Of the two ends of a spring and the like.
+    wheel : Rolling, optional
+        Of the force of a rolling contact, which is drawn where the wheel touches.
+    contact : int, optional
+        Number of the contact whose normal force or friction it is, drawn where the bodies touch.
+    """
+
+    name: str
+    group: str
+    kind: str
+    body: str
+    at: Vector
+    role: str
+    number: int = 0
+    wheel: Rolling | None = None
+    contact: int | None = None
+
+    @property
+    def key(self) -> str:
+        """What tells it from the others."""
+        return f"{self.group} {self.kind} {self.name} {self.number}"
+
+
+def arrows(kernels: Kernels) -> tuple[Arrow, ...]:
+    """All arrows of a machine: its loads in the order of :func:`applied`, its reactions, the forces of its contacts."""
+    model = kernels.model
+    result = [arrow for arrow, _ in _loads(model, None)]
+    for name, on, _ in kernels.transmitting:
+        held = model.constraints.get(name)
+        if isinstance(held, Rolling):
+            result.append(Arrow(name, "reaction", "force", on, held.center.components, "contact", 0, held))
+            continue
+        at = held.to if isinstance(held, Closure) else model.joints[name].to
+        if not isinstance(held, Closure) and model.joints[name].type == "free":
+            continue
+        result += [Arrow(name, "reaction", kind, on, at, "reaction") for kind in ("force", "moment")]
+    for k, contact in enumerate(model.contacts):
+        on = contact.feature.body.name
+        names = [(contact.normal_name, "reaction")]
+        if not contact.frictionless:  # two components in space make one arrow
+            only = len(contact.tangent_names) == 1
+            names.append((contact.tangent_names[0] if only else f"T_{contact.name}", "friction"))
+        for name, role in names:
+            result.append(Arrow(name, "reaction", "force", on, (0, 0, 0), role, contact=k))
+    return tuple(result)
+
+
+def applied(model: Model, state: State) -> list[tuple[Arrow, Vector]]:
+    """Every load that acts at a point of a body or on a body, with its value in ground axes [N] or [N m]."""
+    return _loads(model, state)
+
+
+def _loads(model: Model, state: State | None) -> list[tuple[Arrow, Any]]:
+    found: list[tuple[Arrow, Any]] = []
+    if any(component != 0 for component in model.gravity):
+        for name, place in model.bodies.items():
+            if place.mass != 0:
+                found.append(
+                    (
+                        Arrow(name, "force", "force", name, place.center, "weight"),
+                        state and weight(model, state, place.mass),
+                    )
+                )
+    for name, load in model.loads.items():
+        if isinstance(load, GeneralizedForce):  # it acts along a coordinate, not at a point
+            continue
+        if isinstance(load, Force | Spring | Damper):
+            points = [load.point] if isinstance(load, Force) else [load.start, load.end]
+            values = [force for _, force in point_forces(model, state, load)] if state else [None, None]
+            role = "load" if isinstance(load, Force) else _role(load)
+            for k, (point, value) in enumerate(zip(points, values, strict=False)):
+                if not point.body.is_ground:
+                    arrow = Arrow(name, "force", "force", point.body.name, point.components, role, k)
+                    found.append((arrow, value))
+        elif isinstance(load, Torque):
+            pairs = [load.body] if load.reaction_on is None else [load.body, load.reaction_on]
+            moments = [moment for _, moment in couples(model, state, load)] if state else [None, None]
+            for k, (body, moment) in enumerate(zip(pairs, moments, strict=False)):
+                if not body.is_ground:
+                    center = model.bodies[body.name].center
+                    found.append((Arrow(name, "force", "moment", body.name, center, "load", k), moment))
+        elif isinstance(load, JointForce | JointSpring | JointDamper):
+            joint = model.joints[load.joint.name]
+            number = joint.links[load.index]
+            link = model.links[number]
+            if link.kind not in ("hinge", "slider"):  # of a screw it is both
+                continue
+            value = None
+            if state:
+                axis = apply(rotation(model, state, number), state.vector(link.axis))
+                value = scale(along(model, state, load), axis)
+            kind = "moment" if link.kind == "hinge" else "force"
+            found.append((Arrow(name, "force", kind, joint.child, joint.to, _role(load)), value))
+    return found
+
+
+def _role(load: Any) -> str:
+    if isinstance(load, Spring | JointSpring):
+        return "spring"
+    return "damper" if isinstance(load, Damper | JointDamper) else "motor"

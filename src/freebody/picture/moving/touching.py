@@ -1,0 +1,89 @@
+"""Contacts in the animation: the surfaces on the ground, the modes over time, and where bodies touch."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...describe.contacts.contact import kind_of
+from ...dynamics.state import State
+from ...motion.trajectory.trajectory import quaternions
+from ...scalar.algebra import floats
+from ...scalar.expression import evaluate
+from ..machine.shapes import ROD, Primitive, rod, turned_to
+from .keyframes import Keyframes
+from .quantities import base64_floats
+
+if TYPE_CHECKING:
+    from ...motion.trajectory.trajectory import Trajectory
+
+MOST_MODES = 2000
+"""Changes of mode that a page holds."""
+
+
+def surface_parts(
+    state: State, shape: Any, reach: tuple[float, float], size: float
+) -> list[Primitive | dict[str, Any]]:
+    """What may be touched on the ground, other than planes: sides, round walls, the line of heights in ``reach``."""
+    kind, thin = kind_of(shape), 0.6 * ROD * size
+    if kind == "segment":
+        start, end = (np.array([float(state(x)) for x in p]) for p in (shape.start, shape.end))
+        return [rod(start, end, thin)]
+    if kind not in ("circle", "cylinder", "sphere", "heightline"):
+        return []
+    at = np.array([float(state(x)) for x in shape.at])
+    if kind == "heightline":
+        x = np.linspace(*reach, 81) - at[0]
+        heights = [
+            float(evaluate(shape.height, {**state.values, shape.variable: value}, floats))
+            for value in x.tolist()
+        ]
+        points = at + np.column_stack([x, heights, np.zeros(len(x))])
+        return [rod(a, b, thin) for a, b in zip(points, points[1:], strict=False)]
+    r = float(state(shape.radius))
+    if kind == "sphere":
+        return [] if shape.inside else [{"kind": "ellipsoid", "radii": [r] * 3, "at": at.tolist()}]
+    turn = quaternions(turned_to(np.array([float(state(x)) for x in shape.axis]))[None])[0].tolist()
+    h = 2 * thin if kind == "circle" else 0.3 * size
+    wide = r + (thin if shape.inside else -thin)
+    profile = [[r, -h], [wide, -h], [wide, h], [r, h], [r, -h]]
+    return [{"kind": "lathe", "profile": profile, "at": at.tolist(), "turn": turn}]
+
+
+def distinct(planes: list[dict[str, Any]], size: float) -> list[dict[str, Any]]:
+    """Planes, each once, though several wheels or feet stand on it."""
+    result: list[dict[str, Any]] = []
+    for one in planes:
+        n, at = np.array(one["normal"]), np.array(one["at"])
+        if not any(
+            float(n @ np.array(other["normal"])) > 1 - 1e-9
+            and abs(float((at - np.array(other["at"])) @ n)) < 1e-9 * size
+            for other in result
+        ):
+            result.append(one)
+    return result
+
+
+def modes(trajectory: Trajectory) -> list[dict[str, Any]]:
+    """Of every contact its modes: when each began and ended, and why."""
+    found: dict[str, list[list[Any]]] = {}
+    for change in list(getattr(trajectory, "modes", ()))[:MOST_MODES]:
+        end = trajectory.path.end if change.end is None else change.end
+        found.setdefault(change.contact, []).append([change.mode, change.start, end, str(change)])
+    return [{"contact": name, "spans": spans} for name, spans in found.items()]
+
+
+def touching(keys: Keyframes) -> list[dict[str, Any]]:
+    """Where each contact is, and whether it is closed, at every moment."""
+    touched = keys.touched
+    if touched is None:
+        return []
+    return [
+        {
+            "name": name,
+            "path": base64_floats(touched.place[:, k]),
+            "closed": base64_floats((np.abs(touched.forces[k]).max(axis=1) > 0).astype(float)),
+        }
+        for k, name in enumerate(touched.names)
+    ]

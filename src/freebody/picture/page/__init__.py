@@ -1,0 +1,1 @@
+"""Offline HTML page: report, animation, live view."""

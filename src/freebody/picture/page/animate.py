@@ -1,0 +1,205 @@
+"""The animation alone: in a notebook, as a page, or as a film."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import tempfile
+from functools import cached_property
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...errors import SimulationError, path_of
+from ...formats.files import replacing
+from ..moving.keyframes import TOLERANCE
+from .animation import animation
+from .page import page
+
+if TYPE_CHECKING:
+    from ...motion.trajectory.trajectory import Trajectory
+
+SWITCHES = ("trails", "frames", "names", "forces", "reactions", "cones", "follow", "repeat")
+MOST = 2000
+"""Most pictures of a film."""
+
+
+def animate(
+    trajectory: Trajectory, *, tolerance: float = TOLERANCE, height: int = 520, **shown: bool
+) -> Animation:
+    """The motion of a machine as an animation.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    tolerance : float
+        Of the interpolation between keyframes; see :func:`freebody.picture.moving.keyframes.keyframes`.
+    height : int
+        Of the player in a notebook [pixels].
+    **shown : bool
+        What is shown from the start: ``trails``, ``frames``, ``names``, ``forces``, ``reactions``, ``cones``,
+        ``follow``, ``repeat``.
+
+    Returns
+    -------
+    Animation
+        It shows itself in a notebook; ``.save(path)`` writes ``.html``, ``.gif`` or ``.mp4``.
+
+    Raises
+    ------
+    SimulationError
+        An unknown switch.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("pendulum")
+    >>> bar = s.body("bar", fb.slender_bar(1, 2, axis="y"))
+    >>> s.gravity = (0, -9.81, 0)
+    >>> pin = s.hinge("pin", s.ground, bar, to=(0, 1, 0), coordinate="theta")
+    >>> fb.simulate(s, until=2, initial={"theta": 1}).animate(forces=True)
+    Animation of 'pendulum', 0 to 2 s
+    """
+    for name in shown:
+        if name not in SWITCHES:
+            raise SimulationError(f"Expected one of {', '.join(SWITCHES)} to show, got '{name}'.")
+    return Animation(trajectory, tolerance, height, {name: bool(value) for name, value in shown.items()})
+
+
+class Animation:
+    """A motion to look at. Made by :func:`animate` and :meth:`freebody.Trajectory.animate`.
+
+    Attributes
+    ----------
+    html : str
+        The page: one HTML document that makes no request.
+    """
+
+    def __init__(self, trajectory: Trajectory, tolerance: float, height: int, shown: dict[str, bool]) -> None:
+        self.trajectory = trajectory
+        self.tolerance = tolerance
+        self.height = height
+        self.shown = shown
+
+    @cached_property
+    def html(self) -> str:
+        """The page: one HTML document that makes no request."""
+        scene = animation(self.trajectory, self.tolerance)
+        scene["shown"] = self.shown
+        return page(self.trajectory.name, scene, '<div id="player"></div>', bare=True)
+
+    def _repr_html_(self) -> str:
+        # a frame of its own: neither its script nor its style meets those of the notebook
+        return (
+            f'<iframe sandbox="allow-scripts" srcdoc="{escape(self.html)}" '
+            f'style="width:100%;height:{int(self.height)}px;border:1px solid #d6d9de;border-radius:6px"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        path = self.trajectory.path
+        return f"Animation of '{self.trajectory.name}', {path.start:g} to {path.end:g} s"
+
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        fps: float = 25,
+        speed: float = 1,
+        width: int = 720,
+        height: int = 480,
+    ) -> Path:
+        """Write the animation to a file, whole or not at all.
+
+        Parameters
+        ----------
+        path : path
+            ``.html``, ``.gif`` (with Pillow) or ``.mp4`` (with ffmpeg); films are drawn by a Chromium without a window.
+        fps : float
+            Pictures a second of the film.
+        speed : float
+            Seconds of the motion in a second of the film.
+        width, height : int
+            Of the film [pixels].
+
+        Raises
+        ------
+        SimulationError
+            Another ending; a film of too many pictures.
+        FreebodyError
+            What the film needs is not there.
+        """
+        target = path_of(path, "an animation", SimulationError)
+        kind = target.suffix.lower()
+        if kind not in (".html", ".gif", ".mp4"):
+            raise SimulationError(f"Expected a file that ends in .html, .gif or .mp4, got '{target.name}'.")
+        if kind == ".html":
+            with replacing(target) as new:
+                new.write_text(self.html, encoding="utf-8")
+            return target
+        _check_tools(kind)
+        start, end = sorted((self.trajectory.path.start, self.trajectory.path.end))
+        if not (fps > 0 and speed > 0):
+            raise SimulationError(f"Expected fps and speed above 0, got fps = {fps:g} and speed = {speed:g}.")
+        count = max(2, round((end - start) / speed * fps) + 1)
+        if count > MOST:
+            raise SimulationError(
+                f"Expected a film of at most {MOST} pictures, but {end - start:g} s at {fps:g} pictures a second and "
+                f"speed {speed:g} makes {count}. Raise speed=, lower fps=, or write .html."
+            )
+        times = [start + (end - start) * i / (count - 1) for i in range(count)]
+        with replacing(target) as new, tempfile.TemporaryDirectory() as folder:
+            files = self._pictures(Path(folder), times, width + width % 2, height + height % 2)
+            (_gif if kind == ".gif" else _mp4)(files, new, fps)
+        return target
+
+    def _pictures(self, folder: Path, times: list[float], width: int, height: int) -> list[Path]:
+        from .browser import Browser
+
+        source = folder / "film.html"
+        source.write_text(self.html, encoding="utf-8")
+        files = []
+        with Browser(width, height) as browser:
+            browser.open(source)
+            browser.value("document.body.classList.add('film')")
+            # twice round the browser's own clock, so that the picture at a time is the one that is taken
+            ready = "new Promise(r => requestAnimationFrame(() => requestAnimationFrame(() => r(1))))"
+            browser.value(ready)
+            for i, t in enumerate(times):
+                browser.value(f"freebody.seek({t!r}); {ready}")
+                files.append(folder / f"{i:05d}.png")
+                files[-1].write_bytes(browser.picture())
+        return files
+
+
+def _check_tools(kind: str) -> None:
+    from ...errors import FreebodyError
+    from .browser import chromium
+
+    missing = []
+    if chromium() is None:
+        missing.append("a Chromium or Chrome, which draws the pictures")
+    if kind == ".mp4" and shutil.which("ffmpeg") is None:
+        missing.append("ffmpeg, which joins them")
+    if missing:
+        raise FreebodyError(
+            f"Writing {kind} needs {' and '.join(missing)}; not found here. Install it, or write .html, which "
+            "needs nothing."
+        )
+
+
+def _gif(files: list[Path], target: Path, fps: float) -> None:
+    from PIL import Image
+
+    first, *rest = [Image.open(file).convert("P", palette=Image.Palette.ADAPTIVE) for file in files]
+    first.save(target, format="GIF", save_all=True, append_images=rest, duration=round(1000 / fps), loop=0)
+
+
+def _mp4(files: list[Path], target: Path, fps: float) -> None:
+    command = [
+        "ffmpeg", "-y", "-loglevel", "error", "-framerate", f"{fps:g}", "-i", str(files[0].parent / "%05d.png"),
+        "-pix_fmt", "yuv420p", "-f", "mp4", str(target),
+    ]  # fmt: skip
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise SimulationError(f"ffmpeg could not write '{target.name}': {done.stderr.strip()[-300:]}")

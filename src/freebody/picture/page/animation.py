@@ -1,0 +1,387 @@
+"""A motion as the data of a page: bodies as primitives, keyframes, arrows, quantities over time.
+
+Numbers are 32-bit floats in base64, all at the same moments (see :mod:`freebody.picture.moving.keyframes`).
+"""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...describe.constraints.constraint import Rolling
+from ...describe.contacts.contact import kind_of
+from ...describe.loads.load import Damper, Spring
+from ...dynamics.state import State, float_state
+from ...errors import SimulationError
+from ...model.closure import Closure
+from ...model.model import Model
+from ...motion.trajectory.trajectory import quaternions
+from ..machine.shapes import ROD, Primitive, machine_size, rod, ropes_of, shapes, turned_to
+from ..moving.forces import Arrow
+from ..moving.keyframes import TOLERANCE, Keyframes, keyframes
+from ..moving.quantities import base64_floats, channels, charts
+from ..moving.touching import distinct, modes, surface_parts, touching
+from ..paper.palette import KINDS
+
+if TYPE_CHECKING:
+    from ...motion.trajectory.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+THIN = 0.012
+"""Half the thickness that disks and plates without one are drawn with, in parts of the size of the machine."""
+
+SOLIDS = ("#7fa9d1", "#e0a35f", "#74b897", "#c690b5", "#d6c05a", "#8cc4e4")
+"""Of bodies: the hues of their pale fills in drawings, dark enough to be shaded on white."""
+
+ROUND = 1e-10
+"""Forces, and moments at an arm of the machine's size, below this part of the largest are round-off of others."""
+
+
+def animation(trajectory: Trajectory, tolerance: float = TOLERANCE) -> dict[str, Any]:
+    """Everything that the player of a page needs, as plain data.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    tolerance : float
+        Of the interpolation between keyframes; see :func:`freebody.picture.moving.keyframes.keyframes`.
+
+    Returns
+    -------
+    dict
+        As JSON can hold it.
+
+    Raises
+    ------
+    SimulationError
+        A machine without bodies, of which there is nothing to see.
+    """
+    model = trajectory.kernels.model
+    if not model.bodies:
+        raise SimulationError(f"Expected a machine with bodies to animate, but '{model.name}' has none.")
+    if not 0 < tolerance < 1:
+        raise SimulationError(f"Expected a tolerance between 0 and 1 for the keyframes, got {tolerance!r}.")
+    keys = keyframes(trajectory, tolerance)
+    state = float_state(model, values=trajectory.values)
+    size = machine_size(model, trajectory.values)
+    names = list(model.bodies)
+    up, toward = _view(model, state, keys)
+    acting = _acting(keys, size)
+    return {
+        "title": trajectory.name,
+        "up": up.tolist(),
+        "toward": toward.tolist(),
+        "size": size,
+        "t": base64_floats(keys.t),
+        "tolerance": keys.tolerance,
+        "bodies": _bodies(model, state, trajectory, keys, size),
+        "ground": _ground(model, state, keys, size, up),
+        "lines": _lines(model, state, names, size),
+        "arrows": [_arrow(arrow, state, keys, names) for arrow in keys.arrows if arrow.key in acting],
+        "channels": channels(trajectory, keys, acting),
+        "charts": charts(trajectory, keys, acting, size),
+        "events": [[event.time, getattr(event, "text", "") or event.name] for event in trajectory.events],
+        "breaks": keys.breaks,
+        "modes": modes(trajectory),
+        "touching": touching(keys),
+        "cones": [
+            {"body": i, "apex": _apex(model, state, name)}
+            for i, name in enumerate(names)
+            if _wanders(keys.spin[:, i])
+        ],
+    }
+
+
+def _view(model: Model, state: State, keys: Keyframes) -> tuple[Array, Array]:
+    """(the direction that is up, that toward the eye): a planar motion is seen at right angles to its plane."""
+    g = np.array([float(state(c)) for c in model.gravity])
+    up = -g / np.linalg.norm(g) if np.any(g) else np.array([0.0, 0.0, 1.0])
+    moved = np.ptp(keys.position, axis=0).max(axis=0, initial=0.0)
+    spin = np.abs(keys.spin).max(axis=(0, 1), initial=0.0)
+    still = 1e-9 * max(1e-300, float(moved.max()), float(spin.max()))
+    for k in (2, 1, 0):
+        others = [i for i in range(3) if i != k]
+        if moved[k] <= still and all(spin[i] <= still for i in others) and abs(up[k]) < 1e-9:
+            n = np.eye(3)[k]
+            return up, -n if k == 1 else n  # with y toward the eye, x would point to the left
+    if not np.any(g) and np.all(spin[:2] <= still) and moved[2] <= still:
+        return np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    side = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
+    if up[2] > 0.9:  # x to the lower left, y to the right, as axes are drawn
+        side = np.array([0.0, 1.0, 0.0])
+    front = np.cross(side, up)
+    toward = 0.85 * front + 0.45 * side + 0.38 * up
+    return up, toward / np.linalg.norm(toward)
+
+
+def _wanders(spin: Array) -> bool:
+    """Whether the direction of an angular velocity changes, so that it draws a cone."""
+    length = np.linalg.norm(spin, axis=1)
+    if not length.max(initial=0.0) > 0:
+        return False
+    n = spin[length > 1e-3 * length.max()]
+    n = n / np.linalg.norm(n, axis=1)[:, None]
+    return bool(np.min(n @ n[0]) < math.cos(1e-3) and np.linalg.matrix_rank(n, tol=1e-3) == 3)
+
+
+def _apex(model: Model, state: State, body: str) -> list[float]:
+    """Where the cones of a body have their tip, in body axes: the point that a joint to the ground holds, or else its
+    mass centre."""
+    for joint in model.joints.values():
+        if joint.child == body and joint.parent == "ground" and joint.type in ("ball", "gimbal", "universal"):
+            return _numbers(state, joint.to)
+    return _numbers(state, model.bodies[body].center)
+
+
+# -- bodies ------------------------------------------------------------------------------------------------
+
+
+def _bodies(
+    model: Model, state: State, trajectory: Trajectory, keys: Keyframes, size: float
+) -> list[dict[str, Any]]:
+    found = shapes(model, trajectory.values, size)
+    pins = _pins(model, state, size)
+    result = []
+    for i, (name, place) in enumerate(model.bodies.items()):
+        shape = place.properties.shape if place.properties is not None else None
+        color = _rgb((shape.color if shape is not None else None) or SOLIDS[i % len(SOLIDS)])
+        pieces = [piece for piece in found[name] if not piece.hole]
+        result.append(
+            {
+                "name": name,
+                "color": color,
+                "center": _numbers(state, place.center),
+                "parts": [part(piece, size) for piece in pieces] + pins.get(name, []),
+                "position": base64_floats(keys.position[:, i]),
+                "quaternion": base64_floats(keys.quaternion[:, i]),
+                "spin": base64_floats(keys.spin[:, i]),
+            }
+        )
+    return result
+
+
+def part(piece: Primitive, size: float) -> dict[str, Any]:
+    """A piece of a body as the page draws it: a box, a profile turned about z, an ellipsoid, or triangles."""
+    d, k, thin = piece.dimensions, piece.kind, THIN * size
+    where = {
+        "at": [float(x) for x in piece.center],
+        "turn": quaternions(np.asarray(piece.axes, dtype=float)[None])[0].tolist(),
+    }
+    if k == "mesh":
+        faces = np.ascontiguousarray(d["faces"], dtype="<u4").tobytes()
+        return {
+            "kind": "mesh",
+            "vertices": base64_floats(d["vertices"]),
+            "faces": base64.b64encode(faces).decode("ascii"),
+            **where,
+        }
+    if k in ("particle", "sphere", "spherical_shell"):
+        return {"kind": "ellipsoid", "radii": [d["radius"]] * 3, **where}
+    if k == "ellipsoid":
+        return {"kind": "ellipsoid", "radii": [d["a"], d["b"], d["c"]], **where}
+    if k == "box":
+        return {"kind": "box", "size": [d["x"], d["y"], d["z"]], **where}
+    if k == "plate":
+        return {"kind": "box", "size": [d["a"], d["b"], 2 * thin], **where}
+    if k == "cone":
+        r, h = d["radius"], d["height"]
+        profile = [(0, -h / 4), (r, -h / 4), (0, 3 * h / 4)]
+    elif k == "torus":
+        profile = _circle(d["major"], d["minor"])
+    elif k == "ring":
+        profile = _circle(d["radius"], min(1.5 * thin, d["radius"] / 4))
+    elif k == "tube":
+        a, b, h = d["inner"], d["outer"], d["length"] / 2
+        profile = [(a, -h), (b, -h), (b, h), (a, h), (a, -h)]
+    elif k == "revolved":
+        line = np.asarray(d["profile"], dtype=float)
+        outer = [(float(row[1]), float(row[0])) for row in line]
+        inner = [(float(row[2]) if len(row) > 2 else 0.0, float(row[0])) for row in line]
+        profile = [inner[0], *outer, *inner[::-1]]
+    else:
+        r, h = {
+            "disk": lambda: (d["radius"], thin),
+            "cylinder": lambda: (d["radius"], d["length"] / 2),
+            "slender_bar": lambda: (1.6 * ROD * size, d["length"] / 2),
+            "rod": lambda: (d["radius"], d["length"] / 2),
+        }[k]()
+        profile = [(0, -h), (r, -h), (r, h), (0, h)]
+    return {"kind": "lathe", "profile": [[float(r), float(z)] for r, z in profile], **where}
+
+
+def _circle(major: float, minor: float) -> list[tuple[float, float]]:
+    turn = 2 * math.pi * np.arange(25) / 24
+    points = [(major + minor * math.cos(a), minor * math.sin(a)) for a in turn]
+    return [*points[:-1], points[0]]
+
+
+INK = [0.22, 0.22, 0.24]
+STEEL = [0.62, 0.64, 0.67]
+
+
+def _pins(model: Model, state: State, size: float) -> dict[str, list[dict[str, Any]]]:
+    """What shows a joint on its child: a pin along the axis of a hinge, a ball."""
+    result: dict[str, list[dict[str, Any]]] = {}
+    for joint in model.joints.values():
+        links = [model.links[i] for i in joint.links]
+        at = _numbers(state, joint.to)
+        if joint.type == "hinge":
+            axis = np.array(_numbers(state, links[0].axis))
+            result.setdefault(joint.child, []).append(_pin(at, axis, size))
+        elif joint.type in ("ball", "gimbal", "universal"):
+            result.setdefault(joint.child, []).append(
+                {"kind": "ellipsoid", "radii": [0.025 * size] * 3, "at": at, "color": INK}
+            )
+    for held in model.constraints.values():
+        if isinstance(held, Closure) and held.type in ("hinge", "ball", "gimbal", "universal"):
+            at = _numbers(state, held.to)
+            ball = {"kind": "ellipsoid", "radii": [0.025 * size] * 3, "at": at, "color": INK}
+            if held.type == "hinge" and held.square:
+                ball = _pin(at, np.array(_numbers(state, held.square[0][2])), size)
+            result.setdefault(held.child.name, []).append(ball)
+    return {name: parts for name, parts in result.items() if name in model.bodies}
+
+
+def _pin(at: list[float], axis: Array, size: float) -> dict[str, Any]:
+
+    r, h = 0.018 * size, 0.035 * size
+    turn = quaternions(turned_to(axis)[None])[0].tolist()
+    return {
+        "kind": "lathe",
+        "profile": [[0, -h], [r, -h], [r, h], [0, h]],
+        "at": at,
+        "turn": turn,
+        "color": INK,
+    }
+
+
+def _ground(model: Model, state: State, keys: Keyframes, size: float, up: Array) -> dict[str, Any]:
+    """Supports of the joints to the ground, the guides of its sliders, and the plane that wheels roll on."""
+    parts: list[dict[str, Any]] = []
+    for joint in model.joints.values():
+        if joint.parent != "ground" or joint.type in ("free", "planar"):
+            continue
+        at = np.array(_numbers(state, joint.at))
+        link = model.links[joint.links[0]]
+        if joint.type in ("slider", "cylindrical"):
+            R = np.array([[float(state(x)) for x in row] for row in link.rotation])
+            axis = R @ np.array(_numbers(state, link.axis))
+            body = list(model.bodies).index(joint.child)
+            reach = (keys.position[:, body] - at) @ axis
+            low, high = min(0.0, float(reach.min())) - 0.2 * size, max(0.0, float(reach.max())) + 0.2 * size
+
+            parts.append(
+                {**part(rod(at + low * axis, at + high * axis, 0.6 * ROD * size), size), "color": STEEL}
+            )
+        else:
+            parts.append(
+                {"kind": "ellipsoid", "radii": [0.022 * size] * 3, "at": at.tolist(), "color": STEEL}
+            )
+    for held in model.constraints.values():
+        for body, point in _fixed_ends(held):
+            if body.is_ground:
+                parts.append(
+                    {
+                        "kind": "ellipsoid",
+                        "radii": [0.022 * size] * 3,
+                        "at": _numbers(state, point),
+                        "color": STEEL,
+                    }
+                )
+    planes: list[dict[str, Any]] = []
+    for held in model.constraints.values():
+        if isinstance(held, Rolling):
+            planes.append(
+                {"at": _numbers(state, held.plane.components), "normal": _numbers(state, held.normal[1])}
+            )
+    surfaces: list[Any] = []
+    for contact in model.contacts:
+        for shape in (contact.feature, contact.surface):
+            if shape.body.is_ground and shape not in surfaces:
+                surfaces.append(shape)
+    for shape in surfaces:
+        if kind_of(shape) == "plane":
+            planes.append({"at": _numbers(state, shape.at), "normal": _numbers(state, shape.normal)})
+        else:
+            reach = (float(keys.position[:, :, 0].min()) - size, float(keys.position[:, :, 0].max()) + size)
+            for one in surface_parts(state, shape, reach, size):
+                parts.append({**(one if isinstance(one, dict) else part(one, size)), "color": STEEL})
+    return {"parts": parts, "planes": distinct(planes, size)}
+
+
+def _fixed_ends(held: Any) -> Iterable[tuple[Any, Any]]:
+    if isinstance(held, Closure):
+        yield held.parent, held.at
+        yield held.child, held.to
+
+
+def _lines(model: Model, state: State, names: list[str], size: float) -> list[dict[str, Any]]:
+    """Springs, dampers and ropes, between points of bodies (-1 is the ground)."""
+
+    def end(point: Any) -> list[Any]:
+        body = -1 if point.body.is_ground else names.index(point.body.name)
+        return [body, _numbers(state, point.components)]
+
+    result: list[dict[str, Any]] = []
+    for name, load in model.loads.items():
+        if isinstance(load, Spring | Damper):
+            kind = "spring" if isinstance(load, Spring) else "damper"
+            result.append({"name": name, "kind": kind, "ends": [end(load.start), end(load.end)]})
+    for name, points in ropes_of(model).items():
+        result.append({"name": name, "kind": "rope", "ends": [end(point) for point in points]})
+    return result
+
+
+# -- forces and quantities ---------------------------------------------------------------------------------
+
+
+def _arrow(arrow: Arrow, state: State, keys: Keyframes, names: list[str]) -> dict[str, Any]:
+    body = names.index(arrow.body) if arrow.body in names else -1
+    result = {
+        "name": arrow.name,
+        "group": arrow.group,
+        "kind": arrow.kind,
+        "body": body,
+        "at": _numbers(state, arrow.at),
+        "label": f"weight of {arrow.body}" if arrow.role == "weight" else arrow.name,
+        "channel": arrow.key,
+        "color": _rgb(KINDS[arrow.role][0]),
+    }
+    if arrow.contact is not None and keys.touched is not None:
+        result["path"] = base64_floats(keys.touched.place[:, arrow.contact])
+    wheel = arrow.wheel
+    if wheel is not None:  # it touches the plane at c - r (n - (n·a) a) / |...|
+        from ...space.quaternion import matrix_from_quaternion
+
+        R = np.array([matrix_from_quaternion(tuple(q)) for q in keys.quaternion[:, body]], dtype=float)
+        n = np.array(_numbers(state, wheel.normal[1]))
+        down = np.broadcast_to(n, (len(R), 3))
+        if wheel.axis is not None:
+            a = R @ np.array(_numbers(state, wheel.axis))
+            down = n - (a @ n)[:, None] * a
+        down = down / np.linalg.norm(down, axis=1)[:, None]
+        center = keys.position[:, body] + R @ np.array(_numbers(state, wheel.center.components))
+        result["path"] = base64_floats(center - float(state(wheel.radius)) * down)
+    return result
+
+
+def _acting(keys: Keyframes, size: float) -> set[str]:
+    """Keys of the forces and moments that are more than the round-off of the others."""
+    greatest = {arrow.key: float(np.abs(keys.vectors[arrow.key]).max(initial=0.0)) for arrow in keys.arrows}
+    arms = {arrow.key: 1.0 if arrow.kind == "force" else size for arrow in keys.arrows}
+    largest = max((greatest[key] / arm for key, arm in arms.items()), default=0.0)
+    return {key for key, arm in arms.items() if greatest[key] > ROUND * largest * arm}
+
+
+def _numbers(state: State, vector: Any) -> list[float]:
+    return [float(state(x)) for x in vector]
+
+
+def _rgb(color: str) -> list[float]:
+    return [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]

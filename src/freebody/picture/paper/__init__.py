@@ -1,0 +1,1 @@
+"""Paper: sheet, lines, labels, and the writers of SVG and TikZ."""

@@ -1,0 +1,88 @@
+"""From space to paper: the plane of a planar machine, or an axonometric view."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...model.model import Model
+from ...scalar.algebra import floats
+from ...scalar.expression import evaluate
+from ...symbolic.free_body.planar import normal_of
+
+Array = NDArray[np.float64]
+
+AZIMUTH, ELEVATION = math.radians(32), math.radians(22)
+"""Where the reader stands: a right-handed set of axes points to him on the left, to the right, and upwards."""
+
+AXONOMETRIC = np.array(
+    [
+        [-math.sin(AZIMUTH), math.cos(AZIMUTH), 0.0],
+        [
+            -math.sin(ELEVATION) * math.cos(AZIMUTH),
+            -math.sin(ELEVATION) * math.sin(AZIMUTH),
+            math.cos(ELEVATION),
+        ],
+    ]
+)
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A linear map of ground axes to paper: ``page = matrix @ point``, y upwards.
+
+    ``normal`` is the number of the ground axis that a planar machine turns about, or None in space; ``toward`` points
+    to the reader.
+    """
+
+    matrix: Array
+    toward: Array
+    normal: int | None = None
+    gravity: Array | None = None
+
+    @property
+    def planar(self) -> bool:
+        """Whether the machine is drawn in its plane."""
+        return self.normal is not None
+
+    def __call__(self, points: Any) -> Array:
+        """Points in ground axes, (3,) or (n, 3), on paper in units of length."""
+        return np.asarray(points, dtype=float) @ self.matrix.T
+
+    @property
+    def axes(self) -> tuple[tuple[str, int], ...]:
+        """Letters and numbers of the ground axes that are seen."""
+        return tuple(("xyz"[k], k) for k in range(3) if k != self.normal)
+
+    def turn(self, moment: Any) -> float:
+        """Counter-clockwise part of a moment as the reader sees it."""
+        return float(np.dot(self.toward, np.asarray(moment, dtype=float)))
+
+
+def view_of(model: Model, equations: Any, values: dict[str, float], axonometric: bool = False) -> View:
+    """The view in which a model is drawn: in its plane, if it has one, with gravity downwards where it can."""
+    numbers = {p.symbol: values[p.name] for p in model.parameters}
+    g = np.array([float(evaluate(c, numbers, floats)) for c in model.gravity])
+    up = 2 if not g.any() else int(np.argmax(np.abs(g)))
+    sign = -1.0 if g[up] > 0 else 1.0
+    n = None if axonometric else normal_of(equations)
+    if n is not None:
+        across = [k for k in range(3) if k != n]
+        high = up if g.any() and up != n else across[1]
+        wide = next(k for k in across if k != high)
+        matrix = np.zeros((2, 3))
+        matrix[0, wide] = 1.0
+        matrix[1, high] = sign if high == up and g.any() else 1.0
+        return View(matrix, np.cross(matrix[0], matrix[1]), n, g)
+    # a right-handed set with the third axis upwards
+    i, j = (up + 1) % 3, (up + 2) % 3
+    if sign < 0:
+        i, j = j, i
+    matrix = np.zeros((2, 3))
+    matrix[:, i], matrix[:, j], matrix[:, up] = AXONOMETRIC[:, 0], AXONOMETRIC[:, 1], sign * AXONOMETRIC[:, 2]
+    toward = np.cross(matrix[0], matrix[1])
+    return View(matrix, toward / np.linalg.norm(toward), None, g)

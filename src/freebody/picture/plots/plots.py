@@ -1,0 +1,415 @@
+"""Plots of a motion: quantities over time, reactions, the energy ledger, paths of directions in space.
+
+Every function takes a trajectory and gives matplotlib axes; ``ax=`` draws into axes that exist. Nothing is shown or
+saved: ``axes.figure.savefig(path)`` does that. Figures are made without pyplot, so that no window opens and no
+figure is kept alive.
+
+The file is longer than others: every plot of a motion is here, and they share how axes are finished.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import SimulationError, nearest
+from ...motion.trajectory.trajectory import unit_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ...motion.trajectory.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+COLORS = ("#1f5fa8", "#c8452d", "#3a8f5c", "#7b4ca0", "#b58a1b", "#3b8ea5")
+INK, PALE = "0.25", "0.75"
+MOST_MARKS = 80
+"""Events that a plot of a quantity over time has room for."""
+
+
+def figure(width: float, height: float) -> Any:
+    """A new figure of so many inches, without a window."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    result = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(result)
+    return result
+
+
+def saved(draw: Callable[[], Any], dpi: int = 150) -> Callable[[Any], None]:
+    """A function that draws to a path, whatever ``draw`` gives axes of."""
+
+    def write(path: Any) -> None:
+        axes = np.ravel(np.asarray(draw(), dtype=object))[0]
+        axes.figure.savefig(path, dpi=dpi, format="png")
+
+    return write
+
+
+def history(
+    trajectory: Trajectory,
+    names: Any = None,
+    ax: Any = None,
+    *,
+    title: str | None = None,
+    events: bool = True,
+) -> Any:
+    """Quantities over time, with the events marked.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    names : name, expression or sequence of them, optional
+        As for ``trajectory[...]``; all coordinates if not given. Those of one unit share a panel.
+    ax : Axes, optional
+        Draw all quantities here.
+    title : str, optional
+    events : bool
+        Whether the events are marked on the curves, where there is room for so many.
+
+    Returns
+    -------
+    Axes, or array of Axes when there are several panels
+        An angle has a second scale, in degrees, on the right.
+    """
+    listed = _listed(trajectory, names)
+    groups: dict[str, list[Any]] = {}
+    for name in listed:
+        groups.setdefault(_unit(trajectory, name) if ax is None else "", []).append(name)
+    if ax is not None:
+        panels = [ax]
+    else:
+        new = figure(8, 1.4 + 2.6 * len(groups))
+        panels = list(new.subplots(len(groups), 1, sharex=True, squeeze=False)[:, 0])
+    color = iter(COLORS * (1 + len(listed) // len(COLORS)))
+    kinds = _event_kinds(trajectory) if events and len(trajectory.events) <= MOST_MARKS else {}
+    for panel, group in zip(panels, groups.values(), strict=True):
+        handles = []
+        for name in group:
+            values, shade = trajectory[name], next(color)
+            for k, chosen in enumerate(pieces(trajectory, name)):
+                (curve,) = panel.plot(
+                    trajectory.t[chosen],
+                    values[chosen],
+                    color=shade,
+                    linewidth=1.6,
+                    label=_text(trajectory, name) if k == 0 else "_nolegend_",
+                )
+                if k == 0:
+                    handles.append(curve)
+            _mark(panel, trajectory, name, kinds, shade)
+        units = {_unit(trajectory, name) for name in group}
+        _finish(panel, _text(trajectory, group[0]) if len(group) == 1 else "", units)
+        _legend(
+            panel,
+            (handles if len(group) > 1 else [])
+            + (_event_handles(kinds, trajectory) if panel is panels[0] else []),
+        )
+    panels[-1].set_xlabel("time [s]")
+    if title:
+        _title(panels[0], title)
+    return panels[0] if len(panels) == 1 else np.array(panels, dtype=object)
+
+
+def pieces(trajectory: Trajectory, name: Any = None) -> list[Any]:
+    """Numbers of the output times between which a quantity does not jump; a coordinate never does.
+
+    At a blow or an impact speeds jump, where a contact changes its mode accelerations and forces do.
+    """
+    path: Any = trajectory.path
+    whole = [np.arange(len(trajectory.t))]
+    segments = getattr(path, "segments", None)
+    if segments is None or name in trajectory.kernels.model.coordinate_names:
+        return whole
+    places = path.places(trajectory.t)
+    if name is not None and _text(trajectory, name) in trajectory.names:
+        # of speeds only the moments at which they jump
+        k = trajectory.place(name)
+        jumps = [
+            i + 1
+            for i, (a, b) in enumerate(zip(segments, segments[1:], strict=False))
+            if abs(b.path.states[0][k] - a.path.states[-1][k])
+            > 1e-9 * max(abs(float(a.path.states[-1][k])), abs(float(b.path.states[0][k])))
+        ]
+        places = np.searchsorted(jumps, places, side="right")
+    cuts = np.flatnonzero(np.diff(places)) + 1
+    return [chosen for chosen in np.split(whole[0], cuts) if len(chosen)]
+
+
+def reaction(trajectory: Trajectory, joint: str, ax: Axes | None = None, *, axes: str = "xyz") -> Any:
+    """Force of a joint on its child body over time, components in ground axes.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    joint : str
+    ax : Axes, optional
+    axes : str
+        Which components, such as "xy".
+
+    Returns
+    -------
+    Axes
+    """
+    found = trajectory.reactions[joint]
+    ax = figure(8, 4).subplots() if ax is None else ax
+    for axis, color in zip(axes, COLORS, strict=False):
+        for k, chosen in enumerate(pieces(trajectory)):
+            ax.plot(
+                trajectory.t[chosen],
+                found.force[chosen, "xyz".index(axis)],
+                color=color,
+                linewidth=1.6,
+                label=f"{joint}_{axis}" if k == 0 else "_nolegend_",
+            )
+    _finish(ax, f"force on {found.on}", {"N"})
+    _legend(ax, ax.get_legend_handles_labels()[0] if len(axes) > 1 else [])
+    ax.set_xlabel("time [s]")
+    _title(ax, f"Reaction of joint {joint}, on {found.on}")
+    return ax
+
+
+def energy_residual(trajectory: Trajectory, ax: Axes | None = None) -> Any:
+    """What the energy ledger fails to balance, (T + V) - (T₀ + V₀) - W, relative to the greatest of T, V and W.
+
+    Returns
+    -------
+    Axes
+    """
+    ledger = trajectory.energy
+    scale = (
+        max(float(np.max(np.abs(part))) for part in (ledger.kinetic, ledger.potential, ledger.work)) or 1.0
+    )
+    ax = figure(8, 3.6).subplots() if ax is None else ax
+    ax.axhline(0, color=PALE, linewidth=1)
+    ax.plot(trajectory.t, ledger.residual / scale, color=COLORS[0], linewidth=1.2)
+    _finish(ax, "residual / greatest energy", set())
+    ax.ticklabel_format(axis="y", style="sci", scilimits=(0, 0), useMathText=True)
+    ax.set_xlabel("time [s]")
+    ax.set_title("Energy ledger: what is left unbalanced", loc="left", fontsize=12, fontweight="bold", pad=24)
+    return ax
+
+
+def energy(trajectory: Trajectory, ax: Axes | None = None) -> Any:
+    """The energy ledger over time: kinetic and potential energy, their sum, and the work that has been done.
+
+    Without loads that do work the sum is a straight line; :func:`energy_residual` shows how straight.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    ax : Axes, optional
+
+    Returns
+    -------
+    Axes
+    """
+    ledger = trajectory.energy
+    curves = {"kinetic T": ledger.kinetic, "potential V": ledger.potential, "T + V": ledger.total}
+    if trajectory.kernels.works or np.any(ledger.work):
+        curves["work W"] = ledger.work
+    ax = figure(8, 4).subplots() if ax is None else ax
+    for (label, values), color, dashes in zip(curves.items(), COLORS, ("-", "-", "--", ":"), strict=False):
+        for k, chosen in enumerate(pieces(trajectory)):
+            name = label if k == 0 else "_nolegend_"
+            ax.plot(
+                trajectory.t[chosen], values[chosen], color=color, linewidth=1.6, linestyle=dashes, label=name
+            )
+    _finish(ax, "energy", {"J"})
+    _legend(ax, ax.get_legend_handles_labels()[0])
+    ax.set_xlabel("time [s]")
+    _title(ax, "Energy ledger")
+    return ax
+
+
+def phase(
+    trajectory: Trajectory,
+    name: Any = None,
+    against: Any = None,
+    ax: Axes | None = None,
+    *,
+    title: str | None = None,
+) -> Any:
+    """A quantity against another, its own rate if not said otherwise: the path of the motion in the phase plane.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    name : name or expression, optional
+        Across; the first coordinate if not given.
+    against : name or expression, optional
+        Upward; the rate of ``name`` if not given.
+    ax : Axes, optional
+    title : str, optional
+
+    Returns
+    -------
+    Axes
+        With the start as a circle, the end as a dot, and the events marked.
+
+    Raises
+    ------
+    SimulationError
+        A quantity whose rate has no name, such as an expression.
+    """
+    chosen = _listed(trajectory, name)[0]
+    text = _text(trajectory, chosen)
+    if against is None:
+        against = f"{text}'"
+        if against not in trajectory.names:
+            raise SimulationError(
+                f"Expected a coordinate whose rate is a speed of the machine, got '{text}'. Say what goes upward, such "
+                f"as phase(trajectory, {text!r}, 't')."
+            )
+    x, y = trajectory[chosen], trajectory[against]
+    ax = figure(5.6, 5).subplots() if ax is None else ax
+    for chosen in pieces(trajectory, against):
+        ax.plot(x[chosen], y[chosen], color=COLORS[0], linewidth=1.4)
+    for i, face in ((0, "white"), (-1, COLORS[0])):
+        ax.plot(
+            x[i], y[i], marker="o", markersize=6.5, markerfacecolor=face, markeredgecolor=COLORS[0], zorder=3
+        )
+    other = _text(trajectory, against)
+    kinds = _event_kinds(trajectory) if len(trajectory.events) <= MOST_MARKS else {}
+    if text in trajectory.names and other in trajectory.names:
+        for kind, marker in kinds.items():
+            found = [event.state for event in trajectory.events if event.name == kind]
+            ax.plot(
+                [state[text] for state in found], [state[other] for state in found], linestyle="none", marker=marker,
+                markersize=5, markerfacecolor="white", markeredgecolor=INK, zorder=3,
+            )  # fmt: skip
+        _legend(ax, _event_handles(kinds, trajectory))
+    for label, put in ((text, ax.set_xlabel), (other, ax.set_ylabel)):
+        unit = _unit(trajectory, label)
+        put(f"{label} [{unit}]" if unit and unit != "1" else label, fontsize=11)
+    _grid(ax)
+    _title(ax, title or f"Phase plane of {text}")
+    return ax
+
+
+# -- parts of the plots ---------------------------------------------------------------------------------------
+
+
+def _listed(trajectory: Trajectory, names: Any) -> list[Any]:
+    if names is None:
+        return list(trajectory.kernels.model.coordinate_names)
+    if isinstance(names, str) or not isinstance(names, Sequence):
+        return [names]
+    if not names:
+        raise SimulationError(
+            "Expected at least one name to plot, got none. Leave names out for all coordinates."
+        )
+    return list(names)
+
+
+def _text(trajectory: Trajectory, name: Any) -> str:
+    if not isinstance(name, Hashable):
+        raise SimulationError(f"Expected a name or an expression to plot, got {name!r}.")
+    return name if isinstance(name, str) else trajectory.kernels.model.names.texts.get(name, str(name))
+
+
+def _unit(trajectory: Trajectory, name: Any) -> str:
+    text = _text(trajectory, name)
+    return unit_of(trajectory, text) if text in trajectory.names else ""
+
+
+def _grid(ax: Any) -> None:
+    """A pale grid behind the curves."""
+    ax.grid(color="0.9", linewidth=0.8)
+    ax.set_axisbelow(True)
+
+
+def _finish(ax: Any, label: str, units: set[str]) -> None:
+    unit = units.pop() if len(units) == 1 else ""
+    ax.set_ylabel(f"{label} [{unit}]".lstrip() if unit and unit != "1" else label, fontsize=11)
+    _grid(ax)
+    ax.margins(x=0)
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(False)
+    if unit == "rad":
+        degrees = ax.secondary_yaxis("right", functions=(np.rad2deg, np.deg2rad))
+        degrees.set_ylabel("[deg]", fontsize=11)
+        degrees.spines["right"].set_visible(False)
+
+
+def _title(ax: Any, title: str) -> None:
+    """Above the panel, and above its legend where it has one."""
+    ax.set_title(title, loc="left", fontsize=12, fontweight="bold", pad=30 if ax.get_legend() else 10)
+
+
+def _legend(ax: Any, handles: list[Any]) -> None:
+    """One row above the panel, where it covers no curve."""
+    if handles:
+        ax.legend(
+            handles=handles, loc="lower left", bbox_to_anchor=(0, 1), ncols=6, frameon=False, borderaxespad=0.2,
+            borderpad=0.2, handletextpad=0.5, handlelength=1.4, columnspacing=1.6, fontsize=10,
+        )  # fmt: skip
+
+
+_MARKS = "ovsD^P"
+
+
+def _event_kinds(trajectory: Trajectory) -> dict[str, str]:
+    """Mark of the events of each name."""
+    names = dict.fromkeys(event.name for event in trajectory.events)
+    return {name: _MARKS[i % len(_MARKS)] for i, name in enumerate(names)}
+
+
+def _mark(ax: Any, trajectory: Trajectory, name: Any, kinds: dict[str, str], color: str) -> None:
+    """A mark on the curve at each event."""
+    text = _text(trajectory, name)
+    if text not in trajectory.names:
+        return
+    for kind, marker in kinds.items():
+        found = [event for event in trajectory.events if event.name == kind]
+        ax.plot(
+            [event.time for event in found], [event.state[text] for event in found],
+            linestyle="none", marker=marker, markersize=5, markerfacecolor="white",
+            markeredgecolor=color, markeredgewidth=1.2, clip_on=False, zorder=3,
+        )  # fmt: skip
+
+
+def _event_handles(kinds: dict[str, str], trajectory: Trajectory) -> list[Any]:
+    from matplotlib.lines import Line2D
+
+    style: dict[str, Any] = {
+        "linestyle": "none",
+        "markersize": 5,
+        "markerfacecolor": "white",
+        "markeredgecolor": INK,
+    }
+    contacts = {contact.name for contact in trajectory.kernels.model.contacts}
+    return [
+        Line2D([], [], marker=marker, label=f"change at {kind}" if kind in contacts else kind, **style)
+        for kind, marker in kinds.items()
+    ]
+
+
+def body_rotation(trajectory: Trajectory, body: str) -> Array:
+    """R_NB of a body at the output times, shape (n, 3, 3)."""
+    if body not in trajectory.poses:
+        raise SimulationError(f"Unknown body '{body}'; {nearest(str(body), trajectory.poses)}")
+    return trajectory.poses[body].rotation
+
+
+def angular_velocity(trajectory: Trajectory, body: str) -> Array:
+    """Angular velocity of a body in the ground at the output times, in ground axes, shape (n, 3) [rad/s]."""
+    from ...dynamics.kinematics import angular_velocity as of_body
+    from ...motion.ode.dense_output import observe
+    from ..moving.keyframes import Named
+
+    if body not in trajectory.poses:
+        raise SimulationError(f"Unknown body '{body}'; {nearest(str(body), trajectory.poses)}")
+    kernels = trajectory.kernels
+    program = kernels.program(
+        ("spin", body), lambda state: {"spin": list(of_body(kernels.model, state, Named(body)))}
+    )
+    constants = program.constants(kernels.parameters(trajectory.values))
+    return observe(
+        program.address("spin"), program.outputs("spin"), trajectory.t, trajectory.states, constants
+    )

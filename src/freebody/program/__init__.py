@@ -1,0 +1,1 @@
+"""Programs: the dynamics of a machine as machine code for one state or for many at once."""

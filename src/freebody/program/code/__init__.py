@@ -1,0 +1,1 @@
+"""From a recorded computation to LLVM IR."""

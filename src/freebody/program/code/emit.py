@@ -1,0 +1,451 @@
+"""A lowered program as LLVM IR text.
+
+Text and not a builder: one line costs a tenth of what an object costs. Every function is straight-line code on
+``double`` or on vectors of 8. A long function is cut into pieces, since the time LLVM takes grows faster than the
+length of a block; what crosses a cut lives in a frame on the stack. A piece gets the frame twice, to read what earlier
+pieces left (``%frame``, never written by it) and to leave its own (``%left``): loads that no store can touch need no
+place in the order of memory operations, the bookkeeping of which took two thirds of LLVM's time.
+
+Arithmetic carries the flag ``contract`` only: a product and a sum may become one fused multiply-add. NaN and
+infinity keep their meaning, and nothing is reordered.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import accumulate, groupby
+
+from ...native.ir_text import FLAGS, ZEROS, literal, splat
+from ...native.registers import WIDTH
+from ...scalar.trace import ADD, CODES, DIV, INPUT, MUL, NAMES, NEG, SUB
+from . import sincos, vector_math
+from .batch import BLOCKS, DECLARATION, LONG, gather, loop, scatter, tiled
+from .lower import COS, FIXED, HOISTED, PROLOGUE, RECIPROCAL, SIN, TIME, Body, Group, Program
+
+PIECE = 800
+"""Operations of one piece of a long function; up to three times as many stay together."""
+
+RUN = 8
+"""Zeros in a row among the outputs from which a loop sets them: matrices of large machines are mostly zero."""
+
+_ARITHMETIC = {
+    ADD: f"fadd {FLAGS}", SUB: f"fsub {FLAGS}", MUL: f"fmul {FLAGS}", DIV: f"fdiv {FLAGS}",
+}  # fmt: skip
+_INTRINSICS = {
+    CODES["sqrt"]: "sqrt", CODES["abs"]: "fabs", CODES["min"]: "minimum", CODES["max"]: "maximum",
+}  # fmt: skip
+_SIGN = CODES["sign"]
+
+
+@dataclass(frozen=True)
+class Form:
+    """How functions that a loop calls get what they read, and where they leave what they write.
+
+    Theirs is the signature of a kernel, of one lane or of several, with more pointers behind it: to the arrays they
+    read but the first, then to those they write but the first.
+    """
+
+    lanes: int = 1
+    shared: bool = True
+    """Whether the constants are the same in all lanes: one double each, read into every lane."""
+    arrays: tuple[int, ...] = ()
+    """Lengths of the arrays of which the state is made; one if empty."""
+    reads: tuple[tuple[int, ...], ...] = ()
+    """Of each function, which of them it is given."""
+    writes: tuple[tuple[tuple[int, int], ...], ...] = ()
+    """Of each function, where its outputs go: number of the array written, place; one array in their order if empty."""
+    written: tuple[int, ...] = ()
+    """How many arrays each writes."""
+
+
+class Module:
+    """Collects functions; :meth:`text` is the whole module."""
+
+    def __init__(self, triple: str, layout: str, fused: bool) -> None:
+        self.triple = triple
+        self.layout = layout
+        self.fused = fused
+        self.functions: list[str] = []
+        self.declarations: set[str] = set()
+        self.helpers: dict[str, str] = {}
+        self.made: dict[str, tuple[list[str], int]] = {}
+
+    def text(self) -> str:
+        """The module."""
+        defined = set(self.declarations)
+        head = [f'target triple = "{self.triple}"']
+        if self.layout:
+            head.append(f'target datalayout = "{self.layout}"')
+        head.append('!0 = !{!"branch_weights", i32 1, i32 1048575}')
+        return "\n".join([*head, *sorted(defined), *self.helpers.values(), *self.functions]) + "\n"
+
+    def need_sincos(self, lanes: int) -> str:
+        """The name of the function, defined on first need."""
+        name = sincos.name(lanes)
+        if name not in self.helpers:
+            self.helpers[name] = sincos.definition(lanes, self.fused)
+            self.declarations.update(sincos.declarations(lanes))
+            if lanes > 1 and self.fused:
+                self.need_sincos(1)  # takes the huge arguments
+        return name
+
+    def need_intrinsic(self, name: str, lanes: int, arguments: int) -> str:
+        """The name of an LLVM intrinsic, declared on first need."""
+        T, suffix = ("double", "f64") if lanes == 1 else (f"<{lanes} x double>", f"v{lanes}f64")
+        self.declarations.add(f"declare {T} @llvm.{name}.{suffix}({', '.join([T] * arguments)})")
+        return f"@llvm.{name}.{suffix}"
+
+    def need_library(self, name: str, lanes: int, arguments: int) -> str:
+        """A function of the C library; for a vector, one that applies it lane by lane."""
+        self.declarations.add(f"declare double @{name}({', '.join(['double'] * arguments)})")
+        if lanes == 1:
+            return f"@{name}"
+        key = f"@{name}.{lanes}"
+        if key not in self.helpers:
+            T = f"<{lanes} x double>"
+            letters = "xy"[:arguments]
+            lines = [
+                f"define internal {T} {key}({', '.join(f'{T} %{z}' for z in letters)}) nounwind noinline {{"
+            ]
+            last = "poison"
+            for i in range(lanes):
+                lines += [f"  %{z}{i} = extractelement {T} %{z}, i32 {i}" for z in letters]
+                lines.append(
+                    f"  %f{i} = call double @{name}({', '.join(f'double %{z}{i}' for z in letters)})"
+                )
+                lines.append(f"  %r{i} = insertelement {T} {last}, double %f{i}, i32 {i}")
+                last = f"%r{i}"
+            lines += [f"  ret {T} {last}", "}", ""]
+            self.helpers[key] = "\n".join(lines)
+        return key
+
+    def need_function(self, name: str, lanes: int, arguments: int) -> str:
+        """An elementary function: our own where there is a fused multiply-add, else the C library's."""
+        if name not in vector_math.FUNCTIONS or not self.fused:
+            return self.need_library(name, lanes, arguments)
+        key = vector_math.name(name, lanes)
+        if key not in self.helpers:
+            self.helpers[key] = vector_math.definition(name, lanes)
+            self.declarations.update(vector_math.declarations(name, lanes))
+            if name == "tan":
+                self.need_sincos(1)
+                self.helpers["@tan.huge"] = vector_math.HUGE_TAN
+        return key
+
+    def add(self, program: Program, body: Body, name: str, lanes: int = 1, piece: int | None = None) -> None:
+        """The function ``name``: of the kernel's signature for one lane, of pointers to vectors for 8."""
+        writer = _Writer(self, program, body, name, Form(lanes, shared=False), 0, piece or PIECE)
+        self.functions.append(writer.text())
+        self.made[writer.name] = writer.parts()
+
+    def add_formed(self, program: Program, body: Body, name: str, form: Form, k: int) -> None:
+        """A function that a loop calls, number ``k`` of the form's."""
+        self.functions.append(_Writer(self, program, body, name, form, k, PIECE).text())
+
+    def add_batch(self, name: str, state: int, hoisted: int, outputs: int, lanes: int = WIDTH) -> None:
+        """The loop over a batch: rows in, 8 lanes at a time through ``name.lanes``, rows out."""
+        self.declarations.add(DECLARATION)
+        self.helpers["@gather"], self.helpers["@scatter"] = gather(lanes), scatter(lanes)
+        pieces, frame = self.made[f"{name}.lanes"]
+        blocks = BLOCKS if len(pieces) > LONG else 1
+        if blocks > 1:
+            self.functions.append(tiled(name, state, outputs, lanes, pieces, frame))
+        self.functions.append(loop(name, state, hoisted, outputs, lanes, blocks))
+
+
+class _Writer:
+    """One function."""
+
+    def __init__(
+        self, module: Module, program: Program, body: Body, name: str, form: Form, k: int, piece: int
+    ) -> None:
+        lanes = form.lanes
+        self.module = module
+        self.program = program
+        self.body = body
+        self.name = name if lanes == 1 else f"{name}.lanes"
+        self.lanes = lanes
+        self.broadcast = form.shared and lanes > 1
+        self.starts = list(accumulate(form.arrays[:-1], initial=0))  # first number of each array
+        reads = form.reads[k] if form.reads else (0,)
+        self.read = dict(zip(reads, ["%y", *(f"%y{n}" for n in range(1, len(reads)))], strict=True))
+        self.places = form.writes[k] if form.writes else [(0, n) for n in range(len(body.outputs))]
+        self.written = ["%out", *(f"%out{n}" for n in range(1, form.written[k] if form.written else 1))]
+        self.T = "double" if lanes == 1 else f"<{lanes} x double>"
+        self.align = 8 if lanes == 1 else 64
+        self.pieces = _cut(body.order, piece)
+        self.owner = {i: k for k, part in enumerate(self.pieces) for i in part if i >= 0}
+        # in a batch each argument is a vector of its own
+        sines = 2 * sum(g.lanes if lanes == 1 else len(g.arguments) for g in body.groups)
+        self.trig = self._places_of_sines()
+        self.frame_size = sines
+        self.slots = self._slots(sines)
+        self.lines: list[str] = []
+        self.left = "%left" if len(self.pieces) > 1 else "%frame"
+        self.known: dict[int, str] = {}
+        self.turned: set[int] = set()  # arguments whose sines were found in this piece
+        self.count = 0
+
+    def _places_of_sines(self) -> dict[int, tuple[int, int]]:
+        """Argument -> places of its sine and cosine in the frame."""
+        places: dict[int, tuple[int, int]] = {}
+        if self.lanes == 1:
+            for g in self.body.groups:
+                for k, i in enumerate(g.arguments):
+                    places[i] = (g.place + k, g.place + g.lanes + k)
+        else:
+            for g in self.body.groups:
+                for i in g.arguments:
+                    places[i] = (2 * len(places), 2 * len(places) + 1)
+        return places
+
+    def _slots(self, start: int) -> dict[int, int]:
+        """Places in the frame of the values that cross a cut; a place is used again once its value is dead."""
+        if len(self.pieces) == 1:
+            return {}
+        program, owner = self.program, self.owner
+        last: dict[int, int] = {}
+        for k, part in enumerate(self.pieces):
+            for i in part:
+                operands = (program.a[i], program.b[i]) if i >= 0 else self.body.groups[-1 - i].arguments
+                for p in operands:
+                    if p in owner and owner[p] < k:
+                        last[p] = k
+        leaving: dict[int, list[int]] = {}
+        slots: dict[int, int] = {}
+        free: list[int] = []
+        size = start
+        for k, part in enumerate(self.pieces):
+            for i in part:
+                if i in last:
+                    if free:
+                        slots[i] = free.pop()
+                    else:
+                        slots[i] = size
+                        size += 1
+                    leaving.setdefault(last[i], []).append(slots[i])
+            free.extend(leaving.pop(k, ()))
+        self.frame_size = size
+        return slots
+
+    def text(self) -> str:
+        """The function and its pieces."""
+        T, lanes = self.T, self.lanes
+        time = "double %t" if lanes == 1 else "ptr noalias readonly %t"
+        arguments = ", ".join(
+            [
+                f"{time}, ptr noalias readonly %y, ptr noalias readonly %c, ptr noalias %out",
+                *(f"ptr noalias readonly {x}" for x in [*self.read.values()][1:]),
+                *(f"ptr noalias {x}" for x in self.written[1:]),
+            ]
+        )
+        # what does not fit in registers goes to whole lines of the cache
+        kept = "nounwind" if lanes == 1 else f"nounwind alignstack({self.align})"
+        # pieces are passed a frame, also where no value crosses a cut
+        size = max(self.frame_size, int(len(self.pieces) > 1))
+        frame = f"  %frame = alloca {T}, i64 {size}, align 64" if size else ""
+        stored: dict[int, list[int]] = {}
+        runs = self._runs_of_zeros()
+        zero = {k for start, n in runs for k in range(start, start + n)}
+        for k, i in enumerate(self.body.outputs):
+            if k not in zero:
+                stored.setdefault(self.owner.get(i, len(self.pieces) - 1), []).append(k)
+        if len(self.pieces) == 1:
+            self._start()
+            self._zeros(runs)
+            self._piece(0, stored.get(0, []))
+            head = f"define void @{self.name}({arguments}) {kept} {{"
+            return "\n".join([head, frame, *self.lines, "  ret void", "}", ""])
+        result = []
+        call = "double %t" if lanes == 1 else "ptr %t"
+        main = [f"define void @{self.name}({arguments}) {kept} {{", frame]
+        for k in range(len(self.pieces)):
+            self._start()
+            if k == 0:
+                self._zeros(runs)
+            self._piece(k, stored.get(k, []))
+            frames = "ptr noalias readonly %frame, ptr noalias %left"
+            head = f"define internal void @{self.name}.{k}({arguments}, {frames}) {kept} noinline {{"
+            result.append("\n".join([head, *self.lines, "  ret void", "}", ""]))
+            passed = ", ".join(
+                f"ptr {x}" for x in ("%y", "%c", "%out", *[*self.read.values()][1:], *self.written[1:])
+            )
+            main.append(f"  call void @{self.name}.{k}({call}, {passed}, ptr %frame, ptr %frame)")
+        result.append("\n".join([*main, "  ret void", "}", ""]))
+        return "\n".join(result)
+
+    def parts(self) -> tuple[list[str], int]:
+        """What is called one after the other, and how many vectors these leave to each other; 0 if it is one."""
+        if len(self.pieces) == 1:
+            return [f"@{self.name}"], 0
+        return [f"@{self.name}.{k}" for k in range(len(self.pieces))], max(self.frame_size, 1)
+
+    def _runs_of_zeros(self) -> list[tuple[int, int]]:
+        """(first place, length) of long runs of outputs that are 0 whatever the inputs."""
+        program, result, start = self.program, [], 0
+        for nothing, run in groupby(
+            program.kind[i] == FIXED and program.constants[program.a[i]] == 0 for i in self.body.outputs
+        ):
+            length = len(list(run))
+            if nothing and length >= RUN and len(self.starts) == 1:
+                result.append((start, length))
+            start += length
+        return result
+
+    def _zeros(self, runs: Sequence[tuple[int, int]]) -> None:
+        for start, length in runs:
+            self.module.helpers["@zeros"] = ZEROS
+            target = self._pointer("%out", start)
+            self.lines.append(f"  call void @zeros(ptr {target}, i64 {self.lanes * length})")
+
+    def _start(self) -> None:
+        self.lines = []
+        self.known = {}
+        self.turned.clear()
+        self.count = 0
+
+    def _piece(self, k: int, outputs: Sequence[int]) -> None:
+        at_once: dict[
+            int, list[int]
+        ] = {}  # a value kept for the end of a long function would fill a register
+        if len(self.pieces) > 1:
+            for place in outputs:
+                at_once.setdefault(self.body.outputs[place], []).append(place)
+        for i in self.pieces[k]:
+            if i >= 0:
+                self._node(i)
+                self._store(at_once.pop(i, ()))
+            elif self.lanes == 1:
+                self._group(self.body.groups[-1 - i])
+            else:
+                for x in self.body.groups[-1 - i].arguments:
+                    self._sincos(x)
+        if len(self.pieces) > 1:
+            outputs = [place for places in at_once.values() for place in places]
+        self._store(outputs)
+
+    def _store(self, outputs: Sequence[int]) -> None:
+        for place in outputs:
+            value = self._ref(self.body.outputs[place])
+            array, place = self.places[place]
+            target = self._pointer(self.written[array], place)
+            self.lines.append(f"  store {self.T} {value}, ptr {target}, align {self.align}")
+
+    def _pointer(self, base: str, place: int) -> str:
+        if place == 0:
+            return base
+        self.count += 1
+        self.lines.append(f"  %p{self.count} = getelementptr {self.T}, ptr {base}, i64 {place}")
+        return f"%p{self.count}"
+
+    def _load(self, base: str, place: int) -> str:
+        pointer = self._pointer(base, place)
+        self.count += 1
+        self.lines.append(f"  %l{self.count} = load {self.T}, ptr {pointer}, align {self.align}")
+        return f"%l{self.count}"
+
+    def _broadcast(self, base: str, place: int) -> str:
+        """One double in every lane."""
+        T, lanes = self.T, self.lanes
+        self.count += 1
+        k = self.count
+        self.lines += [
+            f"  %p{k} = getelementptr double, ptr {base}, i64 {place}",
+            f"  %d{k} = load double, ptr %p{k}, align 8",
+            f"  %e{k} = insertelement {T} poison, double %d{k}, i64 0",
+            f"  %l{k} = shufflevector {T} %e{k}, {T} poison, <{lanes} x i32> zeroinitializer",
+        ]
+        return f"%l{k}"
+
+    def _ref(self, i: int) -> str:
+        """The operand that stands for node ``i`` here; loads it on first use."""
+        value = self.known.get(i)
+        if value is not None:
+            return value
+        program = self.program
+        code = program.op[i]
+        if program.kind[i] == FIXED:
+            value = splat(literal(program.constants[program.a[i]]), self.lanes)
+        elif program.kind[i] == HOISTED and self.body.name != PROLOGUE:
+            value = (self._broadcast if self.broadcast else self._load)("%c", program.hoisted[i])
+        elif code == INPUT:
+            if program.a[i] == TIME:
+                value = "%t" if self.lanes == 1 else self._load("%t", 0)
+            else:
+                k = bisect_right(self.starts, program.a[i]) - 1
+                value = self._load(self.read[k], program.a[i] - self.starts[k])
+        elif code in (SIN, COS):
+            frame = self.left if program.a[i] in self.turned else "%frame"
+            value = self._load(frame, self.trig[program.a[i]][code == COS])
+        else:
+            value = self._load("%frame", self.slots[i])
+        self.known[i] = value
+        return value
+
+    def _node(self, i: int) -> None:
+        program, T = self.program, self.T
+        code = program.op[i]
+        x = self._ref(program.a[i])
+        if code in _ARITHMETIC:
+            y = self._ref(program.b[i])
+            operation = f"{_ARITHMETIC[code]}{T} {x}, {y}"
+        elif code == NEG:
+            operation = f"fneg {T} {x}"
+        elif code == RECIPROCAL:
+            operation = f"fdiv {FLAGS}{T} {splat(literal(1.0), self.lanes)}, {x}"
+        elif code == _SIGN:
+            B = f"<{self.lanes} x i1>" if self.lanes > 1 else "i1"
+            zero, one, minus = (splat(literal(v), self.lanes) for v in (0.0, 1.0, -1.0))
+            self.lines += [
+                f"  %g{i} = fcmp ogt {T} {x}, {zero}",
+                f"  %h{i} = fcmp olt {T} {x}, {zero}",
+                f"  %s{i} = select {B} %h{i}, {T} {minus}, {T} {x}",  # zero and NaN stay
+            ]
+            operation = f"select {B} %g{i}, {T} {one}, {T} %s{i}"
+        else:
+            operands = [x] + ([self._ref(program.b[i])] if program.b[i] >= 0 else [])
+            if code in _INTRINSICS:
+                function = self.module.need_intrinsic(_INTRINSICS[code], self.lanes, len(operands))
+            else:
+                function = self.module.need_function(NAMES[code], self.lanes, len(operands))
+            operation = f"call {T} {function}({', '.join(f'{T} {z}' for z in operands)})"
+        self.lines.append(f"  %v{i} = {operation}")
+        self.known[i] = f"%v{i}"
+        if i in self.slots:
+            pointer = self._pointer(self.left, self.slots[i])
+            self.lines.append(f"  store {T} %v{i}, ptr {pointer}, align {self.align}")
+
+    def _group(self, group: Group) -> None:
+        """Sines and cosines of up to 8 scalars in one vector."""
+        lanes = group.lanes
+        function = self.module.need_sincos(lanes)
+        operands = [self._ref(i) for i in group.arguments]
+        operands += [operands[-1]] * (lanes - len(operands))
+        vector, T = operands[0], "double"
+        if lanes > 1:
+            T = f"<{lanes} x double>"
+            vector = "poison"
+            for k, x in enumerate(operands):
+                self.count += 1
+                self.lines.append(f"  %i{self.count} = insertelement {T} {vector}, double {x}, i32 {k}")
+                vector = f"%i{self.count}"
+        s, c = self._pointer(self.left, group.place), self._pointer(self.left, group.place + lanes)
+        self.turned.update(group.arguments)
+        self.lines.append(f"  call void {function}({T} {vector}, ptr {s}, ptr {c})")
+
+    def _sincos(self, argument: int) -> None:
+        """Sine and cosine of one vector."""
+        function = self.module.need_sincos(self.lanes)
+        x = self._ref(argument)
+        s, c = (self._pointer(self.left, place) for place in self.trig[argument])
+        self.turned.add(argument)
+        self.lines.append(f"  call void {function}({self.T} {x}, ptr {s}, ptr {c})")
+
+
+def _cut(order: list[int], piece: int) -> list[list[int]]:
+    """Equal pieces no longer than ``piece``, or all in one."""
+    count = 1 if len(order) <= 3 * piece else -(-len(order) // piece)
+    size = -(-len(order) // count) if order else 1
+    return [order[k * size : (k + 1) * size] for k in range(count)]

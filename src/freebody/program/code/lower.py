@@ -1,0 +1,285 @@
+"""From a tape to what is worth computing, and when.
+
+- Dead code is left out.
+- A subexpression of parameters and constants only is computed once, by the prologue: a *hoisted constant*.
+- Products with several hoisted factors keep one of them: the factors are joined once.
+- A division by a hoisted expression, or by one that several divisions share, is a multiplication by its reciprocal.
+- Sines and cosines of one argument are computed together, and arguments that are ready at the
+  same time are computed side by side in one vector (:class:`Group`).
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from ...errors import ExpressionError
+from ...native.registers import WIDTH
+from ...scalar.trace import CODES, CONST, DIV, INPUT, MUL, NEG, NONE, Tape, Traced
+
+SIN, COS = CODES["sin"], CODES["cos"]
+RECIPROCAL = len(CODES)
+FIXED, HOISTED, VARYING = range(3)
+"""Kinds of a node: a number, a function of the parameters, a function of time or state."""
+PROLOGUE = ""
+"""Name of the body that computes the hoisted constants."""
+
+
+@dataclass
+class Group:
+    """Arguments whose sines and cosines are computed in one vector."""
+
+    arguments: list[int]
+    place: int = 0  # of its first sine in the frame; cosines follow after `lanes`
+
+    @property
+    def lanes(self) -> int:
+        """1, 2, 4 or 8."""
+        return 1 << (len(self.arguments) - 1).bit_length()
+
+
+@dataclass
+class Body:
+    """One function: the nodes in the order of their computation, and where its outputs come from.
+
+    ``order`` holds nodes, and ``-1 - g`` where group ``g`` is to be computed.
+    """
+
+    name: str
+    order: list[int]
+    outputs: list[int]
+    groups: list[Group]
+
+
+@dataclass
+class Program:
+    """Nodes as on a tape, with ``kind`` and, of inputs, the place in the vector they are read from."""
+
+    op: list[int] = field(default_factory=list)
+    a: list[int] = field(default_factory=list)
+    b: list[int] = field(default_factory=list)
+    kind: list[int] = field(default_factory=list)
+    constants: list[float] = field(default_factory=list)
+    hoisted: dict[int, int] = field(default_factory=dict)  # node -> place in c
+    bodies: dict[str, Body] = field(default_factory=dict)
+
+
+TIME = -1  # as the place of an input
+
+
+def lower(
+    tape: Tape,
+    functions: Mapping[str, Sequence[Any]],
+    time: Traced | None,
+    state: Sequence[Traced],
+    parameters: Sequence[Traced],
+) -> Program:
+    """The functions as a :class:`Program`, with the prologue as the body named :data:`PROLOGUE`."""
+    program = Program()
+    add = _Adder(program)
+    places: dict[int, tuple[int, int]] = {}
+    for k, x in enumerate(parameters):
+        places[x.index] = (HOISTED, k)
+    for k, x in enumerate(state):
+        places[x.index] = (VARYING, k)
+    if time is not None:
+        places[time.index] = (VARYING, TIME)
+
+    op, a, b = tape.op, tape.a, tape.b
+    used = tape.used(x for outputs in functions.values() for x in outputs)
+    divisions, uses = array("i", bytes(4 * len(op))), array("i", bytes(4 * len(op)))
+    for i in used:
+        if op[i] > INPUT:
+            uses[a[i]] += 1
+            if b[i] >= 0:
+                uses[b[i]] += 1
+        if op[i] == DIV:
+            divisions[b[i]] += 1
+    for outputs in functions.values():
+        for x in outputs:
+            if type(x) is Traced:
+                uses[x.index] += 1
+    new: dict[int, int] = {}
+    for i in used:
+        code = op[i]
+        if code == CONST:
+            new[i] = add.constant(float(tape.constants[a[i]]))
+        elif code == INPUT:
+            if i not in places:
+                raise ExpressionError(
+                    f"Expected the inputs of the program among its time, state and parameters, got "
+                    f"'{tape.inputs[a[i]]}' in none of them. Add it to one of the three."
+                )
+            kind, place = places[i]
+            new[i] = add(INPUT, place, kind, kind)
+        elif code == DIV:
+            p, q = new[a[i]], new[b[i]]
+            kinds = program.kind
+            one = program.op[p] == CONST and program.constants[program.a[p]] == 1
+            shared = divisions[b[i]] > 1 if kinds[q] == VARYING else kinds[q] < kinds[p]
+            if one:
+                new[i] = add(RECIPROCAL, q, NONE, kinds[q])
+            elif shared:
+                new[i] = _product(add, p, add(RECIPROCAL, q, NONE, kinds[q]), uses[a[i]] == 1, False)
+            else:
+                new[i] = add(DIV, p, q, max(kinds[p], kinds[q]))
+        elif code == MUL:
+            new[i] = _product(add, new[a[i]], new[b[i]], uses[a[i]] == 1, uses[b[i]] == 1)
+        elif code == NEG and (
+            NONE not in (parts := _parts(program, new[a[i]], uses[a[i]] == 1))
+        ):  # -(x c) = x (-c)
+            new[i] = add(MUL, parts[0], add(NEG, parts[1], NONE, HOISTED), VARYING)
+        else:
+            p = new[a[i]]
+            q = new[b[i]] if b[i] >= 0 else NONE
+            kind = program.kind[p]
+            if q >= 0 and program.kind[q] > kind:
+                kind = program.kind[q]
+            new[i] = add(code, p, q, kind)
+    for name, outputs in functions.items():
+        nodes = [new[x.index] if type(x) is Traced else add.constant(float(x)) for x in outputs]
+        program.bodies[name] = _body(program, name, nodes, VARYING)
+        _collect_hoisted(program, program.bodies[name])
+    program.bodies[PROLOGUE] = _body(program, PROLOGUE, list(program.hoisted), HOISTED)
+    return program
+
+
+class _Adder:
+    """Appends nodes, each once."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.memo: dict[tuple[int, int, int], int] = {}
+        self.numbers: dict[str, int] = {}
+
+    def __call__(self, code: int, p: int, q: int, kind: int) -> int:
+        key = (code, p, q)
+        found = self.memo.get(key)
+        if found is None:
+            program = self.program
+            found = self.memo[key] = len(program.op)
+            program.op.append(code)
+            program.a.append(p)
+            program.b.append(q)
+            program.kind.append(kind)
+        return found
+
+    def constant(self, value: float) -> int:
+        key = value.hex()
+        if key not in self.numbers:
+            self.program.constants.append(value)
+            self.numbers[key] = self(CONST, len(self.program.constants) - 1, NONE, FIXED)
+        return self.numbers[key]
+
+
+def _product(add: _Adder, p: int, q: int, p_once: bool, q_once: bool) -> int:
+    """p q; where one is a hoisted factor and the other a product with one, used nowhere else, the two are joined.
+
+    (c₁ x) c₂ = x (c₁ c₂),    (x c₁) (y c₂) = (x y) (c₁ c₂)
+    """
+    program, kinds = add.program, add.program.kind
+    (x, c), (y, d) = _parts(program, p, p_once), _parts(program, q, q_once)
+    if c == NONE or d == NONE or (x == NONE and y == NONE):
+        return add(MUL, p, q, max(kinds[p], kinds[q]))
+    factor = add(MUL, min(c, d), max(c, d), HOISTED)
+    varying = y if x == NONE else x if y == NONE else add(MUL, min(x, y), max(x, y), VARYING)
+    return add(MUL, varying, factor, VARYING)
+
+
+def _parts(program: Program, i: int, once: bool) -> tuple[int, int]:
+    """(what varies, hoisted factor) of a product used once; NONE for what is missing."""
+    kinds, a, b = program.kind, program.a, program.b
+    if kinds[i] == HOISTED:
+        return NONE, i
+    if once and kinds[i] == VARYING and program.op[i] == MUL:
+        if kinds[a[i]] == HOISTED:
+            return b[i], a[i]
+        if kinds[b[i]] == HOISTED:
+            return a[i], b[i]
+    return i, NONE
+
+
+def _collect_hoisted(program: Program, body: Body) -> None:
+    """Give a place in c to every hoisted node that the body reads."""
+    kind, hoisted = program.kind, program.hoisted
+    for i in body.order:
+        operands = (program.a[i], program.b[i]) if i >= 0 else body.groups[-1 - i].arguments
+        for p in operands:
+            if p >= 0 and kind[p] == HOISTED:
+                hoisted.setdefault(p, len(hoisted))
+    for p in body.outputs:
+        if kind[p] == HOISTED:
+            hoisted.setdefault(p, len(hoisted))
+
+
+def _body(program: Program, name: str, outputs: list[int], kind: int) -> Body:
+    """The nodes of this kind that the outputs need, sines and cosines first and in groups."""
+    op, a, b, kinds = program.op, program.a, program.b, program.kind
+    needed = bytearray(len(op))
+    for i in outputs:
+        needed[i] = 1
+    for i in range(len(op) - 1, -1, -1):
+        if needed[i] and kinds[i] == kind and op[i] > INPUT:
+            needed[a[i]] = 1
+            if b[i] >= 0:
+                needed[b[i]] = 1
+    nodes = [i for i in range(len(op)) if needed[i] and kinds[i] == kind and op[i] > INPUT]
+
+    # level[i]: how many sines stand on the longest path to node i
+    level: dict[int, int] = {}
+    levels: list[dict[int, None]] = []
+    for i in nodes:
+        deepest = level.get(a[i], 0)
+        if b[i] >= 0:
+            deepest = max(deepest, level.get(b[i], 0))
+        if op[i] == SIN or op[i] == COS:
+            while len(levels) <= deepest:
+                levels.append({})
+            levels[deepest][a[i]] = None
+            deepest += 1
+        if deepest:
+            level[i] = deepest
+    groups: list[Group] = []
+    order: list[int] = []
+    done = bytearray(len(op))
+    place = 0
+    for arguments in levels:
+        _schedule(program, list(arguments), kind, done, order)
+        for chunk in _pack(list(arguments)):
+            group = Group(chunk, place)
+            place += 2 * group.lanes
+            order.append(-1 - len(groups))
+            groups.append(group)
+    for i in nodes:
+        if not done[i] and op[i] != SIN and op[i] != COS:
+            order.append(i)
+    return Body(name, order, outputs, groups)
+
+
+def _pack(arguments: list[int]) -> list[list[int]]:
+    """Groups of 8, the rest in one of 8, 4, 2 or 1 lanes."""
+    return [arguments[k : k + WIDTH] for k in range(0, len(arguments), WIDTH)]
+
+
+def _schedule(program: Program, wanted: list[int], kind: int, done: bytearray, order: list[int]) -> None:
+    """Append what these nodes need, operands first."""
+    op, a, b, kinds = program.op, program.a, program.b, program.kind
+    stack = wanted[::-1]
+    while stack:
+        i = stack[-1]
+        if done[i] or kinds[i] != kind or op[i] <= INPUT or op[i] == SIN or op[i] == COS:
+            stack.pop()
+            continue
+        waiting = [
+            p
+            for p in (a[i], b[i])
+            if p >= 0 and not done[p] and kinds[p] == kind and op[p] > INPUT and op[p] != SIN and op[p] != COS
+        ]
+        if waiting:
+            stack.extend(waiting)
+            continue
+        done[i] = 1
+        order.append(i)
+        stack.pop()

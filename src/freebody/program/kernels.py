@@ -1,0 +1,458 @@
+"""Tapes as machine code.
+
+    void f(double t, const double *y, const double *c, double *out)
+
+is the signature of every kernel: y is the state, c holds what depends on parameters only and is computed once per
+set of parameters by :meth:`KernelSet.constants`. Kernels are pure functions of these; they may run in any thread.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+from array import array
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+from time import perf_counter
+from typing import Any, cast
+
+import numpy as np
+
+from ..errors import ExpressionError
+from ..native import cache, codegen, sources
+from ..native.registers import WIDTH
+from ..scalar.trace import NAMES, Tape, Traced
+from .code.emit import Form, Module
+from .code.lower import PROLOGUE, RECIPROCAL, Program, lower
+from .series.jet import jet
+from .series.jet_wide import jet_wide
+
+_Scalar = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
+_Batch = ctypes.CFUNCTYPE(
+    None, ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64,
+    ctypes.c_void_p,
+)  # fmt: skip
+
+
+SHARE = 256
+"""Rows below which a batch is not shared between threads: handing them over costs as much."""
+
+
+@lru_cache(maxsize=4)
+def _pool(threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads, thread_name_prefix="freebody")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pool.cache_clear)  # threads stay with the parent
+
+
+def compile_tape(
+    tape: Tape,
+    functions: Mapping[str, Sequence[Any]],
+    time: Traced | None,
+    state: Sequence[Traced],
+    parameters: Sequence[Traced],
+    batch: Sequence[str] = (),
+    series: Mapping[str, int] | None = None,
+    form: Form | None = None,
+) -> KernelSet:
+    """Machine code of functions of time, state and parameters.
+
+    Parameters
+    ----------
+    tape : Tape
+    functions : mapping
+        Name -> outputs, scalars of the tape or numbers.
+    time, state, parameters
+        Inputs of the tape. Each input that the outputs need is among them.
+    batch : sequence of names
+        Functions that also get code for many states at once.
+    series : mapping, optional
+        Functions that are rates of the state, of which the Taylor coefficients of the solution are wanted (`jet`): the
+        length of a row of them. Those that are named in ``batch`` too get code for eight states at once instead.
+    form : Form, optional
+        Of functions that are not kernels, but called by a loop: their address is all that there is.
+
+    Returns
+    -------
+    KernelSet
+        Taken from the disk if the same program was compiled before.
+    """
+    names = list(functions)
+    unknown = [name for name in batch if name not in functions]
+    if unknown:
+        raise ExpressionError(
+            f"Expected names of functions in batch, got {unknown}. Known: {', '.join(names)}."
+        )
+    series = series or {}
+    key = _key(tape, functions, time, state, parameters, batch, series, form)
+    found = cache.load(key)
+    if found is not None and not (found[0].get("target") == codegen.version() and key.encode() in found[1]):
+        found = None  # code of another program or processor: it must not run
+    if found is None:
+        start = perf_counter()
+        header, code = _compile(tape, functions, time, state, parameters, batch, series, form, key)
+        header["seconds"] = perf_counter() - start
+        cache.store(key, header, code)
+    else:
+        header, code = found
+    return KernelSet(
+        header, codegen.Library(code), names, len(state), len(parameters), batch, found is not None, len(code),
+        form.lanes if form else 1,
+    )  # fmt: skip
+
+
+class KernelSet:
+    """Kernels compiled together: one prologue, one vector of hoisted constants.
+
+    Attributes
+    ----------
+    kernels : dict
+        Name -> :class:`Kernel`.
+    hoisted : int
+        Length of the vector of hoisted constants.
+    from_disk : bool
+        Whether the code was found compiled.
+    size : int
+        Of the code and its tables in bytes.
+    seconds : float
+        That its compilation took, here or when it was put on the disk: lowering, text and LLVM.
+    """
+
+    def __init__(
+        self,
+        header: Mapping[str, Any],
+        library: codegen.Library,
+        names: Sequence[str],
+        state: int,
+        parameters: int,
+        batch: Sequence[str],
+        from_disk: bool,
+        size: int,
+        lanes: int = 1,
+    ) -> None:
+        self.hoisted: int = header["hoisted"]
+        self.from_disk = from_disk
+        self.size = size
+        self.seconds: float = header["seconds"]
+        self.remark = ""
+        symbols = [f"f{k}" if lanes == 1 else f"f{k}.lanes" for k in range(len(names))]
+        batches = [f"{s}.batch" for s, name in zip(symbols, names, strict=True) if name in batch]
+        if batches:
+            batches += [
+                "prologue.batch",
+                *(f"{s}.lanes" for s, name in zip(symbols, names, strict=True) if name in batch),
+            ]
+        addresses = library.addresses(["prologue", *symbols, *batches])
+        self._prologue = Kernel(
+            "parameters", library, addresses["prologue"], addresses.get("prologue.batch"), parameters, 0,
+            self.hoisted, header["operations"][PROLOGUE],
+        )  # fmt: skip
+        self.kernels: dict[str, Kernel] = {
+            name: Kernel(
+                name, library, addresses[s], addresses.get(f"{s}.batch"), state, self.hoisted,
+                header["outputs"][name], header["operations"][name], addresses.get(f"{s}.lanes"),
+                header.get("rooms", {}).get(name, 0),
+            )
+            for s, name in zip(symbols, names, strict=True)
+        }  # fmt: skip
+
+    def __getitem__(self, name: str) -> Kernel:
+        return self.kernels[name]
+
+    def constants(self, parameters: Any) -> np.ndarray:
+        """The vector c of hoisted constants, shape (hoisted,).
+
+        Parameters
+        ----------
+        parameters : array-like, shape (parameters,) or (N, parameters)
+            The second gives shape (N, hoisted), for a batch in which each state has its own.
+        """
+        p = np.ascontiguousarray(parameters, dtype=float)
+        if p.ndim == 2:
+            if self._prologue.batch_address is None:
+                return np.stack([self._prologue(0.0, row, ()) for row in p])
+            return self._prologue.batch(0.0, p, ())
+        if p.shape == (self._prologue.state,):
+            return self._prologue.unchecked(0.0, p, p)
+        return self._prologue(0.0, p, ())
+
+    @property
+    def operations(self) -> dict[str, dict[str, int]]:
+        """Counts of operations by kernel; those done once per set of parameters under ``"parameters"``."""
+        return {k.name: dict(k.operations) for k in (self._prologue, *self.kernels.values())}
+
+
+class Kernel:
+    """One compiled function.
+
+    Attributes
+    ----------
+    address : int
+        Of ``void f(double t, const double *y, const double *c, double *out)``, valid while this object lives.
+    batch_address : int or None
+        Of ``void f(int64 n, const double *t, int64 t_step, const int64 *parts, const double *c, int64 c_step,
+        double *out)`` over rows; a step of 0 shares t or c between all. The table ``parts`` says where the arrays
+        stand of which, side by side, the rows y are: address, width, numbers from one row to the next.
+    lanes_address : int or None
+        Of ``void f(const double *t, const double *y, const double *c, double *out)`` over 8 lanes: entry i of lane l at
+        8 i + l, every pointer a multiple of 64.
+    room : int
+        Numbers that the series of eight lanes writes to ``out``.
+    outputs : int
+        Length of ``out``.
+    operations : dict
+        Operation -> how many.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        library: Any,
+        address: int,
+        batch_address: int | None,
+        state: int,
+        hoisted: int,
+        outputs: int,
+        operations: Mapping[str, int],
+        lanes_address: int | None = None,
+        room: int = 0,
+    ) -> None:
+        self.name = name
+        self.room = room
+        self.lanes_address = lanes_address
+        self.address = address
+        self.batch_address = batch_address
+        self.state = state
+        self.hoisted = hoisted
+        self.outputs = outputs
+        self.operations = operations
+        self._library = library  # keeps the code in memory
+        self._function = _Scalar(address)
+        self._batch = None if batch_address is None else _Batch(batch_address)
+
+    def __repr__(self) -> str:
+        return f"<Kernel {self.name}: {self.state} -> {self.outputs}, {sum(self.operations.values())} operations>"
+
+    def __call__(self, t: float, y: Any, c: Any, out: np.ndarray | None = None) -> np.ndarray:
+        """Outputs, shape (outputs,), at time ``t``, state ``y`` and hoisted constants ``c``."""
+        y = self._checked(y, (self.state,), "y")
+        c = self._checked(c, (self.hoisted,), "c")
+        if out is None:
+            out = np.empty(self.outputs)
+        else:
+            self._check_out(out, (self.outputs,))
+        self._function(t, _pointer(y), _pointer(c), _pointer(out))
+        return out
+
+    def unchecked(self, t: float, y: np.ndarray, c: np.ndarray) -> np.ndarray:
+        """As a call, for contiguous arrays of doubles of the right shapes."""
+        out = np.empty(self.outputs)
+        self._function(t, _pointer(y), _pointer(c), _pointer(out))
+        return out
+
+    def batch(self, t: Any, Y: Any, C: Any, out: np.ndarray | None = None, threads: int = 1) -> np.ndarray:
+        """Outputs of N states at once, shape (N, outputs); other threads run meanwhile.
+
+        Parameters
+        ----------
+        t : float or array, shape (N,)
+        Y : array, shape (N, state)
+        C : array, shape (hoisted,), shared, or (N, hoisted)
+        out : array, shape (N, outputs), optional
+        threads : int
+            How many threads share the rows; the results are the same bits.
+        """
+        Y = np.ascontiguousarray(Y, dtype=float)
+        return self.batch_of_parts(t, [self._checked(Y, (len(Y), self.state), "Y")], C, out, threads)
+
+    def batch_of_parts(
+        self, t: Any, parts: Sequence[np.ndarray], C: Any, out: np.ndarray | None = None, threads: int = 1
+    ) -> np.ndarray:
+        """The same of states that stand side by side in arrays of doubles, each of shape (N, part of the state)."""
+        if self._batch is None:
+            raise ExpressionError(
+                f"Expected a kernel compiled for batches, got '{self.name}'. Name it in batch= of compile_tape."
+            )
+        n = len(parts[0])
+        C = np.asarray(C, dtype=float)
+        C = self._checked(C, (self.hoisted,) if C.ndim < 2 else (n, self.hoisted), "C")
+        t = np.asarray(t, dtype=float)
+        if t.ndim:
+            t = self._checked(t, (n,), "t")
+        if out is None:
+            out = np.empty((n, self.outputs))
+        else:
+            self._check_out(out, (n, self.outputs))
+        parts = [*map(_readable, parts)]
+        rows = -(-n // threads)
+        rows = max(-(-rows // WIDTH) * WIDTH, SHARE)
+        if n <= rows:
+            self._rows(0, n, t, parts, C, out)
+            return out
+        work = [
+            _pool(threads).submit(self._rows, start, min(start + rows, n), t, parts, C, out)
+            for start in range(0, n, rows)
+        ]
+        for part in work:
+            part.result()
+        return out
+
+    def _rows(
+        self,
+        start: int,
+        stop: int,
+        t: np.ndarray,
+        parts: Sequence[np.ndarray],
+        C: np.ndarray,
+        out: np.ndarray,
+    ) -> None:
+        """Some rows of a batch; other threads run meanwhile."""
+        assert self._batch is not None
+        table: list[int] = []
+        for part in parts:
+            step = part.strides[0]
+            table += (
+                part.__array_interface__["data"][0] + start * step,
+                part.shape[1],
+                step // part.itemsize,
+            )
+        self._batch(
+            stop - start,
+            _pointer(t[start:stop] if t.ndim else t),
+            int(t.ndim),
+            (ctypes.c_int64 * len(table))(*table),
+            _pointer(C[start:stop] if C.ndim == 2 else C),
+            self.hoisted if C.ndim == 2 else 0,
+            _pointer(out[start:stop]),
+        )
+
+    def _checked(self, values: Any, shape: tuple[int, ...], name: str) -> np.ndarray:
+        values = np.ascontiguousarray(values, dtype=float)
+        if values.shape != shape:
+            raise ExpressionError(
+                f"Expected {name} of shape {shape} for kernel '{self.name}', got shape {values.shape}."
+            )
+        return values
+
+    def _check_out(self, out: Any, shape: tuple[int, ...]) -> None:
+        good = (
+            isinstance(out, np.ndarray)
+            and out.shape == shape
+            and out.dtype == float
+            and out.flags.c_contiguous
+        )
+        if not good or not out.flags.writeable:
+            got = f"{out.dtype} of shape {out.shape}" if isinstance(out, np.ndarray) else type(out).__name__
+            raise ExpressionError(
+                f"Expected out to be a writeable contiguous array of doubles of shape {shape} for kernel "
+                f"'{self.name}', got {got}."
+            )
+
+
+def _readable(rows: np.ndarray) -> np.ndarray:
+    """The rows, or a copy if the numbers of one do not follow each other."""
+    apart, step = rows.strides
+    size = rows.itemsize
+    whole = rows.flags.aligned and apart % size == 0 and (step == size or rows.shape[1] < 2)
+    return rows if whole else np.ascontiguousarray(rows)
+
+
+def _pointer(values: np.ndarray) -> int:
+    """Address of the first number; `from_buffer` takes a third of the time of `values.ctypes`."""
+    if values.size and values.flags.writeable:
+        return ctypes.addressof(ctypes.c_double.from_buffer(cast(Any, values)))
+    return values.ctypes.data
+
+
+def _compile(
+    tape: Tape,
+    functions: Mapping[str, Sequence[Any]],
+    time: Traced | None,
+    state: Sequence[Traced],
+    parameters: Sequence[Traced],
+    batch: Sequence[str],
+    series: Mapping[str, int],
+    form: Form | None,
+    key: str,
+) -> tuple[dict[str, Any], bytes]:
+    """What the cache keeps: a description, and the object code."""
+    program = lower(tape, functions, time, state, parameters)
+    module = Module(codegen.processor()[0], codegen.layout(), codegen.fused())
+    hoisted = len(program.hoisted)
+    prologue = program.bodies[PROLOGUE]
+    module.add(program, prologue, "prologue")
+    if batch:
+        module.add(program, prologue, "prologue", lanes=8)
+        module.add_batch("prologue", len(parameters), 0, hoisted)
+    rooms: dict[str, int] = {}
+    for k, (name, outputs) in enumerate(functions.items()):
+        if form is not None:
+            module.add_formed(program, program.bodies[name], f"f{k}", form, k)
+            continue
+        if name in series:
+            if name in batch:
+                rooms[name] = jet_wide(module, program, name, f"f{k}.lanes")
+            else:
+                jet(module, program, name, f"f{k}", series[name])
+            continue
+        module.add(program, program.bodies[name], f"f{k}")
+        if name in batch:
+            module.add(program, program.bodies[name], f"f{k}", lanes=8)
+            module.add_batch(f"f{k}", len(state), hoisted, len(outputs))
+    header = {
+        "target": codegen.version(),
+        "hoisted": hoisted,
+        "outputs": {name: len(outputs) for name, outputs in functions.items()},
+        "rooms": rooms,
+        "operations": {name: _operations(program, name) for name in program.bodies},
+    }
+    module.functions.append(f'@freebody.key = constant [{len(key)} x i8] c"{key}"\n')
+    return header, codegen.object_code(module.text())
+
+
+def _operations(program: Program, name: str) -> dict[str, int]:
+    body = program.bodies[name]
+    counts = Counter(program.op[i] for i in body.order if i >= 0)
+    named = {("div" if code == RECIPROCAL else NAMES[code]): 0 for code in counts}
+    for code, count in counts.items():
+        named["div" if code == RECIPROCAL else NAMES[code]] += count
+    sines = sum(len(g.arguments) for g in body.groups)
+    if sines:
+        named["sincos"] = sines
+    return dict(sorted(named.items()))
+
+
+def _key(
+    tape: Tape,
+    functions: Mapping[str, Sequence[Any]],
+    time: Traced | None,
+    state: Sequence[Traced],
+    parameters: Sequence[Traced],
+    batch: Sequence[str],
+    series: Mapping[str, int],
+    form: Form | None,
+) -> str:
+    """Hash of the program and of what compiles it."""
+    source = sources.identity(__name__.removeprefix("freebody."))
+    digest = hashlib.sha256(f"{source} {codegen.version()} {NAMES} {form or ''}".encode())
+    for values in (tape.op, tape.a, tape.b):
+        digest.update(array("i", values).tobytes())
+    digest.update(array("d", map(float, tape.constants)).tobytes())
+    inputs = [
+        -1 if time is None else time.index,
+        *(x.index for x in state),
+        -2,
+        *(x.index for x in parameters),
+    ]
+    digest.update(array("i", inputs).tobytes())
+    for name, outputs in functions.items():
+        places = [x.index if type(x) is Traced else -1 for x in outputs]
+        numbers = [0.0 if type(x) is Traced else float(x) for x in outputs]
+        digest.update(f"{name!r} {name in batch} {series.get(name)} {len(outputs)}".encode())
+        digest.update(array("i", places).tobytes() + array("d", numbers).tobytes())
+    return digest.hexdigest()

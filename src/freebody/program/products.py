@@ -1,0 +1,287 @@
+"""What a program can be asked for: each product records one algorithm on a tape.
+
+A product ``"f_by_x"`` is the derivative of product ``f`` by x: by one of its inputs (q, u, udot, forces), by time t, by
+all ``parameters``, or by the ``displacement``: per unit of each speed, ∂f/∂q G with q' = G(q) u.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from ..describe.constraints.constraint import Rolling
+from ..dynamics import (
+    State,
+    bias,
+    coordinate_rates,
+    forward_dynamics,
+    inverse_dynamics,
+    jacobian,
+    kinetic_energy,
+    mass_matrix,
+    momentum,
+    poses,
+    potential_energy,
+    traced_state,
+)
+from ..dynamics.constrained import constrained_dynamics
+from ..dynamics.constraints import linearized, rows
+from ..dynamics.kinematics import angular_velocity, point_velocity
+from ..dynamics.motion import Motion, all_reactions, motion
+from ..dynamics.newton_euler import reactions
+from ..errors import ModelError, nearest
+from ..model import Model
+from ..model.closure import Closure
+from ..scalar.derivative import forward
+from ..scalar.derivative import jacobian as derivative
+from ..scalar.trace import Tape, Traced
+from .arguments import place_of
+from .kernels import KernelSet, compile_tape
+
+
+@dataclass(frozen=True)
+class Product:
+    """A function of some of the inputs q, u, udot (u') and forces, how it is recorded, and the shape of its result.
+
+    ``moves`` says that the conditions of a constrained model enter; ``point`` is that of a Jacobian.
+    """
+
+    inputs: tuple[str, ...]
+    record: Callable[[Recording], Sequence[Any]]
+    shape: Callable[[Model], tuple[int, ...]]
+    moves: bool = False
+    point: Any = None
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A model on a tape: its state, accelerations and generalized forces as inputs."""
+
+    model: Model
+    tape: Tape
+    state: State
+    udot: tuple[Traced, ...]
+    forces: tuple[Traced, ...]
+    active: tuple[int, ...] | None
+
+    @property
+    def parameters(self) -> list[Traced]:
+        """The parameters, in the model's order."""
+        return [self.state.values[parameter.symbol] for parameter in self.model.parameters]
+
+    def inputs(self, names: Sequence[str]) -> list[Traced]:
+        """The inputs of a product, one after the other."""
+        given = {"q": self.state.q, "u": self.state.u, "udot": self.udot, "forces": self.forces}
+        return [x for name in names for x in given[name]]
+
+    def motion(self) -> Motion:
+        """Accelerations and constraint forces."""
+        return motion(self.model, self.state, self.active)
+
+    def forced(self) -> tuple[Any, ...]:
+        """Accelerations under the generalized forces besides."""
+        if self.model.constraints:
+            assert self.active is not None
+            return constrained_dynamics(self.model, self.state, self.active, self.forces)[0]
+        return forward_dynamics(self.model, self.state, self.forces)
+
+
+def recording(model: Model, active: tuple[int, ...] | None = None) -> Recording:
+    """A model on a new tape."""
+    tape = Tape()
+    state = traced_state(model, tape)
+    udot = tuple(tape.input(f"{speed.name}'") for speed in model.speeds)
+    forces = tuple(tape.input(f"{speed.name} force") for speed in model.speeds)
+    return Recording(model, tape, state, udot, forces, active)
+
+
+def compiled(model: Model, product: Product, batch: bool, active: tuple[int, ...] | None = None) -> KernelSet:
+    """The kernel ``"f"`` of a product."""
+    r = recording(model, active)
+    outputs = list(product.record(r))
+    return compile_tape(
+        r.tape, {"f": outputs}, r.state.t, r.inputs(product.inputs), r.parameters, ["f"] if batch else []
+    )
+
+
+def product_named(model: Model, name: Any) -> Product:
+    """A product by name, or by (name, by, point) for what depends on a point and for derivatives."""
+    if isinstance(name, str) and "_by_" in name:
+        base, _, by = name.partition("_by_")
+        return derivative_of(model, product_named(model, base), by)
+    if not isinstance(name, str) or name not in PRODUCTS:
+        raise ModelError(f"Unknown product '{name}'; {nearest(str(name), products_of(model))}")
+    if name not in products_of(model):
+        raise ModelError(
+            f"Expected a machine with constraints for the product '{name}', but '{model.name}' has no constraints. "
+            f"Its products are {', '.join(products_of(model))}."
+        )
+    return PRODUCTS[name]
+
+
+def products_of(model: Model) -> tuple[str, ...]:
+    """Names of the products that a machine has: ``conditions`` only with constraints."""
+    return tuple(name for name in PRODUCTS if model.constraints or name != "conditions")
+
+
+def named_variable(model: Model, by: Any) -> Any:
+    """The name of what is differentiated by, where a parameter may stand for its name."""
+    if not isinstance(by, str | sympy.Basic):
+        raise ModelError(
+            f"Expected what to differentiate by, such as 'q' or the name of a parameter, got '{by}'."
+        )
+    names = {p.symbol: p.name for p in model.parameters}
+    if by in ("q", "u", "udot", "forces", "displacement", "parameters") and by in names.values():
+        raise ModelError(
+            f"Expected one meaning of '{by}', but '{model.name}' has a parameter of this name, too. Rename the "
+            "parameter."
+        )
+    return by if isinstance(by, str) else names.get(by, by)
+
+
+def derivative_of(model: Model, product: Product, by: str) -> Product:
+    """The product ∂f/∂x, its last axis running over x (no axis for time and for one parameter)."""
+    known = (*product.inputs, *(("displacement",) if "q" in product.inputs else ()), "t", "parameters")
+    names = [parameter.name for parameter in model.parameters]
+    if by not in (*known, *names):
+        raise ModelError(
+            f"Expected a derivative by one of {', '.join((*known, *names))}, got '{by}'; "
+            f"{nearest(str(by), (*known, *names))}"
+        )
+
+    def record(r: Recording) -> list[Any]:
+        outputs = list(product.record(r))
+        if by == "displacement":
+            columns = []
+            for k in range(model.n_u):
+                one = State(model, r.tape, r.state.t, r.state.q, _unit(model.n_u, k), r.state.values)
+                columns.append(forward(r.tape, outputs, r.state.q, coordinate_rates(model, one)))
+            return [column[i] for i in range(len(outputs)) for column in columns]
+        if by in product.inputs:
+            wrt = r.inputs([by])
+        elif by == "t":
+            wrt = [r.state.t]
+        elif by == "parameters":
+            wrt = r.parameters
+        else:
+            wrt = [r.parameters[names.index(by)]]
+        return _flat(derivative(r.tape, outputs, wrt))
+
+    def shape(model: Model) -> tuple[int, ...]:
+        sizes = {"q": model.n_q, "parameters": len(names)}
+        several = by in product.inputs or by in ("displacement", "parameters")
+        return (*product.shape(model), *((sizes.get(by, model.n_u),) if several else ()))
+
+    return Product(product.inputs, record, shape, product.moves)
+
+
+def _unit(n: int, k: int) -> list[int]:
+    return [int(i == k) for i in range(n)]
+
+
+def _flat(rows: Iterable[Iterable[Any]]) -> list[Any]:
+    return [x for row in rows for x in row]
+
+
+def _poses(r: Recording) -> list[Any]:
+    postures = poses(r.model, r.state)
+    return [x for name in r.model.bodies for x in (*_flat(postures[name].rotation), *postures[name].position)]
+
+
+def _velocities(r: Recording) -> list[Any]:
+    result = []
+    for name in r.model.bodies:
+        origin = place_of(r.model, name)
+        result += [
+            *angular_velocity(r.model, r.state, origin.body),
+            *point_velocity(r.model, r.state, origin),
+        ]
+    return result
+
+
+def _momentum(r: Recording) -> list[Any]:
+    found = momentum(r.model, r.state)
+    return [*found.linear, *found.angular]
+
+
+def _reactions(r: Recording) -> list[Any]:
+    return _flat(vector for pair in all_reactions(r.model, r.state, r.motion()).values() for vector in pair)
+
+
+def _reactions_at(r: Recording) -> list[Any]:
+    found = reactions(r.model, r.state, r.udot)
+    return [x for name in r.model.joints for vector in found[name] for x in vector]
+
+
+def _conditions(r: Recording) -> list[Any]:
+    """G and γ of all conditions, by rows."""
+    given = linearized(r.model, r.state)
+    return [x for row, bias in zip(given.matrix, given.bias, strict=True) for x in (*row, bias)]
+
+
+def _derivatives(r: Recording) -> list[Any]:
+    return _flat(derivative(r.tape, r.motion().udot, [*r.state.q, *r.state.u]))
+
+
+def transmitting(model: Model) -> tuple[str, ...]:
+    """Names of the joints and constraints whose reactions the product ``reactions`` gives."""
+    held = (name for name, x in model.constraints.items() if isinstance(x, Closure | Rolling))
+    return (*model.joints, *held)
+
+
+def _speeds(model: Model) -> tuple[int, ...]:
+    return (model.n_u,)
+
+
+def _number(model: Model) -> tuple[int, ...]:
+    return ()
+
+
+PRODUCTS: dict[str, Product] = {
+    "forward_dynamics": Product(("q", "u"), lambda r: r.motion().udot, _speeds, True),
+    "forced_dynamics": Product(("q", "u", "forces"), lambda r: r.forced(), _speeds, True),
+    "inverse_dynamics": Product(
+        ("q", "u", "udot"), lambda r: inverse_dynamics(r.model, r.state, r.udot), _speeds
+    ),
+    "mass_matrix": Product(("q",), lambda r: _flat(mass_matrix(r.model, r.state)), lambda m: (m.n_u, m.n_u)),
+    "bias": Product(("q", "u"), lambda r: bias(r.model, r.state), _speeds),
+    "coordinate_rates": Product(("q", "u"), lambda r: coordinate_rates(r.model, r.state), lambda m: (m.n_q,)),
+    "kinetic_energy": Product(("q", "u"), lambda r: [kinetic_energy(r.model, r.state)], _number),
+    "potential_energy": Product(("q",), lambda r: [potential_energy(r.model, r.state)], _number),
+    "momentum": Product(("q", "u"), _momentum, lambda m: (6,)),
+    "poses": Product(("q",), _poses, lambda m: (len(m.bodies), 12)),
+    "velocities": Product(("q", "u"), _velocities, lambda m: (len(m.bodies), 6)),
+    "reactions": Product(("q", "u"), _reactions, lambda m: (len(transmitting(m)), 6), True),
+    "reactions_at": Product(("q", "u", "udot"), _reactions_at, lambda m: (len(m.joints), 6)),
+    "conditions": Product(("q", "u"), _conditions, lambda m: (len(rows(m)), m.n_u + 1)),
+    "derivatives": Product(("q", "u"), _derivatives, lambda m: (m.n_u, m.n_q + m.n_u), True),
+}
+
+
+def jacobian_of(point: Any) -> Product:
+    """The product ``jacobian`` of a point."""
+    return Product(
+        ("q",), lambda r: _flat(jacobian(r.model, r.state, point)), lambda m: (6, m.n_u), point=point
+    )
+
+
+def values_of(expressions: Sequence[Any], several: bool) -> Product:
+    """Expressions of the model's names."""
+    return Product(
+        ("q", "u"),
+        lambda r: [r.state(expression) for expression in expressions],
+        lambda m: (len(expressions),) if several else (),
+    )
+
+
+def check_conditions(model: Model, active: tuple[int, ...] | None) -> None:
+    """Of a machine with constraints it must be known which of their conditions are independent."""
+    if model.constraints and active is None:
+        raise ModelError(
+            f"'{model.name}' has constraints ({', '.join(model.constraints)}), and its motion follows from those "
+            f"conditions that are independent of each other. Give a configuration near one that fulfils them: "
+            f"fb.compile(s, at=[...]), in the order of {', '.join(model.coordinate_names)}."
+        )

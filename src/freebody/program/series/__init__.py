@@ -1,0 +1,1 @@
+"""Taylor series of a motion as machine code."""

@@ -1,0 +1,662 @@
+"""What an analyst asks first of a machine, gathered: equations, integrals, steady motions, small motions about one.
+
+A question that has no answer for this machine is answered by the sentence that says why, and the next one is asked.
+
+The file is longer than others: it asks every question in its turn, and each needs the answers before.
+"""
+
+from __future__ import annotations
+
+import math
+import signal
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cached_property
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from ..errors import FreebodyError, ModelError, TooManyTermsError, nearest
+
+if TYPE_CHECKING:
+    from ..symbolic.equations import Equations
+
+STABLE = ("asymptotically stable", "stable")
+LONGEST = 2000
+"""Characters of symbolic equations beyond which only their numbers are shown."""
+LINE = 300
+"""Characters of a symbolic condition or frequency that is printed; longer ones are in the data."""
+ROUND = 1e-12
+"""Differences that are not shown."""
+CLOSED = 4
+"""Coordinates up to which natural frequencies are sought in closed form."""
+
+
+@dataclass
+class Section:
+    """One question and its answer as text, LaTeX and plain data.
+
+    Attributes
+    ----------
+    title : str
+    text : list of str
+        Blocks of plain text.
+    latex : list of str
+        Displayed formulas.
+    notes : list of str
+        What does not exist, and what was assumed; a sentence each.
+    data : dict or list
+        Numbers, texts, lists and dictionaries, as JSON holds them.
+    """
+
+    title: str
+    text: list[str] = field(default_factory=list)
+    latex: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    data: Any = None
+
+
+@dataclass
+class Analysis:
+    """The sections of an analysis. Made by :func:`analysis`."""
+
+    name: str
+    values: dict[str, float | None]
+    sections: dict[str, Section]
+
+    def text(self) -> str:
+        """Everything as plain text."""
+        head = f"Analysis of '{self.name}'"
+        blocks = [f"{head}\n{'=' * len(head)}"]
+        for section in self.sections.values():
+            blocks.append("\n".join([section.title, "-" * len(section.title), *section.notes, *section.text]))
+        return "\n\n".join(blocks) + "\n"
+
+    def latex(self) -> str:
+        """Everything as a LaTeX document."""
+        lines = [
+            r"\documentclass{article}",
+            r"\usepackage[landscape,margin=15mm]{geometry}",
+            r"\usepackage{amsmath}",
+            r"\begin{document}",
+            rf"\section*{{Analysis of {plain_latex(self.name)}}}",
+        ]
+        for section in self.sections.values():
+            lines.append(rf"\subsection*{{{plain_latex(section.title)}}}")
+            lines += [plain_latex(note) + "\n" for note in section.notes]
+            lines += [f"\\[\n{formula}\n\\]" for formula in section.latex]
+        return "\n".join([*lines, r"\end{document}"]) + "\n"
+
+    def data(self) -> dict[str, Any]:
+        """Everything as JSON can hold it."""
+        report: dict[str, Any] = {"model": self.name, "values": self.values}
+        for key, section in self.sections.items():
+            report[key] = section.data
+        report["notes"] = {key: section.notes for key, section in self.sections.items() if section.notes}
+        return report
+
+
+def analysis(
+    system: Any,
+    values: Mapping[str, float] | None = None,
+    about: Mapping[str, float] | None = None,
+    start: Mapping[str, Any] | None = None,
+    near: Mapping[str, Any] | None = None,
+    patience: float | None = None,
+) -> Analysis:
+    """Equations of motion, conserved quantities, steady motions, linear model and modes of a system.
+
+    Parameters
+    ----------
+    system : System or Model
+    values : mapping, optional
+        Of parameters by name, in place of their defaults.
+    about : mapping, optional
+        Coordinates and speeds by name: where to linearise, or the part of a steady motion that is given. The first
+        stable steady motion if not given.
+    start : mapping, optional
+        Values by name, numbers or expressions, for unknowns that the steady motions leave free.
+    near : mapping, optional
+        Of a machine with constraints: coordinates near which it is closed.
+    patience : float, optional
+        Longest time for the answers in symbols [s]; beyond it there are only those in numbers.
+
+    Returns
+    -------
+    Analysis
+
+    Raises
+    ------
+    ModelError
+        A system that can not be assembled, an unknown name in ``about``, a value that a parameter can not have.
+
+    Examples
+    --------
+    >>> import freebody as fb
+    >>> s = fb.System("pendulum")
+    >>> m, L, g = s.parameters(m=1, L=1, g=9)
+    >>> s.gravity = (0, -g, 0)
+    >>> bob = s.body("bob", fb.particle(m))
+    >>> pin = s.hinge("pin", s.ground, bob, to=(0, L, 0), coordinate="theta")
+    >>> found = analysis(s).data()
+    >>> found["linear_model"]["about"], found["modes"][0]["frequency"]
+    ({'theta': 0.0, "theta'": 0.0}, 3.0)
+    """
+    return _Inquiry(
+        system, dict(values or {}), dict(about or {}), dict(start or {}), dict(near or {}), patience
+    ).report()
+
+
+class OutOfTimeError(Exception):
+    """An answer takes too long."""
+
+
+@contextmanager
+def within(deadline: float | None) -> Iterator[None]:
+    """Stop the block at a time of the monotonic clock, where the system has timers and this is the main thread.
+
+    Raises
+    ------
+    OutOfTimeError
+    """
+    if deadline is None:
+        yield
+        return
+    left = deadline - monotonic()
+    if left <= 0:
+        raise OutOfTimeError
+    if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(*_: Any) -> None:
+        raise OutOfTimeError
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, left)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+class _Inquiry:
+    """The questions in order; each leaves what the next one needs."""
+
+    def __init__(
+        self,
+        system: Any,
+        values: dict[str, float],
+        about: dict[str, float],
+        start: dict[str, Any],
+        near: dict[str, Any],
+        patience: float | None,
+    ) -> None:
+        from ..motion.contact.equations_at_start import equations
+
+        decides: dict[str, Any] = (
+            {"initial": start, "near": near, "values": values} if system.contacts else {}
+        )
+        self.e: Equations = equations(system, **decides)
+        self.model = self.e.model
+        self.given = values
+        self.about = about
+        self.near = near
+        self.deadline = None if patience is None else monotonic() + patience
+        self.patience = patience
+        self.missing = [p.name for p in self.model.parameters if p.default is None and p.name not in values]
+        self.values = {} if self.missing else dict(self.model.values(values))
+        known = [*self.model.coordinate_names, *self.model.speed_names]
+        for name in about:
+            if name not in known:
+                raise ModelError(
+                    f"--about {name}: expected a coordinate or a speed of '{self.model.name}', got '{name}'; "
+                    f"{nearest(name, known)}"
+                )
+        self.start = {} if self.missing else {name: self._number(name, x) for name, x in start.items()}
+        self.motions: Any = None
+        self.states: tuple[Any, ...] = ()
+
+    @cached_property
+    def vocabulary(self) -> Any:
+        from ..symbolic.solving.vocabulary import Vocabulary
+
+        return Vocabulary(self.e)
+
+    def _number(self, name: str, value: Any) -> float:
+        from ..motion.start.initial import number
+
+        return number(self.model, self.values, value, f"the initial value of '{name}'")
+
+    def report(self) -> Analysis:
+        sections = {"equations": self._in_symbols("Equations of motion", self.motion)}
+        if self.model.n_u:
+            sections["integrals"] = self._in_symbols("Conserved quantities", self.integrals)
+            sections["steady_motions"] = self._in_symbols("Steady motions", self.steady)
+            sections["linear_model"], sections["modes"] = self.linear()
+        shown: dict[str, float | None] = {
+            p.name: self.values.get(p.name, self.given.get(p.name, p.default)) for p in self.model.parameters
+        }
+        return Analysis(self.model.name, shown, sections)
+
+    def _in_symbols(self, title: str, question: Callable[[], Section]) -> Section:
+        """The answer, or a section that says that it takes too long."""
+        try:
+            with within(self.deadline):
+                return question()
+        except OutOfTimeError:
+            self.deadline = float(0)  # what is asked next builds on the same equations
+            self.motions, self.states = None, ()
+            text = f"Not found in {self.patience:g} s: in symbols this machine is large. Allow more with --patience."
+            return Section(title, notes=[text])
+        except TooManyTermsError as error:
+            return Section(title, notes=[str(error)])
+
+    # -- equations and integrals --------------------------------------------------------------------
+
+    def motion(self) -> Section:
+        section = Section("Equations of motion")
+        if not self.model.n_u:
+            section.notes.append(
+                f"'{self.model.name}' has no degree of freedom: there is nothing to solve for."
+            )
+            section.data = []
+            return section
+        section.data = self.e.lines()
+        section.text, section.latex = ["\n".join(section.data)], [self.e.latex()]
+        section.notes += self.e.heading
+        return section
+
+    def integrals(self) -> Section:
+        section = Section("Conserved quantities", data=[])
+        found = self.e.integrals
+        if not found:
+            section.notes.append(
+                "None are known: no quantity that was tried keeps its value along every motion."
+            )
+            return section
+        for one in found:
+            proof = str(one.proof)
+            section.text.append(f"{one.text()}\n    {proof}")
+            section.data.append(
+                {
+                    "name": one.name,
+                    "also": list(one.also),
+                    "expression": self.show(one.expression),
+                    "latex": one.latex(),
+                    "proof": proof,
+                }
+            )
+        section.latex.append(found.latex())
+        return section
+
+    def show(self, expression: Any) -> str:
+        """A SymPy expression or relation as plain text."""
+        if getattr(expression, "is_Relational", False):
+            return f"{self.show(expression.lhs)} {expression.rel_op} {self.show(expression.rhs)}"
+        return self.vocabulary.name(expression)
+
+    # -- steady motions -----------------------------------------------------------------------------
+
+    def steady(self) -> Section:
+        from ..symbolic.steady.steady import steady_motions
+
+        section = Section("Steady motions")
+        section.data = {"conditions": [], "motions": [], "states": []}
+        try:
+            self.motions = steady_motions(self.e)
+        except TooManyTermsError as error:
+            section.notes.append(error.reason)
+            self._near(section)
+            return section
+        except FreebodyError as error:
+            section.notes.append(str(error))
+            return section
+        closed = []
+        for motion in self.motions:
+            line, data = self._closed(motion)
+            closed.append(line)
+            section.data["motions"].append(data)
+        lines = self.motions.text().splitlines()
+        conditions = lines[: len(self.motions.conditions)]
+        if self.motions.reason:
+            section.notes.append(f"No closed form: {self.motions.reason}")
+        section.data["conditions"] = conditions
+        section.text += [*conditions, *closed]
+        section.latex.append(self.motions.latex())
+        self._in_numbers(section)
+        return section
+
+    def _closed(self, motion: Any) -> tuple[str, dict[str, Any]]:
+        stable = motion.stable_if
+        energy = motion.stable_by_energy_if
+        lines = [motion.text()]
+        if stable is not None:
+            lines.append(f"    in the linear approximation: {self._stable(stable)}")
+        if energy is not None:
+            lines.append(f"    by energy: {self._stable([energy])}")
+        return "\n".join(lines), {
+            "name": motion.name,
+            "solution": {name: self.show(x) for name, x in motion.solution.items()},
+            "free": list(motion.free),
+            "exists_if": [self.show(x) for x in motion.existence],
+            "left": [self.show(x.lhs) + " = 0" for x in motion.left],
+            "singular": bool(motion.singular),
+            "stable_if": None if stable is None else [self._relation(x) for x in stable],
+            "stable_by_energy_if": None if energy is None else self._relation(energy),
+            "latex": motion.latex(),
+        }
+
+    def _stable(self, relations: Sequence[Any]) -> str:
+        parts = [self._relation(x) for x in relations]
+        if "never" in parts:
+            return "not stable"
+        parts = [part for part in parts if part != "always"]
+        shown = " and ".join(parts)
+        if len(shown) > LINE:
+            return f"stable if {len(parts)} long condition(s) hold, which the JSON has"
+        return f"stable if {shown}" if parts else "stable"
+
+    def _relation(self, x: Any) -> str:
+        if x == True or x == False:  # noqa: E712  (SymPy's own true and false)
+            return "always" if x == True else "never"  # noqa: E712
+        return self.show(x)
+
+    def _near(self, section: Section) -> None:
+        """One steady motion near zero, where the conditions are too long to be written."""
+        from ..symbolic.steady.equilibrium_near import steady_near
+
+        if self.missing:
+            section.notes.append(self._no_numbers())
+            return
+        try:
+            found = steady_near(self.model, self.values, {})
+        except FreebodyError as error:
+            section.notes.append(f"In numbers: {error}")
+            return
+        self.states = found.states
+        section.text.append(f"at {self._at()}, next to zero; others may exist")
+        self._add_states(section, lambda state: state.latex())
+
+    def _in_numbers(self, section: Section) -> None:
+        if self.missing:
+            section.notes.append(self._no_numbers())
+            return
+        assumed: dict[str, float] = {}
+        try:
+            self.states, assumed = self._solved()
+        except FreebodyError as error:
+            section.notes.append(f"In numbers: {error}" + self._hint())
+            return
+        if assumed:
+            shown = ", ".join(f"{name} = {value:.6g}" for name, value in assumed.items())
+            section.notes.append(
+                f"In numbers with {shown}, which the conditions leave free (choose with --about)."
+            )
+        if not self.states:
+            section.notes.append("At these values no steady motion exists.")
+        if self.states:
+            section.text.append(f"at {self._at()}" if self.values else "in numbers")
+        self._add_states(section, self._state_latex)
+
+    def _add_states(self, section: Section, latex: Callable[[Any], str]) -> None:
+        for state in self.states:
+            section.text.append(f"  {state!r}")
+            section.latex.append(latex(state))
+            stability = state.stability
+            section.data["states"].append(
+                {
+                    "name": state.name,
+                    "values": {name: _json(x) for name, x in state.values.items()},
+                    "state": {name: _json(x) for name, x in state.state.items()},
+                    "stability": stability.verdict,
+                    "spectral": stability.spectral,
+                    "energy": stability.energy,
+                    "eigenvalues": [_json(complex(x)) for x in stability.eigenvalues],
+                }
+            )
+
+    def _hint(self) -> str:
+        return "" if self.about else " On the command line: --about NAME=VALUE."
+
+    def _no_numbers(self) -> str:
+        names = ", ".join(self.missing)
+        return f"No numbers, since no value is given for {names}. Add --set {self.missing[0]}=VALUE."
+
+    def _at(self) -> str:
+        return ", ".join(f"{name} = {value:.6g}" for name, value in self.values.items())
+
+    def _state_latex(self, state: Any) -> str:
+        import sympy
+
+        parts = []
+        for name, value in state.values.items():
+            parts.append(f"{self.vocabulary.latex(self._named(name))} = {sympy.latex(sympy.Float(value, 8))}")
+        label = f"{plain_latex(state.name)}: " if state.name else ""
+        shown = ",\\ ".join(parts) + r"\quad" if parts else ""
+        return rf"\text{{{label}}}{shown}\text{{{plain_latex(state.stability.verdict)}}}"
+
+    def _named(self, name: str) -> Any:
+        import sympy
+
+        return self.vocabulary.names.get(name, sympy.Symbol(name, real=True))
+
+    def _solved(self) -> tuple[tuple[Any, ...], dict[str, float]]:
+        """The steady motions in numbers, and the values of free unknowns that were assumed for it."""
+        motions = self.motions
+        given = {name: x for name, x in self.about.items() if name in motions.unknowns}
+        first: FreebodyError | None = None
+        # rates of ball and free joints that nobody gave are not searched for: every turn and mirror image is a root
+        if not self.e.model.quaternions or set(motions.rates) & set(motions.unknowns) <= set(given):
+            try:
+                return tuple(motions.at({**self.values, **given})), {}
+            except FreebodyError as error:
+                first = error
+        for names in self._choices():
+            assumed = {name: self.start.get(name, float(0)) for name in names if name not in given}
+            try:
+                found = tuple(motions.at({**self.values, **given, **assumed}))
+            except FreebodyError as error:
+                first = first or error
+                continue
+            if found:
+                return found, assumed
+        if first is not None:
+            raise first
+        return (), {}
+
+    def _choices(self) -> list[list[str]]:
+        """Sets of unknowns to give: those free in closed form if the start says what they are, all rates, the rest."""
+        motions = self.motions
+        rates = [name for name in motions.rates if name in motions.unknowns]
+        result = [
+            list(one.free) for one in motions if one.free and any(name in self.start for name in one.free)
+        ]
+        return [
+            *result[:1],
+            rates,
+            [name for name in motions.unknowns if name not in rates],
+            list(motions.unknowns),
+        ]
+
+    # -- small motions ------------------------------------------------------------------------------
+
+    def linear(self) -> tuple[Section, Section]:
+        section, table = Section("Linear model"), Section("Modes", data=[])
+        if self.missing:
+            section.notes.append(self._no_numbers())
+            table.notes.append("No modes without a linear model in numbers.")
+            return section, table
+        try:
+            linear, about, motion = self._point(section)
+        except FreebodyError as error:
+            section.notes.append(str(error))
+            table.notes.append("No modes without a linear model.")
+            return section, table
+        where = self._where(about)
+        rest = self._where({})
+        shown = ", ".join(f"{name} = {x:.6g}" for name, x in where.items() if abs(x - rest[name]) > ROUND)
+        section.notes.append(
+            f"About {shown}, all others zero." if shown else "About the state in which all is zero."
+        )
+        section.data = {
+            "about": where,
+            "coordinates": list(linear.coordinates),
+            **{name: _json(getattr(linear, name)) for name in ("M", "C", "K")},
+            **{
+                name: _json(getattr(linear, name))
+                for name in ("damping", "gyroscopic", "stiffness", "circulatory")
+            },
+        }
+        self._symbols(section, table, motion)
+        section.text.append(linear.text())
+        section.latex.append(linear.latex())
+        section.data["equations"] = linear.text().splitlines()
+        try:
+            modes = linear.modes()
+        except FreebodyError as error:
+            table.notes.append(str(error))
+            return section, table
+        table.notes.append("Frequencies in rad/s, shapes in parts of their largest component.")
+        table.text.append(modes.text())
+        table.latex.append(modes.latex())
+        for mode in modes:
+            table.data.append(
+                {
+                    "kind": mode.kind,
+                    "frequency": _json(mode.frequency),
+                    "damping_ratio": _json(mode.damping_ratio),
+                    "eigenvalue": [
+                        _json(complex(mode.eigenvalue).real),
+                        _json(complex(mode.eigenvalue).imag),
+                    ],
+                    "shape": {name: _json(x) for name, x in mode.shape.items()},
+                }
+            )
+        return section, table
+
+    def _where(self, about: Mapping[str, float]) -> dict[str, float]:
+        """All coordinates and speeds: those given, the others at zero and unturned."""
+        from ..dynamics.state import rest_coordinates
+
+        values = dict(zip(self.model.coordinate_names, map(float, rest_coordinates(self.model)), strict=True))
+        values |= dict.fromkeys(self.model.speed_names, float(0))
+        return {name: float(about.get(name, x)) for name, x in values.items()}
+
+    def _point(self, section: Section) -> tuple[Any, Mapping[str, float], Any]:
+        """(linear model in numbers, the state it is about, the steady motion in closed form or None)."""
+        from ..symbolic.linear.linearize import linearize
+
+        if self.about:
+            about = self._closed_state(self.about)
+            try:
+                return linearize(self.e, about=about, values=self.values), about, None
+            except FreebodyError as error:
+                refused = error
+            if not self.states or not all(
+                math.isclose(state.state.get(name, x), x, abs_tol=1 / 10**9)
+                for state in self.states
+                for name, x in self.about.items()
+            ):
+                raise refused
+            section.notes.append("What --about leaves open is that of the steady motion.")
+        if not self.states:
+            rest = self._closed_state({})
+            return linearize(self.e, about=rest, values=self.values), rest, None
+        chosen = next((state for state in self.states if state.stability.verdict in STABLE), None)
+        if chosen is None:
+            section.notes.append(
+                "None of the steady motions is known to be stable; this is about the first of them."
+            )
+            chosen = self.states[0]
+        return linearize(self.e, about=chosen, values=self.values), chosen.state, self._motion_of(chosen)
+
+    def _closed_state(self, given: Mapping[str, float]) -> dict[str, float]:
+        """What is given, and of a machine with constraints all that follows from it."""
+        if not self.model.constraints:
+            return dict(given)
+        from ..motion.kernels.kernels import kernels_of
+        from ..motion.start.loop_closure import closed_start
+
+        y, _ = closed_start(kernels_of(self.model), self.values, given, self.near, float(0), False)
+        names = [*self.model.coordinate_names, *self.model.speed_names]
+        return dict(zip(names, y.tolist(), strict=True))
+
+    def _motion_of(self, state: Any) -> Any:
+        """The steady motion in closed form that a state is one of; None if there is none."""
+        import sympy
+
+        if self.motions is None:  # found next to a guess
+            return None
+        names = self.model.names.atoms
+        numbers = {names[name]: sympy.Float(value) for name, value in self.values.items()}
+        numbers |= {
+            self._named(name): sympy.Float(value) for name, value in {**state.state, **state.values}.items()
+        }
+        for motion in self.motions:
+            if motion.left or not motion.solution:
+                continue
+            for name, x in motion.solution.items():
+                found = sympy.N(sympy.sympify(x).xreplace(numbers))
+                if not found.is_number:  # of what the state leaves open
+                    break
+                value = complex(found)
+                wanted = {**state.state, **state.values}.get(name)
+                if wanted is None or not abs(value - wanted) <= (1 + abs(wanted)) / 10**6:
+                    break
+            else:
+                return motion
+        return None
+
+    def _symbols(self, section: Section, table: Section, motion: Any) -> None:
+        """The linear equations and their natural frequencies in symbols, where they are not too long."""
+        import sympy
+
+        from ..symbolic.linear.linearize import linearize
+
+        if motion is None:
+            return
+        try:
+            linear = linearize(self.e, about=motion)
+            text = linear.text()
+        except FreebodyError:
+            return  # they exist in numbers only
+        if len(text) > LONGEST:
+            return
+        section.text += [text, "in numbers"]
+        section.latex.append(linear.latex())
+        section.data["symbolic"] = text.splitlines()
+        if len(linear.coordinates) > CLOSED:
+            return
+        try:
+            found = linear.natural_frequencies()
+        except FreebodyError:
+            return
+        shown = [sympy.sstr(x) for x in found]
+        section.data["natural_frequencies"] = shown
+        if shown and sum(map(len, shown)) <= LINE:
+            table.text.append("natural frequencies in closed form: " + ", ".join(shown))
+            table.latex.append(r",\quad ".join(sympy.latex(x) for x in found))
+
+
+def _json(x: Any) -> Any:
+    """A number, array or matrix as JSON can hold it; a complex number as [real, imaginary], none for infinity."""
+    if hasattr(x, "tolist"):
+        return _json(x.tolist())
+    if isinstance(x, Sequence):
+        return [_json(one) for one in x]
+    if isinstance(x, complex):
+        return [_json(x.real), _json(x.imag)]
+    return float(x) if math.isfinite(x) else None
+
+
+def plain_latex(text: str) -> str:
+    """Text with the characters that LaTeX reads as commands made plain.
+
+    >>> plain_latex("momentum of theta_1: 50%")
+    'momentum of theta\\\\_1: 50\\\\%'
+    """
+    special = {"\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}"}
+    return "".join(special.get(c, "\\" + c if c in "&%$#_{}" else c) for c in text)

@@ -1,0 +1,1 @@
+"""Formulas of a model: free-body equations, reactions, equations of motion, energy, momentum."""

@@ -1,0 +1,447 @@
+"""The free-body equations of one body: every force and moment by name, F = m a_C and M = dH/dt.
+
+    Σ F = m a_C,        Σ M_P = dH_C/dt + r_PC × m a_C
+
+Source: chapter 6, eqs (6.3), (6.24), (6.25); the second about any point P, moving or not.
+
+The file is longer than others: the equations of a body are one class with all that is asked of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from ...describe.body import Body, Point
+from ...describe.constraints.constraint import Gear
+from ...describe.loads.load import (
+    Damper,
+    Force,
+    GeneralizedForce,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Spring,
+    Torque,
+)
+from ...dynamics.constraints import rows, torques
+from ...dynamics.coordinates import forces_on_free_displacements
+from ...dynamics.joint_freedom import pressing
+from ...dynamics.kinematics import point_position, rotation, velocities
+from ...dynamics.loading import along, couples, point_forces, speed_of, weight
+from ...errors import ModelError, nearest
+from ...model.contact import Touching
+from ...model.model import Model
+from ...scalar.algebra import IDENTITY, ZERO, Vector, add, apply, apply_transpose, cross, scale, subtract
+from ..printing.display import equation_latex, equation_mathml, equation_text, text
+from ..printing.mathml import document
+from ..printing.show import latex_words, words
+from ..solving.questions import named
+from .contact_modes import contact_actions
+from .gears import left_open, radial_forces, radial_laws, radial_symbols
+from .reaction import unknowns
+
+if TYPE_CHECKING:
+    from ..equations import Equations
+    from .moment_form import MomentForm
+
+
+@dataclass(frozen=True)
+class Action:
+    """One force or couple on the body.
+
+    Attributes
+    ----------
+    name : str
+    kind : "weight", "load", "spring", "damper", "motor", "reaction" or "friction"
+    force : Vector
+        Canonical polynomials [N], in ground axes.
+    moment : Vector
+        A couple, besides the moment of the force about points other than its own [N m].
+    at : Vector
+        Position of the point that it acts at, in ground axes.
+    by : str
+        What exerts it.
+    """
+
+    name: str
+    kind: str
+    force: Vector
+    moment: Vector
+    at: Vector
+    by: str
+
+
+def own_body(model: Model, body: Any, what: str) -> Body:
+    """``body``, if it is a body of the system that the model was made from."""
+    if not isinstance(body, Body):
+        raise ModelError(f"Expected a body for {what}, got {body!r}.")
+    if body.system.names is not model.names:
+        raise ModelError(
+            f"Body '{body.name}', given for {what}, belongs to the system '{body.system.name}', "
+            f"not to '{model.name}'. Name a body of '{model.name}'."
+        )
+    return body
+
+
+class FreeBody:
+    """Free-body diagram and kinetic diagram of one body, as equations. Made by :meth:`Equations.free_body`."""
+
+    def __init__(self, equations: Equations, body: str, about: Any = None, frame: Any = None) -> None:
+        self._e = equations
+        self.body = body
+        model, state = equations.model, equations.state
+        self._place = model.bodies[body]
+        link = self._place.link
+        self._R = rotation(model, state, link)
+        posture = equations.postures[body]
+        r_OC = apply(posture.rotation, state.vector(self._place.center))
+        self._centre = add(posture.position, r_OC)
+        self._about = self._centre if about is None else self._point(about)
+        self.about = "its mass centre C" if about is None else str(about)
+        self.frame = "ground"
+        self._axes = IDENTITY
+        if frame is not None:
+            name = frame if isinstance(frame, str) else self._own(frame, "a frame").name
+            if name != "ground":
+                if name not in model.bodies:
+                    raise ModelError(f"Unknown frame '{name}'; {nearest(name, [*model.bodies, 'ground'])}")
+                self.frame = name
+                self._axes = rotation(model, state, model.bodies[name].link)
+
+    def _point(self, about: Any) -> Vector:
+        if isinstance(about, Body):
+            about = about.origin
+        if not isinstance(about, Point):
+            raise ModelError(
+                f"Expected a point, such as bar.point(0, 1, 0), to take moments about, got {about!r}."
+            )
+        self._own(about.body, "a point to take moments about")
+        return point_position(self._e.model, self._e.state, about)
+
+    def _own(self, body: Any, what: str) -> Body:
+        return own_body(self._e.model, body, what)
+
+    @cached_property
+    @named("the free body")
+    def actions(self) -> tuple[Action, ...]:
+        """Every force and couple on the body, by name."""
+        e, model, state = self._e, self._e.model, self._e.state
+        result = []
+        if self._place.mass != 0 and any(g != 0 for g in model.gravity):
+            name = "gravity" if "weight" in model.loads else "weight"
+            result.append(
+                Action(name, "weight", weight(model, state, self._place.mass), ZERO, self._centre, "gravity")
+            )
+        for load in model.loads.values():
+            result.extend(self._of_load(load))
+        for name, joint in model.joints.items():
+            sign = 1 if joint.child == self.body else -1 if joint.parent == self.body else 0
+            if sign == 0:
+                continue
+            at = e.joint_points[name]
+            for c in unknowns(model, state, name):
+                value = state.field.generator(c.symbol, "reaction")  # type: ignore[attr-defined]
+                force, moment = scale(sign * value, c.force), scale(sign * value, c.moment)
+                other = joint.parent if sign == 1 else joint.child
+                result.append(Action(c.name, "reaction", force, moment, at, f"joint '{name}', {other}"))
+        for row, symbol, pair in zip(rows(model), e.multipliers, e.constraint_wrenches, strict=True):
+            result.extend(self._of_constraint(row, symbol, pair))
+        for gear, symbol in radial_symbols(e).items():
+            for spot, force, _ in radial_forces(e, gear):
+                if spot.body.name == self.body:
+                    result.append(Action(symbol.name, "reaction", force, ZERO, spot.position, gear))
+        return tuple(result)
+
+    @cached_property
+    def laws(self) -> tuple[tuple[Any, Any], ...]:
+        """(left, right) of what else holds between the forces, canonical, such as F_r = tan α |F_t| of teeth."""
+        return tuple(radial_laws(self._e, {a.by for a in self.actions}))
+
+    def remarks(self) -> list[str]:
+        """Lines of text: the laws, and what no equation determines."""
+        laws = [equation_text(left, right, self._e.ring) for left, right in self.laws]
+        return [f"  {line}" for line in (*laws, *left_open(self._e, body=self.body))]
+
+    def _of_constraint(self, row: Any, symbol: Any, pair: Any) -> list[Action]:
+        """Forces of a loop-closing joint or a rope on this body; conditions on coordinates act along the joints."""
+        e, model, state = self._e, self._e.model, self._e.state
+        value = state.field.generator(symbol, "reaction")  # type: ignore[attr-defined]
+        owner = model.constraints[row.owner]
+        if isinstance(owner, Touching):
+            return contact_actions(e, self.body, owner, row, value)
+        result = []
+        for where, force, moment in pair:
+            body, point = where if isinstance(where, tuple) else (where.body, where)
+            if body.name == self.body:
+                at = point_position(model, state, point)
+                result.append(
+                    Action(row.name, "reaction", scale(value, force), scale(value, moment), at, row.owner)
+                )
+        if isinstance(owner, Gear):
+            for joint, link, factor in torques(model, state, owner):
+                result += self._along_joint(row.name, joint, link, factor * value, "reaction")
+        elif not pair:
+            matrix = e.conditions.matrix[rows(model).index(row)]
+            for j, entry in enumerate(matrix):
+                if entry != 0:
+                    result += self._of_generalized_value(row.name, j, entry * value, "reaction")
+        if len(result) > 1:
+            # one unknown: its force and couple on this body stand on one line
+            force, moment = ZERO, ZERO
+            for part in result:
+                arm = subtract(part.at, result[0].at)
+                force, moment = add(force, part.force), add(moment, add(part.moment, cross(arm, part.force)))
+            result = [replace(result[0], force=force, moment=moment)]
+        return result
+
+    def _of_load(self, load: Any) -> list[Action]:
+        model, state = self._e.model, self._e.state
+        if isinstance(load, Force | Spring | Damper):
+            kind = {Force: "load", Spring: "spring", Damper: "damper"}[type(load)]
+            return [
+                Action(load.name, kind, force, ZERO, point_position(model, state, point), "")
+                for point, force in point_forces(model, state, load)
+                if point.body.name == self.body
+            ]
+        if isinstance(load, Torque):
+            return [
+                Action(load.name, "load", ZERO, moment, self._centre, "")
+                for body, moment in couples(model, state, load)
+                if body.name == self.body
+            ]
+        if isinstance(load, GeneralizedForce):
+            return self._of_generalized(load)
+        assert isinstance(load, JointSpring | JointDamper | JointForce)
+        kind = {JointSpring: "spring", JointDamper: "damper", JointForce: "motor"}[type(load)]
+        link = model.joints[load.joint.name].links[load.index]
+        return self._along_joint(load.name, load.joint.name, link, along(model, state, load), kind)
+
+    def _of_generalized(self, load: GeneralizedForce) -> list[Action]:
+        """A generalized force as loads along the free displacements, whose power is the same."""
+        model, state = self._e.model, self._e.state
+        return self._of_generalized_value(load.name, speed_of(model, load), state(load.value), "load")
+
+    def _of_generalized_value(self, load: str, speed: int, value: Any, kind: str) -> list[Action]:
+        model, state = self._e.model, self._e.state
+        tau = forces_on_free_displacements(model, state, speed, value)
+        parts = []
+        for name, joint in model.joints.items():
+            for i in joint.links:
+                if tau.get(i, 0) != 0:
+                    parts += self._along_joint(load, name, i, tau[i], kind)
+        if len(parts) < 2:
+            return parts
+        if any(part.force != ZERO for part in parts):
+            return [replace(part, name=f"{load}_{i}") for i, part in enumerate(parts, start=1)]
+        total: Vector = ZERO
+        for part in parts:
+            total = add(total, part.moment)
+        return [replace(parts[0], moment=total, by="")] if total != ZERO else []
+
+    def _along_joint(self, load: str, name: str, link: int, value: Any, kind: str) -> list[Action]:
+        """A load along a displacement, on the child of the joint or with opposite sign on its parent."""
+        model, state = self._e.model, self._e.state
+        joint = model.joints[name]
+        sign = 1 if joint.child == self.body else -1 if joint.parent == self.body else 0
+        if sign == 0:
+            return []
+        # the massless links inside the joint pass it on whole
+        moment, force = pressing(model, state, joint, link)
+        R = rotation(model, state, joint.links[-1])
+        force, moment = (scale(sign * value, apply(R, v)) for v in (force, moment))
+        return [Action(load, kind, force, moment, self._e.joint_points[name], f"joint '{name}'")]
+
+    @cached_property
+    @named("the free body")
+    def mass_acceleration(self) -> Vector:
+        """m a_C in the axes asked for [N], canonical."""
+        a = self._e.center_acceleration(self.body)
+        return self._turned(scale(self._e.state(self._place.mass), a))
+
+    @cached_property
+    @named("the free body")
+    def momentum_rate(self) -> Vector:
+        """dH_C/dt + r_PC × m a_C about the point P asked for [N m], canonical."""
+        e, model, state = self._e, self._e.model, self._e.state
+        link = self._place.link
+        w, _ = velocities(model, state)[link]
+        wdot, _ = e.accelerations[link]
+        inertia = state.matrix(self._place.inertia)
+        rate = add(apply(inertia, wdot), cross(w, apply(inertia, w)))
+        arm = subtract(self._centre, self._about)
+        ma = scale(state(self._place.mass), e.center_acceleration(self.body))
+        return self._turned(add(apply(self._R, rate), cross(arm, ma)))
+
+    def _turned(self, v_N: Vector) -> Vector:
+        return apply_transpose(self._axes, v_N)
+
+    @cached_property
+    @named("the free body")
+    def force_sum(self) -> Vector:
+        """Σ F in the axes asked for, canonical."""
+        total: Vector = ZERO
+        for action in self.actions:
+            total = add(total, action.force)
+        return self._turned(total)
+
+    @cached_property
+    @named("the free body")
+    def moment_sum(self) -> Vector:
+        """Σ M about the point asked for, canonical."""
+        total: Vector = ZERO
+        for action in self.actions:
+            arm = subtract(action.at, self._about)
+            total = add(total, add(action.moment, cross(arm, action.force)))
+        return self._turned(total)
+
+    @cached_property
+    @named("the free body")
+    def balances(self) -> tuple[tuple[Any, Any], ...]:
+        """(left, right) of the three force and three moment equations, canonical."""
+        force = zip(self.force_sum, self.mass_acceleration, strict=True)
+        moment = zip(self.moment_sum, self.momentum_rate, strict=True)
+        return (*force, *moment)
+
+    @cached_property
+    @named("the free body")
+    def equations(self) -> tuple[Any, ...]:
+        """Three force equations, then three moment equations, as SymPy ``Eq``."""
+        sym = self._e.displayed
+        return tuple(sympy.Eq(sym(left), sym(right), evaluate=False) for left, right in self.balances)
+
+    @cached_property
+    def planar_equations(self) -> tuple[Any, ...]:
+        """Two force equations and one moment equation of a planar model, as SymPy ``Eq``.
+
+        Planar motion is recognised, not declared (:mod:`freebody.symbolic.free_body.planar`).
+
+        Raises
+        ------
+        ModelError
+            The model is not planar, with the reason.
+        """
+        from .planar import planar_equations
+
+        return planar_equations(self)
+
+    def at(self, values: Mapping[str, Any]) -> FreeBody:
+        """The same equations where some coordinates, speeds, accelerations and reactions have known values.
+
+        Parameters
+        ----------
+        values : mapping
+            By name, ``{"x": 0, "x'": 0, "x''": 0}``: numbers or expressions.
+
+        Returns
+        -------
+        FreeBody
+        """
+        from .free_body_at import FreeBodyAt
+
+        return FreeBodyAt(self, values)
+
+    def moment_form(self, about: Any) -> MomentForm:
+        """Moment equations about a point A in its acceleration: M_A = ρ × m a_A + I_A α + ω × I_A ω.
+
+        Parameters
+        ----------
+        about : Point, Body or name of a joint
+            Any point, moving or not; of a joint, its point on this body.
+
+        Returns
+        -------
+        MomentForm
+            ``.terms`` by name, ``.equations``, ``.proven``, ``.text()``, ``.latex()``.
+        """
+        from .moment_form import MomentForm
+
+        return MomentForm(self, about)
+
+    @cached_property
+    @named("the free body")
+    def forces(self) -> Mapping[str, Any]:
+        """Force of each action by name, as SymPy column vectors in the axes asked for [N]."""
+        return {a.name: self._e.column(self._turned(a.force)) for a in self.actions if a.force != ZERO}
+
+    @cached_property
+    @named("the free body")
+    def moments(self) -> Mapping[str, Any]:
+        """Moment of each action about the point asked for, by name, as SymPy column vectors [N m]."""
+        result = {}
+        for a in self.actions:
+            moment = self._turned(add(a.moment, cross(subtract(a.at, self._about), a.force)))
+            if any(c != 0 for c in moment):
+                result[a.name] = self._e.column(moment)
+        return result
+
+    @cached_property
+    def unknowns(self) -> tuple[Any, ...]:
+        """Symbols of the reaction components that act on this body."""
+        return tuple(sympy.Symbol(a.name, real=True) for a in self.actions if a.kind == "reaction")
+
+    def _titles(self) -> list[str]:
+        return [f"force {c}" for c in "xyz"] + [f"moment {c}" for c in "xyz"]
+
+    @named("the free body")
+    def text(self) -> str:
+        """The forces by name and the equations, as plain text; of a planar model, those in the plane."""
+        from .planar import planar_text, plane_in
+
+        if not isinstance(plane_in(self), str):
+            return planar_text(self)
+        ring = self._e.ring
+        lines = [
+            *self._e.heading,
+            f"Free body '{self.body}': components in {self.frame} axes, moments about {self.about}",
+        ]
+        width = max([len(a.name) for a in self.actions], default=0)
+        for a in self.actions:
+            parts = []
+            if a.force != ZERO:
+                parts.append("force (" + ", ".join(text(c, ring) for c in self._turned(a.force)) + ")")
+            if a.moment != ZERO:
+                parts.append("couple (" + ", ".join(text(c, ring) for c in self._turned(a.moment)) + ")")
+            by = f"   [{a.by}]" if a.by else ""
+            lines.append(f"  {a.name:<{width}}  {', '.join(parts)}{by}")
+        for title, (left, right) in zip(self._titles(), self.balances, strict=True):
+            if not (left == 0 and right == 0):
+                lines.append(f"  {title}:  {equation_text(left, right, ring)}")
+        return "\n".join([*lines, *self.remarks()])
+
+    @named("the free body")
+    def latex(self) -> str:
+        """The equations as a LaTeX ``aligned`` block; of a planar model, those in the plane."""
+        from .planar import planar_latex, plane_in
+
+        if not isinstance(plane_in(self), str):
+            return planar_latex(self)
+        ring = self._e.ring
+        rows = [
+            equation_latex(left, right, ring).replace(" = ", " &= ", 1)
+            for left, right in (*self.balances, *self.laws)
+            if not (left == 0 and right == 0)
+        ]
+        above = [f"&{latex_words(line)}" for line in self._e.heading]
+        return "\\begin{aligned}\n" + " \\\\\n".join([*above, *rows]) + "\n\\end{aligned}"
+
+    @named("the free body")
+    def mathml(self) -> str:
+        """The equations as presentation MathML, an element each; of a planar model, those in the plane."""
+        from .planar import planar_balances, plane_in
+
+        pairs = [pair for pair in self.balances if pair != (0, 0)]
+        if not isinstance(plane_in(self), str):
+            pairs = [(left, right) for _, left, right in planar_balances(self)]
+        lines = [equation_mathml(left, right, self._e.ring) for left, right in (*pairs, *self.laws)]
+        return "\n".join([*(document(words(line)) for line in self._e.heading), *lines])
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return self.text()

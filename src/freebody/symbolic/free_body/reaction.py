@@ -1,0 +1,164 @@
+"""Reactions of joints: their unknown components, and their values as functions of the motion.
+
+A joint transmits the wrench that its motions do no work on. Its components are named after the joint:
+``pin_x`` is a force, ``pin_Mx`` a moment. They are along ground axes where the joint's free direction
+is a ground axis in every configuration or there is none, and else along the axes of the child body.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from ...dynamics.joint_freedom import joint_axes
+from ...dynamics.kinematics import rotation
+from ...dynamics.state import State
+from ...model.model import Model
+from ...scalar.algebra import IDENTITY, ZERO, Matrix, Vector, add, apply, cross, divide, dot, scale, transpose
+from ..printing.show import EQUALS, aligned, column_latex, column_mathml, elements, text_of
+
+LETTERS = "xyz"
+
+
+@dataclass(frozen=True)
+class Component:
+    """One unknown of a joint: the wrench on the child per unit, in ground axes, about the joint's point."""
+
+    name: str
+    symbol: Any
+    force: Vector
+    moment: Vector
+
+
+@dataclass(frozen=True)
+class Reaction:
+    """Force and moment of a joint on its child body.
+
+    Attributes
+    ----------
+    joint : str
+    force, moment : SymPy column vectors
+        [N], [N m], components in the axes named by ``frame``.
+    on : str
+        The body they act on; the parent feels the opposite.
+    about : str
+        The point that the moment is about.
+    frame : str
+    components : dict
+        Value of each named component, such as ``pin_x``.
+    notes : tuple of str
+        What of it no motion determines, a sentence each.
+    """
+
+    joint: str
+    force: Any
+    moment: Any
+    on: str
+    about: str
+    frame: str
+    components: dict[str, Any]
+    notes: tuple[str, ...] = ()
+
+    def text(self) -> str:
+        """Where it acts, and its components, as plain text."""
+        parts = self.components or {"force": self.force, "moment": self.moment}
+        lines = [f"Reaction of '{self.joint}' on '{self.on}' about {self.about}, {self.frame} axes"]
+        lines += [f"  {name} = {text_of(x)}" for name, x in parts.items()]
+        return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
+
+    def latex(self) -> str:
+        """Force and moment as a LaTeX ``aligned`` block."""
+        named = (("F", self.force), ("M", self.moment))
+        return aligned(rf"\mathbf{{{name}}} &= {column_latex(v)}" for name, v in named)
+
+    def mathml(self) -> str:
+        """Force and moment as presentation MathML."""
+        named = (("F", self.force), ("M", self.moment))
+        return elements(f"<mi mathvariant='bold'>{name}</mi>{EQUALS}{column_mathml(v)}" for name, v in named)
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return self.text()
+
+
+def unknowns(model: Model, state: State, name: str) -> list[Component]:
+    """The components of a joint's reaction, in a stable order: forces, then moments."""
+    joint = model.joints[name]
+    last = joint.links[-1]
+    R = rotation(model, state, last)
+    free = [axis for axis in joint_axes(model, state, joint) if axis.free]
+    kinds = [model.links[i].kind for i in joint.links]
+    slides = [axis.direction for axis in free if axis.kind == "slider"]
+    turns = [axis.direction for axis in free if axis.kind != "slider"]
+    result: list[Component] = []
+    if "free" in kinds:
+        return result
+    for letter, along in _across(model, state, slides, R):
+        result.append(_component(model, state, f"{name}_{letter}", along, ZERO))
+    if "ball" not in kinds and len(turns) < 3:
+        for letter, along in _across(model, state, turns, R):
+            result.append(_component(model, state, f"{name}_M{letter}", ZERO, along))
+    if "screw" in kinds and turns:
+        # the thread carries an axial force f and the moment -h f, which together do no work
+        n = apply(R, turns[0])
+        result = [_threaded(c, n, free[0].pitch) for c in result]
+    return result
+
+
+def _threaded(component: Component, n: Vector, pitch: Any) -> Component:
+    if component.force == ZERO:
+        return component
+    couple = scale(-(pitch * dot(component.force, n)), n)
+    return Component(component.name, component.symbol, component.force, add(component.moment, couple))
+
+
+def _component(model: Model, state: State, name: str, force: Vector, moment: Vector) -> Component:
+    while name in model.names.kinds or name in model.loads:
+        name += "_"
+    symbol = sympy.Symbol(name, real=True)
+    state.field.generator(symbol, "reaction")  # type: ignore[attr-defined]
+    return Component(name, symbol, force, moment)
+
+
+def _across(model: Model, state: State, free: list[Vector], R: Matrix) -> list[tuple[str, Vector]]:
+    """(letter, unit vector in ground axes) of the directions at right angles to the free ones."""
+    if not free:
+        return list(zip(LETTERS, IDENTITY, strict=True))
+    if len(free) == 1:
+        for axes, frame in ((apply(R, free[0]), IDENTITY), (free[0], transpose(R))):
+            k = _along(axes)
+            if k is not None:
+                return [(LETTERS[i], frame[i]) for i in range(3) if i != k]
+        return _perpendicular(state, free[0], R)
+    if len(free) == 2:
+        n = cross(free[0], free[1])
+        for axes, frame in ((apply(R, n), IDENTITY), (n, transpose(R))):
+            k = _along(axes)
+            if k is not None:
+                return [(LETTERS[k], frame[k])]
+        return [("n", apply(R, _unit(state, n)))]
+    return []
+
+
+def _along(axis: Vector) -> int | None:
+    """Which coordinate axis a vector lies along, if it is one."""
+    live = [k for k in range(3) if axis[k] != 0]
+    if len(live) == 1 and (axis[live[0]] == 1 or axis[live[0]] == -1):
+        return live[0]
+    return None
+
+
+def _unit(state: State, v: Vector) -> Vector:
+    length = state.field.sqrt(dot(v, v))
+    return scale(divide(1, length), v)
+
+
+def _perpendicular(state: State, n: Vector, R: Matrix) -> list[tuple[str, Vector]]:
+    """Two unit vectors at right angles to an oblique axis."""
+    helper = next(e for e in IDENTITY if not all(c == 0 for c in cross(n, e)))
+    first = _unit(state, cross(n, helper))
+    return [("p", apply(R, first)), ("q", apply(R, cross(n, first)))]

@@ -1,0 +1,1 @@
+"""Jumps of the speeds under impulses, as formulas."""

@@ -1,0 +1,209 @@
+"""Exact answers to impulses: jumps of the speeds by elimination, Newton's restitution, the centre of percussion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from ...describe.body import Point
+from ...dynamics.composite import mass_matrix
+from ...dynamics.constraints import linearized
+from ...dynamics.impulse import (
+    blows_on,
+    generalized_impulse,
+    impulsive_reactions,
+    link_jumps,
+    point_jump,
+    speed_jumps,
+    with_constraints,
+)
+from ...dynamics.kinematics import point_velocity
+from ...dynamics.state import State
+from ...errors import ModelError
+from ...model.model import Model
+from ...scalar.algebra import ZERO, Vector, divide, dot, scale
+from ...scalar.element import Polynomial
+from ...scalar.ratio import Ratio, cleared
+from ..equations import Equations
+from ..free_body.contact_modes import sticking_only
+from ..free_body.gears import radial_symbols
+from ..printing.systems import Row, Terms, eliminate
+from ..solving.request import Request
+from ..solving.solution import SolveResult
+from ..solving.solve import answer
+from ..solving.vocabulary import Vocabulary
+
+Jumps = Callable[[Sequence[Any]], tuple[tuple[Any, ...], tuple[Any, ...]]]
+"""From Jᵀ P to (Δu, Λ)."""
+
+
+def exact_jumps(e: Equations, state: State) -> Jumps:
+    """Δu and Λ by elimination on ratios of canonical polynomials; dependent conditions get no impulse.
+
+        Δu = N w  with  G N = 0,      (Nᵀ M N) w = Nᵀ Jᵀ P,      Gᵀ Λ = M Δu - Jᵀ P
+
+    N is formed first, and without division: far shorter than by the inverse of M.
+    """
+    model, ring = e.model, e.ring
+    M = mass_matrix(model, state)
+    sticking_only(linearized(model, state), "An impulse")
+    G = linearized(model, state).matrix
+    us = [f"u{j:04d}" for j in range(model.n_u)]
+    ws = [f"w{i:04d}" for i in range(len(G))]
+    dependent, _ = eliminate(
+        [Row(name, _linear(ring, us, row)) for name, row in zip(ws, G, strict=True)], [us]
+    )
+    free = [k for k, key in enumerate(us) if key not in dependent]
+    N = []
+    for k in free:
+        column = [Ratio(ring, 0)] * model.n_u
+        column[k] = Ratio(ring, 1)
+        for key, terms in dependent.items():
+            column[us.index(key)] = terms.get(((us[k], 1),), Ratio(ring, 0)).tidy()
+        N.append(cleared(ring, column))
+    reduced = [
+        [_sum(a[i] * M[i][j] * b[j] for i in range(len(M)) for j in range(len(M))) for b in N] for a in N
+    ]
+    keys = [us[k] for k in free]
+
+    def jumps(f: Sequence[Any]) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        system = []
+        for a, row, k in zip(N, reduced, free, strict=True):
+            terms = _linear(ring, keys, row)
+            right = _sum(x * y for x, y in zip(a, f, strict=True))
+            if right != 0:
+                terms[()] = -(right if type(right) is Ratio else Ratio(ring, right))
+            system.append(Row(model.speed_names[k], terms))
+        solved, left = eliminate(system, [keys])
+        loose = [model.speed_names[k] for k in free if us[k] not in solved or _open(solved[us[k]])]
+        if loose or left:
+            raise ModelError(
+                f"The impulse does not determine {', '.join(loose) or 'the speeds'}: no mass moves with them alone. "
+                f"Give the bodies mass and moments of inertia."
+            )
+        w = [solved[key].get((), Ratio(ring, 0)) for key in keys]
+        jump = [_sum(a[j] * x for a, x in zip(N, w, strict=True)) for j in range(model.n_u)]
+        jump = [(x if type(x) is Ratio else Ratio(ring, x)).tidy() for x in jump]
+        if not G:
+            return tuple(jump), ()
+        system = []
+        for key in dependent:
+            j = us.index(key)
+            terms = _linear(ring, ws, [row[j] for row in G])
+            right = _sum(x * y for x, y in zip(M[j], jump, strict=True)) - f[j]
+            if right != 0:
+                terms[()] = -(right if type(right) is Ratio else Ratio(ring, right))
+            system.append(Row(key, terms))
+        found, _ = eliminate(system, [ws])
+        zero = Ratio(ring, 0)
+        return tuple(jump), tuple(found[key].get((), zero) if key in found else 0 for key in ws)
+
+    return jumps
+
+
+def _linear(ring: Any, keys: Sequence[str], row: Sequence[Any]) -> Terms:
+    return {((key, 1),): Ratio(ring, x) for key, x in zip(keys, row, strict=True) if x != 0}
+
+
+def _sum(values: Iterable[Any]) -> Any:
+    total: Any = 0
+    for x in values:
+        total = total + x
+    return total
+
+
+def _open(terms: Terms) -> bool:
+    return any(monomial for monomial in terms)
+
+
+def float_jumps(model: Model, state: State, active: Sequence[int]) -> Jumps:
+    """Δu and Λ of floats."""
+    return lambda f: speed_jumps(model, state, f, active)
+
+
+def restituted(
+    e: Equations, state: State, jumps: Jumps, point: Point, normal: Vector, restitution: Any
+) -> Vector:
+    """Impulse along the normal that turns n·v⁻ into -e n·v⁻ (Newton).
+
+    Raises
+    ------
+    ModelError
+        A point that can not move along the normal; of numbers, one that is not approaching, or e outside 0..1.
+    """
+    model = e.model
+    length = state.field.sqrt(dot(normal, normal))
+    n = (divide(normal[0], length), divide(normal[1], length), divide(normal[2], length))
+    jump, _ = jumps(generalized_impulse(model, state, blows_on(model, state, [(point, n, ZERO)])))
+    gained = dot(n, point_jump(model, state, link_jumps(model, state, jump), point))
+    speed = dot(n, point_velocity(model, state, point))
+    if type(gained) is Ratio:
+        gained = gained.tidy()
+    exact = state.field is e.ring
+    if gained == 0 or (not exact and not gained > 0):
+        raise ModelError(
+            f"No impulse at {point} can change its velocity along the normal: the joints hold it there."
+        )
+    if not exact:
+        if not 0 <= restitution <= 1:
+            raise ModelError(f"Expected a coefficient of restitution from 0 to 1, got {restitution}.")
+        if not speed < 0:
+            raise ModelError(
+                f"No impact: {point} moves along the normal at {float(speed):.6g} m/s, and only approaches the surface "
+                f"at less than 0. The normal points from the surface to the body."
+            )
+    return scale(divide(-(1 + restitution) * speed, gained), n)
+
+
+def percussion(
+    e: Equations, joint: str, start: Sequence[Any], along: Sequence[Any], direction: Vector, body: Any
+) -> SolveResult:
+    """Distance h from the joint's point at which a blow along ``direction`` leaves the joint without impulse in it."""
+    model, ring = e.model, e.ring
+    for gear in radial_symbols(e):
+        if model.constraints[gear].pressure_angle is not None:
+            raise ModelError(
+                f"A centre of percussion is not offered with the pressure_angle of gear '{gear}': what presses its "
+                f"teeth apart is not linear in the blow. Leave it out, or ask fb.impulse for one blow."
+            )
+    vocabulary = Vocabulary(e)
+    name = "h"
+    while name in vocabulary.names:
+        name += "_"
+    symbol = sympy.Symbol(name, real=True)
+    h = ring.generator(symbol, "parameter")
+    state = e.state
+    jumps = exact_jumps(e, state)
+    total = []
+    # linear in h: one blow at the joint's point, one further along
+    for k in range(2):
+        place = tuple(a + k * b for a, b in zip(start, along, strict=True))
+        f = blows_on(model, state, [(_Place(body, place), direction, ZERO)])
+        jump, multipliers = jumps(generalized_impulse(model, state, f))
+        everything = with_constraints(model, state, [(_Place(body, place), direction, ZERO)], multipliers)
+        found = impulsive_reactions(
+            model, state, link_jumps(model, state, jump), blows_on(model, state, everything)
+        )
+        value = dot(found[joint][0], direction)
+        total.append(value if type(value) is Ratio else Ratio(ring, value))
+    request = Request(e, vocabulary)
+    request.ask(symbol)
+    x = (total[0] + (total[1] - total[0]) * h).num
+    if symbol not in (ring.atoms_of(x) if type(x) is Polynomial else ()):
+        raise ModelError(
+            f"The impulse of joint '{joint}' does not depend on where along {tuple(along)} the blow falls. "
+            f"Choose another direction, or another line."
+        )
+    request.add(f"impulse of '{joint}' along the blow", x)
+    return answer(request)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A point of a body, with components of any scalars or expressions."""
+
+    body: Any
+    components: Any

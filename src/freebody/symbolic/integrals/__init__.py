@@ -1,0 +1,1 @@
+"""Conserved quantities, ignorable coordinates and symmetries, each with its proof."""

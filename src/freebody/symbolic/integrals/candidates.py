@@ -1,0 +1,205 @@
+"""Quantities that may be conserved, each with the multipliers that would prove it.
+
+    energy            T₂ - T₀ + V                        μ_j = u_j
+    momentum          Σ ξ_j ∂T/∂u_j                      μ_j = ξ_j, components of a rigid motion of the whole machine
+
+A momentum along a motion that the joints do not allow may still be conserved, of particles; then M μ = ∂I/∂u.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from ...describe.loads.load import Force, GeneralizedForce, JointForce
+from ...dynamics.kinematics import link_postures, point_position
+from ...dynamics.loading import speed_of
+from ...dynamics.momentum import mass_centre, momentum
+from ...model.model import GROUND
+from ...scalar.algebra import HALF, IDENTITY, ZERO, Vector, cross, dot, scale
+from ...scalar.substitute import Substitution, arrays
+from ..free_body.along_motion import momenta, random_numbers, rate_of, residuals_of
+from .symmetry import rigid_motion, solved
+
+if TYPE_CHECKING:
+    from ..equations import Equations
+
+AXES = "XYZ"
+LARGEST_SOLVED = 3
+"""Degrees of freedom up to which M μ = ∂I/∂u is solved exactly."""
+
+
+def candidates(e: Equations) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
+    """(name, quantity, multipliers μ) of all that may be conserved."""
+    yield from _energies(e)
+    n = e.model.n_u
+    p = momenta(e)
+    numbers = random_numbers(e, 1)
+    at = Substitution(e.ring, arrays, numbers)
+    still = _static(e, numbers)
+    for j, speed in enumerate(e.model.speed_names):
+        coordinate = speed.removesuffix("'")
+        alone = tuple(int(k == j) for k in range(n))
+        if speed.endswith("'") and p[j] != 0 and _balanced(still, alone, at, _drift(e, p[j], at)):
+            yield f"momentum of {coordinate}", p[j], alone
+    for name, w, v in _motions(e):
+        xi = rigid_motion(e.model, e.state, w, v, at)
+        if xi is None:
+            yield from _through_masses(e, name, w, v)
+        elif _balanced(still, xi, at, _drift(e, quantity := _along(xi, p), at)):
+            yield name, quantity, xi
+    for link in e.model.links:
+        if link.u < 0:
+            continue
+        for k in range(3):
+            alone = tuple(int(j == link.u + k) for j in range(n))
+            if p[link.u + k] != 0 and _balanced(still, alone, at, _drift(e, p[link.u + k], at)):
+                yield f"angular momentum along {'xyz'[k]} of {link.body}", p[link.u + k], alone
+
+
+def _through_masses(
+    e: Equations, name: str, w: Vector, v: Vector
+) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
+    """A momentum along a motion that the joints do not allow to rigid bodies, but to particles and bars.
+
+    Its multipliers solve M μ = ∂I/∂u; asked of small systems, where numbers at a random state say that it is conserved.
+    """
+    if e.model.n_u > LARGEST_SOLVED or e.condition_names:
+        return
+    given = momentum(e.model, e.state)
+    quantity = dot(v, given.linear) + dot(w, given.angular)
+    gradient = [e.ring.derivative(quantity, speed.symbol) for speed in e.model.speeds]
+    if all(x == 0 for x in gradient) or not _steady_in_numbers(e, quantity):
+        return
+    balance = [
+        ({j: x for j, x in enumerate(row) if x != 0}, g)
+        for row, g in zip(e.canonical_mass_matrix, gradient, strict=True)
+    ]
+    mu = solved(e.model.n_u, balance, {})
+    if mu is not None:
+        yield name, quantity, mu
+
+
+def _steady_in_numbers(e: Equations, x: Any) -> bool:
+    """Whether dx/dt is zero, to round-off, at a random state."""
+    import numpy as np
+
+    atoms = random_numbers(e, 1) | {speed.acceleration: 0 for speed in e.model.speeds}
+    at = Substitution(e.ring, arrays, atoms)
+    M = np.array([[float(at(entry)) for entry in row] for row in e.canonical_mass_matrix])
+    right = np.array([float(at(E)) for E in residuals_of(e)])
+    if abs(np.linalg.det(M)) <= np.finfo(float).eps * np.linalg.norm(M) ** len(M):
+        return False
+    udot = -np.linalg.solve(M, right)
+    atoms.update({speed.acceleration: a for speed, a in zip(e.model.speeds, udot, strict=True)})
+    rate = rate_of(e, x)
+    size = sum(
+        abs(float(at(e.ring.derivative(x, s.symbol))) * a) for s, a in zip(e.model.speeds, udot, strict=True)
+    )
+    value = float(Substitution(e.ring, arrays, atoms)(rate))
+    return abs(value) <= np.sqrt(np.finfo(float).eps) * (1 + size)
+
+
+def _along(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    total: Any = 0
+    for x, y in zip(a, b, strict=True):
+        total = total + x * y
+    return total
+
+
+def _static(e: Equations, at: dict[Any, Any]) -> list[float]:
+    """E_j at rest at a random place, without constraint forces: less the forces of weight, springs and loads."""
+    rest = {speed.symbol: 0 for speed in e.model.speeds} | {speed.acceleration: 0 for speed in e.model.speeds}
+    numbers = Substitution(e.ring, arrays, at | rest)
+    # they go first: sliding friction has no direction at rest
+    free = Substitution(e.ring, e.ring, {symbol: 0 for symbol in e.multipliers})
+    return [float(numbers(free(E) if e.multipliers else E)) for E in residuals_of(e)]
+
+
+def _drift(e: Equations, quantity: Any, at: Substitution) -> float:
+    """∂I/∂t at rest at a random place: what drives alone change of a momentum."""
+    change = e.ring.total_derivative(quantity, {})
+    if change == 0:
+        return 0
+    rest = {speed.symbol: 0 for speed in e.model.speeds}
+    return float(at(Substitution(e.ring, e.ring, rest)(change)))
+
+
+def _balanced(forces: Sequence[float], xi: Sequence[Any], at: Substitution, drift: float) -> bool:
+    """Whether Σ ξ_j E_j = ∂I/∂t at rest, to round-off: it costs next to nothing to ask."""
+    from sys import float_info
+
+    parts = [force * float(at(x)) for force, x in zip(forces, xi, strict=True) if force]
+    parts.append(-drift)
+    # written so that a place where a root is not real refuses nothing
+    return not abs(sum(parts)) > (1 + sum(map(abs, parts))) * float_info.epsilon**HALF
+
+
+def _energies(e: Equations) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
+    """T₂ - T₀ + V less the work of constant forces; the energy itself if nothing is driven."""
+    T, p = e.energy.canonical_kinetic, momenta(e)
+    u = e.state.u
+    V = e.energy.canonical_potential - _work_of_constants(e)
+    h = _along(p, u) - T + V
+    if h == 0 or not e.ring.atoms_of(h) & {speed.symbol for speed in e.model.speeds}:
+        return
+    name = "energy" if h == T + V else "Jacobi's integral"
+    yield name, h, u
+
+
+def _work_of_constants(e: Equations) -> Any:
+    """Σ F·r of forces with constant components in ground axes, Q q and value * displacement."""
+    model, state = e.model, e.state
+    total: Any = 0
+    for load in model.loads.values():
+        if isinstance(load, Force) and load.frame.is_ground and _constant(e, *load.components):
+            total = total + dot(state.vector(load.components), point_position(model, state, load.point))
+        elif isinstance(load, GeneralizedForce) and _constant(e, load.value):
+            symbol = model.speeds[speed_of(model, load)].name.removesuffix("'")
+            total = total + state(load.value) * state.q[model.coordinate_names.index(symbol)]
+        elif isinstance(load, JointForce) and _constant(e, load.value):
+            link = model.links[model.joints[load.joint.name].links[load.index]]
+            total = total + state(load.value) * state(link.displacement)
+    return total
+
+
+def _constant(e: Equations, *values: Any) -> bool:
+    symbols = {parameter.symbol for parameter in e.model.parameters}
+    return all(e.ring.atoms_of(e.state(value)) <= symbols for value in values)
+
+
+def _motions(e: Equations) -> Iterator[tuple[str, Vector, Vector]]:
+    """(name, w, v) of the rigid motions to try: translations, turnings about fixed points and the mass centre."""
+    for axis, unit in zip(AXES, IDENTITY, strict=True):
+        yield f"linear momentum along {axis}", ZERO, unit
+    for axis, unit in zip(AXES, IDENTITY, strict=True):
+        yield f"angular momentum along {axis} about the ground's origin", unit, ZERO
+    postures = link_postures(e.model, e.state)
+    parameters = {parameter.symbol for parameter in e.model.parameters}
+    for name, joint in e.model.joints.items():
+        i = joint.links[0]
+        link = e.model.links[i]
+        if link.parent != GROUND or link.kind == "free":
+            continue
+        axes = list(zip(AXES, IDENTITY, strict=True))
+        if link.one_dof:
+            n = e.state.vector(link.axis)
+            R = e.state.matrix(link.rotation)
+            n = tuple(dot(row, n) for row in R)
+            if n not in IDENTITY and scale(-1, n) not in IDENTITY:
+                axes.append((f"the axis of {name}", n))
+                if link.kind == "slider":
+                    yield f"linear momentum along the axis of {name}", ZERO, n
+        at = postures[i].position
+        if at == ZERO or link.kind == "slider":
+            at = ZERO
+            axes = axes[3:]
+        if not all(e.ring.atoms_of(x) <= parameters for x in at):
+            continue
+        for axis, unit in axes:
+            yield f"angular momentum along {axis} about {name}", unit, cross(at, unit)
+    _, centre = mass_centre(e.model, e.state)
+    if all(e.ring.atoms_of(x) <= parameters for x in centre):
+        return
+    for axis, unit in zip(AXES, IDENTITY, strict=True):
+        yield f"angular momentum along {axis} about the mass centre", unit, cross(centre, unit)

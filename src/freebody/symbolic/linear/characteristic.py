@@ -1,0 +1,372 @@
+"""The characteristic polynomial of symbolic linear equations, and its roots where they have a closed form.
+
+    Δ(s) = det(M s² + C s + K) = c s^k Π f_i(s)^n_i
+
+The determinant is formed and factored on canonical polynomials. Factors are solved when they are linear, quadratic or
+biquadratic in s, or of degree three and four.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import sympy
+
+from ...errors import ExpressionError, ModelError
+from ...scalar.element import element
+from ...scalar.polynomial import Polynomial, Ring
+from ..printing.display import displayed, text
+from ..printing.rational import Rationals, S
+from ..printing.show import elements, latex_of, mathml_of
+from ..printing.show import text_of as text_expression
+from .modes import Mode, Modes
+
+LARGEST = 8
+"""Most coordinates of a determinant in symbols: its minors number 2ⁿ."""
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A factor of the characteristic polynomial: its coefficients by rising powers of s, and how often it occurs."""
+
+    element: Any
+    coefficients: tuple[Any, ...]
+    times: int
+
+    @property
+    def degree(self) -> int:
+        """In s."""
+        return len(self.coefficients) - 1
+
+    @property
+    def even(self) -> bool:
+        """Whether only even powers of s occur."""
+        return all(c == 0 for c in self.coefficients[1::2])
+
+
+class Characteristic:
+    """det(M s² + C s + K), factored.
+
+    Attributes
+    ----------
+    ring : Ring
+    coefficients : tuple
+        Canonical coefficients by rising powers of s.
+    factors : tuple of Factor
+        Those that depend on s.
+    """
+
+    def __init__(self, ring: Ring, matrix: list[list[Any]], determinant: Any) -> None:
+        self.ring = ring
+        self.matrix = matrix
+        self.determinant = determinant
+        self.coefficients = coefficients(ring, determinant)
+
+    @cached_property
+    def factors(self) -> tuple[Factor, ...]:
+        ring = self.ring
+        found = []
+        for f, times in ring.factor(cleared(ring, self.determinant))[1]:
+            parts = coefficients(ring, f)
+            if len(parts) > 1:
+                found.append(Factor(f, parts, int(times)))
+        return tuple(sorted(found, key=lambda f: (f.degree, text_of(ring, f))))
+
+    @cached_property
+    def expression(self) -> Any:
+        """The polynomial as a SymPy expression of ``s``."""
+        return sum(displayed(c, self.ring) * S**k for k, c in enumerate(self.coefficients))
+
+    def text(self) -> str:
+        """The polynomial as plain text."""
+        return text_expression(self.expression)
+
+    def latex(self) -> str:
+        """The polynomial as LaTeX."""
+        return latex_of(self.expression)
+
+    def mathml(self) -> str:
+        """The polynomial as presentation MathML."""
+        return elements([mathml_of(self.expression)])
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return self.text()
+
+    def roots(self) -> list[Any]:
+        """All roots, with repetitions."""
+        return [s for f in self.factors for s in roots(self.ring, f) for _ in range(f.times)]
+
+    def frequencies(self) -> list[Any]:
+        """|s| of pairs of roots, sqrt of the product of each pair."""
+        return [w for f in self.factors for w, _ in oscillations(self.ring, f) for _ in range(f.times)]
+
+    def damping_ratios(self) -> list[Any]:
+        """-Re s / |s| of pairs of roots."""
+        return [z for f in self.factors for _, z in oscillations(self.ring, f) for _ in range(f.times)]
+
+
+def pencil(terms: Mapping[str, Any], n: int, carried: int) -> list[list[list[Any]]]:
+    """P_0, P_1, P_2 of P_2 s² + P_1 s + P_0 = [M s² + C s + K, K_c; -E_ξ - E_r s, s - E_c], of (ξ, c)."""
+    m = n + carried
+    result = [[[0] * m for _ in range(m)] for _ in range(3)]
+    for k, key in enumerate("KCM"):
+        for i in range(n):
+            result[k][i][:n] = terms[key][i]
+    for i in range(n if carried else 0):
+        result[0][i][n:] = terms["K_carried"][i]
+    for i in range(carried):
+        result[0][n + i] = [-x for x in terms["E"][i]]
+        result[1][n + i][:n] = [-x for x in terms["E_rates"][i]]
+        result[1][n + i][n + i] = 1
+    return result
+
+
+def of(ring: Ring, terms: Mapping[str, Any], n: int, carried: int = 0) -> Characteristic:
+    """The characteristic polynomial of M s² + C s + K, and of the deviations that are carried."""
+    if n + carried > LARGEST:
+        raise ModelError(
+            f"The characteristic polynomial of {n + carried} coordinates in symbols is too large (at most {LARGEST}). "
+            "Give numbers: model.numeric(values), or values= in fb.linearize."
+        )
+    s = ring.generator(S, "parameter")
+    P = pencil(terms, n, carried)
+    rows = [
+        [P[2][i][j] * s * s + P[1][i][j] * s + P[0][i][j] for j in range(n + carried)]
+        for i in range(n + carried)
+    ]
+    return Characteristic(ring, rows, determinant(ring, rows))
+
+
+def determinant(ring: Ring, rows: Sequence[Sequence[Any]]) -> Polynomial:
+    """By minors of the first rows, each formed once: no division."""
+    minors: dict[int, Any] = {0: 1}
+    n = len(rows)
+    for row in rows:
+        following: dict[int, Any] = {}
+        for mask, minor in minors.items():
+            for j in range(n):
+                if mask >> j & 1 or row[j] == 0:
+                    continue
+                sign = -1 if (mask >> (j + 1)).bit_count() % 2 else 1
+                term = row[j] * minor * sign
+                key = mask | 1 << j
+                following[key] = following[key] + term if key in following else term
+        minors = following
+    return ring.coerce(minors.get((1 << n) - 1, 0))
+
+
+def cleared(ring: Ring, x: Any) -> Polynomial:
+    """x times powers of what its inverse generators stand for: a polynomial with the same roots."""
+    x = ring.coerce(x)
+    while True:
+        inverses = [g for g in ring.used(x) if g.kind == "inverse"]
+        if not inverses:
+            return x
+        g = inverses[-1]
+        x = ring.coerce(x * g.arguments[0] ** int(x.num.degrees()[-1 - g.index]))
+
+
+def coefficients(ring: Ring, x: Any) -> tuple[Any, ...]:
+    """Canonical coefficients by rising powers of s."""
+    x = ring.coerce(x)
+    result: list[Any] = []
+    factorial = 1
+    s = ring.generator(S)
+    while x != 0:
+        constant = _without_s(ring, x, s.mask)
+        result.append(ring.coerce(constant) / factorial if factorial > 1 and constant != 0 else constant)
+        x = ring.derivative(x, S)
+        factorial *= len(result)
+    return tuple(result) or (0,)
+
+
+def _without_s(ring: Ring, x: Any, mask: int) -> Any:
+    if not isinstance(x, Polynomial):
+        return x
+    name = f"g{mask.bit_length() - 1}"
+    return element(ring, ring.promoted(x.num).subs({name: 0}), x.den, x.mask)
+
+
+def text_of(ring: Ring, f: Factor) -> str:
+    """A factor as plain text, falling powers."""
+    parts = []
+    for k, c in reversed(list(enumerate(f.coefficients))):
+        if c != 0:
+            power = "" if k == 0 else "*s" if k == 1 else f"*s^{k}"
+            parts.append(f"({text(c, ring)}){power}")
+    return " + ".join(parts)
+
+
+def ratios(ring: Ring, f: Factor) -> list[Any]:
+    """Coefficients in parts of the leading one, as SymPy expressions."""
+    lead = ring.coerce(f.coefficients[-1])
+    return [sympy.factor_terms(displayed(ring.quotient(ring.coerce(c), lead), ring)) for c in f.coefficients]
+
+
+def squares(ring: Ring, f: Factor) -> list[Any]:
+    """w² with s² = -w², of a quadratic or biquadratic factor in even powers."""
+    c = ratios(ring, f)
+    return [c[0]] if f.degree == 2 else biquadratic(ring, c[2], c[0])
+
+
+def biquadratic(ring: Ring, b: Any, c: Any) -> list[Any]:
+    """The two w² of w⁴ - b w² + c = 0; the root knows what the system says is positive."""
+    half, product = (ring.coerce(ring.from_sympy(x)) for x in (b / 2, c))
+    inside = half * half - product
+    try:
+        root = displayed(ring.sqrt(inside), ring)
+    except ExpressionError:  # a negative number
+        root = sympy.sqrt(ring.to_sympy(inside))
+    middle = displayed(half, ring)
+    return [sympy.factor_terms(middle - root), sympy.factor_terms(middle + root)]
+
+
+def roots(ring: Ring, f: Factor) -> list[Any]:
+    """Roots of a factor in closed form."""
+    c = ratios(ring, f)
+    if f.degree == 1:
+        return [-c[0]]
+    if f.even and f.degree in (2, 4):
+        return [sign * sympy.I * sympy.sqrt(w2) for w2 in squares(ring, f) for sign in (1, -1)]
+    if f.degree == 2:
+        root = sympy.I * sympy.sqrt(sympy.factor(c[0] - c[1] ** 2 / 4))
+        return [-c[1] / 2 + root, -c[1] / 2 - root]
+    if f.degree <= 4:
+        found = sympy.roots(sympy.Poly(list(reversed(c)), S))
+        if sum(found.values()) == f.degree:
+            return [s for s, times in found.items() for _ in range(times)]
+    raise ModelError(
+        f"The roots of a factor of degree {f.degree} in s have no closed form: {text_of(ring, f)} = 0. "
+        "Give numbers: model.numeric(values), or values= in fb.linearize."
+    )
+
+
+def oscillations(ring: Ring, f: Factor) -> list[tuple[Any, Any]]:
+    """(frequency, damping ratio) of the pairs of roots of a factor."""
+    if f.degree == 1:
+        return []
+    if f.even and f.degree in (2, 4):
+        return [(sympy.sqrt(w2), sympy.Integer(0)) for w2 in squares(ring, f)]
+    if f.degree == 2:
+        c = ratios(ring, f)
+        w = sympy.sqrt(c[0])
+        return [(w, c[1] / (2 * w))]
+    found = roots(ring, f)
+    pairs = [s for s in found if sympy.im(sympy.N(s)) > 0] if all(s.is_number for s in found) else None
+    if pairs is None:
+        raise ModelError(
+            f"Which roots of {text_of(ring, f)} = 0 are pairs depends on the values of its symbols. "
+            "Give numbers: model.numeric(values), or values= in fb.linearize."
+        )
+    return [(sympy.Abs(s), -sympy.re(s) / sympy.Abs(s)) for s in pairs]
+
+
+def modes_of(linear: Any) -> Modes:
+    """Modes of a symbolic :class:`LinearModel`: roots of one sign, and shapes from the cofactors of M s² + C s + K."""
+    character = linear.characteristic
+    ring = character.ring
+    made = []
+    for f in character.factors:
+        found = roots(ring, f)
+        if f.degree == 1 and f.coefficients[0] == 0:
+            made += _at_zero(linear, f.times)
+            continue
+        if f.even:
+            chosen = list(
+                zip(found[::2], [(sympy.sqrt(w2), sympy.Integer(0)) for w2 in squares(ring, f)], strict=True)
+            )
+        elif f.degree == 2:
+            chosen = [(found[0], oscillations(ring, f)[0])]
+        else:
+            chosen = [(s, (sympy.Abs(s), -sympy.re(s) / sympy.Abs(s))) for s in found if _upper(s)]
+        for s, (w, ratio) in chosen:
+            shapes = _shapes(linear, f, s)
+            kind = "oscillation" if f.degree > 1 else "real root"
+            repeats = f.times if len(shapes) == 1 else 1
+            made += [Mode(kind, s, w, ratio, shape) for shape in shapes for _ in range(repeats)]
+    return Modes(made, character.roots())
+
+
+def _upper(s: Any) -> bool:
+    return not s.is_number or bool(sympy.im(sympy.N(s)) >= 0)
+
+
+def _at_zero(linear: Any, times: int) -> list[Mode]:
+    """Rigid-body shapes, K X = 0, and constant rates: K X' = 0 with a displacement that holds them, K X + C X' = 0."""
+    zero = sympy.Integer(0)
+    if linear.carried:
+        return _levels(linear)[:times]
+    n = len(linear.coordinates)
+    K, C = linear.K, linear.C
+    rigid = [list(v) for v in K.nullspace(simplify=True)]
+    held = sympy.Matrix(sympy.BlockMatrix([[K, C], [sympy.zeros(n), K]])).nullspace(simplify=True)
+    drift = [list(v)[n:] for v in held if any(x != 0 for x in list(v)[n:])]
+    made = [Mode("rigid body", zero, zero, zero, _normalised(linear.coordinates, v)) for v in rigid]
+    made += [Mode("drift", zero, zero, zero, _normalised(linear.coordinates, v)) for v in drift]
+    return made[:times]
+
+
+def _levels(linear: Any) -> list[Mode]:
+    """The same of x' = A x with deviations that are carried, whose chains may be longer: A^k x = 0, level by level."""
+    zero = sympy.Integer(0)
+    names = (*linear.coordinates, *linear.carried)
+    A = linear.first_order[0]
+    made: list[Mode] = []
+    known: list[Any] = []
+    power = A
+    while True:
+        level: list[Any] = []
+        for v in power.nullspace(simplify=True):
+            if sympy.Matrix.hstack(*known, *level, v).rank(simplify=True) > len(known) + len(level):
+                level.append(v)
+        if not level:
+            return made
+        for v in level:
+            kind, shape = ("drift", A * v) if known else ("rigid body", v)
+            made.append(Mode(kind, zero, zero, zero, _normalised(names, list(shape)[: len(names)])))
+        known += level
+        power = power * A
+
+
+def _shapes(linear: Any, f: Factor, s: Any) -> list[dict[str, Any]]:
+    """Null vectors of M s² + C s + K at a root s of a factor: cofactors of a row, reduced modulo the factor."""
+    character = linear.characteristic
+    ring, rows = character.ring, character.matrix
+    n = len(rows)
+    field = Rationals(ring, [f.element, *(x for row in rows for x in row)])
+    modulus = field.poly(f.element).monic()
+    for i in range(n):
+        cofactors = []
+        for j in range(n):
+            minor = [[row[c] for c in range(n) if c != j] for r, row in enumerate(rows) if r != i]
+            d = determinant(ring, minor) if n > 1 else ring.coerce(1)
+            cofactors.append(field.poly(d * (-1) ** (i + j)).rem(modulus))
+        lead = next((x for x in cofactors if not x.is_zero), None)
+        if lead is None:
+            continue
+        inverse = lead.invert(modulus)
+        parts = [field.listed((x * inverse).rem(modulus)) if not x.is_zero else [] for x in cofactors]
+        values = [sum((c * s**k for k, c in enumerate(p)), sympy.Integer(0)) for p in parts]
+        return [
+            dict(zip((*linear.coordinates, *linear.carried), map(sympy.factor_terms, values), strict=True))
+        ]
+    # a repeated root whose cofactors vanish: every solution of the equations
+    P = sympy.Matrix(n, n, [_at(ring, x, s) for row in rows for x in row])
+    names = (*linear.coordinates, *linear.carried)
+    return [_normalised(names, v) for v in P.nullspace(simplify=True)]
+
+
+def _at(ring: Ring, x: Any, s: Any) -> Any:
+    return sum((displayed(c, ring) * s**k for k, c in enumerate(coefficients(ring, x))), sympy.Integer(0))
+
+
+def _normalised(names: Sequence[str], vector: Sequence[Any]) -> dict[str, Any]:
+    values = list(vector)
+    lead = next(v for v in values if v != 0)
+    return {name: sympy.simplify(v / lead) for name, v in zip(names, values, strict=True)}

@@ -1,0 +1,86 @@
+"""Linear equations with numbers, as text, LaTeX and MathML: six digits, terms in the order ξ'', ξ', ξ."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from ..printing.latex import latex_name
+
+Rows = Sequence[tuple[list[tuple[float, str, int]], list[tuple[float, str, int]]]]
+"""Left and right side of each equation: (coefficient, name, dots)."""
+
+
+def rows_of(linear: Any) -> Rows:
+    """The terms of a numeric model."""
+    terms = linear.canonical
+    result = []
+    for i in range(len(linear.coordinates)):
+        left = [
+            (float(x), name, dots)
+            for key, dots in (("M", 2), ("C", 1), ("K", 0))
+            for x, name in zip(terms[key][i], linear.coordinates, strict=True)
+        ]
+        if linear.carried:
+            left += [
+                (float(x), name, 0) for x, name in zip(terms["K_carried"][i], linear.carried, strict=True)
+            ]
+        result.append(
+            (left, [(float(x), name, 0) for x, name in zip(terms["B"][i], linear.inputs, strict=True)])
+        )
+    for name, E, E_rates in zip(linear.carried, terms.get("E", ()), terms.get("E_rates", ()), strict=True):
+        follow = zip(E, (*linear.coordinates, *linear.carried), strict=True)
+        rates = zip(E_rates, linear.coordinates, strict=True)
+        right = [(float(x), other, 0) for x, other in follow] + [(float(x), other, 1) for x, other in rates]
+        result.append(([(float(1), name, 1)], right))
+    return result
+
+
+def text(rows: Rows) -> str:
+    """A line each."""
+    return "\n".join(f"{_sum(a, _text, '*')} = {_sum(b, _text, '*')}" for a, b in rows)
+
+
+def latex(rows: Rows) -> str:
+    """A LaTeX ``aligned`` block."""
+    lines = [f"{_sum(a, latex_name, ' ')} &= {_sum(b, latex_name, ' ')}" for a, b in rows]
+    return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
+
+
+def mathml(rows: Rows) -> str:
+    """Presentation MathML, an element for each equation."""
+    return "\n".join(
+        '<math xmlns="http://www.w3.org/1998/Math/MathML"><mrow>'
+        f"{_mathml_sum(a)}<mo>=</mo>{_mathml_sum(b)}</mrow></math>"
+        for a, b in rows
+    )
+
+
+def _live(terms: Sequence[tuple[float, str, int]]) -> list[tuple[float, str, int]]:
+    return [(x, name, dots) for x, name, dots in terms if f"{x:.6g}" not in ("0", "-0")]
+
+
+def _sum(terms: Sequence[tuple[float, str, int]], write: Callable[[str, int], str], times: str) -> str:
+    result = ""
+    for x, name, dots in _live(terms):
+        size = f"{abs(x):.6g}"
+        term = write(name, dots) if size == "1" else f"{size}{times}{write(name, dots)}"
+        sign = ("-" if x < 0 else "") if not result else " - " if x < 0 else " + "
+        result += sign + term
+    return result or "0"
+
+
+def _text(name: str, dots: int) -> str:
+    return name + "'" * dots
+
+
+def _mathml_sum(terms: Sequence[tuple[float, str, int]]) -> str:
+    result = ""
+    for x, name, dots in _live(terms):
+        if x < 0 or result:
+            result += f"<mo>{'-' if x < 0 else '+'}</mo>"
+        body = f"<mi>{name}</mi>"
+        body = f"<mover>{body}<mo>{'.' * dots}</mo></mover>" if dots else body
+        size = f"{abs(x):.6g}"
+        result += body if size == "1" else f"<mn>{size}</mn>{body}"
+    return result or "<mn>0</mn>"

@@ -1,0 +1,295 @@
+"""Modes of linear equations: frequency, damping ratio, shape.
+
+    (M s² + C s + K) X = 0,      frequency |s|,      damping ratio -Re s / |s|
+
+Roots at zero are split off before the others are computed: a rigid-body mode and its constant rate make a Jordan block,
+whose root rounding would spread to the square root of the precision.
+
+Source: Golub & Van Loan, Matrix Computations (4th ed.), §7.6.5 (staircase of null spaces); Meirovitch (1970), §8.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from ..printing.lines import Lines, assignments
+from ..printing.show import mathml_of, shown_name, words
+
+Array = NDArray[Any]
+NULL = 10**-10
+"""Singular values below this part of the largest are taken as zero: of matrices that hold exact zeros and round-off."""
+SAME = 10**-7
+"""Relative distance of roots that are taken as one root of a higher multiplicity."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mode(Lines):
+    """One mode: a pair of complex roots, a real root, or a root at zero.
+
+    Attributes
+    ----------
+    kind : str
+        ``oscillation``, ``decay``, ``growth``, ``rigid body`` (a shape without stiffness) or ``drift``
+        (a constant rate).
+    eigenvalue : complex or expression
+        s, with Im s >= 0 [1/s].
+    frequency, damping_ratio : float or expression
+        |s| [rad/s], -Re s / |s| (0 where s is zero).
+    shape : dict
+        Component of each coordinate, in parts of the largest (numeric) or the first (symbolic) one.
+    """
+
+    kind: str
+    eigenvalue: Any
+    frequency: Any
+    damping_ratio: Any
+    shape: dict[str, Any]
+
+    def _lines(self) -> list[list[Any]]:
+        head = [f"{self.kind}: frequency ", self.frequency, ", damping ratio ", self.damping_ratio, "; "]
+        return [[*head, *assignments(self.shape.items())]]
+
+
+class Modes(Sequence[Mode]):
+    """The modes of a linear model, lowest frequency first; prints as a table."""
+
+    def __init__(self, modes: Sequence[Mode], all_eigenvalues: Any) -> None:
+        self._modes = tuple(modes)
+        self.all_eigenvalues = all_eigenvalues
+        """Every root, with repetitions."""
+
+    def __getitem__(self, i: Any) -> Any:
+        return self._modes[i]
+
+    def __iter__(self) -> Iterator[Mode]:
+        return iter(self._modes)
+
+    def __len__(self) -> int:
+        return len(self._modes)
+
+    def _rows(self) -> tuple[list[str], list[list[Any]]]:
+        names = list(self._modes[0].shape) if self._modes else []
+        head = ["mode", "kind", "frequency", "damping ratio", *names]
+        return head, [
+            [k + 1, m.kind, m.frequency, m.damping_ratio, *m.shape.values()]
+            for k, m in enumerate(self._modes)
+        ]
+
+    def text(self) -> str:
+        """The table as plain text."""
+        head, rows = self._rows()
+        cells = [head, *([_text(x) for x in row] for row in rows)]
+        widths = [max(len(row[i]) for row in cells) for i in range(len(head))]
+        return "\n".join(
+            "  ".join(
+                cell.ljust(w) if i == 1 else cell.rjust(w)
+                for i, (cell, w) in enumerate(zip(row, widths, strict=True))
+            )
+            for row in cells
+        )
+
+    def latex(self) -> str:
+        """The table as a LaTeX ``array``."""
+        head, rows = self._rows()
+        titles = [rf"\text{{{x}}}" for x in head[:4]] + [sympy.latex(sympy.Symbol(x)) for x in head[4:]]
+        lines = [" & ".join(titles) + r" \\ \hline"]
+        lines += [" & ".join(_latex(x) for x in row) + r" \\" for row in rows]
+        return (
+            rf"\begin{{array}}{{rl{'r' * (len(head) - 2)}}}" + "\n" + "\n".join(lines) + "\n" + r"\end{array}"
+        )
+
+    def mathml(self) -> str:
+        """The table as presentation MathML."""
+        head, rows = self._rows()
+
+        def row(cells: Sequence[str]) -> str:
+            return f"<mtr>{''.join(f'<mtd>{cell}</mtd>' for cell in cells)}</mtr>"
+
+        body = "".join(row([_mathml(x) for x in line]) for line in rows)
+        title = row([words(x) for x in head[:4]] + [shown_name(x) for x in head[4:]])
+        return f'<math xmlns="http://www.w3.org/1998/Math/MathML"><mtable>{title}{body}</mtable></math>'
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return self.text()
+
+
+def _rounded(x: Any) -> Any:
+    if isinstance(x, complex | np.complexfloating):
+        real, imag = (float(f"{part:.6g}") for part in (x.real, x.imag))
+        return complex(real, imag) if imag else real
+    return float(f"{x:.6g}") if isinstance(x, float | np.floating) else x
+
+
+def _text(x: Any) -> str:
+    if isinstance(x, str):
+        return x
+    x = _rounded(x)
+    if isinstance(x, complex):
+        return f"{x.real:g}{x.imag:+g}i"
+    return f"{x:g}" if isinstance(x, float) else str(x)
+
+
+def _latex(x: Any) -> str:
+    if isinstance(x, str):
+        return rf"\text{{{x}}}"
+    x = _rounded(x)
+    if isinstance(x, complex):
+        return f"{x.real:g}{x.imag:+g} i"
+    return sympy.latex(x) if isinstance(x, sympy.Basic) else f"{x:g}" if isinstance(x, float) else str(x)
+
+
+def _mathml(x: Any) -> str:
+    if isinstance(x, sympy.Basic):
+        return mathml_of(x)
+    return f"<mtext>{x}</mtext>" if isinstance(x, str) else f"<mn>{_text(x)}</mn>"
+
+
+# -- numbers --------------------------------------------------------------------------------------
+
+
+def eigenvalues(A: Array) -> Array:
+    """All eigenvalues, those at zero exactly zero, by magnitude."""
+    levels, rest = _staircase(A)
+    zeros = sum(len(level) for level in levels)
+    return _sorted(np.concatenate([np.zeros(zeros), np.linalg.eigvals(rest) if rest.size else np.zeros(0)]))
+
+
+def _staircase(A: Array) -> tuple[list[Array], Array]:
+    """Vectors of the roots at zero, level by level, and the matrix of the other roots.
+
+    A takes each level into the span of those before it: the first is the null space.
+    """
+    from scipy.linalg import matrix_balance
+
+    rest, scaling = matrix_balance(A, permute=False)
+    basis = scaling
+    levels: list[Array] = []
+    while rest.size:
+        _, sizes, right = np.linalg.svd(rest)
+        null = int(np.sum(sizes <= NULL * max(sizes[0], np.finfo(float).tiny)))
+        if null == 0:
+            break
+        # in the basis (null space, its complement) the matrix is [0 *; 0 rest]
+        complement, vectors = right[: len(rest) - null], right[len(rest) - null :]
+        levels.append((basis @ vectors.T).T)
+        basis = basis @ complement.T
+        rest = complement @ rest @ complement.T
+    return levels, rest
+
+
+def _sorted(s: Array) -> Array:
+    s = np.asarray(s, dtype=complex)
+    return s[_order(s)]
+
+
+def _order(s: Array) -> Array:
+    """By magnitude, then by real part, then upper half plane first; what differs by round-off is equal."""
+    size = np.abs(s)
+    top = size.max(initial=0)
+    key = [float(f"{x:.9e}") if x > NULL * top else 0 for x in size]
+    real = [float(f"{x:.6e}") if abs(x) > NULL * top else 0 for x in s.real]
+    return np.lexsort((-s.imag, np.array(real), np.array(key)))
+
+
+def modes_of(linear: Any) -> Modes:
+    """Modes of a numeric :class:`LinearModel`."""
+    M, C, K = (np.asarray(linear.canonical[key], dtype=float) for key in "MCK")
+    names = (*linear.coordinates, *linear.carried)
+    if not linear.carried and _is_conservative(M, C, K):
+        return _conservative(M, K, names)
+    A = linear.first_order[0]
+    levels, rest = _staircase(A)
+    zeros = sum(len(level) for level in levels)
+    roots = _sorted(np.linalg.eigvals(rest)) if rest.size else np.zeros(0, dtype=complex)
+    made = _at_zero(levels[0][:, : len(names)], names, "rigid body") if levels else []
+    for level in levels[1:]:
+        made += _at_zero((level @ A.T)[:, : len(names)], names, "drift")
+    done: list[complex] = []
+    for s in roots:
+        if s.imag < 0 or any(abs(s - other) <= SAME * abs(s) for other in done):
+            continue
+        done.append(s)
+        times = int(np.sum(np.abs(roots - s) <= SAME * abs(s)))
+        vectors = np.linalg.svd(A - s * np.eye(len(A)))[2][-times:].conj()
+        made += [_mode(s, _shape(names, vector[: len(names)])) for vector in vectors[::-1]]
+    return Modes(made, np.concatenate([np.zeros(zeros, dtype=complex), roots]))
+
+
+def _mode(s: complex, shape: dict[str, Any]) -> Mode:
+    real, imag = float(s.real), float(s.imag)
+    size = abs(s)
+    if abs(imag) <= NULL * size:
+        imag = 0
+    if abs(real) <= np.finfo(float).eps * len(shape) * 10 * size:
+        real = 0
+    kind = "oscillation" if imag else "decay" if real < 0 else "growth"
+    return Mode(kind, complex(real, imag), float(size), -real / float(size), shape)
+
+
+def _at_zero(vectors: Array, names: Sequence[str], kind: str) -> list[Mode]:
+    zero = float(0)
+    return [Mode(kind, complex(0), zero, zero, _shape(names, v)) for v in _echelon(np.array(vectors))]
+
+
+def _echelon(vectors: Array) -> Array:
+    """A basis of the same span, in which each vector leads in a coordinate of its own."""
+    rows = 0
+    for column in range(vectors.shape[1]):
+        if rows == len(vectors):
+            break
+        k = rows + int(np.argmax(np.abs(vectors[rows:, column])))
+        if abs(vectors[k, column]) <= SAME * np.abs(vectors).max():
+            continue
+        vectors[[rows, k]] = vectors[[k, rows]]
+        vectors[rows] /= vectors[rows, column]
+        for other in range(len(vectors)):
+            if other != rows:
+                vectors[other] -= vectors[other, column] * vectors[rows]
+        rows += 1
+    return vectors[:rows]
+
+
+def _shape(names: Sequence[str], vector: Array) -> dict[str, Any]:
+    """Components in parts of the largest; the first of those that are equal but for round-off."""
+    sizes = np.abs(vector)
+    largest = int(np.argmax(sizes >= (1 - SAME) * sizes.max()))
+    parts = vector / vector[largest]
+    real, imag = (np.where(np.abs(x) <= NULL, 0, x) for x in (parts.real, np.imag(parts)))
+    parts = real + complex(0, 1) * imag if np.any(imag) else real
+    return {name: x.item() for name, x in zip(names, parts, strict=True)}
+
+
+def _is_conservative(M: Array, C: Array, K: Array) -> bool:
+    """No velocity terms, and a symmetric stiffness."""
+    speed = np.sqrt(np.abs(K).max(initial=0) * np.abs(M).max(initial=0))
+    return bool(
+        np.abs(C).max(initial=0) <= np.finfo(float).eps * speed
+        and np.abs(K - K.T).max(initial=0) <= 100 * np.finfo(float).eps * np.abs(K).max(initial=0)
+    )
+
+
+def _conservative(M: Array, K: Array, names: Sequence[str]) -> Modes:
+    """Modes of M ξ'' + K ξ = 0: w² from a symmetric eigenproblem, to full precision."""
+    from scipy.linalg import eigh
+
+    squares, shapes = eigh((K + K.T) / 2, M)
+    rigid = np.abs(squares) <= NULL * np.abs(squares).max(initial=0)
+    made = _at_zero(shapes[:, rigid].T, names, "rigid body")
+    made += _at_zero(shapes[:, rigid].T, names, "drift")
+    roots: list[complex] = [complex(0)] * (2 * int(np.sum(rigid)))
+    for k in np.flatnonzero(~rigid):
+        w = float(np.sqrt(abs(squares[k])))
+        pair = [complex(0, w), complex(0, -w)] if squares[k] > 0 else [complex(-w), complex(w)]
+        roots += pair
+        shape = _shape(names, shapes[:, k])
+        made += [_mode(s, shape) for s in pair if s.imag >= 0]
+    return Modes(sorted(made, key=lambda mode: mode.frequency), _sorted(np.array(roots)))

@@ -1,0 +1,223 @@
+"""Linear equations of a machine with constraints, reduced to deviations that are independent; for any scalar.
+
+    M u' + h - Q = Gᵀ λ,      φ = 0,      ψ = G u + g = 0,      α = G u' + γ = 0
+
+    ξ = T p,      δu = S v + P p,      δu' = S v' + W v + Z p,      G S = 0
+
+The equations of motion, with the multipliers λ held at their values, and the conditions ψ and α are differentiated on
+dual numbers. The rows of Sᵀ are free of δλ, so that the multipliers enter by the second derivatives of the conditions
+alone: Sᵀ (∂(Gᵀ λ)/∂ξ) T. Only the block of G of the dependent speeds is solved with.
+
+Sources: Meijaard, Papadopoulos, Ruina & Schwab (2007), appendix; Neimark & Fufaev, Dynamics of Nonholonomic Systems
+(1972), chapter V.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...dynamics.constraints import linearized, rows
+from ...dynamics.newton_euler import inverse_dynamics
+from ...model.model import Model
+from ...scalar.algebra import Field
+from ...scalar.dual import DualField, slope_of, value_of
+from .operating_point import perturbed, tangent_drift, tangent_names
+
+Array = Any
+Solve = Callable[[Array, Array], Array]
+"""X with A X = B, for square A."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Indices of the independent speeds, and of the independent deviations: the same ones, then those carried."""
+
+    speeds: tuple[int, ...]
+    carried: tuple[int, ...]
+    dependent_speeds: tuple[int, ...]
+    dependent: tuple[int, ...]  # deviations
+    active: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """Values and derivatives at a state, in all speeds and deviations.
+
+    ``left`` is M u' + h - Q, ``by_*`` its derivatives with λ held; ``G`` the matrix of the active conditions and
+    ``G_rate`` its rate along the motion; ``speed_by_q`` ∂ψ/∂ξ; ``acceleration_by_*`` those of α; ``touched`` the
+    derivatives of all conditions by the inputs.
+    """
+
+    left: Array
+    by_q: Array
+    by_u: Array
+    M: Array
+    B: Array
+    G: Array
+    G_rate: Array
+    multipliers: Array
+    speed_by_q: Array
+    acceleration_by_q: Array
+    acceleration_by_u: Array
+    touched: Array
+
+
+def slopes(
+    model: Model,
+    field: Field,
+    q: Sequence[Any],
+    u: Sequence[Any],
+    udot: Sequence[Any],
+    t: Any,
+    values: Mapping[Any, Any],
+    inputs: Sequence[str],
+    choice: Choice,
+    solve: Solve,
+    entry: Callable[[Any], Any],
+) -> Slopes:
+    """Derivatives of the equations of motion and of the active conditions, as arrays of ``entry`` of each scalar."""
+    n = model.n_u
+    symbols = {p.name: p.symbol for p in model.parameters}
+    place = {name: 3 * n + k for k, name in enumerate(name for name in inputs if name in symbols)}
+    dual = DualField(field)
+    clock = 3 * n + len(place)
+    state = perturbed(model, field, q, u, dual.dual(t, {clock: 1}), values, [symbols[name] for name in place])
+    accelerations = [dual.dual(x, {2 * n + j: 1}) for j, x in enumerate(udot)]
+    left = inverse_dynamics(model, state, accelerations)
+    given = linearized(model, state)
+    kinds = rows(model)
+    active = choice.active
+    G = [given.matrix[i] for i in active]
+
+    def table(xs: Sequence[Any], start: int, count: int) -> Array:
+        return _array([[entry(slope_of(x, start + j)) for j in range(count)] for x in xs], (len(xs), count))
+
+    values_of_G = _array([[entry(value_of(x)) for x in row] for row in G], (len(G), n))
+    residual = _array([entry(value_of(x)) for x in left], (n,))
+    fixed = list(choice.dependent_speeds)
+    multipliers = solve(values_of_G[:, fixed].T, residual[fixed]) if fixed else residual[:0]
+
+    def held(i: int, k: int) -> Any:
+        """Slope of (Gᵀ λ)_i with λ held."""
+        parts = zip(G, multipliers, strict=True)
+        return sum((entry(slope_of(row[i], k)) * m for row, m in parts), 0)
+
+    balance = [{k: entry(slope_of(x, k)) - held(i, k) for k in range(clock)} for i, x in enumerate(left)]
+
+    def block(start: int) -> Array:
+        return _array([[one[start + j] for j in range(n)] for one in balance], (n, n))
+
+    names = tangent_names(model)
+    B = [
+        [-one[place[name]] if name in place else int(names[i] == name) for name in inputs]
+        for i, one in enumerate(balance)
+    ]
+    rate = [
+        [
+            sum((entry(slope_of(x, j)) * entry(w) for j, w in enumerate(u)), entry(slope_of(x, clock)))
+            for x in row
+        ]
+        for row in G
+    ]
+    alpha = []
+    for i, row in zip(active, G, strict=True):
+        total = given.bias[i]
+        for x, a in zip(row, accelerations, strict=True):
+            total = total + x * a
+        alpha.append(total)
+    psi = [given.rate[i] for i in active]
+    by_input = [*psi, *alpha, *(given.residual[i] for i in active if not kinds[i].on_speeds)]
+    return Slopes(
+        left=residual,
+        by_q=block(0),
+        by_u=block(n),
+        M=block(2 * n),
+        B=_array(B, (n, len(inputs))),
+        G=values_of_G,
+        G_rate=_array(rate, (len(G), n)),
+        multipliers=multipliers,
+        speed_by_q=table(psi, 0, n),
+        acceleration_by_q=table(alpha, 0, n),
+        acceleration_by_u=table(alpha, n, n),
+        touched=table(by_input, 3 * n, len(place)),
+    )
+
+
+def _array(rows_: Any, shape: tuple[int, ...]) -> Array:
+    """An array of objects: products and sums are those of its scalars."""
+    result = np.empty(shape, dtype=object)
+    if result.size:
+        result[...] = rows_
+    return result
+
+
+def reduced(
+    model: Model, found: Slopes, drifts: tuple[Array, Array], choice: Choice, solve: Solve
+) -> dict[str, Array]:
+    """M, C, K, B of the independent deviations; K_carried, E and E_rates of those carried; what is left of balance.
+
+    c' = E (ξ, c) + E_rates ξ'. ``T``, ``S`` and ``P`` are those above, with w = ξ' in place of v = w - to_rates p.
+    ``drifts`` are `tangent_drift` of speeds and accelerations. Matrices of many states have an axis in front.
+    """
+    kinds = rows(model)
+    speeds, carried = list(choice.speeds), list(choice.carried)
+    free = [*speeds, *carried]
+    m, f = len(speeds), len(free)
+    holonomic = [k for k, i in enumerate(choice.active) if not kinds[i].on_speeds]
+    G, M = found.G, found.M
+    n = M.shape[-1]
+
+    def zeros(rows: int, columns: int) -> Array:
+        return np.zeros((*M.shape[:-2], rows, columns), dtype=M.dtype)
+
+    T, T_rate = zeros(n, f), zeros(n, f)
+    T[..., free, range(f)] = 1
+    if choice.dependent:
+        tied, H = list(choice.dependent), G[..., holonomic, :]
+        T[..., tied, :] = -solve(H[..., tied], H[..., free])
+        T_rate[..., tied, :] = -solve(H[..., tied], found.G_rate[..., holonomic, :] @ T)
+    fixed = list(choice.dependent_speeds)
+    S, P, W, Z = zeros(n, m), zeros(n, f), zeros(n, m), zeros(n, f)
+    S[..., speeds, range(m)] = 1
+    if fixed:
+        D = G[..., fixed]
+        S[..., fixed, :] = -solve(D, G[..., speeds])
+        P[..., fixed, :] = -solve(D, found.speed_by_q @ T)
+        W[..., fixed, :] = -solve(D, found.acceleration_by_u @ S)
+        Z[..., fixed, :] = -solve(D, found.acceleration_by_u @ P + found.acceleration_by_q @ T)
+    A, A_rate = drifts
+    # p' = v + (P + A T) p in the rows of the independent speeds; w = p' takes the place of v
+    drift = P + A @ T
+    to_w = drift[..., speeds, :]
+    to_w_rate = (A_rate @ T + A @ T_rate)[..., speeds, :]
+    E_rates = S[..., carried, :]
+    E = drift[..., carried, :] - E_rates @ to_w
+    unit = zeros(m, m)
+    unit[..., range(m), range(m)] = 1
+    p_by_w = np.concatenate([unit, E_rates], axis=-2)
+    p_by_p = np.concatenate([zeros(m, f), E], axis=-2)
+    St = np.swapaxes(S, -1, -2)
+    least = St @ M @ S
+    V = St @ (M @ W + found.by_u @ S)
+    K = St @ (M @ Z + found.by_u @ P + found.by_q @ T)
+    C = V - least @ to_w @ p_by_w
+    K = K - V @ to_w - least @ (to_w @ p_by_p + to_w_rate)
+    return {
+        "M": least, "C": C, "K": K[..., :m], "K_carried": K[..., m:], "B": St @ found.B, "E": E, "E_rates": E_rates,
+        "residual": (St @ found.left[..., None])[..., 0], "T": T, "S": S, "P": P, "to_rates": to_w,
+    }  # fmt: skip
+
+
+def drifts(
+    model: Model, u: Sequence[Any], udot: Sequence[Any], entry: Callable[[Any], Any]
+) -> tuple[Array, Array]:
+    """`tangent_drift` of speeds and accelerations, as arrays of ``entry`` of each scalar."""
+    first, second = (
+        _array([[entry(x) for x in row] for row in tangent_drift(model, w)], (model.n_u, model.n_u))
+        for w in (u, udot)
+    )
+    return first, second

@@ -1,0 +1,1 @@
+"""Printing of canonical polynomials and of results: text, LaTeX, MathML, SymPy."""

@@ -1,0 +1,477 @@
+"""From a canonical polynomial to what a textbook prints: a small tree of sums and products.
+
+Terms are grouped by accelerations, then by products of speeds, then the rest; each group's
+coefficient takes its shortest form (`angle_sums`), common factors come out, and groups with the
+same parameters in front are joined:
+
+    (M + m)*x'' + m*a*(theta''*cos(theta) - theta'^2*sin(theta)) + k*x
+
+A `Sum` is a list of `Term`; a term has a rational coefficient and factors ``(node, exponent)``.
+A node is a generator (its index), a sine or cosine of a sum of angles
+(``("sin", ((index, multiple), ...))``), a named lump (str), or a `Sum`.
+
+The file is longer than others: the rules of arrangement work on one tree, and call each other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import partial
+from math import gcd
+from typing import Any
+
+from ...scalar.polynomial import Polynomial, Ring
+from .angle_sums import shortest
+from .terms import (
+    ONE,
+    Key,
+    Sum,
+    Term,
+    common_divisor,
+    common_part,
+    content_of,
+    fold,
+    made_positive,
+    negative,
+    without,
+)
+
+_MOVING = {"reaction": 0, "acceleration": 1, "speed": 2}
+_FIXED = ("parameter", "constant", "load")
+
+
+LONGEST = 10_000
+"""Terms beyond which an element is not brought over a common denominator: nobody reads them."""
+PRINTED = 4
+"""Looks at a term until it is printed: some 80 μs."""
+LONG = 8
+"""Terms beyond which what stands under a root or a bar gets a name, where names are given."""
+
+
+@dataclass
+class Lumps:
+    """Names for the distinct coefficients of parameters; one table for many equations.
+
+    Attributes
+    ----------
+    table : dict
+        Name -> element of the ring, in the order of first use.
+    ring : Ring, optional
+        The ring of these elements; if not given, that of the printer that uses them first.
+    """
+
+    prefix: str = "c"
+    ring: Ring | None = None
+    table: dict[str, Polynomial] = field(default_factory=dict)
+    _names: dict[Any, str] = field(default_factory=dict)
+
+    def name(self, value: Polynomial) -> str:
+        """The name of a coefficient that is ``value``, also where it is of a ring made for one fraction."""
+        ring = self.ring or value.ring
+        key = value if value.ring is ring else ring.coerce(ring.from_sympy(value.to_sympy()))
+        if key not in self._names:
+            taken = {str(g.atom) for g in ring.generators if g.atom is not None}
+            n = len(self.table) + 1
+            while f"{self.prefix}{n}" in taken:
+                self.prefix += "_"
+            self._names[key] = f"{self.prefix}{n}"
+            self.table[self._names[key]] = key
+        return self._names[key]
+
+    def of_argument(self, g: Any) -> str | None:
+        """The name of what stands under a root or a bar, such as the square of a spring's length, if it is long."""
+        (x, *_) = g.arguments
+        if g.kind not in ("sqrt", "inverse") or len(x) <= LONG:
+            return None
+        return self.name(x)
+
+
+def arrange(x: Any, ring: Ring, lumps: Lumps | None = None, long: Lumps | None = None) -> Sum:
+    """The tree that is printed for an element, or for a plain number; ``long`` names long arguments of roots."""
+    if type(x) is not Polynomial:
+        return Sum([Term(x, [])] if x != 0 else [])
+    return _Arrangement(ring, lumps, long).entry(x)
+
+
+class _Arrangement:
+    def __init__(self, ring: Ring, lumps: Lumps | None, long: Lumps | None = None):
+        self.ring = ring
+        self.lumps = lumps
+        self.long = long
+        self.classes: dict[int, int] = {}
+        self.ranks: dict[int, Any] = {}
+
+    def rank(self, index: int) -> Any:
+        """Sorting key of a generator: atoms as declared, what is derived from them like they are."""
+        found = self.ranks.get(index)
+        if found is None:
+            g = self.ring.generators[index]
+            atoms = sorted(a.rank for a in self.ring.of_mask(g.depends))
+            found = self.ranks[index] = (*atoms, index) if g.arguments else (g.rank,)
+        return found
+
+    def _of_factor(self, factor: tuple[int, int]) -> Any:
+        return self.rank(factor[0])
+
+    def _ordered(self, monomial: Key) -> list[tuple[Any, int]]:
+        return sorted(monomial, key=self._of_factor)
+
+    # 0 moving (reactions, accelerations, speeds), 1 parameters, 2 all else
+    def class_of(self, index: int) -> int:
+        found = self.classes.get(index)
+        if found is None:
+            g = self.ring.generators[index]
+            if g.kind in _MOVING:
+                found = 0
+            elif g.kind in _FIXED or g.kind in ("inverse", "sqrt") and self._fixed(g):
+                found = 1
+            else:
+                found = 2
+            self.classes[index] = found
+        return found
+
+    def _fixed(self, g: Any) -> bool:
+        atoms = self.ring.of_mask(g.depends)
+        return all(a.kind in _FIXED for a in atoms) and not any(
+            h.kind in ("sin", "cos") for h in self.ring.used(g.arguments[0])
+        )
+
+    def entry(self, x: Polynomial) -> Sum:
+        """The whole of an element, over the denominators that are no parameters."""
+        self.ring.budget.scan(PRINTED * len(x))
+        denominators: list[tuple[Any, int]] = []
+        y: Any = x
+        while type(y) is Polynomial:
+            fractions = [
+                g
+                for g in self.ring.used(y)
+                if g.kind == "inverse" and self.class_of(g.index) == 2 and len(g.arguments[0]) > 1
+                if self.long is None or len(g.arguments[0]) <= LONG
+            ]
+            if not fractions:
+                break
+            g = fractions[-1]
+            n = max(e for m, _ in y.terms() for i, e in m if i == g.index)
+            if len(y) * len(g.arguments[0]) ** n > LONGEST:
+                break  # it stays a factor of its terms
+            y = y * g.arguments[0] ** n
+            denominators.append((g.arguments[0], n))
+        body = self.groups(self.ring.coerce(y))
+        if not denominators:
+            return body
+        sign = 1
+        below: list[tuple[Any, int]] = []
+        for d, n in denominators:
+            shown = self.groups(d)
+            if shown.terms[0].coefficient < 0:
+                shown = negative(shown)
+                sign *= (-1) ** n
+            below.append((shown, -n))
+        if sign < 0:
+            body = negative(body)
+        if len(body.terms) == 1:
+            return Sum([Term(body.terms[0].coefficient, body.terms[0].factors + below)])
+        return Sum([Term(1, [(body, 1), *below])])
+
+    # ------------------------------------------------------------------ grouping
+    def groups(self, x: Polynomial) -> Sum:
+        """Accelerations, then products of speeds, then the rest."""
+        table: dict[Key, dict[Key, dict[Key, int]]] = {}
+        class_of = self.class_of
+        folded = self._folded()
+        for monomial, c in x.terms():
+            moving, parameters, other = [], [], []
+            for f in monomial:
+                k = class_of(f[0])
+                if k == 2:
+                    other.append(f)
+                elif k == 1:
+                    parameters.append(f)
+                else:
+                    moving.append(f)
+            if folded:
+                parameters = fold(parameters, folded)
+                other = fold(other, folded)
+            row = table.setdefault(tuple(moving), {}).setdefault(tuple(other), {})
+            key = tuple(parameters)
+            row[key] = row.get(key, 0) + c
+        groups = []
+        for moving_key in sorted(table, key=self._order_of_moving):
+            coefficient, power = shortest(self.ring, table[moving_key], self.rank)
+            if coefficient:
+                groups.append((moving_key, self._by_parameters(coefficient, x.den * power)))
+        return Sum(self._assembled(groups))
+
+    def _folded(self) -> dict[int, int]:
+        """Inverse of one generator -> that generator, to be shown as a negative power."""
+        result = {}
+        for g in self.ring.generators:
+            if g.kind == "inverse" and len(g.arguments[0]) == 1:
+                ((index, _),) = g.arguments[0].terms()[0][0]
+                result[g.index] = index
+        return result
+
+    def _order_of_moving(self, key: Key) -> Any:
+        if not key:
+            return (9,)
+        kinds = [_MOVING[self.ring.generators[i].kind] for i, _ in key]
+        degree = sum(e for _, e in key)
+        indices = sorted(self.rank(i) for i, e in key for _ in range(e))
+        return (min(kinds), -degree, indices)
+
+    def _by_parameters(self, coefficient: Any, den: int) -> dict[Key, list[tuple[Fraction, Key]]]:
+        """{primitive polynomial in parameters: [(rational, monomial of the rest), ...]}."""
+        result: dict[Key, list[tuple[Fraction, Key]]] = {}
+        for other in sorted(coefficient, key=self._order_of_other):
+            parameters = coefficient[other]
+            content = gcd(*parameters.values())
+            items = sorted(parameters.items(), key=self._order_of_parameters)
+            if items[0][1] < 0:
+                content = -content
+            key = tuple((m, c // content) for m, c in items)
+            result.setdefault(key, []).append((Fraction(content, den), other))
+        return result
+
+    def _order_of_other(self, key: Key) -> Any:
+        """Coordinates, then sines and cosines by angle; the plain term first."""
+        degree = 0
+        order = []
+        for i, e in key:
+            if isinstance(i, str):
+                degree += 1
+                order.append((1, tuple((self.rank(j), n) for j, n in e), i != "sin"))
+                continue
+            g = self.ring.generators[i]
+            degree += abs(e)
+            if g.kind in ("sin", "cos"):
+                order.append((1, ((self.rank(min(g.index, g.partner)), e),), g.kind != "sin"))
+            else:
+                order.append((0, ((self.rank(i), e),), False))
+        return (degree, sorted(order))
+
+    # ------------------------------------------------------------------ assembly
+    def _assembled(self, groups: list[tuple[Key, dict[Key, list[tuple[Fraction, Key]]]]]) -> list[Term]:
+        """Terms of a sum; groups that have one and the same polynomial of parameters are joined."""
+        joined: dict[Key, list[tuple[Key, list[tuple[Fraction, Key]]]]] = {}
+        for moving, by_parameters in groups:
+            if moving and len(by_parameters) == 1:
+                ((parameters, rest),) = by_parameters.items()
+                if parameters != ONE:
+                    joined.setdefault(parameters, []).append((moving, rest))
+        terms: list[Term] = []
+        done: set[Key] = set()
+        for moving, by_parameters in groups:
+            if not moving:
+                for parameters, rest in by_parameters.items():
+                    terms += self._separate(parameters, rest)
+                continue
+            if len(by_parameters) > 1:
+                terms.append(self._mixed(moving, by_parameters))
+                continue
+            ((parameters, rest),) = by_parameters.items()
+            if parameters in done:
+                continue
+            if len(joined.get(parameters, ())) > 1:
+                done.add(parameters)
+                terms.append(self._joined(parameters, joined[parameters]))
+            else:
+                terms.append(self._product(parameters, moving, rest))
+        return terms
+
+    def _separate(self, parameters: Key, rest: list[tuple[Fraction, Key]]) -> list[Term]:
+        """Terms without speeds: one factored product, or several if nothing is gained."""
+        if len(rest) > 1 and parameters != ONE:
+            return [self._product(parameters, (), rest)]
+        terms = []
+        for r in rest:
+            term = self._product(parameters, (), [r])
+            if len(term.factors) == 1 and term.factors[0][1] == 1 and isinstance(term.factors[0][0], Sum):
+                inner = [Term(t.coefficient * term.coefficient, t.factors) for t in term.factors[0][0].terms]
+                terms += sorted(inner, key=lambda t: t.coefficient < 0)  # F - m g, not -m g + F
+            else:
+                terms.append(term)
+        return terms
+
+    def _product(self, parameters: Key, moving: Key, rest: list[tuple[Fraction, Key]]) -> Term:
+        """parameters · coordinates · moving · trigonometry."""
+        content, common, inner = common_part(rest)
+        number, factors = self._parameters(parameters, content)
+        before, after = self._sides(common)
+        factors += before
+        if len(inner) > 1:
+            body = Sum([Term(c, self._flat(other)) for c, other in inner])
+            number = made_positive(body, number)
+            factors.append((body, 1))
+        return Term(number, factors + self._moving(moving) + after)
+
+    def _joined(self, parameters: Key, parts: list[tuple[Key, list[tuple[Fraction, Key]]]]) -> Term:
+        """parameters · common · (moving · trigonometry + ...)."""
+        flat = [entry for _, rest in parts for entry in rest]
+        content, common, _ = common_part(flat)
+        inner = []
+        for moving, rest in parts:
+            left = [(c / content, without(other, common)) for c, other in rest]
+            if len(left) == 1:
+                c, other = left[0]
+                before, after = self._sides(other)
+                inner.append(Term(c, before + self._moving(moving) + after))
+            else:
+                inner.append(self._product(ONE, moving, left))
+        number, factors = self._parameters(parameters, content)
+        before, after = self._sides(common)
+        body = Sum(inner)
+        number = made_positive(body, number)
+        return Term(number, factors + before + after + [(body, 1)])
+
+    def _mixed(self, moving: Key, by_parameters: dict[Key, list[tuple[Fraction, Key]]]) -> Term:
+        """common · (parameters · trigonometry + ...) · moving."""
+        everything = [entry for rest in by_parameters.values() for entry in rest]
+        _, common, _ = common_part(everything)
+        shared = () if self.lumps else common_divisor([m for key in by_parameters for m, _ in key])
+        inner = []
+        for parameters, rest in by_parameters.items():
+            own = tuple((without(m, shared), c) for m, c in parameters)
+            left = [(c, without(other, common)) for c, other in rest]
+            term = self._product(own, (), left)
+            if len(term.factors) == 1 and term.factors[0][1] == 1 and isinstance(term.factors[0][0], Sum):
+                # parameters alone: their terms stand beside the others
+                inner += [Term(t.coefficient * term.coefficient, t.factors) for t in term.factors[0][0].terms]
+            else:
+                inner.append(term)
+        number: Any = content_of([Fraction(t.coefficient) for t in inner])
+        if number != 1:
+            for t in inner:
+                t.coefficient = t.coefficient / number
+        body = Sum(inner)
+        number = made_positive(body, number)
+        before, after = self._sides(common)
+        front = self._ordered(shared)
+        return Term(number, front + before + [(body, 1)] + self._moving(moving) + after)
+
+    def _flat(self, other: Key) -> list[tuple[Any, int]]:
+        before, after = self._sides(other)
+        return before + after
+
+    def _moving(self, key: Key) -> list[tuple[Any, int]]:
+        return self._ordered(key)
+
+    def _sides(self, other: Key) -> tuple[list[tuple[Any, int]], list[tuple[Any, int]]]:
+        """Coordinates, which stand before accelerations and speeds; functions, which stand after."""
+        before: list[tuple[Any, int]] = []
+        after: list[tuple[Any, int]] = []
+        for factor in sorted(other, key=lambda f: self._order_of_other((f,))):
+            i, e = factor
+            if isinstance(i, str):
+                after.append((factor, 1))
+            elif self.ring.generators[i].kind in ("coordinate", "time", "quaternion"):
+                before.append((i, e))
+            else:
+                after.append((i, e))
+        return before, after
+
+    # ------------------------------------------------------------------ parameters
+    def _order_of_parameters(self, item: tuple[Key, int]) -> Any:
+        """By the oldest generators; a plain number last."""
+        monomial = self._ordered(item[0])
+        ranks = [self.rank(i) for i, e in monomial for _ in range(abs(e))]
+        return not monomial, ranks, [-e for _, e in monomial]
+
+    def _parameters(self, key: Key, number: Fraction) -> tuple[Fraction | int, list[tuple[Any, int]]]:
+        """A polynomial of parameters times a number, as number and factors."""
+        fixed = self._fraction(key)
+        if fixed is not None:
+            return fixed.coefficient * number, fixed.factors
+        if len(key) == 1:
+            ((monomial, c),) = key
+            return number * c, self._ordered(monomial)
+        if self.lumps is not None:
+            return number, [(self.lumps.name(self._element(key)), 1)]
+        common = common_divisor([m for m, _ in key])
+        inner = [(without(m, common), c) for m, c in key]
+        if common:
+            inner.sort(key=self._order_of_parameters)
+        kept = number
+        if number.denominator != 1:  # (m/3 + M), not (m + 3 M)/3: the one with fewer numbers
+            spread = [Fraction(c) * number for _, c in inner]
+            if sum(abs(c) != 1 for c in spread) <= 1 + sum(abs(c) != 1 for _, c in inner):
+                inner = [(m, c) for (m, _), c in zip(inner, spread, strict=True)]
+                kept = Fraction(1)
+        body = self._collected(inner)
+        kept = made_positive(body, kept)
+        front = self._ordered(common)
+        at = self._place(front, [m for m, _ in inner])
+        return kept, front[:at] + [(body, 1)] + front[at:]
+
+    def _place(self, factors: list[tuple[Any, int]], bracket: list[Key]) -> int:
+        """Where a bracket stands: after the factors if all are older, else before them."""
+        ranks = [self.rank(i) for m in bracket for i, _ in m]
+        first = all(self.rank(i) < min(ranks) for i, _ in factors) if ranks else False
+        return len(factors) if first else 0
+
+    def _collected(self, inner: list[tuple[Key, Any]]) -> Sum:
+        """m₁ L² + m₂ L² as (m₁ + m₂) L² where that makes fewer terms."""
+        plain = Sum([Term(c, self._ordered(m)) for m, c in inner])
+        if len(inner) < 3 or len(inner) > 200:
+            return plain
+        best = None
+        oldest_linear = partial(min, key=lambda f: (abs(f[1]), self.rank(f[0])))
+        for pick in (oldest_linear, partial(min, key=self._of_factor), partial(max, key=self._of_factor)):
+            rows: dict[Key, list[tuple[Key, Any]]] = {}
+            for m, c in inner:
+                if not m:
+                    rows.setdefault((), []).append(((), c))
+                    continue
+                g, e = pick(m)
+                left = tuple(f for f in m if f[0] != g)
+                rows.setdefault(left, []).append((((g, e),), c))
+            if best is None or len(rows) < len(best):
+                best = rows
+        if best is None or len(best) == len(inner):
+            return plain
+        terms = []
+        for left, own in best.items():
+            if len(own) == 1:
+                ((m, c),) = own
+                terms.append(Term(c, self._ordered(tuple(sorted(m + left, reverse=True)))))
+                continue
+            if not left:
+                terms += [Term(c, self._ordered(m)) for m, c in own]
+                continue
+            number = content_of([Fraction(c) for _, c in own])
+            body = Sum([Term(c / number, self._ordered(m)) for m, c in own])
+            number = made_positive(body, number)
+            factors = self._ordered(left)
+            at = self._place(factors, [m for m, _ in own])
+            terms.append(Term(number, factors[:at] + [(body, 1)] + factors[at:]))
+        return Sum(terms)
+
+    def _element(self, key: Key) -> Polynomial:
+        total: Any = 0
+        for monomial, c in key:
+            value: Any = c
+            for i, e in monomial:
+                g = self.ring.variable(i)
+                value = value * (g**e if e > 0 else 1 / g**-e)
+            total = value + total
+        return self.ring.coerce(total)
+
+    def _fraction(self, key: Key) -> Term | None:
+        """M - M²/(m + M) as m M/(m + M): parameters over the sums they are divided by."""
+        generators = self.ring.generators
+        if not any(generators[i].kind == "inverse" for m, _ in key for i, _ in m):
+            return None
+        x: Any = self._element(key)
+        below: list[tuple[Any, int]] = []
+        while type(x) is Polynomial:
+            sums = [g for g in self.ring.used(x) if g.kind == "inverse" and len(g.arguments[0]) > 1]
+            if not sums:
+                break
+            g = sums[-1]
+            n = max(e for m, _ in x.terms() for i, e in m if i == g.index)
+            x = x * g.arguments[0] ** n
+            below.append((self.groups(g.arguments[0]), -n))
+        top = arrange(x, self.ring)
+        if len(top.terms) == 1:
+            return Term(top.terms[0].coefficient, top.terms[0].factors + below)
+        return Term(1, [(top, 1), *below])

@@ -1,0 +1,82 @@
+"""Ratios of canonical polynomials as people read them: text, LaTeX, SymPy."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from ...scalar.element import Polynomial
+from ...scalar.half_angles import half_angles
+from ...scalar.polynomial import Ring
+from ...scalar.ratio import Ratio
+from .display import displayed, latex, text
+from .mathml import MathML
+
+
+def parts(r: Any, ring: Ring) -> tuple[Any, Any, Ring]:
+    """Numerator and denominator as they are printed, integers under the bar too, and the ring that they are of.
+
+    Where sines or cosines are below, it is the form that all equal fractions have, `half_angles`.
+    """
+    if type(r) is not Ratio:
+        return r, 1, ring
+    form = half_angles(r.num, r.den)
+    if form is not None:
+        ring, r = form.ring, Ratio(form.ring, form.top, form.below)
+    num, den = r.num, r.den
+    if den == 1:
+        return num, 1, ring
+    integer = num.den if type(num) is Polynomial else Fraction(num).denominator
+    if text(den, ring).startswith("-"):
+        integer = -integer
+    return num * integer, den * integer, ring
+
+
+def ratio_text(r: Any, ring: Ring) -> str:
+    """A ratio, an element or a number as plain text."""
+    num, den, ring = parts(r, ring)
+    top = text(num, ring)
+    if den == 1:
+        return top
+    below = text(den, ring)
+    return f"{_bracketed(top)}/{below if _simple(below) else f'({below})'}"
+
+
+def _simple(written: str) -> bool:
+    return not any(c in written for c in " */")
+
+
+def _bracketed(written: str) -> str:
+    depth = 0
+    for i, c in enumerate(written):
+        depth += (c == "(") - (c == ")")
+        if depth == 0 and c == " " and i:
+            return f"({written})"
+    return written
+
+
+def ratio_latex(r: Any, ring: Ring) -> str:
+    """A ratio as LaTeX."""
+    num, den, ring = parts(r, ring)
+    if den == 1:
+        return latex(num, ring)
+    over = latex(num, ring)
+    if over.startswith("-") and _bracketed(over) == over:
+        return f"-\\frac{{{over[1:].strip()}}}{{{latex(den, ring)}}}"
+    return f"\\frac{{{over}}}{{{latex(den, ring)}}}"
+
+
+def ratio_mathml(r: Any, ring: Ring) -> str:
+    """A ratio as MathML to stand in a formula."""
+    num, den, ring = parts(r, ring)
+    printer = MathML(ring)
+    if den == 1:
+        return printer.show(num)
+    return f"<mfrac><mrow>{printer.show(num)}</mrow><mrow>{printer.show(den)}</mrow></mfrac>"
+
+
+def ratio_displayed(r: Any, ring: Ring) -> Any:
+    """A ratio as a SymPy expression, numerator and denominator grouped as they are printed."""
+    num, den, ring = parts(r, ring)
+    top = displayed(num, ring)
+    return top if den == 1 else top / displayed(den, ring)

@@ -1,0 +1,175 @@
+"""What text, LaTeX, MathML and SymPy have in common: walking the tree of `arrange`.
+
+A printer says how a number, a power, a product, a fraction, a sum and a function look; this
+walks the tree and remembers what it has printed.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+from ...scalar.half_angles import half_angles
+from ...scalar.polynomial import Ring
+from .arrange import LONG, Lumps, arrange
+from .terms import Sum, Term
+
+
+class Printer(ABC):
+    """Turns trees of one ring into one kind of output."""
+
+    bars = True  # fractions are drawn with a bar
+
+    def __init__(self, ring: Ring, lumps: Lumps | None = None, long: Lumps | None = None):
+        self.ring = ring
+        self.lumps = lumps
+        self.long = long
+        for names in (lumps, long):
+            if names is not None and names.ring is None:
+                names.ring = ring
+        self.memo: dict[Any, Any] = {}
+
+    def show(self, x: Any) -> Any:
+        """An element or a number; one that is divided by sines in the form that all equal ones have."""
+        form = half_angles(x)
+        if form is None or self.long is not None and form.longest > LONG:
+            return self.sum(arrange(x, self.ring, self.lumps, self.long))
+        own = type(self)(form.ring, self.lumps, self.long)
+        return own.sum(arrange(form.whole, form.ring, self.lumps, self.long))
+
+    def sum(self, s: Sum) -> Any:
+        """All terms of a sum."""
+        if not s.terms:
+            return self.number(0)
+        if len(s.terms) == 1:
+            term = s.terms[0]
+            if term.coefficient == 1 and len(term.factors) == 1:
+                node, e = term.factors[0]
+                if e == 1 and isinstance(node, Sum):
+                    return self.sum(node)
+        return self.added([(t.coefficient < 0, self.term(t)) for t in s.terms])
+
+    def term(self, t: Term) -> Any:
+        """A term without its sign."""
+        c = abs(t.coefficient)
+        p, q = c.numerator, c.denominator
+        over, under = [], []
+        for node, e in self._with_tangents(t.factors):
+            if e > 0 and isinstance(node, int) and self.ring.generators[node].kind == "inverse":
+                under.append((self._below(self.ring.generators[node]), e))
+            elif e > 0 or self._is_exponential(node):
+                over.append((node, e))
+            else:
+                under.append((node, -e))
+        if self.bars and under:
+            return self.product(p, self._factors(over, p == 1), q, self._factors(under, q == 1))
+        return self.product(p, self._factors(over, False), q, self._factors(under, False))
+
+    def _below(self, g: Any) -> Any:
+        """What an inverse is of: a name or a sum."""
+        return self.long and self.long.of_argument(g) or arrange(g.arguments[0], self.ring)
+
+    def _factors(self, factors: list[tuple[Any, int]], alone: bool) -> list[Any]:
+        if alone and len(factors) == 1 and factors[0][1] == 1 and isinstance(factors[0][0], Sum):
+            return [self.sum(factors[0][0])]  # above or below a bar a sum needs no bracket
+        return [self.factor(node, e) for node, e in factors]
+
+    def _with_tangents(self, factors: list[tuple[Any, int]]) -> list[tuple[Any, int]]:
+        """sin(x)/cos(x) as tan(x)."""
+        generators = self.ring.generators
+        powers = {i: e for i, e in factors if isinstance(i, int) and e < 0 and generators[i].kind == "cos"}
+        if not powers:
+            return factors
+        result = []
+        used = set()
+        for i, e in factors:
+            if isinstance(i, int) and generators[i].kind == "sin" and powers.get(generators[i].partner) == -e:
+                result.append((("tan", ((generators[i].partner, 1),)), e))
+                used.add(generators[i].partner)
+            else:
+                result.append((i, e))
+        return [(i, e) for i, e in result if not (isinstance(i, int) and i in used)]
+
+    def _is_exponential(self, node: Any) -> bool:
+        return isinstance(node, int) and self.ring.generators[node].name == "exp"
+
+    def factor(self, node: Any, e: int) -> Any:
+        """A node to a positive power."""
+        if isinstance(node, Sum):
+            return self.power(self.bracketed(self.sum(node)), e)
+        key = (node, e)
+        found = self.memo.get(key)
+        if found is None:
+            found = self.memo[key] = self._factor(node, e)
+        return found
+
+    def _factor(self, node: Any, e: int) -> Any:
+        if isinstance(node, str):
+            return self.power(self.name(node), e)
+        if isinstance(node, tuple):
+            function, angles = node
+            total: Any = 0
+            for index, n in angles:
+                total = self.ring.generators[index].arguments[0] * n + total
+            return self.function(function, [self.argument(total)], e)
+        g = self.ring.generators[node]
+        if g.kind == "inverse":  # only inside arguments of functions
+            return self.product(1, [], 1, self._factors([(self._below(g), e)], self.bars))
+        if g.name == "exp":
+            return self.function("exp", [self.argument(g.arguments[0] * e)], 1)
+        if g.kind == "sqrt":
+            name = self.long and self.long.of_argument(g)
+            return self.power(self.root(self.name(name) if name else self.argument(g.arguments[0])), e)
+        if g.arguments:
+            return self.function(g.name or g.kind, [self.argument(a) for a in g.arguments], e)
+        return self.generator(g.atom, e)
+
+    def argument(self, x: Any) -> Any:
+        """An argument of a function: without lumps."""
+        return self.sum(arrange(x, self.ring))
+
+    def generator(self, atom: Any, e: int) -> Any:
+        """A symbol, or a function of time with its derivatives."""
+        name, dots = name_of(atom)
+        return self.power(self.name(name, dots), e)
+
+    @abstractmethod
+    def number(self, n: int) -> Any:
+        """A whole number."""
+
+    @abstractmethod
+    def name(self, name: str, dots: int = 0) -> Any:
+        """A name, differentiated ``dots`` times."""
+
+    @abstractmethod
+    def power(self, base: Any, e: int) -> Any:
+        """A printed factor to a positive whole power."""
+
+    @abstractmethod
+    def bracketed(self, s: Any) -> Any:
+        """A sum as a factor."""
+
+    @abstractmethod
+    def product(self, p: int, over: list[Any], q: int, under: list[Any]) -> Any:
+        """p · over / (q · under), of printed factors."""
+
+    @abstractmethod
+    def added(self, terms: list[tuple[bool, Any]]) -> Any:
+        """(is negative, printed term) joined by signs."""
+
+    @abstractmethod
+    def function(self, name: str, arguments: list[Any], e: int) -> Any:
+        """A function to a positive whole power."""
+
+    @abstractmethod
+    def root(self, argument: Any) -> Any:
+        """A square root."""
+
+
+def name_of(atom: Any) -> tuple[str, int]:
+    """Name of a SymPy atom and how many times it is differentiated."""
+    if atom.is_Derivative:
+        return atom.expr.func.__name__, sum(n for _, n in atom.variable_count)
+    if atom.is_Function:
+        return atom.func.__name__, 0
+    return str(atom), 0

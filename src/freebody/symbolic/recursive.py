@@ -1,0 +1,391 @@
+"""Equations of motion written recursively: what grows with the number of bodies gets a name, body by body.
+
+Outward from the ground, in the order of the links,
+
+    φ_k = φ_{k-1} + θ_k,    a_k = a_{k-1} + α_{k-1} × r + ω_{k-1} × (ω_{k-1} × r),
+
+inward from the tips the force and the moment that the joint of body k passes on to it,
+
+    f_k = m a_C + Σ f_{k+1} - loads,    n_k = dH/dt + Σ (n_{k+1} + r × f_{k+1}) - loads,
+
+and for every coordinate the projection of these on its motion. The algorithm is that of all other equations
+(`dynamics.newton_euler`) with a name in place of each component of more than one term, so that every line is short and
+their number is proportional to that of the bodies. As long as all axes on the way from the ground are parallel,
+components are along fixed axes and angles are counted from the ground; the other bodies' are along their own axes.
+
+Source: Luh, Walker and Paul, On-line computational scheme for mechanical manipulators (1980); gravity as there, by an
+acceleration of the ground.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import sympy
+
+from ..dynamics.constrained import constrained_loading
+from ..dynamics.constraints import residuals, rows
+from ..dynamics.kinematics import Posture, velocities
+from ..dynamics.loading import Loading, loading
+from ..dynamics.newton_euler import inverse_dynamics
+from ..dynamics.state import State, polynomial_state
+from ..model.model import GROUND, Model
+from ..scalar.algebra import (
+    IDENTITY,
+    Matrix,
+    Vector,
+    add,
+    apply,
+    apply_transpose,
+    congruence,
+    multiply,
+    negate,
+)
+from ..scalar.polynomial import Polynomial, Ring
+from ..space.spatial import Inertia, Spatial
+from ..space.turn import matrix_about
+from .printing.printer import Printer
+
+FACTORS = 3
+"""Factors of a term that stays without a name."""
+
+FEW = 6
+"""Bodies that are listed by name."""
+
+POSITIONS, MOTION, FORCES = range(3)
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A named quantity: its symbol, the canonical polynomial that it stands for, and what it belongs to.
+
+    Rates of an angle are defined by the angle: ``angle`` is its generator.
+    """
+
+    symbol: Any
+    value: Any
+    part: int
+    angle: int | None = None
+
+
+@dataclass(frozen=True)
+class Turn:
+    """Axes of a link that turned by ``angle`` about a fixed ``axis``: R = R(axis, angle) ``rest``."""
+
+    axis: Vector | None
+    angle: Any
+    rate: Any
+    second: Any
+    rest: Matrix
+
+
+class Names:
+    """The named quantities of one machine, in the order of their definition."""
+
+    def __init__(self, model: Model, ring: Ring) -> None:
+        self.ring = ring
+        self.definitions: dict[int, Definition] = {}
+        self._known: dict[Any, Any] = {}
+        self._time = model.names.atoms["t"]
+        self._taken = {*model.names.kinds, *model.loads, *(row.name for row in rows(model))}
+
+    def fresh(self, name: str) -> str:
+        """A name that the model does not have."""
+        while name in self._taken:
+            name += "_"
+        self._taken.add(name)
+        return name
+
+    def named(self, name: str, value: Any, kind: str, part: int) -> Any:
+        """``value`` itself if it is short, else a symbol for it; equal and opposite values share one."""
+        if type(value) is not Polynomial or (len(value) == 1 and value.num.total_degree() <= FACTORS):
+            return value
+        for known, sign in ((value, 1), (-value, -1)):
+            if known in self._known:
+                return sign * self._known[known]
+        symbol = sympy.Symbol(self.fresh(name), real=True)
+        return self._add(symbol, value, kind, part)
+
+    def _add(self, symbol: Any, value: Any, kind: str, part: int, angle: int | None = None) -> Any:
+        x = self.ring.generator(symbol, kind)
+        (g,) = self.ring.used(x)
+        self.definitions[g.index] = Definition(symbol, value, part, angle)
+        self._known[value] = x
+        return x
+
+    def vector(self, name: str, v: Vector, kind: str, part: int) -> Vector:
+        """Components of a vector, named where they are not short."""
+        x, y, z = (self.named(f"{name}_{c}", a, kind, part) for c, a in zip("xyz", v, strict=True))
+        return (x, y, z)
+
+    def angle(self, name: str, value: Any, rates: Sequence[Any]) -> tuple[Any, Any, Any]:
+        """An angle and its two rates, named by one name and its primes."""
+        if type(value) is not Polynomial or (len(value) == 1 and value.num.total_degree() == 1):
+            return value, *rates
+        phi = sympy.Function(self.fresh(name), real=True)(self._time)
+        whole = self._add(phi, value, "coordinate", POSITIONS)
+        (g,) = self.ring.used(whole)
+        first, second = (
+            self._add(symbol, x, kind, POSITIONS, g.index) if type(x) is Polynomial else x
+            for symbol, x, kind in zip(
+                (phi.diff(), phi.diff().diff()), rates, ("speed", "acceleration"), strict=True
+            )
+        )
+        return whole, first, second
+
+    def used_by(self, elements: Sequence[Any]) -> list[Definition]:
+        """The definitions that elements need, in order."""
+        needed: set[int] = set()
+        pending = list(elements)
+        while pending:
+            x = pending.pop()
+            for g in self.ring.of_mask(self.ring.depends(x)):
+                if g.index in self.definitions and g.index not in needed:
+                    needed.add(g.index)
+                    definition = self.definitions[g.index]
+                    pending.append(definition.value)
+                    if definition.angle is not None:
+                        pending.append(self.ring.variable(definition.angle))
+        return [d for i, d in self.definitions.items() if i in needed]
+
+
+class _Placed(State):
+    """The model in the axes of its links, with names for the lines and pulls of its springs and dampers."""
+
+    def __init__(self, base: State, names: Names) -> None:
+        super().__init__(base.model, base.field, base.t, base.q, base.u, base.values)
+        self._names = names
+
+    def kept(self, what: str, of: Any, value: Any) -> Any:
+        if what == "line":
+            return self._names.vector(f"d_{of}", value, "coordinate", POSITIONS)
+        return self._names.vector(f"F_{of}", value, "reaction", FORCES) if what == "pull" else value
+
+
+class _Working(State):
+    """The model in working axes: fixed ones, while all axes from the ground on are parallel, else those of the link.
+
+    The algorithms take vectors in whatever axes the joints, inertias and subspaces are given.
+    """
+
+    def __init__(self, base: State, names: Names, udot: Sequence[Any]) -> None:
+        super().__init__(base.model, base.field, base.t, base.q, base.u, base.values)
+        self._base = base
+        self._names = names
+        self._udot = udot
+        self._turns: list[Turn | None] = []
+        for i in range(len(self.model.links)):
+            self._turns.append(self._turn(i))
+
+    def label(self, i: int) -> str:
+        """The joint of a link, with a number for the links inside it."""
+        joint = self.model.joints[self.model.links[i].joint]
+        return (
+            self.model.links[i].joint
+            if joint.links[-1] == i
+            else f"{self.model.links[i].joint}_{joint.links.index(i) + 1}"
+        )
+
+    def _turn(self, i: int) -> Turn | None:
+        link = self.model.links[i]
+        parent = Turn(None, 0, 0, 0, IDENTITY) if link.parent == GROUND else self._turns[link.parent]
+        if parent is None or link.kind in ("ball", "free"):
+            return None
+        rest = multiply(parent.rest, self.matrix(link.rotation))
+        if link.kind not in ("hinge", "screw"):
+            return Turn(parent.axis, parent.angle, parent.rate, parent.second, rest)
+        n = apply(rest, self.vector(link.axis))
+        y, rate, second = self(link.displacement), self.rate(link), self.second_rate(link, self._udot)
+        axis = n if parent.axis is None else parent.axis
+        if axis == negate(n):
+            y, rate, second = -y, -rate, -second
+        elif axis != n:
+            return None
+        name = f"phi_{link.body}" if link.body else f"phi_{self.label(i)}"
+        rates = (parent.rate + rate, parent.second + second)
+        return Turn(axis, *self._names.angle(name, parent.angle + y, rates), rest)
+
+    def axes(self, i: int) -> Matrix:
+        """Rotation from a link's axes to its working axes."""
+        if i == GROUND:
+            return IDENTITY
+        turn = self._turns[i]
+        if turn is None:
+            return IDENTITY
+        if turn.axis is None:
+            return turn.rest
+        if ("axes", i) not in self.cache:
+            self.cache["axes", i] = multiply(matrix_about(turn.axis, turn.angle, self.field), turn.rest)
+        return self.cache["axes", i]
+
+    def fixed(self, i: int) -> bool:
+        """Whether the working axes of a link are fixed."""
+        return i == GROUND or self._turns[i] is not None
+
+    def joint(self, i: int) -> tuple[Matrix, Vector, Spatial]:
+        if i not in self._joints:
+            parent = self.model.links[i].parent
+            R, p, (w, v) = self._base.joint(i)
+            R_P, R_i = self.axes(parent), self.axes(i)
+            if self.fixed(i):
+                R = IDENTITY
+            elif self.fixed(parent):
+                R = multiply(R_P, R)
+            turn = self._turns[i]
+            if turn is not None and turn.axis is not None and self.model.links[i].kind in ("hinge", "screw"):
+                before = self._turns[parent] if parent != GROUND else None
+                w = tuple((turn.rate - (before.rate if before else 0)) * n for n in turn.axis)
+            else:
+                w = apply(R_i, w)
+            self._joints[i] = (R, apply(R_P, p), (w, apply(R_i, v)))
+        return self._joints[i]
+
+    def inertia(self, i: int) -> Inertia:
+        if i not in self._inertias:
+            m, h, J = self._base.inertia(i)
+            R = self.axes(i)
+            self._inertias[i] = (m, apply(R, h), J if R == IDENTITY else congruence(R, J))
+        return self._inertias[i]
+
+    def subspace(self, i: int) -> Spatial:
+        n, s = self._base.subspace(i)
+        return apply(self.axes(i), n), apply(self.axes(i), s)
+
+    def kept(self, what: str, of: Any, value: Any) -> Any:
+        turn, label = self._turns[of], self.label(of)
+        names = self._names
+        if what == "force":
+            n, f = value
+            f = names.vector(label, f, "reaction", FORCES)
+            x, y, z = (
+                names.named(f"{label}_M{c}", a, "reaction", FORCES) for c, a in zip("xyz", n, strict=True)
+            )
+            return (x, y, z), f
+        turning, moving = value
+        kind = "speed" if what == "velocity" else "acceleration"
+        if turn is not None:
+            along = turn.rate if what == "velocity" else turn.second
+            turning = (0, 0, 0) if turn.axis is None else tuple(along * n for n in turn.axis)
+        else:
+            body = self.model.links[of].body or label
+            letter = "omega" if kind == "speed" else "alpha"
+            turning = names.vector(f"{letter}_{body}", turning, kind, MOTION)
+        return turning, names.vector(f"{'v' if kind == 'speed' else 'a'}_{label}", moving, kind, MOTION)
+
+
+class Recursive:
+    """The equations of motion of a model in named quantities; see the module."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.ring = Ring(capacity=64 + len(model.parameters) + 6 * model.n_q + 24 * len(model.links))
+        self.ring.budget.subject = f"the recursive equations of '{model.name}'"
+        self.ring.budget.cure = "Ask for numbers: fb.simulate, fb.compile, fb.linearize with values=."
+        self.names = Names(model, self.ring)
+        base = _Placed(polynomial_state(model, self.ring), self.names)
+        self.udot = tuple(self.ring.generator(speed.acceleration, "acceleration") for speed in model.speeds)
+        self._base = base
+        self.working = _Working(base, self.names, self.udot)
+        self._place()
+        self.balances = inverse_dynamics(model, self.working, self.udot, self._loads())
+        self.residuals = [x for x in residuals(model, base) if x != 0] if model.constraints else []
+
+    def _place(self) -> None:
+        """Postures and velocities of the links, in names, for the loads."""
+        model, base, working, names = self.model, self._base, self.working, self.names
+        if not model.loads and not model.constraints:
+            return
+        postures: list[Posture] = []
+        for i, link in enumerate(model.links):
+            label = working.label(i)
+            R, p, _ = base.joint(i)
+            at = Posture(IDENTITY, (0, 0, 0)) if link.parent == GROUND else postures[link.parent]
+            if working.fixed(i):
+                turned = working.axes(i)
+            else:
+                rows_ = multiply(at.rotation, R)
+                turned = tuple(  # type: ignore[assignment]
+                    names.vector(f"R_{label}_{c}", row, "coordinate", POSITIONS)
+                    for c, row in zip("xyz", rows_, strict=True)
+                )
+            place = add(at.position, apply(at.rotation, p))
+            postures.append(Posture(turned, names.vector(f"r_{label}", place, "coordinate", POSITIONS)))
+        base.cache["postures"] = postures
+        found = []
+        for i, (w, v) in enumerate(velocities(model, working)):
+            R = working.axes(i)
+            found.append((apply_transpose(R, w), apply_transpose(R, v)))
+        base.cache["velocities"] = found
+
+    def _loads(self) -> Loading:
+        """The loads and the forces of constraints, in working axes."""
+        model, base, working = self.model, self._base, self.working
+        if model.constraints:
+            multipliers = [
+                self.ring.generator(sympy.Symbol(row.name, real=True), "reaction") for row in rows(model)
+            ]
+            given = constrained_loading(model, base, multipliers)
+        else:
+            given = loading(model, base)
+        turned = {
+            i: (apply(working.axes(i), n), apply(working.axes(i), f)) for i, (n, f) in given.wrenches.items()
+        }
+        return Loading(turned, given.along, given.generalized)
+
+    @property
+    def normal(self) -> int | None:
+        """Number of the ground axis about which alone bodies turn and along which none moves, if there is one."""
+        working, still = self.working, [True, True, True]
+        turns = [True, True, True]
+        for i, (w, v) in enumerate(velocities(self.model, working)):
+            if not working.fixed(i):
+                return None
+            for k in range(3):
+                still[k] = still[k] and v[k] == 0
+                turns[k] = turns[k] and all(w[j] == 0 for j in range(3) if j != k)
+        return next((k for k in (2, 1, 0) if still[k] and turns[k]), None)
+
+    @cached_property
+    def definitions(self) -> list[Definition]:
+        """The named quantities that the equations need, in order."""
+        return self.names.used_by([*self.balances, *self.residuals])
+
+    @cached_property
+    def formulas(self) -> list[tuple[str, list[tuple[Any, Any]]]]:
+        """(heading, [(left, right), ...]): definitions in the order in which they are used, then the equations."""
+        own = [
+            link.body for i, link in enumerate(self.model.links) if link.body and not self.working.fixed(i)
+        ]
+        axes = "along ground axes"
+        if own:
+            axes = f"along {'ground axes, those of ' if len(own) < len(self.model.bodies) else 'the own axes of '}"
+            axes += f"{_listed(own)}{' along their own axes' if len(own) < len(self.model.bodies) else ''}"
+        headings = {
+            POSITIONS: "Angles and positions, outward from the ground; an angle's rates are its derivatives:",
+            MOTION: f"Motion at the joints, outward; accelerations less that of gravity; components {axes}:",
+            FORCES: "Forces and moments that the joints pass on, springs and motors along them included, inward:",
+        }
+        result = []
+        for part, heading in headings.items():
+            lines = [(d.symbol, d.value) for d in self.definitions if d.part == part and d.angle is None]
+            if lines:
+                result.append((heading, lines))
+        last = [(x, 0) for x in (*self.balances, *self.residuals)]
+        return [*result, ("Equations of motion:", last)]
+
+    def written(self, kind: type[Printer], sign: str) -> Iterator[tuple[str, list[str]]]:
+        """(heading, lines) in one kind of print."""
+        printer = kind(self.ring)
+        for heading, pairs in self.formulas:
+            lines = []
+            for left, right in pairs:
+                name = printer.generator(left, 1) if isinstance(left, sympy.Basic) else printer.show(left)
+                lines.append(f"{name}{sign}{printer.show(right)}")
+            yield heading, lines
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names) if len(names) <= FEW else f"{', '.join(names[: FEW - 1])}, ..., {names[-1]}"

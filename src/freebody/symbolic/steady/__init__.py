@@ -1,0 +1,1 @@
+"""Steady motions: conditions, families of solutions, stability."""

@@ -1,0 +1,210 @@
+"""Branches of steady motions along a parameter, by pseudo-arclength, with folds and bifurcations.
+
+Along a branch F(x, p) = 0 with unit tangent t, a fold is where dp/ds changes sign, and a bifurcation where the
+determinant of (∂F/∂(x, p); t) does.
+
+Source: E. L. Allgower, K. Georg, Introduction to Numerical Continuation Methods (2003), chapters 2, 6 and 8.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...errors import ModelError
+from ..printing.lines import Lines, assignments
+from .numeric import EPS, Pieces
+
+
+@dataclass(frozen=True)
+class Special(Lines):
+    """A fold or a bifurcation: where it is, in the parameter and the unknowns."""
+
+    kind: str
+    parameter: float
+    values: dict[str, float]
+
+    def _lines(self) -> list[list[Any]]:
+        return [[f"{self.kind} at ", self.parameter, ": ", *assignments(self.values.items())]]
+
+
+@dataclass(frozen=True)
+class Branch(Lines):
+    """Steady motions along a parameter.
+
+    Attributes
+    ----------
+    parameter : str
+    parameters : ndarray, shape (n,)
+    values : dict of ndarray, shape (n,)
+        Unknowns by name.
+    stable : tuple of str
+        The verdict at each point.
+    special : tuple of Special
+        Folds (the branch turns back) and bifurcations (another branch crosses), located.
+    """
+
+    parameter: str
+    parameters: np.ndarray
+    values: dict[str, np.ndarray]
+    stable: tuple[str, ...]
+    special: tuple[Special, ...]
+
+    @property
+    def folds(self) -> tuple[Special, ...]:
+        """Where the branch turns back in the parameter."""
+        return tuple(one for one in self.special if one.kind == "fold")
+
+    @property
+    def bifurcations(self) -> tuple[Special, ...]:
+        """Where another branch crosses."""
+        return tuple(one for one in self.special if one.kind == "bifurcation")
+
+    def _lines(self) -> list[list[Any]]:
+        """Its ends and where the verdict changes, then its folds and bifurcations."""
+        shown = [0, *(k for k in range(1, len(self.stable)) if self.stable[k] != self.stable[k - 1])]
+        if len(self.stable) - 1 not in shown:
+            shown.append(len(self.stable) - 1)
+        lines: list[list[Any]] = [[f"Steady motions over {self.parameter}, {len(self.parameters)} points"]]
+        for k in shown:
+            at = ((name, float(x[k])) for name, x in self.values.items())
+            here = assignments([(self.parameter, float(self.parameters[k])), *at])
+            lines.append([*here, f"  {self.stable[k]}"])
+        return [*lines, *(line for one in self.special for line in one._lines())]
+
+    def __repr__(self) -> str:
+        a, b = self.parameters[0], self.parameters[-1]
+        marks = "".join(f", {one.kind} at {one.parameter:.6g}" for one in self.special)
+        return f"Branch over {self.parameter} from {a:.6g} to {b:.6g}, {len(self.parameters)} points{marks}"
+
+
+def follow(
+    one: Pieces, start: np.ndarray, span: tuple[float, float], direction: int, points: int = 400
+) -> tuple[np.ndarray, list[tuple[str, np.ndarray]]]:
+    """Points z = (unknowns, parameter) of the branch through ``start``, by pseudo-arclength, and what is special.
+
+    ``one`` has the parameter as its last unknown, whose unit of length is the range; angles have their own, and other
+    unknowns are measured by their size.
+    """
+    fixed = np.append(one.angles[:-1], True)
+    unit = np.append(np.ones(len(start) - 1), abs(span[1] - span[0]))
+    scale = unit
+
+    def scaled(z: np.ndarray) -> np.ndarray:
+        return np.where(fixed, unit, np.maximum(1, np.abs(z)))
+
+    def tangent(z: np.ndarray, before: np.ndarray | None) -> np.ndarray:
+        _, _, V = np.linalg.svd(one.jacobian(z) * scale)
+        t = V[-1]
+        turn = t @ before if before is not None else t[-1] * direction
+        return -t if turn < 0 else t
+
+    def test(z: np.ndarray, t: np.ndarray) -> float:
+        return float(np.linalg.det(np.vstack([_unit_rows(one.jacobian(z) * scale), t])))
+
+    def correct(guess: np.ndarray, t: np.ndarray) -> np.ndarray | None:
+        z = guess.copy()
+        for _ in range(12):
+            A = np.vstack([one.jacobian(z) * scale, t])
+            right = np.append(one.values(z), t @ ((z - guess) / scale))
+            try:
+                step = np.linalg.solve(A, right)
+            except np.linalg.LinAlgError:
+                return None
+            z = z - step * scale
+            if not np.isfinite(z).all():
+                return None
+            if np.abs(step).max() <= 64 * EPS * (1 + np.abs(z / scale).max()):
+                return z
+        return z if np.abs(step).max() <= np.sqrt(EPS) else None
+
+    h = largest = 1 / np.float64(50)
+    z = start
+    scale = scaled(z)
+    t = tangent(z, None)
+    path, special = [z], []
+    while len(path) < points:
+        new = correct(z + h * t * scale, t)
+        if new is None or np.linalg.norm((new - z) / scale) > 2 * h:
+            h = h / 2
+            if h < np.sqrt(EPS):
+                break
+            continue
+        after = tangent(new, t)
+        if t @ after < 1 - 1 / np.float64(50) and h > largest / 64:
+            h = h / 2
+            continue
+        for kind, f in (("fold", lambda z, t: float(t[-1])), ("bifurcation", test)):
+            if f(z, t) * f(new, after) < 0:
+                special.append((kind, _located(z, t, h, f, correct, tangent, scale)))
+        z, t = new, after
+        grown = scaled(z)
+        t = t * scale / grown
+        t = t / np.linalg.norm(t)
+        scale = grown
+        if not min(span) <= z[-1] <= max(span):
+            end = _clipped(one, path[-1], z, span)
+            if end is not None:
+                path.append(end)
+            break
+        path.append(z)
+        h = min(2 * h, largest)
+    # a branch that turns back just where another crosses it: that is a bifurcation (pitchfork)
+    crossed = [z for kind, z in special if kind == "bifurcation"]
+    special = [
+        (kind, z)
+        for kind, z in special
+        if kind != "fold" or not any(np.linalg.norm((z - c) / scale) < np.cbrt(EPS) for c in crossed)
+    ]
+    return np.array(path), special
+
+
+def _unit_rows(A: np.ndarray) -> np.ndarray:
+    return A / np.maximum(np.linalg.norm(A, axis=1, keepdims=True), EPS * EPS)
+
+
+def _located(
+    z: np.ndarray, t: np.ndarray, h: float, f: Any, correct: Any, tangent: Any, scale: np.ndarray
+) -> Any:
+    """The point between z and the next where f changes sign, by bisection on the arclength."""
+    low, high = 0 * h, h
+    at_low = f(z, t)
+    best = z
+    for _ in range(50):
+        mid = (low + high) / 2
+        point = correct(z + mid * t * scale, t)
+        if point is None:
+            break
+        best = point
+        if f(point, tangent(point, t)) * at_low > 0:
+            low = mid
+        else:
+            high = mid
+    return best
+
+
+def _clipped(one: Pieces, a: np.ndarray, b: np.ndarray, span: tuple[float, float]) -> np.ndarray | None:
+    """The point of the branch at the end of the range, between a and b."""
+    end = min(span) if b[-1] < min(span) else max(span)
+    if b[-1] == a[-1]:
+        return None
+    z = a + (b - a) * (end - a[-1]) / (b[-1] - a[-1])
+    for _ in range(12):
+        step = np.linalg.pinv(one.jacobian(z)[:, :-1]) @ one.values(z)
+        z[:-1] = z[:-1] - step
+    return z if np.isfinite(z).all() else None
+
+
+def check_span(span: Any) -> tuple[float, float]:
+    """A range of two different finite numbers."""
+    try:
+        a, b = (float(x) for x in span)
+    except (TypeError, ValueError):
+        raise ModelError(
+            f"Expected a range of two numbers to continue over, such as (1, 5), got {span!r}."
+        ) from None
+    if not np.isfinite([a, b]).all() or a == b:
+        raise ModelError(f"Expected a range of two different finite numbers to continue over, got {span!r}.")
+    return a, b

@@ -1,0 +1,265 @@
+"""One steady motion: in closed form, with when it exists and when it is stable, or in numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from ...scalar.polynomial import Polynomial
+from ..printing.display import displayed, latex, text
+from ..printing.latex import latex_name
+from ..printing.show import COMMA, EQUALS, elements, inner, latex_words, shown_name, split, words
+from .solve import Found, sign_kept
+
+if TYPE_CHECKING:
+    from .stability import Stability
+    from .steady import SteadyMotions
+
+
+SINGULAR = "coordinates are singular here"
+
+
+@dataclass(frozen=True)
+class Words:
+    """What stands between the formulas of a steady motion."""
+
+    equals: str
+    comma: str
+    any: str
+    given: str
+    greater: str
+    left: str
+    zero: str
+    nothing: str = "-"
+
+
+TEXT = Words(" = ", ", ", ", any ", "  if ", " >= 0", "  where ", " = 0")
+LATEX = Words(
+    " = ", ", ", r",\ \text{any } ", r"\quad\text{if } ", r" \ge 0", r"\quad\text{where } ", " = 0"
+)  # fmt: skip
+MATHML = Words(
+    EQUALS, COMMA, COMMA + words("any "), words("  if "), "<mo>≥</mo><mn>0</mn>", words("  where "),
+    EQUALS + "<mn>0</mn>", "<mo>-</mo>",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SteadyState:
+    """One steady motion in numbers.
+
+    Attributes
+    ----------
+    name : str
+    values : dict
+        The unknowns that were solved for, and those given, by name.
+    state : dict
+        All coordinates and speeds by name: an initial state for :func:`freebody.simulate`.
+    residual : float
+        Largest condition, relative to the sum of the sizes of its terms.
+    error : float
+        Last Newton step, an estimate of the error of the unknowns.
+    stability : Stability
+    """
+
+    name: str
+    values: dict[str, float]
+    state: dict[str, float]
+    residual: float
+    error: float
+    stability: Stability
+
+    def text(self) -> str:
+        """Values and stability as a line of plain text."""
+        return repr(self)
+
+    def latex(self) -> str:
+        """The same as LaTeX."""
+        parts = [f"{latex_name(*split(name))} = {value:.8g}" for name, value in self.values.items()]
+        label = latex_words(f"{self.name}: ") + " " if self.name else ""
+        return label + r",\ ".join(parts) + r"\quad" + latex_words(str(self.stability))
+
+    def mathml(self) -> str:
+        """The same as presentation MathML."""
+        parts = [f"{shown_name(name)}{EQUALS}<mn>{value:.8g}</mn>" for name, value in self.values.items()]
+        label = words(f"{self.name}: ") if self.name else ""
+        return elements([label + COMMA.join(parts) + words(f"; {self.stability}")])
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        shown = ", ".join(f"{name} = {value:.8g}" for name, value in self.values.items())
+        return f"{self.name + ': ' if self.name else ''}{shown}; {self.stability}"
+
+
+class SteadyMotion:
+    """One steady motion in closed form."""
+
+    def __init__(self, owner: SteadyMotions, found: Found) -> None:
+        self._owner = owner
+        self._p = owner.problem
+        self.found = found
+
+    @property
+    def name(self) -> str:
+        """What the unknowns are; of two values of a quadratic, which: fast or slow."""
+        return ", ".join(self.found.labels) or self._assignments(text, ", ")
+
+    @cached_property
+    def solution(self) -> dict[str, Any]:
+        """Values of the unknowns as SymPy expressions, by name."""
+        return {self._p.name(a): displayed(x, self._p.ring) for a, x in self.found.values.items()}
+
+    @cached_property
+    def existence(self) -> tuple[Any, ...]:
+        """Inequalities, SymPy relations, under which the motion exists."""
+        return tuple(sympy.Ge(displayed(x, self._p.ring), 0, evaluate=False) for x in self._exists)
+
+    @cached_property
+    def nonzero(self) -> tuple[Any, ...]:
+        """What the values are divided by and must not be zero, SymPy ``Ne``; roots in numbers need none of it."""
+        shown = dict.fromkeys(displayed(x, self._p.ring) for x in self.found.nonzero if type(x) is Polynomial)
+        return tuple(sympy.Ne(x, 0, evaluate=False) for x in shown)
+
+    @cached_property
+    def assuming(self) -> tuple[Any, ...]:
+        """Inequalities that the name stands under: "fast" and "slow" change places with the sign of the spin."""
+        return tuple(sympy.Gt(displayed(x, self._p.ring), 0, evaluate=False) for x in self.found.positive)
+
+    @cached_property
+    def limits(self) -> dict[str, Any]:
+        """Value of an unknown where the discriminant is governed by its square: high spin."""
+        return {self._p.name(a): displayed(x, self._p.ring) for a, x in self.found.limits.items()}
+
+    @property
+    def _exists(self) -> tuple[Any, ...]:
+        result: list[Any] = []
+        for x in self.found.exists:
+            y = sign_kept(self._p.ring, x)
+            if (type(y) is Polynomial or y < 0) and y not in result:
+                result.append(y)
+        return tuple(result)
+
+    @cached_property
+    def left(self) -> tuple[Any, ...]:
+        """Conditions without a closed form, as SymPy ``Eq``."""
+        return tuple(sympy.Eq(displayed(x, self._p.ring), 0, evaluate=False) for x in self.found.left)
+
+    @cached_property
+    def singular(self) -> bool:
+        """Whether the coordinates are singular there (Euler angles of an upright top).
+
+        A coordinate then says less than it does elsewhere, and so do the conditions: look at the motion in other ones.
+        """
+        return self._owner.linear.singular(self.found.values)
+
+    @cached_property
+    def free(self) -> tuple[str, ...]:
+        """Unknowns that may have any value (or were given)."""
+        solved = set(self.found.values)
+        return tuple(self._p.name(a) for a in self._p.named if a not in solved)
+
+    @cached_property
+    def _stable_if(self) -> list[Any] | None:
+        from .stability import hurwitz
+
+        c = self._owner.linear.characteristic(self.found.values, sympy.Symbol("s"))
+        return None if c is None else hurwitz(self._p, c)
+
+    @cached_property
+    def characteristic(self) -> Any:
+        """Characteristic polynomial of small deviations in ``s``, without its zero roots; None if not formed.
+
+        Not formed for systems with constraints, for more than four speeds, and where the coordinates are singular.
+        """
+        s = sympy.Symbol("s")
+        c = self._owner.linear.characteristic(self.found.values, s)
+        if c is None:
+            return None
+        return sum((displayed(x, self._p.ring) * s**k for k, x in enumerate(c)), start=sympy.S.Zero)
+
+    @cached_property
+    def stable_if(self) -> tuple[Any, ...] | None:
+        """Inequalities under which all eigenvalues are on the imaginary axis (conservative) or left of it.
+
+        Empty if that is always so, None if it is not known in closed form.
+        """
+        if self._stable_if is None:
+            return None
+        if any(type(x) is not Polynomial for x in self._stable_if):
+            return (sympy.false,)
+        return tuple(sympy.Gt(displayed(x, self._p.ring), 0, evaluate=False) for x in self._stable_if)
+
+    @cached_property
+    def _energy(self) -> Any:
+        return self._owner.amended.curvature(self.found.values)
+
+    @cached_property
+    def stable_by_energy_if(self) -> Any:
+        """Inequality under which the amended potential has a minimum, so that the motion is stable; None if unknown.
+
+        Known for one coordinate beside the ignorable ones, also where the coordinates are singular (the sleeping top).
+        """
+        x = self._energy
+        if x is None:
+            return None
+        if type(x) is not Polynomial:
+            return sympy.true if x > 0 else sympy.false
+        return sympy.Gt(displayed(x, self._p.ring), 0, evaluate=False)
+
+    # -- display ----------------------------------------------------------------------------------
+
+    def _assignments(self, show: Any, separator: str, equals: str = " = ") -> str:
+        ring = self._p.ring
+        parts = []
+        for a, x in self.found.values.items():
+            parts.append(show(ring.generator(a), ring) + equals + show(x, ring))
+        return separator.join(parts)
+
+    def _shown(self, show: Any, say: Words) -> str:
+        ring = self._p.ring
+        line = self._assignments(show, say.comma, say.equals) or say.nothing
+        free = [a for a in self._p.named if a not in self.found.values and a not in self._present]
+        if free:
+            line += say.any + say.comma.join(show(ring.generator(a), ring) for a in free)
+        if self._exists:
+            line += say.given + say.comma.join(show(x, ring) + say.greater for x in self._exists)
+        if self.found.left:
+            line += say.left + say.comma.join(show(x, ring) + say.zero for x in self.found.left)
+        return line
+
+    @property
+    def _present(self) -> set[Any]:
+        ring = self._p.ring
+        result: set[Any] = set()
+        for x in (*self.found.values.values(), *self.found.left):
+            result |= ring.atoms_of(x)
+        return result
+
+    def text(self) -> str:
+        """Values, existence and what is left, as a line of plain text."""
+        label = f"{self.name}: " if self.found.labels else ""
+        return label + self._shown(text, TEXT) + (f"  ({SINGULAR})" if self.singular else "")
+
+    def latex(self) -> str:
+        """The same as LaTeX."""
+        label = latex_words(f"{self.name}: ") + " " if self.found.labels else ""
+        mark = r"\quad" + latex_words(f"({SINGULAR})") if self.singular else ""
+        return label + self._shown(latex, LATEX) + mark
+
+    def mathml(self) -> str:
+        """The same as presentation MathML."""
+        return elements([self._formula()])
+
+    def _formula(self) -> str:
+        label = words(f"{self.name}: ") if self.found.labels else ""
+        return label + self._shown(inner, MATHML) + (words(f" ({SINGULAR})") if self.singular else "")
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return self.text()

@@ -1,0 +1,352 @@
+"""Closed forms of the conditions of steady motion: factors, quadratics, angles from their cosine and sine.
+
+A w² + B w + C = 0:    w = (-B ± sqrt(B² - 4 A C)) / (2 A)      exists for B² - 4 A C >= 0
+                       w -> -B/A (fast), -C/B (slow)            for B² much larger than 4 A C
+a sin(x) + b cos(x) + d = 0:   x = atan2(-a d ± b r, -b d ∓ a r),   r = sqrt(a² + b² - d²)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ...errors import ExpressionError
+from ...scalar.algebra import divide
+from ...scalar.polynomial import Polynomial, Ring
+from ...scalar.roots import is_positive, monomial_of
+from ...scalar.substitute import Substitution
+from .problem import cleared, fraction
+
+
+@dataclass(frozen=True)
+class Root:
+    """One value of an unknown, canonical, and what it is subject to.
+
+    ``exists`` holds polynomials that must not be negative, ``positive`` those assumed positive for the name's sake.
+    """
+
+    value: Any
+    exists: tuple[Any, ...] = ()
+    positive: tuple[Any, ...] = ()
+    label: str = ""
+    limit: Any = None
+    nonzero: tuple[Any, ...] = ()
+
+
+@dataclass(frozen=True)
+class Found:
+    """A solution of the conditions: values by unknown, in closed form, and what is left."""
+
+    values: dict[Any, Any] = field(default_factory=dict)
+    exists: tuple[Any, ...] = ()
+    positive: tuple[Any, ...] = ()
+    nonzero: tuple[Any, ...] = ()
+    labels: tuple[str, ...] = ()
+    limits: dict[Any, Any] = field(default_factory=dict)
+    left: tuple[Any, ...] = ()
+    branch: tuple[Any, ...] = ()
+
+
+def solutions(
+    ring: Ring, conditions: Sequence[Any], wanted: Sequence[Any], others: Sequence[Any]
+) -> list[Found]:
+    """All solutions of the conditions for the wanted unknowns, one for each choice of factors.
+
+    Factors without a wanted unknown are solved for one of the ``others``.
+    """
+    found = list(_solved(ring, tuple(conditions), tuple(wanted), tuple(others), Found()))
+    return [
+        one
+        for k, one in enumerate(found)
+        if not any(
+            _covers(other, one) and (j < k or not _covers(one, other))
+            for j, other in enumerate(found)
+            if j != k
+        )
+    ]
+
+
+def _covers(general: Found, special: Found) -> bool:
+    """Whether one solution is another with more unknowns fixed."""
+    return (
+        not general.left
+        and set(general.exists) <= set(special.exists)
+        and all(a in special.values and special.values[a] == x for a, x in general.values.items())
+    )
+
+
+def _solved(
+    ring: Ring, conditions: tuple[Any, ...], wanted: tuple[Any, ...], others: tuple[Any, ...], found: Found
+) -> Iterator[Found]:
+    todo = []
+    known = set(wanted) | set(others)
+    for x in conditions:
+        pieces = factors(ring, x, known)
+        if pieces is None:
+            return  # a number other than zero, or something positive: no solution
+        if pieces:
+            todo.append(pieces)
+    if not todo:
+        yield found
+        return
+    # the condition that splits into the simplest pieces first
+    todo.sort(key=lambda pieces: max(len(ring.atoms_of(p) & known) * 1000 + len(p) for p in pieces))
+    for piece in todo[0]:
+        rest = tuple(product(pieces) for pieces in todo[1:])
+        atom, roots = _closed_form(ring, piece, wanted, others)
+        if atom is None:
+            yield from _solved(ring, rest, wanted, others, replace(found, left=(*found.left, piece)))
+            continue
+        for root in roots:
+            put_in = Substitution(ring, ring, {atom: root.value})
+            try:
+                values = {a: put_in(x) for a, x in found.values.items()} | {atom: root.value}
+                step = Found(
+                    values=values,
+                    exists=(*(put_in(x) for x in found.exists), *root.exists),
+                    positive=(*found.positive, *root.positive),
+                    nonzero=(*(put_in(x) for x in found.nonzero), *root.nonzero),
+                    labels=(*found.labels, root.label) if root.label else found.labels,
+                    limits=found.limits | ({atom: root.limit} if root.limit is not None else {}),
+                    left=tuple(cleared(ring, put_in(x)) for x in found.left),
+                    branch=(*found.branch, piece),
+                )
+                still = tuple(cleared(ring, put_in(x)) for x in rest)
+            except (ZeroDivisionError, ExpressionError):
+                continue  # an earlier value was divided by what this root makes zero, or is not real there
+            yield from _solved(
+                ring,
+                still,
+                tuple(a for a in wanted if a != atom),
+                tuple(a for a in others if a != atom),
+                step,
+            )
+
+
+def product(pieces: Sequence[Any]) -> Any:
+    """Of all pieces."""
+    total: Any = 1
+    for piece in pieces:
+        total = total * piece
+    return total
+
+
+def factors(ring: Ring, x: Any, unknowns: set[Any]) -> list[Any] | None:
+    """Factors that may be zero; none for zero, None if the product can not be zero.
+
+    Factors of parameters alone are taken as not zero, unless there are no others: then the product is a requirement.
+    """
+    if x == 0:
+        return []
+    if type(x) is not Polynomial:
+        return None
+    found = [
+        f for f, _ in ring.factor(x)[1] if not is_positive(ring, f.num) and not is_positive(ring, -f.num)
+    ]
+    live = [f for f in found if ring.atoms_of(f) & unknowns]
+    return live or ([product(found)] if found else None)
+
+
+def excluded(ring: Ring, x: Any, unknowns: set[Any]) -> list[Any]:
+    """Sums of parameters that :func:`factors` takes as not zero: where one is, its condition says nothing."""
+    kept = factors(ring, x, unknowns)
+    if not kept or not ring.atoms_of(kept[0]) & unknowns:
+        return []
+    rest = (f for f, _ in ring.factor(x)[1] if len(f) > 1 and not ring.atoms_of(f) & unknowns)
+    return [f for f in rest if not is_positive(ring, f.num) and not is_positive(ring, -f.num)]
+
+
+def sign_kept(ring: Ring, x: Any) -> Any:
+    """x without factors that are known to be positive: of the same sign."""
+    if type(x) is not Polynomial:
+        return x
+    content, found = ring.factor(x)
+    result: Any = 1 if content > 0 else -1
+    for f, n in found:
+        if is_positive(ring, f.num):
+            continue
+        if is_positive(ring, -f.num):
+            result = result * (-1) ** n
+        elif n % 2:
+            result = result * f
+    return result
+
+
+def _closed_form(ring: Ring, x: Any, wanted: Sequence[Any], others: Sequence[Any]) -> tuple[Any, list[Root]]:
+    """(unknown, its roots) of one irreducible polynomial; (None, []) if no unknown has a closed form."""
+    present = ring.atoms_of(x)
+    some = [a for a in wanted if a in present]
+    for atom in some or [a for a in others if a in present]:
+        roots = roots_of(ring, x, atom)
+        if roots is not None:
+            return atom, roots
+    return None, []
+
+
+def roots_of(ring: Ring, x: Any, atom: Any) -> list[Root] | None:
+    """Closed forms of ``x = 0`` for one atom; None if there is none known here."""
+    g = ring.find(atom)
+    assert g is not None
+    bit = 1 << g.index
+    depending = [one for one in ring.used(x) if one.depends & bit]
+    if len(depending) == 1 and depending[0].index == g.index:
+        return _polynomial(ring, coefficients(ring, x, g.index))
+    pair = {one.index for one in depending}
+    first = depending[0]
+    if first.kind not in ("sin", "cos") or not pair <= {first.index, first.partner}:
+        return None
+    argument = first.arguments[0]
+    factor = divide(argument, ring.variable(g.index)) if argument != ring.variable(g.index) else 1
+    if bit & ring.depends(factor):
+        return None
+    s, c = (first.index, first.partner) if first.kind == "sin" else (first.partner, first.index)
+    roots = _angle(ring, x, s, c)
+    if roots is None:
+        return None
+    return [replace(root, value=divide(root.value, factor)) for root in roots]
+
+
+def coefficients(ring: Ring, x: Any, index: int) -> dict[int, Any]:
+    """Of a polynomial in one generator, by power."""
+    result: dict[int, Any] = {}
+    for monomial, c in x.terms():
+        power = next((e for i, e in monomial if i == index), 0)
+        rest = monomial_of(ring, [(i, e) for i, e in monomial if i != index])
+        result[power] = result.get(power, 0) + divide(c, x.den) * rest
+    return {n: ring.reduced(ring.coerce(y)) for n, y in result.items() if y != 0}
+
+
+def _polynomial(ring: Ring, c: dict[int, Any]) -> list[Root] | None:
+    degree = max(c)
+    if degree == 1:
+        return [Root(divide(-c.get(0, 0), c[1]), nonzero=_nonzero(ring, c[1]))]
+    if degree == 2:
+        return _quadratic(ring, c[2], c.get(1, 0), c.get(0, 0))
+    if degree == 4 and not c.keys() & {1, 3}:
+        result = []
+        for root in _quadratic(ring, c[4], c.get(2, 0), c.get(0, 0)):
+            result += _square_roots(ring, root)
+        return result
+    return None
+
+
+def _quadratic(ring: Ring, A: Any, B: Any, C: Any) -> list[Root]:
+    if B == 0:
+        return _square_roots(ring, Root(divide(-C, A), nonzero=_nonzero(ring, A)))
+    D = B * B - 4 * A * C
+    if type(D) is not Polynomial and D < 0:
+        return []
+    exists = _not_negative(ring, D)
+    r = ring.apply("sqrt", D) if type(D) is Polynomial or D != 0 else 0
+    nonzero = _nonzero(ring, A)
+    if r == 0:
+        return [Root(divide(-B, 2 * A), nonzero=nonzero)]
+    side = sign_kept(ring, -B)
+    if type(side) is Polynomial:
+        # by the sign of its content, so that a letter in front, such as a spin, is what is taken as positive
+        signed = 1 if ring.factor(side)[0] > 0 else -1
+        positive: tuple[Any, ...] = (signed * side,)
+    else:
+        positive, signed = (), side  # known: the fast root takes the sign of -B
+    roots = []
+    for label, sign, limit in (
+        ("fast", signed, divide(-B, A)),
+        ("slow", -signed, divide(-C, B) if C != 0 else 0),
+    ):
+        roots.append(Root(divide(-B + sign * r, 2 * A), exists, positive, label, limit, nonzero))
+    return roots
+
+
+def _square_roots(ring: Ring, square: Root) -> list[Root]:
+    """±√ of what must not be negative."""
+    x = square.value
+    if type(x) is not Polynomial:
+        if x < 0:
+            return []
+        if x == 0:
+            return [square]
+    N, D = fraction(ring, x)
+    exists = (*square.exists, *_not_negative(ring, N * D))
+    # both signs are meant, so that no absolute value is needed
+    r = divide(ring.apply("sqrt", N * D), D)
+    return [replace(square, value=sign * r, exists=exists, label="", limit=None) for sign in (1, -1)]
+
+
+def _nonzero(ring: Ring, x: Any) -> tuple[Any, ...]:
+    """x, if it may be zero."""
+    y = sign_kept(ring, x)
+    return (y,) if type(y) is Polynomial else ()
+
+
+def _not_negative(ring: Ring, x: Any) -> tuple[Any, ...]:
+    """(x,) if that is a condition at all."""
+    y = sign_kept(ring, x)
+    if type(y) is not Polynomial and y > 0:
+        return ()
+    return (y,) if y != 0 else ()
+
+
+def _angle(ring: Ring, x: Any, s: int, c: int) -> list[Root] | None:
+    """Angles of a polynomial in the sine ``s`` and cosine ``c`` of one angle."""
+    has_sine = x.mask & 1 << s and any(i == s for m, _ in x.terms() for i, _ in m)
+    has_cosine = any(i == c for m, _ in x.terms() for i, _ in m)
+    pi = ring.constant("pi")
+    if has_cosine and not has_sine:
+        values = _polynomial(ring, coefficients(ring, x, c))
+        if values is None:
+            return None
+        result = []
+        for root in values:
+            exists = _within_one(ring, root.value)
+            if exists is None:
+                continue
+            angle = ring.apply("acos", root.value)
+            for value in dict.fromkeys((angle, -angle) if angle not in (0, pi) else (angle,)):
+                result.append(replace(root, value=value, exists=(*root.exists, *exists), limit=None))
+        return result
+    if has_sine and not has_cosine:
+        values = _polynomial(ring, coefficients(ring, x, s))
+        if values is None:
+            return None
+        result = []
+        for root in values:
+            exists = _within_one(ring, root.value)
+            if exists is None:
+                continue
+            angle = ring.apply("asin", root.value)
+            for value in dict.fromkeys((angle, pi - angle)):
+                result.append(replace(root, value=value, exists=(*root.exists, *exists), limit=None))
+        return result
+    in_sine = coefficients(ring, x, s)
+    if set(in_sine) - {0, 1} or any(i in (s, c) for m, _ in ring.coerce(in_sine[1]).terms() for i, _ in m):
+        return None
+    in_cosine = coefficients(ring, ring.coerce(in_sine.get(0, 0)), c)
+    if set(in_cosine) - {0, 1}:
+        return None
+    a, b, d = in_sine[1], in_cosine.get(1, 0), in_cosine.get(0, 0)
+    if d == 0:
+        angle = ring.apply("atan", divide(-b, a))
+        return [Root(angle, nonzero=_nonzero(ring, a)), Root(angle + pi, nonzero=_nonzero(ring, a))]
+    square = a * a + b * b - d * d
+    r = ring.apply("sqrt", square)
+    exists = _not_negative(ring, square)
+    return [
+        Root(ring.apply("atan2", -a * d + sign * b * r, -b * d - sign * a * r), exists) for sign in (1, -1)
+    ]
+
+
+def _within_one(ring: Ring, x: Any) -> tuple[Any, ...] | None:
+    """What must not be negative for |x| <= 1; None if it is not."""
+    if type(x) is not Polynomial:
+        return () if abs(x) <= 1 else None
+    N, D = fraction(ring, x)
+    if type(D) is not Polynomial:
+        D = ring.coerce(D)
+    N, D = N * D.den, D * D.den
+    if type(N) is Polynomial and is_positive(ring, D.num):
+        if is_positive(ring, N.num):
+            return _not_negative(ring, D - N)
+        if is_positive(ring, -N.num):
+            return _not_negative(ring, D + N)
+    return _not_negative(ring, D * D - N * N)
