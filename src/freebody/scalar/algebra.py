@@ -12,10 +12,14 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeAlias
 
-Vector = tuple[Any, Any, Any]
-Matrix = tuple[Vector, Vector, Vector]
+Scalar: TypeAlias = Any
+"""A number of any field: a float, a canonical polynomial, a node of a recorded program, an int or a Fraction."""
+Expression: TypeAlias = Any
+"""What a user may write for a number: int, float, Fraction, SymPy expression, or text that the parser reads."""
+Vector: TypeAlias = tuple[Scalar, Scalar, Scalar]
+Matrix: TypeAlias = tuple[Vector, Vector, Vector]
 
 ZERO: Vector = (0, 0, 0)
 IDENTITY: Matrix = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
