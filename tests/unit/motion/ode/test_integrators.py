@@ -761,7 +761,7 @@ def test_every_method_is_described():
 
 
 def test_the_page_prints_what_it_says(capsys):
-    page = (Path(__file__).parents[2] / "docs" / "integrators.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[4] / "docs" / "integrators.md").read_text(encoding="utf-8")
     ((code, printed),) = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```\n", page, re.DOTALL)
     exec(compile(code, "docs/integrators.md", "exec"), {})
     assert capsys.readouterr().out == printed

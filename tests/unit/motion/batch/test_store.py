@@ -249,7 +249,7 @@ fb.simulate(build(), 3, store=sys.argv[1], **BALLS)
 )
 def test_a_process_killed_as_it_writes_texts_costs_these_lanes_only(tmp_path, moment: int) -> None:
     path = tmp_path / "x.nc"
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([*sys.path, str(Path(__file__).parent)])}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([*sys.path, str(Path(__file__).parents[2])])}
     killed = subprocess.run([sys.executable, "-c", KILLED, str(path), str(moment)], env=environment)
     assert killed.returncode == -signal.SIGKILL
     with h5py.File(path, "r") as file:

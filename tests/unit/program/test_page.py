@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-PAGE = Path(__file__).parents[2] / "docs" / "compiled.md"
+PAGE = Path(__file__).parents[3] / "docs" / "compiled.md"
 
 
 def test_the_page(tmp_path, monkeypatch, capsys):

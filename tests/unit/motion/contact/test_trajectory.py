@@ -13,7 +13,7 @@ from contact_machines import DISK
 from freebody.cli import main
 from freebody.errors import SimulationError
 
-PAGE = (Path(__file__).parents[2] / "docs" / "contact-simulation.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[4] / "docs" / "contact-simulation.md").read_text(encoding="utf-8")
 
 
 def test_the_page_prints_what_it_says(capsys):

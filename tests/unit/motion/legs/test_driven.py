@@ -370,7 +370,7 @@ def test_the_page_prints_what_it_says(capsys):
     import re
     from pathlib import Path
 
-    text = (Path(__file__).parents[2] / "docs" / "drives.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[4] / "docs" / "drives.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", text, re.DOTALL)
     assert len(blocks) >= 3
     names: dict[str, object] = {}

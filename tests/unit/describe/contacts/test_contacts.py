@@ -17,7 +17,7 @@ from freebody.dynamics.contact_motion import contact_forces, in_modes
 from freebody.dynamics.motion import motion
 from freebody.errors import ModelError
 
-PAGE = (Path(__file__).parents[2] / "docs" / "contact.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[4] / "docs" / "contact.md").read_text(encoding="utf-8")
 
 
 # --- the page --------------------------------------------------------------------------------------

@@ -265,7 +265,7 @@ def test_no_shape_and_no_colour() -> None:
 
 def test_the_page_on_drawings_does_what_it_says(tmp_path: Path, monkeypatch: Any) -> None:
     """Its code runs and writes the files, the two that it shows among them."""
-    docs = Path(__file__).parents[2] / "docs"
+    docs = Path(__file__).parents[4] / "docs"
     page = (docs / "drawings.md").read_text(encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     scope: dict[str, Any] = {}
