@@ -39,7 +39,9 @@ def test_no_circle_of_rooms() -> None:
     """Neither among the rooms nor among the inner rooms of any room."""
     graph = house.imports()
     folders = [name for name, path in house.modules().items() if path.name == "__init__.py"]
-    assert {name: house.circles(house.rooms(graph, name)) for name in folders} == {name: [] for name in folders}
+    assert {name: house.circles(house.rooms(graph, name)) for name in folders} == {
+        name: [] for name in folders
+    }
 
 
 def test_circles_are_seen() -> None:
@@ -51,7 +53,9 @@ def test_rooms_are_small() -> None:
     """At most 25 files of code in a folder; more than 16 only where they are a list of equals."""
     equals = {"dynamics", "scalar", "exact", "gallery.beyond", "gallery.textbook.problems"}
     for room in (name for name, path in house.modules().items() if path.name == "__init__.py"):
-        count = sum(x.rpartition(".")[0] == room and p.name != "__init__.py" for x, p in house.modules().items())
+        count = sum(
+            x.rpartition(".")[0] == room and p.name != "__init__.py" for x, p in house.modules().items()
+        )
         assert count <= (25 if room in equals else 16), (room, count)
 
 
@@ -63,7 +67,11 @@ def test_one_model_goes_through_the_files_that_are_named(tmp_path: Path) -> None
         assert (ROOT / "src" / "freebody" / name).is_file(), name
     environment = {"PYTHONPATH": str(ROOT / "src"), "FREEBODY_CACHE": str(tmp_path), "PATH": ""}
     done = subprocess.run(
-        [sys.executable, "-c", RUN.format(code=code)], capture_output=True, text=True, env=environment, check=True
+        [sys.executable, "-c", RUN.format(code=code)],
+        capture_output=True,
+        text=True,
+        env=environment,
+        check=True,
     )
     compiled = {"motion/ode/step_control.py", "motion/ode/dop853.py"}  # they run as machine code
     assert named - compiled <= set(done.stdout.split()), named - compiled - set(done.stdout.split())
