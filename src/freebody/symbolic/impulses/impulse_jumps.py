@@ -27,8 +27,8 @@ from ...model.model import Model
 from ...scalar.algebra import ZERO, Vector, divide, dot, scale
 from ...scalar.element import Polynomial
 from ...scalar.ratio import Ratio, cleared
+from ..derivation.contact_modes import sticking_only
 from ..equations import Equations
-from ..free_body.contact_modes import sticking_only
 from ..free_body.gears import radial_symbols
 from ..printing.systems import Row, Terms, eliminate
 from ..solving.request import Request

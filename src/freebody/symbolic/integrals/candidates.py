@@ -9,7 +9,7 @@ A momentum along a motion that the joints do not allow may still be conserved, o
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...describe.loads.load import Force, GeneralizedForce, JointForce
 from ...dynamics.kinematics import link_postures, point_position
@@ -18,18 +18,16 @@ from ...dynamics.momentum import mass_centre, momentum
 from ...model.model import GROUND
 from ...scalar.algebra import HALF, IDENTITY, ZERO, Vector, cross, dot, scale
 from ...scalar.substitute import Substitution, arrays
-from ..free_body.along_motion import momenta, random_numbers, rate_of, residuals_of
+from ..derivation.along_motion import momenta, random_numbers, rate_of, residuals_of
+from ..derivation.derivation import Derivation
 from .symmetry import rigid_motion, solved
-
-if TYPE_CHECKING:
-    from ..equations import Equations
 
 AXES = "XYZ"
 LARGEST_SOLVED = 3
 """Degrees of freedom up to which M μ = ∂I/∂u is solved exactly."""
 
 
-def candidates(e: Equations) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
+def candidates(e: Derivation) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
     """(name, quantity, multipliers μ) of all that may be conserved."""
     yield from _energies(e)
     n = e.model.n_u
@@ -58,7 +56,7 @@ def candidates(e: Equations) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
 
 
 def _through_masses(
-    e: Equations, name: str, w: Vector, v: Vector
+    e: Derivation, name: str, w: Vector, v: Vector
 ) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
     """A momentum along a motion that the joints do not allow to rigid bodies, but to particles and bars.
 
@@ -80,7 +78,7 @@ def _through_masses(
         yield name, quantity, mu
 
 
-def _steady_in_numbers(e: Equations, x: Any) -> bool:
+def _steady_in_numbers(e: Derivation, x: Any) -> bool:
     """Whether dx/dt is zero, to round-off, at a random state."""
     import numpy as np
 
@@ -107,7 +105,7 @@ def _along(a: Sequence[Any], b: Sequence[Any]) -> Any:
     return total
 
 
-def _static(e: Equations, at: dict[Any, Any]) -> list[float]:
+def _static(e: Derivation, at: dict[Any, Any]) -> list[float]:
     """E_j at rest at a random place, without constraint forces: less the forces of weight, springs and loads."""
     rest = {speed.symbol: 0 for speed in e.model.speeds} | {speed.acceleration: 0 for speed in e.model.speeds}
     numbers = Substitution(e.ring, arrays, at | rest)
@@ -116,7 +114,7 @@ def _static(e: Equations, at: dict[Any, Any]) -> list[float]:
     return [float(numbers(free(E) if e.multipliers else E)) for E in residuals_of(e)]
 
 
-def _drift(e: Equations, quantity: Any, at: Substitution) -> float:
+def _drift(e: Derivation, quantity: Any, at: Substitution) -> float:
     """∂I/∂t at rest at a random place: what drives alone change of a momentum."""
     change = e.ring.total_derivative(quantity, {})
     if change == 0:
@@ -135,7 +133,7 @@ def _balanced(forces: Sequence[float], xi: Sequence[Any], at: Substitution, drif
     return not abs(sum(parts)) > (1 + sum(map(abs, parts))) * float_info.epsilon**HALF
 
 
-def _energies(e: Equations) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
+def _energies(e: Derivation) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
     """T₂ - T₀ + V less the work of constant forces; the energy itself if nothing is driven."""
     T, p = e.energy.canonical_kinetic, momenta(e)
     u = e.state.u
@@ -147,7 +145,7 @@ def _energies(e: Equations) -> Iterator[tuple[str, Any, tuple[Any, ...]]]:
     yield name, h, u
 
 
-def _work_of_constants(e: Equations) -> Any:
+def _work_of_constants(e: Derivation) -> Any:
     """Σ F·r of forces with constant components in ground axes, Q q and value * displacement."""
     model, state = e.model, e.state
     total: Any = 0
@@ -163,12 +161,12 @@ def _work_of_constants(e: Equations) -> Any:
     return total
 
 
-def _constant(e: Equations, *values: Any) -> bool:
+def _constant(e: Derivation, *values: Any) -> bool:
     symbols = {parameter.symbol for parameter in e.model.parameters}
     return all(e.ring.atoms_of(e.state(value)) <= symbols for value in values)
 
 
-def _motions(e: Equations) -> Iterator[tuple[str, Vector, Vector]]:
+def _motions(e: Derivation) -> Iterator[tuple[str, Vector, Vector]]:
     """(name, w, v) of the rigid motions to try: translations, turnings about fixed points and the mass centre."""
     for axis, unit in zip(AXES, IDENTITY, strict=True):
         yield f"linear momentum along {axis}", ZERO, unit

@@ -18,18 +18,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...errors import ModelError, nearest
 from ...scalar.substitute import Substitution, arrays
 from ...scalar.zero import is_zero
-from ..free_body.along_motion import numbers, random_numbers, rate_of, residuals_of
+from ..derivation.along_motion import numbers, random_numbers, rate_of, residuals_of
+from ..derivation.derivation import Derivation
 from ..printing.display import latex, text
 from ..printing.show import EQUALS, aligned, elements, inner, latex_of, latex_words, mathml_of, words
 from .candidates import candidates
-
-if TYPE_CHECKING:
-    from ..equations import Equations
 
 
 @dataclass(frozen=True)
@@ -97,9 +95,9 @@ class Integral:
     """
 
     def __init__(
-        self, equations: Equations, name: str, canonical: Any, mu: Sequence[Any], nu: Sequence[Any]
+        self, e: Derivation, name: str, canonical: Any, mu: Sequence[Any], nu: Sequence[Any]
     ) -> None:
-        self._e = equations
+        self._e = e
         self.name = name
         self.also: tuple[str, ...] = ()
         self.canonical = canonical
@@ -221,7 +219,7 @@ class Integrals(Sequence[Integral]):
         return self.text()
 
 
-def integrals(e: Equations) -> Integrals:
+def integrals(e: Derivation) -> Integrals:
     """The conserved quantities of a system, proven.
 
     Looked for are the energy (Jacobi's integral where something is driven; constant forces count with their
@@ -247,6 +245,13 @@ def integrals(e: Equations) -> Integrals:
     >>> print(fb.equations(s).integrals["energy"].proof)
     d(energy)/dt = theta'*(equation of theta')
     """
+    if "integrals" not in e.state.cache:
+        e.state.cache["integrals"] = Integrals(_independent(e, _conserved(e)))
+    return e.state.cache["integrals"]
+
+
+def _conserved(e: Derivation) -> list[Integral]:
+    """Return all candidates that are conserved; those with the same polynomial are one, with further names."""
     found: list[Integral] = []
     for name, canonical, mu in candidates(e):
         nu = _proven(e, canonical, mu)
@@ -257,13 +262,13 @@ def integrals(e: Equations) -> Integrals:
             twin.also = (*twin.also, name)
         else:
             found.append(Integral(e, name, canonical, mu, nu))
-    return Integrals(_independent(e, found))
+    return found
 
 
 # -- proof ----------------------------------------------------------------------------------------
 
 
-def remainder(e: Equations, canonical: Any, mu: Sequence[Any], nu: Sequence[Any]) -> Any:
+def remainder(e: Derivation, canonical: Any, mu: Sequence[Any], nu: Sequence[Any]) -> Any:
     """dI/dt - Σ μ_j E_j - Σ ν_i ψ_i."""
     total = rate_of(e, canonical)
     for factor, E in zip(mu, residuals_of(e), strict=True):
@@ -275,7 +280,7 @@ def remainder(e: Equations, canonical: Any, mu: Sequence[Any], nu: Sequence[Any]
     return 0 if is_zero(total) else total
 
 
-def _proven(e: Equations, canonical: Any, mu: Sequence[Any]) -> tuple[Any, ...] | None:
+def _proven(e: Derivation, canonical: Any, mu: Sequence[Any]) -> tuple[Any, ...] | None:
     """Multipliers ν of the constraints that complete the proof; None if there is none."""
     none: tuple[Any, ...] = (0,) * len(e.condition_names)
     rest = remainder(e, canonical, mu, none)
@@ -288,7 +293,7 @@ def _proven(e: Equations, canonical: Any, mu: Sequence[Any]) -> tuple[Any, ...] 
     return nu if nu is not None and remainder(e, canonical, mu, nu) == 0 else None
 
 
-def _by_constraint(e: Equations, mu: Sequence[Any]) -> tuple[Any, ...] | None:
+def _by_constraint(e: Derivation, mu: Sequence[Any]) -> tuple[Any, ...] | None:
     nu: list[Any] = []
     for row, rate, multiplier in zip(
         e.conditions.matrix, e.conditions.rate, e.canonical_multipliers, strict=True
@@ -308,7 +313,7 @@ def _by_constraint(e: Equations, mu: Sequence[Any]) -> tuple[Any, ...] | None:
 # -- independence ---------------------------------------------------------------------------------
 
 
-def _independent(e: Equations, found: Sequence[Integral]) -> list[Integral]:
+def _independent(e: Derivation, found: Sequence[Integral]) -> list[Integral]:
     """Those that are not combinations of earlier ones with coefficients of parameters.
 
     Decided at random states with the parameters held: a rank of numbers, as a choice of what to print, not a proof.

@@ -14,24 +14,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from ...errors import ModelError
 from ...scalar.algebra import HALF, divide
 from ...scalar.substitute import Substitution
-from ..free_body.along_motion import momenta, rate_of, residuals_of
-from ..free_body.constraints import determinant
+from ..derivation.along_motion import momenta, rate_of, residuals_of
+from ..derivation.derivation import Derivation
+from ..derivation.determinant import determinant
 from ..printing.display import Formulas
 from ..printing.lines import EQUALS, Lines, Name
 from .conserved_quantities import integrals
 
-if TYPE_CHECKING:
-    from ..equations import Equations
 
-
-def routh(e: Equations) -> Routh:
+def routh(e: Derivation) -> Routh:
     """The reduced system of all ignorable coordinates.
 
     Returns
@@ -59,11 +57,10 @@ def routh(e: Equations) -> Routh:
     return Routh(e, ignorable(e))
 
 
-def ignorable(e: Equations) -> tuple[int, ...]:
+def ignorable(e: Derivation) -> tuple[int, ...]:
     """Indices of the speeds whose momenta are conserved, proven."""
     result = []
-    one = e.integrals if "integrals" in vars(e) else integrals(e)
-    names = {name.removeprefix("momentum of ") for x in one for name in (x.name, *x.also)}
+    names = {name.removeprefix("momentum of ") for x in integrals(e) for name in (x.name, *x.also)}
     for j, name in enumerate(e.model.speed_names):
         if name.endswith("'") and name.removesuffix("'") in names:
             result.append(j)
@@ -96,8 +93,8 @@ class Routh(Formulas):
         Their momenta, constant: ``p_psi``.
     """
 
-    def __init__(self, equations: Equations, chosen: Sequence[int]) -> None:
-        e = self._e = equations
+    def __init__(self, e: Derivation, chosen: Sequence[int]) -> None:
+        self._e = e
         if not chosen:
             raise ModelError(
                 f"No coordinate of '{e.model.name}' is ignorable, so there is nothing to reduce: the momentum of each "

@@ -18,7 +18,7 @@ from ...dynamics.kinematics import link_postures, motions
 from ...dynamics.state import State
 from ...model.model import GROUND, Model
 from ...scalar.algebra import Vector, add, apply, apply_transpose, cross, divide, subtract
-from ..free_body.constraints import determinant
+from ..derivation.determinant import determinant
 
 Row = tuple[dict[int, Any], Any]
 """Σ coefficient_j ξ_j = right side."""

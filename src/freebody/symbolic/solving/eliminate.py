@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
@@ -22,6 +22,8 @@ from ...dynamics.kinematics import jacobian
 from ...errors import ModelError, nearest
 from ...scalar.ratio import Ratio, cleared, common_factor, divided, over_sine
 from ...scalar.substitute import Substitution
+from ..derivation.derivation import Derivation
+from ..free_body.action import TITLES
 from ..free_body.free_body import FreeBody
 from ..printing.display import equation_latex, equation_text, latex, text
 from ..printing.show import EQUALS, elements, inner, latex_words, words
@@ -29,11 +31,7 @@ from ..printing.systems import Row, best_pivot, collect
 from .solve import chosen
 from .vocabulary import Vocabulary
 
-if TYPE_CHECKING:
-    from ..equations import Equations
-
 Label = tuple[str, str]
-TITLES = tuple(f"{kind} {c}" for kind in ("force", "moment") for c in "xyz")
 
 
 @dataclass(frozen=True)
@@ -56,7 +54,7 @@ class Elimination:
         Canonical coefficients and equations.
     """
 
-    def __init__(self, e: Equations, reactions: Sequence[str], steps: Sequence[Combination]) -> None:
+    def __init__(self, e: Derivation, reactions: Sequence[str], steps: Sequence[Combination]) -> None:
         self._e = e
         self.reactions = tuple(reactions)
         self.steps = tuple(steps)
@@ -130,7 +128,7 @@ class _Line:
     name: str = ""
 
 
-def eliminate(e: Equations, reactions: Any = None, bodies: Any = None) -> Elimination:
+def eliminate(e: Derivation, reactions: Any = None, bodies: Any = None) -> Elimination:
     """See :meth:`Equations.eliminate`."""
     vocabulary = Vocabulary(e)
     names = _names(e, vocabulary, reactions)
@@ -167,7 +165,7 @@ def eliminate(e: Equations, reactions: Any = None, bodies: Any = None) -> Elimin
     return Elimination(e, names, steps)
 
 
-def _names(e: Equations, vocabulary: Vocabulary, reactions: Any) -> list[str]:
+def _names(e: Derivation, vocabulary: Vocabulary, reactions: Any) -> list[str]:
     """Component names from those of components, joints and constraints."""
     if reactions is None:
         return list(vocabulary.reactions)
@@ -195,7 +193,7 @@ def _check_one_each(free: Sequence[FreeBody]) -> None:
         seen.add(body.body)
 
 
-def _powers(e: Equations, vocabulary: Vocabulary, balances: dict[Label, Any]) -> list[_Line]:
+def _powers(e: Derivation, vocabulary: Vocabulary, balances: dict[Label, Any]) -> list[_Line]:
     """Per speed, the velocities of all bodies per unit of it: the combination that no ideal joint has power in."""
     lines = []
     of_body = {}
@@ -226,7 +224,7 @@ def _of_speed(name: str) -> str:
 class _Center:
     """The mass centre of a body of the model, as a point."""
 
-    def __init__(self, e: Equations, body: str) -> None:
+    def __init__(self, e: Derivation, body: str) -> None:
         self.body = _Named(body)
         self.components = e.model.bodies[body].center
 
@@ -237,7 +235,7 @@ class _Named:
     is_ground: bool = False
 
 
-def _in_reactions(e: Equations, vocabulary: Vocabulary, left: Any) -> Any:
+def _in_reactions(e: Derivation, vocabulary: Vocabulary, left: Any) -> Any:
     places = {}
     for name, symbol in vocabulary.reactions.items():
         g = e.ring.find(symbol)
@@ -246,7 +244,7 @@ def _in_reactions(e: Equations, vocabulary: Vocabulary, left: Any) -> Any:
     return {monomial: c for monomial, c in collect(left, places, e.ring).items() if monomial}
 
 
-def _eliminated(e: Equations, lines: list[_Line], names: Iterable[str]) -> list[_Line]:
+def _eliminated(e: Derivation, lines: list[_Line], names: Iterable[str]) -> list[_Line]:
     """Gauss without back substitution; rows that hold none of the reactions are left."""
     left = list(lines)
     rest = list(names)
@@ -278,7 +276,7 @@ def _less(a: dict[Any, Ratio], b: dict[Any, Ratio], factor: Ratio) -> dict[Any, 
     return result
 
 
-def _step(e: Equations, line: _Line, balances: dict[Label, Any], whole: bool) -> Combination | None:
+def _step(e: Derivation, line: _Line, balances: dict[Label, Any], whole: bool) -> Combination | None:
     """The combination without denominators and common factors, and the equation that it gives."""
     ring = e.ring
     place = {label: i for i, label in enumerate(balances)}
@@ -319,7 +317,7 @@ def _without_sines(ring: Any, numbers: list[Any]) -> list[Any]:
     return numbers
 
 
-def _idle(e: Equations, step: Combination, vocabulary: Vocabulary) -> bool:
+def _idle(e: Derivation, step: Combination, vocabulary: Vocabulary) -> bool:
     """Whether an equation only says that other reactions vanish, or balance each other."""
     absent = Substitution(e.ring, e.ring, dict.fromkeys(vocabulary.reactions.values(), 0))
     return all(absent(side) == 0 for side in step.balance)

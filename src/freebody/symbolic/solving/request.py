@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
@@ -12,11 +12,9 @@ from ...errors import ExpressionError, ModelError
 from ...scalar.element import Polynomial
 from ...scalar.ratio import Ratio
 from ...scalar.substitute import Substitution
+from ..derivation.derivation import Derivation
 from ..printing.systems import Row, collect
 from .vocabulary import Vocabulary
-
-if TYPE_CHECKING:
-    from ..equations import Equations
 
 
 @dataclass(frozen=True)
@@ -31,7 +29,7 @@ class Unknown:
 class Request:
     """The rows and unknowns of one question."""
 
-    def __init__(self, e: Equations, vocabulary: Vocabulary | None = None) -> None:
+    def __init__(self, e: Derivation, vocabulary: Vocabulary | None = None) -> None:
         self.e = e
         self.ring = e.ring
         self.vocabulary = vocabulary or Vocabulary(e)

@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from ...errors import ModelError, nearest
 from ...scalar.ratio import Ratio
+from ..derivation.derivation import Derivation
 from ..printing.display import equation_latex, equation_text
 from ..printing.fractions import ratio_displayed, ratio_latex, ratio_mathml, ratio_text
 from ..printing.show import EQUALS, elements, inner, mathml_of
 from .vocabulary import Vocabulary
-
-if TYPE_CHECKING:
-    from ..equations import Equations
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,7 @@ class SolveResult(Mapping[str, Any]):
     """
 
     def __init__(
-        self, e: Equations, vocabulary: Vocabulary, solutions: Sequence[Branch], conditions: Sequence[Any]
+        self, e: Derivation, vocabulary: Vocabulary, solutions: Sequence[Branch], conditions: Sequence[Any]
     ) -> None:
         self._ring = e.ring
         self._vocabulary = vocabulary

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
@@ -20,9 +20,11 @@ from ...model.contact import Touching
 from ...scalar.element import Polynomial
 from ...scalar.ratio import Ratio, over_sine
 from ...scalar.substitute import Substitution
-from ..free_body.contact_modes import sliding_friction
-from ..free_body.free_body import FreeBody
-from ..free_body.gears import left_open, radial_law, radial_symbols
+from ..derivation.derivation import Derivation
+from ..free_body.action import TITLES
+from ..free_body.contact_forces import sliding_friction
+from ..free_body.free_body import FreeBody, free_body
+from ..free_body.gears import radial_law, radial_symbols, undetermined_by_gears
 from ..printing.display import equation_text, text
 from ..printing.fractions import ratio_displayed
 from ..printing.systems import Pivot, Row, collect, eliminate
@@ -31,12 +33,9 @@ from .request import Request, Unknown
 from .solution import Branch, SolveResult
 from .steps import LONG, steps
 
-if TYPE_CHECKING:
-    from ..equations import Equations
-
 
 def solve(
-    e: Equations, unknowns: Any, where: Any = None, bodies: Any = None, eliminate_also: Any = ()
+    e: Derivation, unknowns: Any, where: Any = None, bodies: Any = None, eliminate_also: Any = ()
 ) -> SolveResult:
     """See :meth:`Equations.solve`."""
     request = Request(e)
@@ -56,7 +55,7 @@ def solve(
     else:
         turning = _turning(e) if whole else {}
         for body in chosen(e, bodies):
-            for title, (left, right) in zip(body._titles(), body.balances, strict=True):
+            for title, (left, right) in zip(TITLES, body.balances, strict=True):
                 if not (body.body in turning and title.startswith("moment")):
                     request.add(f"{body.body}: {title}", left - right)
         motion = {j for rows in turning.values() for j in rows} | (_shared(e) if whole else set())
@@ -68,7 +67,7 @@ def solve(
     return answer(request, also)
 
 
-def _fix_radial(e: Equations, request: Request, where: Any) -> None:
+def _fix_radial(e: Derivation, request: Request, where: Any) -> None:
     """Where reactions are asked for, what presses teeth apart as a value, tan(alpha) |F_t| of the F_t found before.
 
     Raises
@@ -83,7 +82,7 @@ def _fix_radial(e: Equations, request: Request, where: Any) -> None:
     given = {symbol for _, x in request.equations for symbol in e.ring.atoms_of(x)} | set(request.fixed)
     loaded = {owner[name] for name, symbol in request.vocabulary.reactions.items() if symbol in given}
     for joint in dict.fromkeys(owner[name] for name in reactions):
-        for note in left_open(e, joint, radial=False):
+        for note in undetermined_by_gears(e, joint, radial=False):
             raise ModelError(
                 f"{note[0].upper()}{note[1:]}. What passes through both is fb.equations(s).reactions['{joint}']."
             )
@@ -161,7 +160,7 @@ def _put_together(request: Request, motion: SolveResult, others: Sequence[str], 
     return SolveResult(e, vocabulary, [branch], ())
 
 
-def _turning(e: Equations) -> dict[str, tuple[int, ...]]:
+def _turning(e: Derivation) -> dict[str, tuple[int, ...]]:
     """Bodies on ball and free joints -> the speeds whose equations of motion take the place of their moment equations.
 
     Those are Rᵀ times the moment equations, plus force equations and equations of the bodies that are carried: as much
@@ -176,7 +175,7 @@ def _turning(e: Equations) -> dict[str, tuple[int, ...]]:
     return result
 
 
-def _shared(e: Equations) -> set[int]:
+def _shared(e: Derivation) -> set[int]:
     """Speeds of coordinates that stand in several joints and that no displacement follows alone.
 
     What couples such joints does no work on the whole: free bodies do not say that, the equation of motion does.
@@ -185,10 +184,10 @@ def _shared(e: Equations) -> set[int]:
     return {j for link in e.model.links for j, _ in link.partials} - followed
 
 
-def chosen(e: Equations, bodies: Any) -> list[FreeBody]:
+def chosen(e: Derivation, bodies: Any) -> list[FreeBody]:
     """The free bodies of a request: all, or those named, or given as free bodies."""
     if bodies is None:
-        return [e.free_body(name) for name in e.model.bodies]
+        return [free_body(e, name) for name in e.model.bodies]
     if isinstance(bodies, str | FreeBody) or hasattr(bodies, "mass_properties"):
         bodies = [bodies]
     result = []
@@ -200,7 +199,7 @@ def chosen(e: Equations, bodies: Any) -> list[FreeBody]:
                 )
             result.append(body)
         else:
-            result.append(e.free_body(body))
+            result.append(free_body(e, body))
     return result
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
@@ -11,18 +11,16 @@ from ...dynamics.constraints import rows
 from ...errors import ExpressionError, ModelError, nearest
 from ...scalar.expression import exact
 from ...scalar.parser import parse
+from ..derivation.derivation import Derivation
 from ..free_body.gears import radial_symbols
 from ..free_body.reaction import unknowns
 from ..printing.display import latex
-
-if TYPE_CHECKING:
-    from ..equations import Equations
 
 
 class Vocabulary:
     """Text and SymPy of a user, read against a model's names."""
 
-    def __init__(self, e: Equations) -> None:
+    def __init__(self, e: Derivation) -> None:
         self.ring = e.ring
         self.names: dict[str, Any] = dict(e.model.names.atoms)
         self.accelerations = {speed.name + "'": speed.acceleration for speed in e.model.speeds}
