@@ -55,7 +55,7 @@ from ..printing.show import (
 from ..printing.systems import collect
 from ..solving.request import Request
 from ..solving.solution import SolveResult
-from ..solving.solve import answer
+from ..solving.solve import solution_of
 from ..solving.vocabulary import Vocabulary
 from .impulse_jumps import Jumps
 
@@ -320,7 +320,7 @@ class Struck:
             raise ModelError("This impulse was computed with numbers. Leave out values= to ask for symbols.")
         ring = self._e.ring
         request = Request(self._e)
-        request.ask(for_)
+        request.read_unknowns(for_)
         values = {request.vocabulary.reactions[n]: x for n, x in self.canonical_components.items()}
         values |= {s.symbol: x for s, x in zip(self.model.speeds, self._reached.u, strict=True)}
         places = {}
@@ -339,7 +339,7 @@ class Struck:
                         c = c * of_name[name]
                 total = total + c
             request.add(title, total.num)
-        return answer(request)
+        return solution_of(request)
 
     # -- display ------------------------------------------------------------------------------------
 

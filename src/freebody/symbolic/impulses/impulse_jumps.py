@@ -33,7 +33,7 @@ from ..free_body.gears import radial_symbols
 from ..printing.systems import Row, Terms, eliminate
 from ..solving.request import Request
 from ..solving.solution import SolveResult
-from ..solving.solve import answer
+from ..solving.solve import solution_of
 from ..solving.vocabulary import Vocabulary
 
 Jumps = Callable[[Sequence[Any]], tuple[tuple[Any, ...], tuple[Any, ...]]]
@@ -190,7 +190,7 @@ def percussion(
         value = dot(found[joint][0], direction)
         total.append(value if type(value) is Ratio else Ratio(ring, value))
     request = Request(e, vocabulary)
-    request.ask(symbol)
+    request.read_unknowns(symbol)
     x = (total[0] + (total[1] - total[0]) * h).num
     if symbol not in (ring.atoms_of(x) if type(x) is Polynomial else ()):
         raise ModelError(
@@ -198,7 +198,7 @@ def percussion(
             f"Choose another direction, or another line."
         )
     request.add(f"impulse of '{joint}' along the blow", x)
-    return answer(request)
+    return solution_of(request)
 
 
 @dataclass(frozen=True)
