@@ -175,7 +175,7 @@ def test_what_changes_with_time_keeps_nothing() -> None:
     assert len(found) == 0
     assert found.text() == "No conserved quantities."
     with pytest.raises(
-        fb.errors.ModelError, match="no conserved quantity that is known here, so none named 'energy'"
+        fb.errors.ModelError, match="No conserved quantity of this system is known, so there is no 'energy'"
     ):
         found["energy"]
 
