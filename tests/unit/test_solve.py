@@ -234,7 +234,9 @@ def test_what_polynomials_can_and_can_not():
     result = e.solve("x", where={"x''": 0, "F": 0})
     values = {branch["x"] for branch in result.branches}
     assert 0 in values and len(values) == 3
-    with pytest.raises(ModelError, match="No closed form is known: the remaining equations have degree 3 in x"):
+    with pytest.raises(
+        ModelError, match="No closed form is known: the remaining equations have degree 3 in x"
+    ):
         e.solve("x", where={"x''": 0})
     numeric = e.solve("x", where={"x''": 0, "F": 10, "k": 1, "c": 1})
     assert [float(b["x"]) for b in numeric.branches] == [2]

@@ -78,7 +78,7 @@ class Equations(Derivation):
         if self._requested_form != "auto":
             return self._requested_form
         try:
-            # before the terms are collected, an element may be longer than the final one
+            # intermediate elements may be longer than the final ones
             with self.ring.budget.question("the equations of motion", terms=4 * PAGE, work=WORK // 8):
                 sides = [x for pair in self.balances for x in pair] + self._residuals
             if sum(len(x) for x in sides if type(x) is Polynomial) <= PAGE:
@@ -206,8 +206,8 @@ class Equations(Derivation):
         >>> door = s.body("door", fb.box(20, (1, 2, 0.1)))
         >>> upper = s.hinge("upper", s.ground, door, at=(0, 1.5, 0), to=(0.5, 0.5, 0), axis="y", coordinate="turn")
         >>> lower = s.hinge("lower", s.ground, door, at=(0, 0.5, 0), to=(0.5, -0.5, 0), axis="y")
-        >>> found = fb.equations(s).indeterminate()
-        >>> [name for name in found if name.startswith("upper")]
+        >>> names = fb.equations(s).indeterminate()
+        >>> [name for name in names if name.startswith("upper")]
         ['upper_x', 'upper_y', 'upper_z', 'upper_Mx', 'upper_Mz']
         """
         return indeterminate(self, near, values)

@@ -1,7 +1,8 @@
-"""Bodies that a user names in a question to the equations."""
+"""Bodies of a model and their points, in questions to the equations."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 from ...describe.body import Body
@@ -25,3 +26,19 @@ def own_body(model: Model, body: Any, what: str) -> Body:
             f"not to '{model.name}'. Name a body of '{model.name}'."
         )
     return body
+
+
+@dataclass(frozen=True)
+class NamedBody:
+    """A body of the model by its name, for an algorithm that takes points of bodies."""
+
+    name: str
+    is_ground: bool = False
+
+
+@dataclass(frozen=True)
+class PointOf:
+    """A point of a body, with components that are scalars or expressions."""
+
+    body: Body | NamedBody
+    components: Any

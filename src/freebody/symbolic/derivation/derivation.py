@@ -32,7 +32,7 @@ from .momentum import MomentumOf
 from .questions import named
 
 CURE = (
-    "Ask for fb.equations(s, form='recursive'), in which what is long has a name, or for numbers: "
+    "Ask for fb.equations(s, form='recursive'), which names the long expressions, or for numbers: "
     "fb.simulate, fb.compile."
 )
 

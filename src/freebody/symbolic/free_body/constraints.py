@@ -54,7 +54,7 @@ def eliminated(e: Derivation, independent: Sequence[Any]) -> tuple[Scalar, ...]:
     """Nᵀ (M u' + h - Q) with G N = 0, canonical; an entry per independent speed."""
     chosen = [_speed(e, speed) for speed in independent]
     rest = [j for j in range(e.model.n_u) if j not in chosen]
-    # the rows of G, but with the directions of sliding friction, so that its forces drop out too
+    # rows of G, which include sliding friction here (W_N - μ Σ d W_T), so that its forces drop out too
     G = [row for row in e.conditions.acting if any(x != 0 for x in row)]
     if len(set(chosen)) != len(chosen) or len(G) != len(rest):
         raise ModelError(

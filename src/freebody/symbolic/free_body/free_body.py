@@ -90,7 +90,7 @@ class FreeBody:
         self.frame = "ground"
         self._axes = IDENTITY
         if frame is not None:
-            name = frame if isinstance(frame, str) else self._own(frame, "a frame").name
+            name = frame if isinstance(frame, str) else own_body(model, frame, "a frame").name
             if name != "ground":
                 if name not in model.bodies:
                     raise ModelError(f"Unknown frame '{name}'; {nearest(name, [*model.bodies, 'ground'])}")
@@ -104,11 +104,8 @@ class FreeBody:
             raise ModelError(
                 f"Expected a point, such as bar.point(0, 1, 0), to take moments about, got {about!r}."
             )
-        self._own(about.body, "a point to take moments about")
+        own_body(self._e.model, about.body, "a point to take moments about")
         return point_position(self._e.model, self._e.state, about)
-
-    def _own(self, body: Any, what: str) -> Body:
-        return own_body(self._e.model, body, what)
 
     @cached_property
     @named("the free body")
@@ -129,7 +126,7 @@ class FreeBody:
                 continue
             at = e.joint_points[name]
             for c in unknowns(model, state, name):
-                value = state.field.generator(c.symbol, "reaction")  # type: ignore[attr-defined]
+                value = e.ring.generator(c.symbol, "reaction")
                 force, moment = scale(sign * value, c.force), scale(sign * value, c.moment)
                 other = joint.parent if sign == 1 else joint.child
                 result.append(Action(c.name, "reaction", force, moment, at, f"joint '{name}', {other}"))
@@ -154,7 +151,7 @@ class FreeBody:
     def _constraint_actions(self, row: Row, symbol: Any, pair: Any) -> list[Action]:
         """Forces of one condition on this body: of a loop-closing joint, contact or rope, or along the joints."""
         e, model, state = self._e, self._e.model, self._e.state
-        value = state.field.generator(symbol, "reaction")  # type: ignore[attr-defined]
+        value = e.ring.generator(symbol, "reaction")
         owner = model.constraints[row.owner]
         if isinstance(owner, Touching):
             return contact_actions(e, self.body, owner, row, value)

@@ -38,7 +38,7 @@ from ...scalar.algebra import (
     subtract,
     subtract_matrices,
 )
-from ..derivation.bodies import own_body
+from ..derivation.bodies import NamedBody, PointOf, own_body
 from ..printing.display import latex, text
 from ..printing.show import EQUALS, elements, inner
 from .free_body import FreeBody, free_body
@@ -93,7 +93,7 @@ class MomentForm:
             about = _joint_point(free, about)
         if isinstance(about, Body):
             about = about.origin
-        if not isinstance(about, Point | _JointPoint):
+        if not isinstance(about, Point | PointOf):
             raise ModelError(
                 f"Expected a point, such as bar.point(0, 1, 0), or the name of a joint to take moments about, "
                 f"got {about!r}."
@@ -206,28 +206,15 @@ class MomentForm:
         return self.text()
 
 
-class _JointPoint:
-    """A joint's point on a body of the model."""
-
-    def __init__(self, body: str, components: Any) -> None:
-        self.body = _Named(body, body == "ground")
-        self.components = components
-
-
-class _Named:
-    def __init__(self, name: str, is_ground: bool) -> None:
-        self.name, self.is_ground = name, is_ground
-
-
-def _joint_point(free: FreeBody, name: str) -> _JointPoint:
+def _joint_point(free: FreeBody, name: str) -> PointOf:
     """Point of a joint on its parent if that is the free body, else on its child."""
     model = free._e.model
     if name not in model.joints:
         raise ModelError(f"Unknown joint '{name}' to take moments about; {nearest(name, model.joints)}")
     joint = model.joints[name]
     if joint.parent == free.body:
-        return _JointPoint(joint.parent, joint.at)
-    return _JointPoint(joint.child, joint.to)
+        return PointOf(NamedBody(joint.parent, joint.parent == "ground"), joint.at)
+    return PointOf(NamedBody(joint.child), joint.to)
 
 
 def _parallel(mass: Scalar, arm: Vector) -> Matrix:

@@ -33,7 +33,7 @@ from ...dynamics.unilateral import MotionWarning, passed_by_impulse
 from ...errors import ModelError, nearest
 from ...model.closure import Closure
 from ...model.model import Model
-from ...scalar.algebra import ZERO, Vector, add, dot, floats, scale
+from ...scalar.algebra import ZERO, Scalar, Vector, add, dot, floats, scale
 from ...scalar.ratio import Ratio, cleared
 from ...scalar.substitute import Substitution
 from ..equations import Equations
@@ -141,13 +141,13 @@ class Struck:
         self.impulse = tuple(self._show(x) for x in blows[0][1])
         self.moment = tuple(self._show(x) for x in blows[0][2])
 
-    def _tidy(self, x: Any) -> Any:
+    def _tidy(self, x: Scalar) -> Scalar:
         return x.tidy() if type(x) is Ratio else x
 
-    def _show(self, x: Any) -> Any:
+    def _show(self, x: Scalar) -> Any:
         return ratio_displayed(x, self._e.ring) if self.exact else float(x)
 
-    def _column(self, v: Sequence[Any]) -> Any:
+    def _column(self, v: Sequence[Scalar]) -> Any:
         values = [self._show(self._tidy(x)) for x in v]
         return sympy.ImmutableMatrix(values) if self.exact else tuple(values)
 
@@ -192,12 +192,12 @@ class Struck:
         everything = [1, *self._jump, *self._multipliers, *parts]
         D, *rest = cleared(ring, [x if type(x) is Ratio else Ratio(ring, x) for x in everything])
         blows = []
-        for i, (where, _, _) in enumerate(self._blows):
+        for i, (point, _, _) in enumerate(self._blows):
             a, b, c, d, f, g = rest[n + m + 6 * i : n + m + 6 * i + 6]
-            blows.append((where, (a, b, c), (d, f, g)))
+            blows.append((point, (a, b, c), (d, f, g)))
         return D, rest[:n], rest[n : n + m], blows
 
-    def _divided(self, v: Vector, D: Any) -> Vector:
+    def _divided(self, v: Vector, D: Scalar) -> Vector:
         x, y, z = (Ratio(self._e.ring, c, D).tidy() for c in v)
         return (x, y, z)
 
@@ -213,7 +213,7 @@ class Struck:
         return {name: self._show(x) for name, x in zip(names, self._multipliers, strict=True)}
 
     @cached_property
-    def canonical_components(self) -> dict[str, Any]:
+    def canonical_components(self) -> dict[str, Scalar]:
         """Value of every named reaction component: ratios, or floats."""
         result: dict[str, Any] = {}
         for name in self.model.joints:
@@ -222,7 +222,8 @@ class Struck:
             result[row.name] = value
         return result
 
-    def _joint_components(self, joint: str) -> dict[str, Any]:
+    def _joint_components(self, joint: str) -> dict[str, Scalar]:
+        """Value of every named component of a joint's reaction."""
         impulse, moment, _ = self._wrenches[joint]
         return {
             name: self._tidy(dot(along, impulse if of_force else moment))
@@ -260,7 +261,7 @@ class Struck:
         t = self._value(self._state.t) or 0
         return passed_by_impulse(self.model, values, lambda mu: self._value(self._state(mu)), largest, t)
 
-    def _value(self, x: Any) -> float | None:
+    def _value(self, x: Scalar) -> float | None:
         """Return the value as a float; None for an expression."""
         shown = self._show(x)
         return float(shown) if not isinstance(shown, sympy.Basic) or shown.is_number else None
@@ -342,7 +343,7 @@ class Struck:
 
     # -- display ------------------------------------------------------------------------------------
 
-    def _written(self, x: Any) -> str:
+    def _written(self, x: Scalar) -> str:
         return ratio_text(self._tidy(x), self._e.ring) if self.exact else f"{float(x):.9g}"
 
     def text(self) -> str:
@@ -355,7 +356,7 @@ class Struck:
             return "\n".join([*lines, *notes])
         lines.append("impulsive reactions on the child bodies")
         if self.exact:
-            parts = {n: x for n, x in self.canonical_components.items() if not _zero(x)}
+            parts = {n: x for n, x in self.canonical_components.items() if not _is_zero(x)}
             lines += [f"  {name} = {self._written(x)}" for name, x in parts.items()]
             return "\n".join([*lines, *notes])
         for name, (impulse, moment, _) in self._wrenches.items():
@@ -365,19 +366,16 @@ class Struck:
 
     def latex(self) -> str:
         """The speeds and the impulsive reactions as a LaTeX ``aligned`` block."""
-        ring = self._e.ring
         vocabulary = Vocabulary(self._e)
         lines = []
         for speed, x in zip(self.model.speeds, self._reached.u, strict=True):
-            lines.append(f"{vocabulary.latex(speed.symbol)}^{{+}} &= {self._latex(x, ring)}")
+            lines.append(f"{vocabulary.latex(speed.symbol)}^{{+}} &= {self._latex(x)}")
         for name, x in self.canonical_components.items() if self.exact else ():
-            if not _zero(x):
-                lines.append(
-                    f"\\hat{{{vocabulary.latex(vocabulary.reactions[name])}}} &= {self._latex(x, ring)}"
-                )
+            if not _is_zero(x):
+                lines.append(f"\\hat{{{vocabulary.latex(vocabulary.reactions[name])}}} &= {self._latex(x)}")
         for name, vectors in {} if self.exact else self._wrenches.items():
             for what, v in zip(("impulse", "moment impulse"), vectors, strict=False):
-                shown = ",\\ ".join(self._latex(x, ring) for x in v)
+                shown = ",\\ ".join(self._latex(x) for x in v)
                 lines.append(rf"&{latex_words(f'{name}: {what} ')}\left({shown}\right)")
         return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
 
@@ -388,7 +386,7 @@ class Struck:
             lines.append(f"<msup>{mathml_of(speed.symbol)}<mo>+</mo></msup>{EQUALS}{self._mathml(x)}")
         if self.exact:
             for name, x in self.canonical_components.items():
-                if not _zero(x):
+                if not _is_zero(x):
                     lines.append(f"<mover>{shown_name(name)}<mo>^</mo></mover>{EQUALS}{self._mathml(x)}")
         for name, vectors in {} if self.exact else self._wrenches.items():
             for what, v in zip(("impulse", "moment impulse"), vectors, strict=False):
@@ -396,13 +394,13 @@ class Struck:
                 lines.append(f"{words(f'{name}: {what} ')}<mrow><mo>(</mo>{shown}<mo>)</mo></mrow>")
         return elements(lines)
 
-    def _mathml(self, x: Any) -> str:
+    def _mathml(self, x: Scalar) -> str:
         if self.exact:
             return ratio_mathml(self._tidy(x), self._e.ring)
         return f"<mn>{float(x):.9g}</mn>"
 
-    def _latex(self, x: Any, ring: Any) -> str:
-        return ratio_latex(self._tidy(x), ring) if self.exact else f"{float(x):.9g}"
+    def _latex(self, x: Scalar) -> str:
+        return ratio_latex(self._tidy(x), self._e.ring) if self.exact else f"{float(x):.9g}"
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
@@ -411,7 +409,7 @@ class Struck:
         return self.text()
 
 
-def _zero(x: Any) -> bool:
+def _is_zero(x: Scalar) -> bool:
     return bool(x == 0)
 
 

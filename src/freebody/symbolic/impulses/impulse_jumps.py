@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import sympy
@@ -27,6 +26,7 @@ from ...model.model import Model
 from ...scalar.algebra import ZERO, Scalar, Vector, divide, dot, scale
 from ...scalar.element import Polynomial
 from ...scalar.ratio import Ratio, cleared
+from ..derivation.bodies import PointOf
 from ..derivation.contact_modes import sticking_only
 from ..equations import Equations
 from ..free_body.gears import radial_symbols
@@ -184,9 +184,9 @@ def percussion(
     # the impulse is linear in h: blows at h = 0 and h = 1 determine it
     for k in range(2):
         place = tuple(a + k * b for a, b in zip(start, along, strict=True))
-        f = blows_on(model, state, [(_Place(body, place), direction, ZERO)])
+        f = blows_on(model, state, [(PointOf(body, place), direction, ZERO)])
         jump, multipliers = jumps(generalized_impulse(model, state, f))
-        everything = with_constraints(model, state, [(_Place(body, place), direction, ZERO)], multipliers)
+        everything = with_constraints(model, state, [(PointOf(body, place), direction, ZERO)], multipliers)
         joint_impulses = impulsive_reactions(
             model, state, link_jumps(model, state, jump), blows_on(model, state, everything)
         )
@@ -202,11 +202,3 @@ def percussion(
         )
     request.add(f"impulse of '{joint}' along the blow", x)
     return solution_of(request)
-
-
-@dataclass(frozen=True)
-class _Place:
-    """A point of a body, with components that are scalars or expressions."""
-
-    body: Any
-    components: Any

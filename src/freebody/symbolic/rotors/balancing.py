@@ -24,10 +24,9 @@ from ...errors import ModelError
 from ...model.model import Model
 from ...scalar.algebra import Expression, Scalar, add, apply, dot, negate, scale, subtract
 from ...space.spatial import Inertia, inertia_sum, inertia_to_parent
+from ..free_body.reaction import LETTERS
 from ..printing.display import Formulas, equation_text
 from .bearings import Shaft, shaft_of
-
-LETTERS = "xyz"
 
 
 def balance(s: Any, joint: Any, planes: Mapping[str, Expression]) -> Balance:

@@ -37,10 +37,9 @@ from ...scalar.algebra import (
     subtract,
 )
 from ..equations import Equations, equations
+from ..free_body.reaction import LETTERS
 from ..printing.display import Formulas, equation_text
 from ..solving.vocabulary import Vocabulary
-
-LETTERS = "xyz"
 
 
 @dataclass(frozen=True)

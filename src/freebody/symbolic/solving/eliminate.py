@@ -23,6 +23,7 @@ from ...errors import ModelError, nearest
 from ...scalar.algebra import Scalar
 from ...scalar.ratio import Ratio, cleared, common_factor, divided, over_sine
 from ...scalar.substitute import Substitution
+from ..derivation.bodies import NamedBody, PointOf
 from ..derivation.derivation import Derivation
 from ..free_body.action import TITLES
 from ..free_body.free_body import FreeBody
@@ -197,9 +198,9 @@ def _powers(e: Derivation, vocabulary: Vocabulary, balances: dict[Label, Any]) -
     """Velocities of all bodies per unit of each speed: combinations in which ideal joints have no power."""
     lines = []
     jacobians = {}
-    for name in e.model.bodies:
+    for name, place in e.model.bodies.items():
         # rows of the angular velocity, then of the velocity of the mass centre
-        jacobians[name] = jacobian(e.model, e.state, _Center(e, name))
+        jacobians[name] = jacobian(e.model, e.state, PointOf(NamedBody(name), place.center))
     for j, speed in enumerate(e.model.speeds):
         line = _Line(Row(speed.name, {}), name=_of_speed(speed.name))
         for name, J in jacobians.items():
@@ -220,20 +221,6 @@ def _powers(e: Derivation, vocabulary: Vocabulary, balances: dict[Label, Any]) -
 
 def _of_speed(name: str) -> str:
     return f"by {name}"
-
-
-class _Center:
-    """Mass centre of a body of the model, as a point."""
-
-    def __init__(self, e: Derivation, body: str) -> None:
-        self.body = _Named(body)
-        self.components = e.model.bodies[body].center
-
-
-@dataclass(frozen=True)
-class _Named:
-    name: str
-    is_ground: bool = False
 
 
 def _in_reactions(e: Derivation, vocabulary: Vocabulary, left: Scalar) -> Terms:

@@ -39,14 +39,14 @@ class Branch:
 class SolveResult(Mapping[str, Any]):
     """Solution of :meth:`Equations.solve`: SymPy expressions by the unknown's name (or SymPy atom).
 
+    A long solution is printed in steps: see :attr:`steps`.
+
     Attributes
     ----------
     branches : tuple of dict
-        Every solution; there is more than one where the request is not linear.
+        Every solution; a request that is not linear may have more than one.
     conditions : tuple of Eq
         Conditions for the solution: the equations of motion that remain.
-
-    A long solution is printed in steps: see :attr:`steps`.
     """
 
     def __init__(
