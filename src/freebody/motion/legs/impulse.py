@@ -19,7 +19,7 @@ from ...model.values import check_assumptions
 from ...scalar.algebra import ZERO, Vector, apply
 from ...space.rotation import Rotation
 from ...symbolic.equations import Equations
-from ...symbolic.free_body.free_body import own_body
+from ...symbolic.derivation.bodies import own_body
 from ...symbolic.impulses.impulse import Struck
 from ...symbolic.impulses.impulse_jumps import exact_jumps, float_jumps, percussion, restituted
 from ...symbolic.solving.vocabulary import Vocabulary

@@ -31,7 +31,7 @@ from ...dynamics.state import State
 from ...errors import ModelError
 from ...model.model import Model
 from ...scalar.algebra import floats
-from ..free_body.contact_modes import sticking_only
+from ..derivation.contact_modes import sticking_only
 from .linear_model import LinearModel
 from .operating_point import moved, tangent_names
 from .recorded_functions import Points, Recorded

@@ -25,7 +25,7 @@ from ...scalar.algebra import HALF
 from ...scalar.polynomial import Polynomial
 from ...scalar.series import Series, SeriesField
 from ...scalar.substitute import Substitution, arrays
-from ..free_body.constraints import determinant
+from ..derivation.determinant import determinant
 from ..integrals.conserved_quantities import integrals
 from ..integrals.routh import Routh, ignorable
 from ..printing.lines import COMMA, Lines
@@ -257,7 +257,7 @@ class Amended:
         self.problem = problem
         self.potential: Any = None
         chosen = set(problem.pivots)
-        found = e.integrals if "integrals" in vars(e) else integrals(e)
+        found = integrals(e)
         conservative = any(name in found.names for name in ("energy", "Jacobi's integral"))
         if (
             not conservative

@@ -21,7 +21,7 @@ from ...errors import ModelError, TooManyTermsError, nearest
 from ...model.model import Model
 from ...scalar.polynomial import Polynomial
 from ...scalar.substitute import Substitution, arrays
-from ..free_body.along_motion import numbers
+from ..derivation.along_motion import numbers
 from ..printing.display import displayed, equation_latex, equation_text, text
 from ..printing.show import EQUALS, elements, inner, latex_words, words
 from .motion import SteadyMotion, SteadyState

@@ -44,7 +44,7 @@ from ...scalar.algebra import (
 )
 from ...space.quaternion import quaternion_product
 from ...space.turn import matrix_about
-from ..free_body.along_motion import residuals_of
+from ..derivation.along_motion import residuals_of
 from ..linear.operating_point import tangent_drift
 from .problem import Problem, cleared
 from .stability import Spectrum, Stability, spectral_verdict

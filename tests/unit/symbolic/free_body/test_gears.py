@@ -133,7 +133,7 @@ def test_without_a_pressure_angle_the_radial_force_stays_a_symbol():
     assert e.reactions["first"].components["first_x"] == radial
     assert sympy.simplify(e.reactions["first"].components["first_y"] + mesh / sympy.Rational(1, 10)) == 0
     words = (
-        "undetermined: mesh_r, which presses the teeth of gear 'mesh' apart; its pressure_angle would tell"
+        "undetermined: mesh_r, which presses the teeth of gear 'mesh' apart; its pressure_angle determines it"
     )
     for what in (e.reactions["first"], e.free_body("one"), e.free_body("two")):
         assert words in what.text()
@@ -205,13 +205,13 @@ def test_a_ratio_alone_leaves_bearings_and_teeth_together(why):
     s.gear(first, other, ratio, name="mesh")
     e = fb.equations(s)
     assert e.model.meshes["mesh"] == why
-    words = "how much of first the joint bears and how much the teeth of gear 'mesh', of which the ratio alone is known"
+    words = "how much of first the joint bears and how much the teeth of gear 'mesh', of which only the ratio is known"
     assert f"undetermined: {words}: {why}" in e.reactions["first"].text()
     assert why in e.free_body("one").text()
     assert {"first_x", "first_y", "first_z", "first_Mx", "first_My"} <= set(e.indeterminate())
     assert ("far_x" in e.indeterminate()) == (other.parent is third)
     assert "first_x" in start(s).indeterminate
-    with pytest.raises(ModelError, match="the ratio alone is known"):
+    with pytest.raises(ModelError, match="only the ratio is known"):
         e.solve("first_x")
     assert "mesh" in e.solve("mesh")
 

@@ -308,7 +308,7 @@ def test_centre_of_percussion():
     assert fb.centre_of_percussion(compound, "grip") == 9 * r / 4
     with pytest.raises(ModelError, match="Unknown joint 'gripp'"):
         fb.centre_of_percussion(compound, "gripp")
-    with pytest.raises(ModelError, match="does not depend on where along"):
+    with pytest.raises(ModelError, match="does not depend on the position of the blow along"):
         fb.centre_of_percussion(compound, "grip", direction=(0, 0, 1))
     with pytest.raises(ModelError, match="expected one of them as the body that is struck"):
         fb.centre_of_percussion(compound, "grip", body="ground")

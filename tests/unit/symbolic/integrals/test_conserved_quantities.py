@@ -13,7 +13,7 @@ from freebody.gallery.beyond.tumbling_body import build as tumbling_body
 from freebody.gallery.textbook.examples.sec_6_8_torque_free import build as torque_free
 from freebody.gallery.textbook.examples.sec_6_9_gyroscope import build as gyroscope
 from freebody.gallery.textbook.problems.prob_6_15_double_pendulum import build as double_pendulum
-from freebody.symbolic.free_body.along_motion import rate_of
+from freebody.symbolic.derivation.along_motion import rate_of
 
 
 def free_body(moments=("A", "B", "C"), gravity=False):
@@ -175,7 +175,7 @@ def test_what_changes_with_time_keeps_nothing() -> None:
     assert len(found) == 0
     assert found.text() == "No conserved quantities."
     with pytest.raises(
-        fb.errors.ModelError, match="no conserved quantity that is known here, so none named 'energy'"
+        fb.errors.ModelError, match="No conserved quantity of this system is known, so there is no 'energy'"
     ):
         found["energy"]
 

@@ -243,10 +243,12 @@ RESULTS: dict[str, tuple[Callable[[], Any], str, str, str]] = {
 
 INTERNAL = {
     # what results are made of: canonical polynomials, tables of a printer, requests that are read
-    "arrange.Lumps", "bearings.Shaft", "characteristic.Factor", "constrained_symbols.Motion", "eliminate.Combination",
+    "arrange.Lumps", "bearings.Shaft", "bodies.NamedBody", "bodies.PointOf",
+    "characteristic.Factor", "constrained_symbols.Motion",
+    "derivation.Derivation", "eliminate.Combination",
     "length_bound.Lengths", "length_bound.Terms", "recursive.Definition", "recursive.Names", "recursive.Recursive",
     "linearize.Checks", "recorded_functions.Points", "recorded_functions.Recorded", "recursive.Turn",
-    "forcing.Term", "free_body.Action", "grouped.Grouped", "latex.Latex", "lines.Name", "lines.Sign", "mathml.MathML",
+    "forcing.Term", "action.Action", "grouped.Grouped", "latex.Latex", "lines.Name", "lines.Sign", "mathml.MathML",
     "operating_point.OperatingPoint", "planar.Plane", "printer.Printer", "rational.Rationals", "reaction.Component",
     "reduction.Choice", "reduction.Slopes", "request.Request", "request.Unknown", "response.Start", "solution.Branch",
     "stability.Amended", "stability.Linear", "stability.Spectrum", "motion.Words", "numeric.Pieces",

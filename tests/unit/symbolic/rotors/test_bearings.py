@@ -196,6 +196,6 @@ def test_only_hinges_are_shafts():
     s.ball("socket", s.ground, s.body("b", fb.sphere(1, 1)))
     with pytest.raises(
         ModelError,
-        match="Expected a hinge, which is what two bearings make of a shaft, got the ball 'socket'",
+        match="Expected a hinge, which two bearings of a shaft form together, got the ball 'socket'",
     ):
         fb.bearing_reactions(s, "socket", at={"A": 1, "B": -1})

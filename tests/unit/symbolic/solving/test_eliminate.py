@@ -5,6 +5,7 @@ import sympy
 
 import freebody as fb
 from freebody.errors import ModelError
+from freebody.symbolic.free_body.action import TITLES
 
 t = sympy.Symbol("t")
 
@@ -70,7 +71,7 @@ def sum_of_rows(e, coefficients, bodies=None):
     total = 0
     for (body, title), c in coefficients.items():
         free = (bodies or {}).get(body) or e.free_body(body)
-        left, right = free.balances[free._titles().index(title)]
+        left, right = free.balances[TITLES.index(title)]
         total = total + c * (right - left)
     return total
 

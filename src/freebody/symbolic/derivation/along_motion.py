@@ -1,28 +1,27 @@
-"""What conserved quantities and steady motions are made of: residuals of motion, rates along it, momenta, numbers."""
+"""Quantities along a motion: residuals of the equations of motion, rates, momenta, and numbers for a state."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from ...dynamics.kinematics import coordinate_rates
 from ...errors import ModelError, nearest
 from ...model.values import check_assumptions
+from ...scalar.algebra import Expression, Scalar
+from .derivation import Derivation
 
-if TYPE_CHECKING:
-    from ..equations import Equations
 
-
-def residuals_of(e: Equations) -> tuple[Any, ...]:
+def residuals_of(e: Derivation) -> tuple[Scalar, ...]:
     """E_j = M u' + h - Q - Gᵀ λ, canonical; zero along every motion."""
     if "residuals" not in e.state.cache:
         e.state.cache["residuals"] = tuple(left - right for left, right in e.balances)
     return e.state.cache["residuals"]
 
 
-def rate_of(e: Equations, x: Any) -> Any:
+def rate_of(e: Derivation, x: Scalar) -> Scalar:
     """dx/dt along q' = N u, with u' as symbols."""
     rates = {
         c.symbol: rate
@@ -32,7 +31,7 @@ def rate_of(e: Equations, x: Any) -> Any:
     return e.ring.total_derivative(x, rates)
 
 
-def momenta(e: Equations) -> tuple[Any, ...]:
+def momenta(e: Derivation) -> tuple[Scalar, ...]:
     """∂T/∂u_j, canonical."""
     if "momenta" not in e.state.cache:
         T = e.energy.canonical_kinetic
@@ -40,8 +39,11 @@ def momenta(e: Equations) -> tuple[Any, ...]:
     return e.state.cache["momenta"]
 
 
-def random_numbers(e: Equations, seed: int, count: int | None = None) -> dict[Any, Any]:
-    """Numbers for all atoms but accelerations, parameters between 1 and 2; arrays of ``count`` of each that varies."""
+def random_numbers(e: Derivation, seed: int, count: int | None = None) -> dict[Any, Any]:
+    """Random numbers for all atoms but accelerations: parameters between 1 and 2, other atoms between -1 and 1.
+
+    With ``count``, atoms other than parameters get arrays of this length.
+    """
     import numpy as np
 
     random = np.random.default_rng(seed)
@@ -57,37 +59,43 @@ def random_numbers(e: Equations, seed: int, count: int | None = None) -> dict[An
     return atoms
 
 
-def numbers(e: Equations, given: Mapping[Any, Any]) -> dict[Any, Any]:
-    """Numbers for all atoms: those given by name or symbol, parameters by default, coordinates and speeds zero."""
+def numbers(e: Derivation, values: Mapping[Any, Expression]) -> dict[Any, Any]:
+    """Numbers for all atoms: ``values`` by name or symbol, defaults of parameters, zero for coordinates and speeds.
+
+    Raises
+    ------
+    ModelError
+        An unknown name, or a parameter without a value.
+    """
     model = e.model
-    known = {**model.names.atoms}
-    known.update({speed.name: speed.symbol for speed in model.speeds})
-    known.update({c.name: c.symbol for c in model.coordinates})
+    symbols = {**model.names.atoms}
+    symbols.update({speed.name: speed.symbol for speed in model.speeds})
+    symbols.update({c.name: c.symbol for c in model.coordinates})
     parameters = {parameter.name for parameter in model.parameters}
-    by_symbol = {symbol: name for name, symbol in known.items()}
+    names = {symbol: name for name, symbol in symbols.items()}
     atoms: dict[Any, Any] = {c.symbol: 0 for c in model.coordinates} | {s.symbol: 0 for s in model.speeds}
     atoms.update({model.coordinates[i].symbol: 1 for i in model.quaternions})
     atoms[model.names.atoms["t"]] = 0
     constants = {}
-    for key, value in given.items():
-        name = key if isinstance(key, str) else by_symbol.get(key, str(key))
-        if name not in known:
-            raise ModelError(f"Unknown name '{name}'; {nearest(name, known)}")
+    for key, value in values.items():
+        name = key if isinstance(key, str) else names.get(key, str(key))
+        if name not in symbols:
+            raise ModelError(f"Unknown name '{name}'; {nearest(name, symbols)}")
         if name in parameters and getattr(value, "ndim", 0) == 0:
             constants[name] = value
         else:
-            atoms[known[name]] = _plain(value)
-    arrays_given = {name for name in parameters if known[name] in atoms}
-    values = model.values({**dict.fromkeys(arrays_given, 0), **constants})
-    if not arrays_given:
-        check_assumptions(model, values)
+            atoms[symbols[name]] = _plain(value)
+    array_parameters = {name for name in parameters if symbols[name] in atoms}
+    parameter_values = model.values({**dict.fromkeys(array_parameters, 0), **constants})
+    if not array_parameters:
+        check_assumptions(model, parameter_values)
     for parameter in model.parameters:
-        if parameter.name not in arrays_given:
-            atoms[parameter.symbol] = values[parameter.name]
+        if parameter.name not in array_parameters:
+            atoms[parameter.symbol] = parameter_values[parameter.name]
     return atoms
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Expression) -> Any:
     if isinstance(value, str | sympy.Basic):
         return float(sympy.sympify(value))
     return value
