@@ -76,7 +76,7 @@ def test_a_drawing_is_written_whole_or_not_at_all(tmp_path: Path):
 
 @pytest.mark.parametrize("name", ["body of mine", "x&y", "Körper"])
 def test_names_that_equations_can_not_bear_are_refused_where_they_are_given(name: str):
-    with pytest.raises(ModelError, match=f"'{name}' can not be the name of a body: use letters, digits"):
+    with pytest.raises(ModelError, match=f"'{name}' cannot be the name of a body: use letters, digits"):
         disk(name)
 
 

@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from ..errors import ModelError, nearest, shown
+from .description import Description, names_of, parameters_of, varying
 from .names import check_name
 from .said import Named
-
-if TYPE_CHECKING:
-    from .system import System
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -33,7 +31,7 @@ class Controller(Named):
 
 
 def controller(
-    system: System,
+    system: Description,
     function: Callable[..., Any],
     period: Any,
     inputs: Any,
@@ -91,7 +89,7 @@ def controller(
     if label in system.controllers:
         raise ModelError(f"There is already a {what} in this system. Pass another name=.")
     period = system.expression(period, f"the period of {what}")
-    moving = system.names.depends(period, "coordinate", "speed", "time")
+    moving = varying(system, period)
     if moving:
         raise ModelError(f"The period of {what} must be constant, but it depends on {', '.join(moving)}.")
     if not isinstance(period, sympy.Basic) and not 0 < float(period) < math.inf:
@@ -105,9 +103,10 @@ def controller(
         )
     for key, value in (sensors or {}).items():
         check_name(key, "sensor")
-        if key in system.names.kinds:
+        if key in names_of(system).kinds:
             raise ModelError(
-                f"Sensor '{key}' of {what} has the name of a {system.names.kinds[key]} of this system. Choose another."
+                f"Sensor '{key}' of {what} has the name of a {names_of(system).kinds[key]} of this system. "
+                "Choose another."
             )
         told.append((key, system.expression(value, f"sensor '{key}' of {what}")))
     made = Controller(label, function, period, names, tuple(told))
@@ -115,17 +114,17 @@ def controller(
     return made
 
 
-def _inputs(system: System, inputs: Any, what: str) -> tuple[str, ...]:
+def _inputs(system: Description, inputs: Any, what: str) -> tuple[str, ...]:
     if isinstance(inputs, str):
         inputs = inputs.replace(",", " ").split()
     elif not isinstance(inputs, Sequence):
         inputs = [inputs]
-    known = {parameter.name for parameter in system.parameter_list}
+    known = {parameter.name for parameter in parameters_of(system)}
     result = []
     for one in inputs:
-        text = system.names.text_of(one)
-        if text not in known or system.names.kinds[text] != "parameter":
-            plain = sorted(name for name in known if system.names.kinds[name] == "parameter")
+        text = names_of(system).text_of(one)
+        if text not in known or names_of(system).kinds[text] != "parameter":
+            plain = sorted(name for name in known if names_of(system).kinds[name] == "parameter")
             raise ModelError(
                 f"Expected parameters of this system as the inputs of {what}, got '{text}'; {nearest(text, plain)} "
                 f"An input is declared first: {text if text.isidentifier() else 'tau'} = s.parameters(...=0)."

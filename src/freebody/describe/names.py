@@ -46,7 +46,7 @@ def check_name(name: Any, what: str) -> str:
         )
     if not is_identifier(name) or keyword.iskeyword(name):
         raise ModelError(
-            f"'{name}' can not be the name of a {what}: use letters, digits and underscores, "
+            f"'{name}' cannot be the name of a {what}: use letters, digits and underscores, "
             f"begin with a letter, and avoid Python's keywords."
         )
     return name
@@ -215,7 +215,7 @@ class Names:
         ):
             if expression in self._accelerations:
                 raise ExpressionError(
-                    f"In {what}: the acceleration {expression} can not stand in an expression; "
+                    f"In {what}: the acceleration {expression} cannot stand in an expression; "
                     f"a load may depend on coordinates, speeds, time and parameters."
                 )
             text = (

@@ -163,7 +163,7 @@ def _borne(
 ) -> list[int]:
     """Places of the motions of a link that meet inertia; ``tau`` and ``wrench``: the loads along them and on it.
 
-    A motion that meets none at all, whatever the state, can not be solved for. The turn of a particle in a joint that
+    A motion that meets none at all, whatever the state, cannot be solved for. The turn of a particle in a joint that
     also moves it along, which no torque drives, has the equation 0 = 0: it keeps its rate.
     """
     found, link = [], model.links[i]

@@ -266,7 +266,7 @@ DEPENDENT = 10**-9
 POOR = 10**-4
 
 STEPS = 50
-"""Gauss-Newton steps after which conditions can not be met."""
+"""Gauss-Newton steps after which conditions cannot be met."""
 
 
 def independent_rows(model: Model, state: State) -> tuple[int, ...]:
@@ -327,7 +327,7 @@ def closed_coordinates(
     Raises
     ------
     ModelError
-        The conditions that can not be met, and by how much they are missed.
+        The conditions that cannot be met, and by how much they are missed.
     """
     kinds = rows(model)
     free = [j for j in range(model.n_u) if j not in set(held)]
@@ -384,6 +384,6 @@ def not_met(
     missed = {kind.name: float(r) for kind, r in zip(rows(model), final, strict=True) if not kind.on_speeds}
     worst = max(missed, key=lambda name: abs(missed[name]))
     return abs(missed[worst]), ModelError(
-        f"The constraints can not be met near the coordinates given: after {steps} steps '{worst}' is still missed by "
+        f"The constraints cannot be met near the coordinates given: after {steps} steps '{worst}' is still missed by "
         f"{missed[worst]:.3g}. Start nearer to a closed position, or check the lengths."
     )

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from ..describe.contacts.contact import kind_of
+from ..describe.contact_shapes import kind_of
 from ..model.contact import Contact
 from ..model.model import GROUND, Model
 from ..scalar.algebra import (

@@ -48,7 +48,7 @@ class MotionWarning:
     time : float
         From when on the motion is not physical [s].
     what : str
-        What happens there that can not.
+        What happens there that cannot.
     value : float
         The worst of it: the least force, or the least that friction has left, in ``unit``; of a blow the impulse.
     spans : tuple of (float, float)

@@ -105,7 +105,7 @@ def write(
     Raises
     ------
     FormatError
-        An expression without a text, a folder that can not be written.
+        An expression without a text, a folder that cannot be written.
 
     Examples
     --------

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from ..describe.body import Body, Point
+from ..describe.body import Body
+from ..describe.frame import Point
 from ..describe.loads.load import Damper, JointDamper, JointSpring, Spring
 from ..describe.system import System
 from ..dynamics.constrained import constrained_loading, pressed

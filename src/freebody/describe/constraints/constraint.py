@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..body import Point
+from ..frame import Point
 from ..joints.joint import Joint
 from ..said import Named
 
@@ -71,8 +71,8 @@ class Rolling(Named):
     normal: tuple[str, Any]
     first: tuple[str, Any]
     second: tuple[str, Any]
-    given: Any = None
-    """The axis as the user gave it."""
+    written_axis: Any = None
+    """The axis as the user wrote it."""
     unilateral: bool = True
     friction: Any = None
 

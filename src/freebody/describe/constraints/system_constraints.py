@@ -3,26 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
 from ...errors import ModelError, shown
 from ..axes import UNIT, direction
-from ..body import Point
-from ..contacts.contact import ContactPair, Tether
+from ..constants import default_value
+from ..contact_shapes import Tether
+from ..contacts.contact import ContactPair
 from ..contacts.system_contacts import coefficient, contact
+from ..description import Description, claim, names_of, take_as_positive
+from ..frame import Point, own_point
 from ..joints.joint import Joint
 from ..joints.system_joints import check_smooth, check_unbroken
-from ..shapes import number
 from .constraint import Condition, Constraint, Gear, Rolling, Rope, SpeedCondition
-
-if TYPE_CHECKING:
-    from ..system import System
 
 
 def constrain(
-    system: System, condition: Any, *, name: str | None = None, unilateral: bool = False
+    system: Description, condition: Any, *, name: str | None = None, unilateral: bool = False
 ) -> Constraint:
     """Keep an expression of coordinates and time zero (a holonomic constraint).
 
@@ -50,13 +49,13 @@ def constrain(
     >>> c = s.constrain("y - x^2", name="wire")
     """
     name, expression = _named(system, condition, name, "constraint")
-    speeds = system.names.depends(expression, "speed")
+    speeds = names_of(system).depends(expression, "speed")
     if speeds:
         raise ModelError(
             f"Constraint '{name}' depends on {', '.join(speeds)}. A condition on speeds is given by s.constrain_speed."
         )
     check_smooth(system, expression, f"constraint '{name}'")
-    if not system.names.depends(expression, "coordinate"):
+    if not names_of(system).depends(expression, "coordinate"):
         raise ModelError(
             f"Constraint '{name}' holds no coordinate: '{_shown(system, expression)}' says nothing about the motion."
         )
@@ -65,7 +64,7 @@ def constrain(
     )
 
 
-def constrain_speed(system: System, condition: Any, *, name: str | None = None) -> Constraint:
+def constrain_speed(system: Description, condition: Any, *, name: str | None = None) -> Constraint:
     """Keep an expression that is linear in the speeds zero (a non-holonomic constraint).
 
     Parameters
@@ -76,26 +75,26 @@ def constrain_speed(system: System, condition: Any, *, name: str | None = None) 
         Name of its multiplier in the equations.
     """
     name, expression = _named(system, condition, name, "speed constraint")
-    speeds = system.names.depends(expression, "speed")
+    speeds = names_of(system).depends(expression, "speed")
     if not speeds:
         raise ModelError(
             f"Speed constraint '{name}' holds no speed: '{_shown(system, expression)}'. A condition on coordinates is "
             f"given by s.constrain."
         )
     check_unbroken(system, expression, f"speed constraint '{name}'")
-    atoms = [system.names.atoms[speed] for speed in speeds]
+    atoms = [names_of(system).atoms[speed] for speed in speeds]
     for one in atoms:
         slope = sympy.diff(expression, one)
         if any(sympy.simplify(sympy.diff(slope, other)) != 0 for other in atoms):
             raise ModelError(
                 f"Speed constraint '{name}' must be linear in the speeds, but '{_shown(system, expression)}' is not "
-                f"linear in {system.names.texts[one]}."
+                f"linear in {names_of(system).texts[one]}."
             )
     return _store(system, SpeedCondition(name, expression))
 
 
 def gear(
-    system: System,
+    system: Description,
     first: Joint,
     second: Joint,
     ratio: Any,
@@ -157,7 +156,7 @@ def gear(
     if first is second:
         raise ModelError(f"A gear couples two joints, got '{first.name}' twice.")
     name = f"gear_{first.name}_{second.name}" if name is None else name
-    system.claim(name, system.constraints, "constraint")
+    claim(system, name, "constraint")
     factor = _fixed(system, ratio, f"the ratio of gear '{name}'", "coordinate", "speed", "time")
     if factor == 0:
         still = _shown(system, sympy.sympify(first.primitives[0].coordinate))
@@ -166,7 +165,7 @@ def gear(
             f"of it. Give another ratio; what stands still has s.constrain('{still}')."
         )
     if isinstance(factor, sympy.Basic):
-        system.take_as_positive(factor**2)
+        take_as_positive(system, factor**2)
     if pressure_angle is not None:
         what = f"the pressure angle of gear '{name}'"
         pressure_angle = sympy.sympify(_fixed(system, pressure_angle, what, "coordinate", "speed", "time"))
@@ -176,12 +175,12 @@ def gear(
                 f"(20 degrees) as a rule."
             )
         if pressure_angle.free_symbols:
-            system.take_as_positive(pressure_angle, sympy.pi / 2 - pressure_angle)
+            take_as_positive(system, pressure_angle, sympy.pi / 2 - pressure_angle)
     return _store(system, Gear(name, first, second, factor, pressure_angle))
 
 
 def rope(
-    system: System,
+    system: Description,
     points: Sequence[Any],
     length: Any,
     *,
@@ -218,11 +217,10 @@ def rope(
     >>> motion.warnings[0].what
     'the rope pushes'
     """
-    names = system.contacts if taut is False else system.constraints
-    system.claim(name, names, "constraint")
+    claim(system, name, "constraint")
     if not isinstance(points, Iterable):
         raise ModelError(f"Expected a list of points for rope '{name}', got {shown(points)}.")
-    places = tuple(system.own_point(point, f"rope '{name}'") for point in points)
+    places = tuple(own_point(system, point, f"rope '{name}'") for point in points)
     if len(places) < 2:
         raise ModelError(f"Rope '{name}' needs at least two points, got {len(places)}.")
     moving = [p for p in places if not p.body.is_ground]
@@ -246,7 +244,7 @@ def rope(
 
 
 def _slack(
-    system: System, name: str, places: tuple[Point, ...], length: Any, restitution: Any
+    system: Description, name: str, places: tuple[Point, ...], length: Any, restitution: Any
 ) -> ContactPair:
     """A rope that may go slack: one end stays within the sphere of its length about the other."""
     if len(places) > 2:
@@ -255,19 +253,19 @@ def _slack(
             "taut=False out: motion.warnings tells from when on it would be slack."
         )
     first, last = places
-    if system.names.depends(length, "time"):
+    if names_of(system).depends(length, "time"):
         raise ModelError(
             f"The length of rope '{name}' depends on time; that of one that goes slack (taut=False) is constant. Leave "
             "taut=False out, or give a length of parameters."
         )
-    known = number(system, length)
+    known = default_value(system, length)
     if known is not None and known <= 0:
         raise ModelError(f"Expected a length greater than 0 m for rope '{name}', got {known:g}.")
     return contact(system, name, last, Tether(first.body, first.components, length), restitution=restitution)
 
 
 def rolling(
-    system: System,
+    system: Description,
     name: str,
     wheel: Any,
     *,
@@ -301,11 +299,11 @@ def rolling(
         there.
     """
     what = f"rolling '{name}'"
-    system.claim(name, system.constraints, "constraint")
-    center = system.own_point(wheel, what)
+    claim(system, name, "constraint")
+    center = own_point(system, wheel, what)
     if center.body.is_ground:
         raise ModelError(f"The wheel of {what} is the ground. Name the body that rolls.")
-    base = system.ground.origin if plane is None else system.own_point(plane, what)
+    base = system.ground.origin if plane is None else own_point(system, plane, what)
     if not base.body.is_ground:
         raise ModelError(f"The plane of {what} must be fixed in the ground, got a {base!r}.")
     sign, letter = (-1, str(normal)[1:]) if str(normal).startswith("-") else (1, str(normal))
@@ -351,25 +349,27 @@ def _truth(value: Any, what: str) -> bool:
     return value
 
 
-def _shown(system: System, expression: Any) -> str:
+def _shown(system: Description, expression: Any) -> str:
     """An expression as the user wrote it: x and x', not functions of time."""
-    return str(expression.xreplace({atom: sympy.Symbol(text) for atom, text in system.names.texts.items()}))
+    return str(
+        expression.xreplace({atom: sympy.Symbol(text) for atom, text in names_of(system).texts.items()})
+    )
 
 
-def _fixed(system: System, value: Any, what: str, *kinds: str) -> Any:
+def _fixed(system: Description, value: Any, what: str, *kinds: str) -> Any:
     """An expression that does not depend on names of these kinds."""
     expression = system.expression(value, what)
-    moving = system.names.depends(expression, *kinds)
+    moving = names_of(system).depends(expression, *kinds)
     if moving:
         raise ModelError(
-            f"{what[0].upper()}{what[1:]} can not depend on {', '.join(moving)}. Write it out by s.constrain."
+            f"{what[0].upper()}{what[1:]} cannot depend on {', '.join(moving)}. Write it out by s.constrain."
         )
     return expression
 
 
-def _named(system: System, condition: Any, name: str | None, what: str) -> tuple[str, Any]:
+def _named(system: Description, condition: Any, name: str | None, what: str) -> tuple[str, Any]:
     name = f"constraint_{len(system.constraints) + 1}" if name is None else name
-    system.claim(name, system.constraints, "constraint")
+    claim(system, name, "constraint")
     if isinstance(condition, sympy.Equality):
         condition = condition.lhs - condition.rhs
     if isinstance(condition, str) and condition.count("=") == 1:
@@ -379,6 +379,6 @@ def _named(system: System, condition: Any, name: str | None, what: str) -> tuple
     return name, sympy.sympify(expression)
 
 
-def _store(system: System, constraint: Any) -> Any:
+def _store(system: Description, constraint: Any) -> Any:
     system.constraints[constraint.name] = constraint
     return constraint

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...errors import ModelError, shown
-from ..body import Body, Point
-from ..shapes import constant, is_number, named, number
-from .contact import (
+from ..constants import constant, default_value, is_number
+from ..contact_shapes import (
     Ball,
     Circle,
-    ContactPair,
     Corners,
     Cylinder,
     Ellipsoid,
@@ -19,9 +17,9 @@ from .contact import (
     Segment,
     kind_of,
 )
-
-if TYPE_CHECKING:
-    from ..system import System
+from ..description import Description, claim
+from ..frame import Frame, Point, own_body
+from .contact import ContactPair
 
 SHAPES = (
     "body.point, body.sphere, body.ellipsoid, body.circle, body.cylinder, body.plane, body.segment, body.corners or "
@@ -31,7 +29,7 @@ IMPACTS = ("newton", "poisson")
 
 
 def contact(
-    system: System,
+    system: Description,
     name: str,
     feature: Any,
     surface: Any,
@@ -81,7 +79,7 @@ def contact(
     System 'disk on a floor': 1 body, 1 joint, 3 coordinates, 1 contact
     """
     what = f"contact '{name}'"
-    system.claim(name, system.contacts, "contact")
+    claim(system, name, "contact")
     one, other = (
         _shape(system, feature, f"the feature of {what}"),
         _shape(system, surface, f"the surface of {what}"),
@@ -99,14 +97,14 @@ def contact(
         if static_friction is None
         else coefficient(system, static_friction, f"the static friction of {what}")
     )
-    k, s = (number(system, x) for x in (kinetic, static))
+    k, s = (default_value(system, x) for x in (kinetic, static))
     if k is not None and s is not None and s < k:
         raise ModelError(
             f"The static friction of {what} is {s:g}, below its kinetic friction {k:g}. A contact at rest holds at "
             f"least what a slipping one does: exchange them."
         )
     bounce = constant(system, restitution, f"the restitution of {what}")
-    e = number(system, bounce)
+    e = default_value(system, bounce)
     if e is not None and not 0 <= e <= 1:
         raise ModelError(
             f"Expected a restitution between 0 (no bounce) and 1 (all of it) for {what}, got {e:g}."
@@ -150,7 +148,7 @@ def _check_pair(feature: Any, surface: Any, what: str) -> None:
             f"The feature of {what} is the inside of a {a}. Exchange feature and surface: the hollow is the surface."
         )
     if hollow and a == "plane":
-        raise ModelError(f"The plane of {what} can not touch a {b} from inside.")
+        raise ModelError(f"The plane of {what} cannot touch a {b} from inside.")
     if hollow and a in ("sphere", "circle", "cylinder"):
         R, r = hollow[0].radius, feature.radius
         if is_number(R) and is_number(r) and r >= R:
@@ -159,23 +157,23 @@ def _check_pair(feature: Any, surface: Any, what: str) -> None:
             )
 
 
-def _shape(system: System, shape: Any, what: str) -> Any:
-    if isinstance(shape, Body):
+def _shape(system: Description, shape: Any, what: str) -> Any:
+    if isinstance(shape, Frame):
         raise ModelError(
-            f"Expected a shape for {what}, got the whole of {named(shape)}. Say what of it touches: {SHAPES}."
+            f"Expected a shape for {what}, got the whole of {shape!r}. Say what of it touches: {SHAPES}."
         )
     if not isinstance(
         shape, Point | Ball | Ellipsoid | Circle | Cylinder | Plane | Segment | Corners | Heightline
     ):
         raise ModelError(f"Expected a shape for {what}, {SHAPES}, got {shown(shape)}.")
-    system.own_body(shape.body, what)
+    own_body(system, shape.body, what)
     return shape
 
 
-def coefficient(system: System, value: Any, what: str) -> Any:
+def coefficient(system: Description, value: Any, what: str) -> Any:
     """A coefficient of friction: an expression of parameters, not negative as far as it is known."""
     expression = constant(system, value, what)
-    value_now = number(system, expression)
+    value_now = default_value(system, expression)
     if value_now is not None and value_now < 0:
         raise ModelError(f"Expected a coefficient of 0 or more for {what}, got {value_now:g}.")
     return expression

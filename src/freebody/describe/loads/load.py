@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..body import Body, Point
+from ..frame import Frame, Point
 from ..joints.joint import Joint
 from ..said import Named
 
@@ -19,7 +19,7 @@ class Force(Named):
     name: str
     point: Point
     components: Components
-    frame: Body
+    frame: Frame
 
 
 @dataclass(frozen=True, repr=False)
@@ -27,10 +27,10 @@ class Torque(Named):
     """A couple on a body, and its opposite on ``reaction_on``; components in the axes of ``frame`` [N m]."""
 
     name: str
-    body: Body
+    body: Frame
     components: Components
-    frame: Body
-    reaction_on: Body | None
+    frame: Frame
+    reaction_on: Frame | None
 
 
 @dataclass(frozen=True, repr=False)

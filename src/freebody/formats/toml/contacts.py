@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from ...describe.contacts.contact import ContactPair, kind_of
+from ...describe.contact_shapes import kind_of
+from ...describe.contacts.contact import ContactPair
+from ...describe.frame import own_body
 from ...describe.system import System
 from ...errors import nearest
 from ...scalar.algebra import ZERO
@@ -59,7 +61,7 @@ def read_contact(system: System, name: str, table: Table) -> None:
 def _shape(table: Table, key: str) -> Any:
     value = table.raw(key)
     place = Table(table.document, (*table.path, key), value, table.system)
-    body = place.guard(lambda: place.system.own_body(place.text("body", "ground"), f"'{key}'"), "body")
+    body = place.guard(lambda: own_body(place.system, place.text("body", "ground"), f"'{key}'"), "body")
     shape = place.text("shape", "point")
     if shape not in SHAPES:
         place.fail(f"Unknown shape '{shape}'; {nearest(shape, SHAPES)}", "shape")

@@ -13,7 +13,8 @@ import tomllib
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from ...describe.body import Point
+from ...describe.description import names_of, varying
+from ...describe.frame import Point, own_body
 from ...describe.system import System
 from ...errors import FormatError, nearest
 from ...space import solids
@@ -95,7 +96,7 @@ def case_from_text(text: str, name: str = "model.toml") -> Case:
     for coordinate in root.texts("coordinates"):
         root.guard(lambda name=coordinate: system.coordinates(name), "coordinates")
     conditions = root.texts("assume")
-    late = [one for one in conditions if _names(one) - set(system.names.kinds)]
+    late = [one for one in conditions if _names(one) - set(names_of(system).kinds)]
     for condition in conditions:
         if condition not in late:
             _assume(root, condition)
@@ -415,13 +416,13 @@ def _point(table: Table, key: str) -> Point:
 
 def _place(table: Table, value: Any, key: str) -> Point:
     if isinstance(value, str):
-        return table.guard(lambda: table.system.own_body(value, f"'{key}'").origin, key)
+        return table.guard(lambda: own_body(table.system, value, f"'{key}'").origin, key)
     if not isinstance(value, dict):
         table.fail(
             f'Expected a point {{ body = "NAME", point = [x, y, z] }} or a body\'s name, got {value!r}.', key
         )
     place = Table(table.document, (*table.path, key), value, table.system)
-    body = place.guard(lambda: table.system.own_body(place.text("body"), f"'{key}'"), "body")
+    body = place.guard(lambda: own_body(table.system, place.text("body"), f"'{key}'"), "body")
     components = place.vector("point", (0, 0, 0))
     place.done()
     return place.guard(lambda: body.point(*components), "point")
@@ -433,7 +434,7 @@ def _place(table: Table, value: Any, key: str) -> Point:
 def _initial(system: System, root: Table, section: str) -> dict[str, Any]:
     """Values of coordinates and speeds: ``[initial]``, or ``[near]`` of a machine with constraints."""
     table = root.table(section)
-    names = system.names
+    names = names_of(system)
     known = [name for name, kind in names.kinds.items() if kind in ("coordinate", "speed")]
     turning = [joint.name for joint in system.joints.values() if joint.type in ("ball", "free")]
     result: dict[str, Any] = {}
@@ -452,7 +453,7 @@ def _initial(system: System, root: Table, section: str) -> dict[str, Any]:
 def _constant(table: Table, value: Any, name: str) -> Any:
     """A number, or an expression of parameters."""
     expression = table.read(value, name)
-    moving = table.system.names.depends(expression, "coordinate", "speed", "time")
+    moving = varying(table.system, expression)
     if moving:
         table.fail(f"Expected numbers and parameters only, got an expression of {', '.join(moving)}.", name)
     return expression

@@ -11,9 +11,10 @@ from typing import Any
 
 import sympy
 
-from ...describe.body import Body, Point
 from ...describe.constraints import constraint as constraints
-from ...describe.contacts.contact import Tether
+from ...describe.contact_shapes import Tether
+from ...describe.description import about_of, coordinates_of, names_of, parameters_of, positive_in, vector
+from ...describe.frame import Frame, Point
 from ...describe.joints.joint import Joint
 from ...describe.loads import load as loads
 from ...describe.names import is_identifier
@@ -57,8 +58,8 @@ def toml_text(
     # masses and dimensions are assumed positive by their use: only what the reader would not know is written
     # when it comes to the contacts, whose sides have lengths that are simplified with it
     known = writer.document(initial, near, until, tolerance, assumed=(), contacts=False)
-    implied = case_from_text(known, "the text being written").system.positive
-    rest = system.positive - implied
+    implied = positive_in(case_from_text(known, "the text being written").system)
+    rest = positive_in(system) - implied
     return writer.document(initial, near, until, tolerance, assumed=rest) if rest else text
 
 
@@ -68,14 +69,14 @@ class Writer:
     def __init__(self, system: System) -> None:
         if not isinstance(system, System):
             raise FormatError(f"Expected a System to write, got {system!r}.")
-        if system.controllers or system.names.signals:
-            names = [*system.controllers, *(one.name for one in system.names.signals)]
+        if system.controllers or names_of(system).signals:
+            names = [*system.controllers, *(one.name for one in names_of(system).signals)]
             raise FormatError(
                 f"A model file has no words for controllers and signals; '{system.name}' has {', '.join(names)}. Keep "
                 "the description in Python."
             )
         self.system = system
-        self.texts = system.names.texts
+        self.texts = names_of(system).texts
 
     # --- values ---
 
@@ -116,7 +117,7 @@ class Writer:
         if conditions:
             head["assume"] = f"[{', '.join(map(quoted, conditions))}]"
         parts = [block(None, head)]
-        parameters = {p.name: "{}" if p.default is None else repr(p.default) for p in system.parameter_list}
+        parameters = {p.name: "{}" if p.default is None else repr(p.default) for p in parameters_of(system)}
         if parameters:
             parts.append(block(("parameters",), parameters))
         for name, body in system.bodies.items():
@@ -133,12 +134,12 @@ class Writer:
         for name, one in system.loads.items():
             section, keys = self.load(one)
             parts.append(block((section, name), keys))
-        for name, (unit, about) in system.about.items():
+        for name, (unit, about) in about_of(system).items():
             keys = {"unit": quoted(unit), "about": quoted(about)}
             parts.append(block(("describe", name), {k: v for k, v in keys.items() if v != '""'}))
         for section, start in (("initial", initial), ("near", near)):
             if start:
-                named = {system.names.texts.get(name, name): value for name, value in start.items()}
+                named = {names_of(system).texts.get(name, name): value for name, value in start.items()}
                 values = {name: self.start(name, value) for name, value in named.items()}
                 parts.append(block((section,), values))
         run = {}
@@ -162,13 +163,13 @@ class Writer:
         A joint declares its own coordinates when it is read. Where that gives another order, or an
         expression with a name that is not known yet, all that can be declared are.
         """
-        kinds = self.system.names.kinds
+        kinds = names_of(self.system).kinds
         wanted = [text for text, kind in kinds.items() if kind == "coordinate"]
-        return [] if self.order_after([]) == wanted else list(self.system.declared)
+        return [] if self.order_after([]) == wanted else list(coordinates_of(self.system))
 
     def order_after(self, first: list[str]) -> list[str] | None:
         """Order of the coordinates when these are declared first; None if a joint then finds one unknown."""
-        names = self.system.names
+        names = names_of(self.system)
         order: dict[str, Any] = dict.fromkeys(first)
         for joint in self.system.joints.values():
             for primitive in () if joint.closes else joint.primitives:
@@ -183,7 +184,7 @@ class Writer:
 
     # --- bodies ---
 
-    def body(self, body: Body) -> dict[str, str]:
+    def body(self, body: Frame) -> dict[str, str]:
         mass = body.mass_properties
         assert mass is not None
         shape = mass.shape
@@ -255,13 +256,13 @@ class Writer:
         if joint.child_axes != IDENTITY:
             keys["child_axes"] = self.matrix(joint.child_axes)
         if "axis" in JOINTS[joint.type]:
-            keys["axis"] = self.axis(joint.given["axis"])
+            keys["axis"] = self.axis(joint.arguments["axis"])
         if "pitch" in JOINTS[joint.type]:
             keys["pitch"] = self.value(joint.primitives[0].pitch)
         if joint.closes:
             return keys  # it has no coordinates
         if joint.type in ("ball", "free"):
-            prefix = joint.given["coordinate"] or joint.name
+            prefix = joint.arguments["coordinate"] or joint.name
             if prefix != joint.name:
                 keys["coordinate"] = quoted(prefix)
         elif joint.type != "weld":
@@ -281,7 +282,7 @@ class Writer:
             return quoted(axis)
         if len(axis) == 2:
             return f"[{', '.join(map(self.axis, axis))}]"
-        return self.row(self.system.vector(axis, "the axis"))
+        return self.row(vector(self.system, axis, "the axis"))
 
     # --- constraints ---
 
@@ -303,8 +304,8 @@ class Writer:
                 return keys | ({} if one.unilateral else {"unilateral": "false"})
             case constraints.Rolling():
                 keys = {"wheel": self.point(one.center), "radius": self.value(one.radius)}
-                if one.given is not None:
-                    keys["axis"] = self.axis(one.given)
+                if one.written_axis is not None:
+                    keys["axis"] = self.axis(one.written_axis)
                 letter, up = one.normal
                 keys["normal"] = quoted(letter if sum(up) > 0 else f"-{letter}")
                 if one.plane.components != ZERO:
@@ -352,7 +353,7 @@ class Writer:
                 return "generalized_forces", keys
         raise AssertionError(f"no words for {one!r}")
 
-    def frame(self, frame: Body) -> dict[str, str]:
+    def frame(self, frame: Frame) -> dict[str, str]:
         return {} if frame.is_ground else {"frame": quoted(frame.name)}
 
     def on_joint(self, one: loads.JointSpring | loads.JointDamper) -> dict[str, str]:

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Rolling
 from ...describe.controller import Controller
+from ...describe.description import changes_of
 from ...describe.system import System
 from ...describe.table import Changes
 from ...dynamics import (
@@ -423,7 +424,7 @@ def kernels_of(machine: System | Model) -> Kernels:
             "A machine is described first: s = fb.System('name')."
         )
     if isinstance(machine, System):
-        kernels, changes = Kernels(assemble(machine)), machine.changes
+        kernels, changes = Kernels(assemble(machine)), changes_of(machine)
     else:
         kernels, changes = Kernels(machine), Changes()
     _recent[id(machine)] = (machine, changes, changes.count, kernels)

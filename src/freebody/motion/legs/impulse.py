@@ -7,7 +7,8 @@ from typing import Any
 
 import sympy
 
-from ...describe.body import Body, Point
+from ...describe.body import Body
+from ...describe.frame import Point
 from ...describe.system import System
 from ...dynamics.constrained import independent_rows
 from ...dynamics.kinematics import place_of, rotation

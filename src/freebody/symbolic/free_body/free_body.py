@@ -16,8 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from ...describe.body import Body, Point
+from ...describe.body import Body
 from ...describe.constraints.constraint import Gear
+from ...describe.description import names_of
+from ...describe.frame import Point
 from ...describe.loads.load import (
     Damper,
     Force,
@@ -80,7 +82,7 @@ def own_body(model: Model, body: Any, what: str) -> Body:
     """``body``, if it is a body of the system that the model was made from."""
     if not isinstance(body, Body):
         raise ModelError(f"Expected a body for {what}, got {body!r}.")
-    if body.system.names is not model.names:
+    if names_of(body.system) is not model.names:
         raise ModelError(
             f"Body '{body.name}', given for {what}, belongs to the system '{body.system.name}', "
             f"not to '{model.name}'. Name a body of '{model.name}'."

@@ -15,7 +15,8 @@ from typing import Any
 
 import sympy
 
-from ...describe.body import Body, Point
+from ...describe.body import Body
+from ...describe.frame import Point
 from ...dynamics.constraints import rows, wrenches
 from ...dynamics.energy import kinetic_energy
 from ...dynamics.impulse import (
