@@ -179,7 +179,7 @@ def test_no_file(tmp_path: Path, name: str, found: str) -> None:
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
 def test_a_pipe_is_not_opened(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.toml")
-    with pytest.raises(FormatError, match="found something that is no plain file"):
+    with pytest.raises(FormatError, match="found a special file"):
         fb.read(tmp_path / "pipe.toml")
 
 

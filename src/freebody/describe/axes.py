@@ -1,4 +1,4 @@
-"""Directions and orientations, as users give them."""
+"""Directions and orientations, read from what users write."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ UNIT: dict[str, Vector] = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 
 
 def direction(system: Description, axis: Any, what: str) -> Vector:
-    """A unit vector from ``"x"``, ``"-y"`` or three components of any length but zero."""
+    """Return the unit vector of ``"x"``, ``"-y"`` or three components of any length but zero."""
     if isinstance(axis, str):
         name = axis.lower().lstrip("+-")
         if name not in UNIT or len(axis) > len(name) + 1:
@@ -41,7 +41,7 @@ def direction(system: Description, axis: Any, what: str) -> Vector:
 
 
 def orientation(system: Description, axes: Any, what: str) -> Matrix:
-    """A rotation matrix from None, a Rotation or nine entries."""
+    """Return a rotation matrix from None (no rotation), a Rotation or nine entries."""
     if axes is None:
         return IDENTITY
     rows: Any = axes.matrix if isinstance(axes, Rotation) else axes
@@ -62,7 +62,7 @@ def orientation(system: Description, axes: Any, what: str) -> Matrix:
                 f"Axes fixed in the bodies cannot depend on {', '.join(moving)} ({what}). "
                 f"A turn that moves is a joint's coordinate."
             )
-    # a matrix of symbols is checked at numbers drawn at random
+    # a matrix of symbols is checked with fixed numbers in their place
     A = sympy.Matrix(matrix)
     sample = {
         symbol: sympy.Rational(i + 2, 3 * i + 7) for i, symbol in enumerate(sorted(A.free_symbols, key=str))

@@ -1,7 +1,4 @@
-"""Shapes fixed in a body that other bodies touch: the methods of Body that make them.
-
-The file is longer than others: each shape comes with its description.
-"""
+"""Methods of Body that make the shapes by which bodies touch each other."""
 
 from __future__ import annotations
 
@@ -12,7 +9,7 @@ import numpy as np
 import sympy
 
 from ..errors import ExpressionError, ModelError, shown
-from ..scalar.algebra import Vector, add, apply, cross, dot, subtract
+from ..scalar.algebra import Expression, Scalar, Vector, add, apply, cross, dot, subtract
 from ..scalar.expression import exact
 from ..scalar.parser import parse
 from .axes import UNIT, direction
@@ -22,16 +19,16 @@ from .description import names_of, positive_in, take_as_positive, varying, vecto
 from .frame import Frame, Point, place_in
 
 
-def sphere(body: Frame, radius: Any, *, at: Any = None, inside: bool = False) -> Ball:
-    """Sphere fixed in the body, to touch with; ``inside=True`` for a bowl, whose body is around it.
+def sphere(body: Frame, radius: Expression, *, at: Any = None, inside: bool = False) -> Ball:
+    """Return a sphere fixed in the body, for contacts; ``inside=True`` for a bowl, whose body is around the sphere.
 
     Parameters
     ----------
     radius : expression of parameters [m]
     at : Point of the body or three components, optional
-        Its centre; the body's origin if not given.
+        Its centre; by default the body's origin.
     inside : bool
-        Whether other bodies touch it from within.
+        True if other bodies touch it from within.
 
     Examples
     --------
@@ -46,14 +43,14 @@ def sphere(body: Frame, radius: Any, *, at: Any = None, inside: bool = False) ->
 
 
 def ellipsoid(body: Frame, half_axes: Any, *, at: Any = None) -> Ellipsoid:
-    """Ellipsoid fixed in the body, its axes along those of the body, to touch planes with: a wobblestone, an egg.
+    """Return an ellipsoid along the axes of the body, for contacts with planes: a wobblestone, an egg.
 
     Parameters
     ----------
     half_axes : three expressions of parameters [m]
         Along x, y and z.
     at : Point of the body or three components, optional
-        Its centre; the body's origin if not given.
+        Its centre; by default the body's origin.
 
     Examples
     --------
@@ -70,20 +67,22 @@ def ellipsoid(body: Frame, half_axes: Any, *, at: Any = None) -> Ellipsoid:
     return Ellipsoid(body, place_in(body, at, what), (a, b, c))
 
 
-def circle(body: Frame, radius: Any, *, at: Any = None, axis: Any = "z", inside: bool = False) -> Circle:
-    """Circle fixed in the body at right angles to ``axis``: a disk's edge.
+def circle(
+    body: Frame, radius: Expression, *, at: Any = None, axis: Any = "z", inside: bool = False
+) -> Circle:
+    """Return a circle fixed in the body at right angles to ``axis``: a disk's edge.
 
-    A plane it touches with its lowest point, tilted or not; points and round shapes touch it as the wall of a
+    It touches a plane with its lowest point, tilted or not. Points and round shapes touch it like the wall of a
     cylinder along ``axis``, which in planar machines is the same.
 
     Parameters
     ----------
     radius : expression of parameters [m]
     at : Point of the body or three components, optional
-        Its centre; the body's origin if not given.
+        Its centre; by default the body's origin.
     axis : "x", "y", "z" or three components
     inside : bool
-        Whether other bodies touch it from within: a ring, a round hole.
+        True if other bodies touch it from within: a ring, a round hole.
 
     Examples
     --------
@@ -98,17 +97,19 @@ def circle(body: Frame, radius: Any, *, at: Any = None, axis: Any = "z", inside:
     return Circle(body, place_in(body, at, what), n, _length(body, radius, what), _flag(inside, what))
 
 
-def cylinder(body: Frame, radius: Any, *, at: Any = None, axis: Any = "z", inside: bool = False) -> Cylinder:
-    """Wall of a circular cylinder without end, fixed in the body.
+def cylinder(
+    body: Frame, radius: Expression, *, at: Any = None, axis: Any = "z", inside: bool = False
+) -> Cylinder:
+    """Return the wall of an infinite circular cylinder fixed in the body.
 
     Parameters
     ----------
     radius : expression of parameters [m]
     at : Point of the body or three components, optional
-        A point of its axis; the body's origin if not given.
+        A point of its axis; by default the body's origin.
     axis : "x", "y", "z" or three components
     inside : bool
-        Whether other bodies touch it from within: a pipe.
+        True if other bodies touch it from within: a pipe.
 
     Examples
     --------
@@ -124,14 +125,14 @@ def cylinder(body: Frame, radius: Any, *, at: Any = None, axis: Any = "z", insid
 
 
 def plane(body: Frame, *, at: Any = None, normal: Any = "y") -> Plane:
-    """Plane fixed in the body, without end: a floor, a wall, a table.
+    """Return an infinite plane fixed in the body: a floor, a wall, a table.
 
     Parameters
     ----------
     at : Point of the body or three components, optional
-        A point of it; the body's origin if not given.
+        A point of the plane; by default the body's origin.
     normal : "y", "-x", … or three components
-        Out of the body, to the side of what touches it.
+        Direction out of the body, to the side of the bodies that touch it.
 
     Examples
     --------
@@ -148,13 +149,13 @@ def plane(body: Frame, *, at: Any = None, normal: Any = "y") -> Plane:
 
 
 def segment(body: Frame, start: Any, end: Any, *, normal: Any) -> Segment:
-    """Straight side of the body from ``start`` to ``end``: the side of a bar, the top of a ledge.
+    """Return a straight side of the body from ``start`` to ``end``: the side of a bar, the top of a ledge.
 
     Parameters
     ----------
     start, end : Points of the body or three components each
     normal : "y", "-x", … or three components
-        Out of the body, at right angles to the side.
+        Direction out of the body, at right angles to the side.
 
     Examples
     --------
@@ -171,28 +172,28 @@ def segment(body: Frame, start: Any, end: Any, *, normal: Any) -> Segment:
     d = tuple(sympy.sympify(x) for x in subtract(b, a))
     if sympy.simplify(dot(d, n)) != 0:
         raise ModelError(
-            f"The normal of {what} must be at right angles to the side from {written(a)} to {written(b)}, got "
+            f"The normal of {what} must be at right angles to the side from {_text(a)} to {_text(b)}, got "
             f"{shown(normal)}."
         )
     if all(x == 0 for x in d):
-        raise ModelError(f"Start and end of {what} are one point, {written(a)}.")
+        raise ModelError(f"Start and end of {what} are one point, {_text(a)}.")
     length = _root(body, sympy.Add(*(x**2 for x in d)))
     e = tuple(exact(x / length) for x in d)
     return Segment(body, a, b, e, n, exact(length))
 
 
 def corners(body: Frame, *points: Any, size: Any = None, at: Any = None) -> Corners:
-    """Corners of a convex body: each touches for itself.
+    """Return the corners of a convex body, each of which touches by itself.
 
-    Without points and size they are the vertices of the mesh that the body is made of, those in one place once.
+    Without points and size they are the vertices of the body's mesh; vertices in one place count once.
 
     Parameters
     ----------
     *points : Points of the body, three components each, or one array of shape (n, 3)
     size : two or three expressions of parameters [m], in place of points
-        Edges of a box along the body's axes: four corners in the plane of x and y, or eight.
+        Edges of a box along the body's axes: two give four corners in the plane of x and y, three give eight.
     at : Point of the body or three components, optional
-        The middle of that box; the body's origin if not given.
+        The middle of that box; by default the body's origin.
 
     Examples
     --------
@@ -220,12 +221,12 @@ def corners(body: Frame, *points: Any, size: Any = None, at: Any = None) -> Corn
         around = ((-1, -1), (1, -1), (1, 1), (-1, 1))
         depths = (-1, 1) if len(edges) == 3 else (0,)
         edges = [*edges, 0][:3]
-        found = [
+        vertices = [
             Point(body, _sum(middle, (i * edges[0], j * edges[1], k * edges[2])))
             for k in depths
             for i, j in around
         ]
-        return Corners(body, tuple(found))
+        return Corners(body, tuple(vertices))
     if at is not None:
         raise ModelError(f"at= moves a box of given size; {what} are given as points.")
     if len(points) == 1 and isinstance(points[0], Sequence | np.ndarray):
@@ -236,7 +237,7 @@ def corners(body: Frame, *points: Any, size: Any = None, at: Any = None) -> Corn
 
 
 def _vertices(body: Frame, what: str) -> tuple[Any, ...]:
-    """Vertices of the mesh that a body is made of, in body axes."""
+    """Return the vertices of the mesh that a body is made of, in body axes."""
     shape = None if body.mass_properties is None else body.mass_properties.shape
     if shape is None or shape.kind != "mesh":
         raise ModelError(
@@ -248,15 +249,15 @@ def _vertices(body: Frame, what: str) -> tuple[Any, ...]:
     )
 
 
-def heightline(body: Frame, height: Any, *, at: Any = None) -> Heightline:
-    """Line y = f(x) in the axes of the body, which lies below it: a hill, a valley, a cam's face.
+def heightline(body: Frame, height: Expression, *, at: Any = None) -> Heightline:
+    """Return a line y = f(x) in the axes of the body, which lies below it: a hill, a valley, a cam's face.
 
     Parameters
     ----------
     height : text or SymPy expression of ``x`` and parameters [m]
-        Smooth where it is touched: its first derivative must exist.
+        Its first derivative must exist wherever it is touched.
     at : Point of the body or three components, optional
-        Where x = 0, y = 0 is; the body's origin if not given.
+        The point x = 0, y = 0; by default the body's origin.
 
     Raises
     ------
@@ -302,7 +303,7 @@ def heightline(body: Frame, height: Any, *, at: Any = None) -> Heightline:
 # --- helpers -----------------------------------------------------------------------------------
 
 
-def written(components: Vector) -> str:
+def _text(components: Vector) -> str:
     return f"({', '.join(map(str, components))})"
 
 
@@ -312,25 +313,25 @@ def _sum(a: Sequence[Any], b: Sequence[Any]) -> Vector:
 
 
 def _unit(body: Frame, normal: Any, what: str) -> Vector:
-    """A unit vector; (-sin b, cos b, 0) is one without a square root."""
+    """Return the unit vector along a direction; (-sin b, cos b, 0) is taken as it is, without a square root."""
     if not isinstance(normal, str):
-        given = vector(body.system, normal, what)
-        square = sympy.Add(*(sympy.sympify(c) ** 2 for c in given))
+        components = vector(body.system, normal, what)
+        square = sympy.Add(*(sympy.sympify(c) ** 2 for c in components))
         if square.free_symbols and sympy.simplify(square) == 1:
-            direction(body.system, normal, what)  # its refusals
-            return given
+            direction(body.system, normal, what)  # checks the components
+            return components
     return direction(body.system, normal, what)
 
 
 def _root(body: Frame, square: Any) -> Any:
-    """Square root, in which dimensions known to be positive are their own absolute values."""
-    known = {s: sympy.Dummy(str(s), positive=True) for s in square.free_symbols & positive_in(body.system)}
-    root = sympy.sqrt(sympy.factor(square.xreplace(known)))
-    return root.xreplace({dummy: symbol for symbol, dummy in known.items()})
+    """Return the square root, simplified by the dimensions known to be positive."""
+    dummies = {s: sympy.Dummy(str(s), positive=True) for s in square.free_symbols & positive_in(body.system)}
+    root = sympy.sqrt(sympy.factor(square.xreplace(dummies)))
+    return root.xreplace({dummy: symbol for symbol, dummy in dummies.items()})
 
 
 def _across(n: Vector) -> tuple[Vector, Vector]:
-    """Two unit vectors that make a right-handed set with a unit vector; axes where that is possible."""
+    """Return two unit vectors that complete a right-handed set with ``n``; coordinate axes if possible."""
     units = list(UNIT.values())
     for k in range(3):
         if n[k] in (1, -1):
@@ -348,12 +349,12 @@ def _across(n: Vector) -> tuple[Vector, Vector]:
     return (a, b, c), (x, y, z)
 
 
-def _length(body: Frame, value: Any, what: str) -> Any:
-    """A length of more than zero; parameters in it are known positive by that use."""
-    expression = constant(body.system, value, f"the size of {what}")
-    value_now = default_value(body.system, expression)
-    if value_now is not None and value_now <= 0:
-        raise ModelError(f"Expected a size of more than 0 for {what}, got {value_now:g}.")
+def _length(body: Frame, size: Expression, what: str) -> Scalar:
+    """Return a length greater than zero; a parameter as length becomes known to be positive."""
+    expression = constant(body.system, size, f"the size of {what}")
+    value = default_value(body.system, expression)
+    if value is not None and value <= 0:
+        raise ModelError(f"Expected a size of more than 0 for {what}, got {value:g}.")
     if isinstance(expression, sympy.Symbol):
         take_as_positive(body.system, expression)
     return expression

@@ -1,6 +1,6 @@
 """Shapes of bodies for contact: points, round and flat shapes fixed in a body.
 
-All components are in the axes of the body, from its origin [m]. A shape's *outside* is where its body is not.
+All components are in the axes of the body, from its origin [m]. The *outside* of a shape is the side without its body.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Any
 
 from ..scalar.algebra import Scalar, Vector
 from .frame import Frame, Point
-from .said import OfBody
+from .labels import OfBody
 
 
 @dataclass(frozen=True, repr=False)
@@ -44,7 +44,7 @@ class Ellipsoid(OfBody):
 
 @dataclass(frozen=True, repr=False)
 class Circle(OfBody):
-    """The edge of a disk at right angles to ``axis``; against round shapes and points, the wall of a cylinder."""
+    """The edge of a disk at right angles to ``axis``; for round shapes and points, the wall of a cylinder."""
 
     body: Frame
     at: Vector
@@ -56,7 +56,7 @@ class Circle(OfBody):
 
 @dataclass(frozen=True, repr=False)
 class Cylinder(OfBody):
-    """The wall of a circular cylinder without end; ``inside`` if the body is around it, a pipe."""
+    """The wall of an infinite circular cylinder; ``inside`` if the body is around it, a pipe."""
 
     body: Frame
     at: Vector
@@ -68,7 +68,7 @@ class Cylinder(OfBody):
 
 @dataclass(frozen=True, repr=False)
 class Plane(OfBody):
-    """A plane without end; ``normal`` points out of the body, and (first, second, normal) is right-handed."""
+    """An infinite plane; ``normal`` points out of the body, and (first, second, normal) is right-handed."""
 
     body: Frame
     at: Vector
@@ -93,7 +93,7 @@ class Segment(OfBody):
 
 @dataclass(frozen=True, repr=False)
 class Corners(OfBody):
-    """Corners of a box, a polygon or a mesh: each touches for itself."""
+    """Corners of a box, a polygon or a mesh; each touches by itself."""
 
     body: Frame
     points: tuple[Point, ...]

@@ -1,4 +1,7 @@
-"""The machine as the user describes it: the only mutable object of the library."""
+"""The machine as the user describes it: the only mutable object of the library.
+
+The methods that make joints, loads, constraints and contacts are functions of the folders of these names.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,7 @@ from .loads import system_loads as _loads
 from .loads.load import Load
 from .looks import drawn_as
 from .names import TIME, check_name, finite
-from .shown import picture
+from .pictures import picture
 
 
 class System(Description):
@@ -72,14 +75,14 @@ class System(Description):
         self._gravity: Vector = (0, 0, 0)
 
     def __copy__(self) -> System:
-        """A machine of its own: what belongs to this one belongs to no other."""
+        """Return an independent copy of the machine."""
         return copy.deepcopy(self)
 
     # -- symbols --------------------------------------------------------------------------------
 
     @property
     def t(self) -> sympy.Symbol:
-        """The time."""
+        """Symbol of the time [s]."""
         return TIME
 
     def parameters(self, names: str = "", /, **defaults: Any) -> Any:
@@ -131,7 +134,7 @@ class System(Description):
         return atoms[0] if len(atoms) == 1 else tuple(atoms)
 
     def describe(self, symbol: Any, *, unit: str = "", about: str = "") -> None:
-        """Say the unit of a parameter or coordinate and what it is; shown in reports.
+        """Set the unit and the meaning of a parameter or coordinate; reports show them.
 
         Examples
         --------
@@ -146,9 +149,9 @@ class System(Description):
         self._about[self._names.texts[atom]] = (unit, about)
 
     def assume(self, *conditions: Any) -> None:
-        """Say that expressions are positive, ``s.assume(k > 0)``: square roots then simplify.
+        """Declare that expressions are positive, ``s.assume(k > 0)``; square roots then simplify.
 
-        Masses and dimensions of solids are known positive by their use.
+        Masses and dimensions of solids are known to be positive by their use.
         """
         for condition in conditions:
             if isinstance(condition, sympy.StrictGreaterThan | sympy.StrictLessThan):
@@ -176,7 +179,7 @@ class System(Description):
         self._gravity = acceleration
         self._changes.count += 1
 
-    # -- joints and loads: one function each in `joints` and `loads` ---------------------------
+    # -- joints, loads, constraints, contacts ---------------------------------------------------
 
     hinge = arguments_named(_joints.hinge)
     slider = arguments_named(_joints.slider)
@@ -214,11 +217,11 @@ class System(Description):
         ----------
         name : str
         mass_properties : MassProperties
-            As from :func:`freebody.slender_bar` and its likes.
+            Such as those that :func:`freebody.slender_bar` returns.
         shape : MassProperties, optional
-            A solid that the body is drawn as, such as ``fb.box(1, (0.4, 0.2, 0.2))``; its mass does not matter.
+            Solid that is drawn for the body, such as ``fb.box(1, (0.4, 0.2, 0.2))``; its mass does not matter.
         color : str, optional
-            That the body is drawn in, such as ``"#0072B2"``.
+            Colour of the body in drawings, such as ``"#0072B2"``.
         """
         check_name(name, "body")
         if name == "ground" or name in self.bodies:
@@ -244,7 +247,7 @@ class System(Description):
         return body
 
     def _repr_html_(self) -> str | None:
-        """The drawing, in a notebook; a system that cannot be assembled yet shows its text."""
+        """Return the drawing for a notebook; None, so that the text is shown, if the system cannot be assembled yet."""
         from ..errors import FreebodyError
 
         try:

@@ -10,10 +10,10 @@ from ...scalar.algebra import Scalar
 
 @dataclass(frozen=True)
 class ContactPair:
-    """A contact as the user gave it: which shapes may touch, and the laws of friction and impact.
+    """A contact as the user described it: two shapes that may touch, and the laws of friction and impact.
 
-    ``friction`` is the coefficient while slipping, ``static_friction`` while sticking; ``impact`` says whether
-    ``restitution`` is Newton's ratio of speeds or Poisson's ratio of impulses.
+    ``friction`` is the coefficient while slipping, ``static_friction`` while sticking; ``impact`` is
+    "newton" if ``restitution`` is the ratio of speeds, "poisson" if it is the ratio of impulses.
     """
 
     name: str

@@ -1,10 +1,11 @@
-"""Contacts of a system: which shapes may touch, and by which laws."""
+"""The method of a system that makes contacts, and the pairs of shapes it supports."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from ...errors import ModelError, shown
+from ...scalar.algebra import Expression, Scalar
 from ..constants import constant, default_value, is_number
 from ..contact_shapes import (
     Ball,
@@ -34,12 +35,12 @@ def contact(
     feature: Any,
     surface: Any,
     *,
-    friction: Any = 0,
-    static_friction: Any = None,
-    restitution: Any = 0,
+    friction: Expression = 0,
+    static_friction: Expression = None,
+    restitution: Expression = 0,
     impact: str = "newton",
 ) -> ContactPair:
-    """Let two shapes touch: they push (N ≥ 0), rub by Coulomb's law, and bounce.
+    """Let two shapes touch, with unilateral normal force, Coulomb friction and restitution.
 
         0 ≤ g ⊥ N ≥ 0,      |T| ≤ μ_s N in stick,      T = -μ_k N γ/|γ| in slip
 
@@ -53,7 +54,7 @@ def contact(
     feature, surface : shapes of two bodies
         From ``body.point, sphere, ellipsoid, circle, segment, corners, plane, cylinder, heightline``; the ground
         has them too.
-        Which of the two is the feature only sets the sense of the forces.
+        The choice of the feature only sets the sense of the forces.
     friction : expression of parameters, optional
         Coefficient of kinetic friction μ_k, and of static friction if ``static_friction`` is not given.
     static_friction : expression of parameters, optional
@@ -61,7 +62,7 @@ def contact(
     restitution : expression of parameters, optional
         Between 0 and 1.
     impact : "newton" or "poisson"
-        Whether restitution is the ratio of normal speeds or of normal impulses.
+        Restitution as the ratio of normal speeds (Newton) or of normal impulses (Poisson).
 
     Raises
     ------
@@ -80,17 +81,14 @@ def contact(
     """
     what = f"contact '{name}'"
     claim(system, name, "contact")
-    one, other = (
-        _shape(system, feature, f"the feature of {what}"),
-        _shape(system, surface, f"the surface of {what}"),
-    )
-    if one.body is other.body:
-        where = "the ground" if one.body.is_ground else f"body '{one.body.name}'"
+    first = _shape(system, feature, f"the feature of {what}")
+    second = _shape(system, surface, f"the surface of {what}")
+    if first.body is second.body:
         raise ModelError(
-            f"The feature and the surface of {what} are both on {where}. A contact is between two bodies, or a body "
-            f"and the ground."
+            f"The feature and the surface of {what} are both on {first.body!r}. A contact is between two bodies, or "
+            f"a body and the ground."
         )
-    _check_pair(one, other, what)
+    _check_pair(first, second, what)
     kinetic = coefficient(system, friction, f"the friction of {what}")
     static = (
         kinetic
@@ -111,7 +109,7 @@ def contact(
         )
     if impact not in IMPACTS:
         raise ModelError(f"Expected impact='newton' or impact='poisson' for {what}, got {shown(impact)}.")
-    system.contacts[name] = ContactPair(name, one, other, kinetic, static, bounce, impact)
+    system.contacts[name] = ContactPair(name, first, second, kinetic, static, bounce, impact)
     return system.contacts[name]
 
 
@@ -134,7 +132,7 @@ SUPPORTED = {
 
 def _check_pair(feature: Any, surface: Any, what: str) -> None:
     a, b = kind_of(feature), kind_of(surface)
-    if b == "tether":  # of s.rope, whose ends are points
+    if b == "tether":  # made by s.rope, whose ends are points
         return
     if b not in SUPPORTED[a] and a not in SUPPORTED[b]:
         known = [kind for kind in SUPPORTED if kind in SUPPORTED[a] or a in SUPPORTED[kind]]
@@ -170,10 +168,16 @@ def _shape(system: Description, shape: Any, what: str) -> Any:
     return shape
 
 
-def coefficient(system: Description, value: Any, what: str) -> Any:
-    """A coefficient of friction: an expression of parameters, not negative as far as it is known."""
+def coefficient(system: Description, value: Expression, what: str) -> Scalar:
+    """Return a coefficient of friction as an expression of parameters.
+
+    Raises
+    ------
+    ModelError
+        An expression that varies, or whose default value is negative.
+    """
     expression = constant(system, value, what)
-    value_now = default_value(system, expression)
-    if value_now is not None and value_now < 0:
-        raise ModelError(f"Expected a coefficient of 0 or more for {what}, got {value_now:g}.")
+    number = default_value(system, expression)
+    if number is not None and number < 0:
+        raise ModelError(f"Expected a coefficient of 0 or more for {what}, got {number:g}.")
     return expression

@@ -1,10 +1,11 @@
-"""The loads of a system: forces, torques, springs, dampers, generalized forces."""
+"""Methods of System that make loads: forces, torques, springs, dampers, generalized forces."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from ...errors import ModelError, nearest, shown
+from ...scalar.algebra import Expression, Scalar
 from ..description import Description, claim, coordinates_of, names_of, varying, vector
 from ..frame import Frame, Point, own_body, own_point
 from ..joints.joint import Joint
@@ -12,14 +13,14 @@ from .load import Damper, Force, GeneralizedForce, JointDamper, JointForce, Join
 
 
 def force(system: Description, name: str, at: Any, components: Any, *, frame: Frame | None = None) -> Load:
-    """A force at a point of a body, or of a motor along a slider.
+    """Add a force at a point of a body, or the force of a motor along a slider.
 
     Parameters
     ----------
     name : str
     at : Point, Body (its origin) or Joint (a slider)
     components : three expressions [N] (one, for a joint)
-        Of coordinates, speeds, time and parameters; components in ground axes unless ``frame`` says otherwise.
+        Expressions of coordinates, speeds, time and parameters; components in ground axes unless ``frame`` is given.
     frame : Frame, optional
         The body in whose axes the components are given.
     """
@@ -45,7 +46,7 @@ def torque(
     frame: Frame | None = None,
     reaction_on: Frame | None = None,
 ) -> Load:
-    """A couple on a body, or of a motor along a hinge or a screw.
+    """Add a couple on a body, or the moment of a motor along a hinge or a screw.
 
     Parameters
     ----------
@@ -53,9 +54,9 @@ def torque(
     on : Frame or Joint (a hinge)
     components : three expressions [N m] (one, for a joint, conjugate to its angle)
     frame : Frame, optional
-        The body in whose axes the components are given; ground axes if not given.
+        The body in whose axes the components are given; by default ground axes.
     reaction_on : Frame, optional
-        The body that feels the opposite couple; the ground if not given.
+        The body on which the opposite couple acts; by default the ground.
     """
     what = f"torque '{name}'"
     claim(system, name, "load")
@@ -63,8 +64,8 @@ def torque(
         return _joint_force(system, name, on, components, what, ("hinge", "screw"))
     body = own_body(system, on, what)
     axes = system.ground if frame is None else own_body(system, frame, what)
-    other = None if reaction_on is None else own_body(system, reaction_on, what)
-    if body is other or (body.is_ground and other is None):
+    opposite = None if reaction_on is None else own_body(system, reaction_on, what)
+    if body is opposite or (body.is_ground and opposite is None):
         where = (
             "the ground, which nothing moves" if body.is_ground else f"'{body.name}' and so does its opposite"
         )
@@ -72,7 +73,7 @@ def torque(
             f"Torque '{name}' acts on {where}: it would have no effect. Name the body that turns, or another one as "
             f"reaction_on."
         )
-    return _store(system, Torque(name, body, vector(system, components, what), axes, other))
+    return _store(system, Torque(name, body, vector(system, components, what), axes, opposite))
 
 
 def spring(
@@ -81,11 +82,11 @@ def spring(
     on: Any,
     to: Any = None,
     *,
-    stiffness: Any,
-    rest: Any = 0,
+    stiffness: Expression,
+    rest: Expression = 0,
     coordinate: int = 0,
 ) -> Load:
-    """A linear spring on a joint's displacement, or straight between two points.
+    """Add a linear spring along a joint's displacement, or straight between two points.
 
     Parameters
     ----------
@@ -95,9 +96,9 @@ def spring(
         The second point.
     stiffness : expression [N/m], or [N m/rad] on a hinge
     rest : expression
-        Displacement or distance at which the spring is free of force.
+        Displacement or distance at which the spring force is zero.
     coordinate : int
-        Which displacement of a joint that has several, counted from 0.
+        Index of the displacement of a joint that has several, counted from 0.
     """
     what = f"spring '{name}'"
     claim(system, name, "load")
@@ -110,9 +111,9 @@ def spring(
 
 
 def damper(
-    system: Description, name: str, on: Any, to: Any = None, *, damping: Any, coordinate: int = 0
+    system: Description, name: str, on: Any, to: Any = None, *, damping: Expression, coordinate: int = 0
 ) -> Load:
-    """A linear damper on a joint's displacement, or straight between two points; ``damping`` in N s/m."""
+    """Add a linear damper along a joint's displacement, or straight between two points; ``damping`` in N s/m."""
     what = f"damper '{name}'"
     claim(system, name, "load")
     c = _constant(system, damping, f"the damping of {what}")
@@ -123,9 +124,15 @@ def damper(
 
 
 def torsion_spring(
-    system: Description, name: str, on: Joint, *, stiffness: Any, rest: Any = 0, coordinate: int | None = None
+    system: Description,
+    name: str,
+    on: Joint,
+    *,
+    stiffness: Expression,
+    rest: Expression = 0,
+    coordinate: int | None = None,
 ) -> Load:
-    """A linear torsion spring [N m/rad] on an angle of a joint, free of moment at the angle ``rest``."""
+    """Add a linear torsion spring [N m/rad] on an angle of a joint; its moment is zero at the angle ``rest``."""
     what = f"torsion spring '{name}'"
     if not isinstance(on, Joint):
         raise ModelError(f"Expected a joint with an angle for {what}, got {shown(on)}.")
@@ -143,7 +150,7 @@ def torsion_spring(
 
 
 def generalized_force(system: Description, coordinate: Any, value: Any, *, name: str | None = None) -> Load:
-    """A force conjugate to a coordinate: its power is ``value`` times the coordinate's speed."""
+    """Add a force conjugate to a coordinate: its power is ``value`` times the coordinate's speed."""
     if isinstance(coordinate, str) and coordinate not in coordinates_of(system):
         raise ModelError(f"Unknown coordinate '{coordinate}'; {nearest(coordinate, coordinates_of(system))}")
     atom = system.expression(coordinate, "the coordinate of a generalized force")
@@ -159,12 +166,12 @@ def generalized_force(system: Description, coordinate: Any, value: Any, *, name:
     )
 
 
-def _store(system: Description, load: Any) -> Any:
+def _store(system: Description, load: Load) -> Load:
     system.loads[load.name] = load
     return load
 
 
-def _constant(system: Description, value: Any, what: str) -> Any:
+def _constant(system: Description, value: Expression, what: str) -> Scalar:
     expression = system.expression(value, what)
     moving = varying(system, expression)
     if moving:
@@ -208,7 +215,7 @@ def _displacement(system: Description, joint: Joint, index: int, what: str) -> t
 
 def _joint_force(
     system: Description, name: str, joint: Joint, value: Any, what: str, kinds: tuple[str, ...]
-) -> Any:
+) -> Load:
     joint, index = _displacement(system, joint, 0, what)
     if len(joint.primitives) != 1 or joint.primitives[0].kind not in kinds:
         raise ModelError(
