@@ -21,7 +21,7 @@ from ..describe.body import Body
 from ..describe.frame import Point
 from ..describe.loads.load import Damper, JointDamper, JointSpring, Spring
 from ..describe.system import System
-from ..dynamics.constrained import constrained_loading, pressed
+from ..dynamics.constrained import constrained_loading, with_wrenches
 from ..dynamics.constraints import Linearized, linearized, rows, wrenches
 from ..dynamics.energy import kinetic_energy, potential_energy
 from ..dynamics.kinematics import (
@@ -409,7 +409,7 @@ class Equations:
             loads = constrained_loading(self.model, self.state, self.canonical_multipliers)
             for gear in radial_symbols(self):
                 if radial_law(self, gear) is None:
-                    loads = pressed(self.model, self.state, loads, radial_forces(self, gear))
+                    loads = with_wrenches(self.model, self.state, loads, radial_forces(self, gear))
         return reactions(self.model, self.state, self.udot, natural=True, loads=loads)
 
     def canonical_components(self, joint: str) -> dict[Any, Any]:

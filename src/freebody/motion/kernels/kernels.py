@@ -37,7 +37,7 @@ from ...dynamics import (
     potential_energy,
     traced_state,
 )
-from ...dynamics.constrained import alike, hold, position_correction, speed_correction
+from ...dynamics.constrained import condition_groups, independence, position_correction, speed_correction
 from ...dynamics.constraints import linearized, rows
 from ...dynamics.linear import Factorization, applied, products
 from ...dynamics.mobility import check_bodies
@@ -210,7 +210,7 @@ class Kernels:
             }
             if self.active:
                 found["projection"] = self._projected(state)
-                found["hold"] = [hold(self.model, state, self.active)]
+                found["hold"] = [independence(self.model, state, self.active)]
             left = self._dropped(state)
             self._names_dropped = tuple(left)
             return {**found, "dropped": self._checked_conditions(state, left)} if left else found
@@ -276,7 +276,7 @@ class Kernels:
         """Residuals of dropped conditions, and 1 where one is a large multiple of others that hold, else 0 or less."""
         matrix, kinds = linearized(self.model, state).matrix, rows(self.model)
         unit: dict[int, list[Any]] = {}
-        for group in alike(self.model):
+        for group in condition_groups(self.model):
             square = sum((x * x for i in group for x in matrix[i]), 0)
             size = 1 if _is_zero(square) else state.field.sqrt(square)
             unit |= {i: [divide(x, size) for x in matrix[i]] for i in group}

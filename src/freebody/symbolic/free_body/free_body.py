@@ -32,9 +32,9 @@ from ...describe.loads.load import (
 )
 from ...dynamics.constraints import rows, torques
 from ...dynamics.coordinates import forces_on_free_displacements
-from ...dynamics.joint_freedom import pressing
+from ...dynamics.joint_freedom import unit_load_wrench
 from ...dynamics.kinematics import point_position, rotation, velocities
-from ...dynamics.loading import along, couples, point_forces, speed_of, weight
+from ...dynamics.loading import couples, joint_force, point_forces, speed_of, weight
 from ...errors import ModelError, nearest
 from ...model.contact import Touching
 from ...model.model import Model
@@ -221,7 +221,7 @@ class FreeBody:
         assert isinstance(load, JointSpring | JointDamper | JointForce)
         kind = {JointSpring: "spring", JointDamper: "damper", JointForce: "motor"}[type(load)]
         link = model.joints[load.joint.name].links[load.index]
-        return self._along_joint(load.name, load.joint.name, link, along(model, state, load), kind)
+        return self._along_joint(load.name, load.joint.name, link, joint_force(model, state, load), kind)
 
     def _of_generalized(self, load: GeneralizedForce) -> list[Action]:
         """A generalized force as loads along the free displacements, whose power is the same."""
@@ -253,7 +253,7 @@ class FreeBody:
         if sign == 0:
             return []
         # the massless links inside the joint pass it on whole
-        moment, force = pressing(model, state, joint, link)
+        moment, force = unit_load_wrench(model, state, joint, link)
         R = rotation(model, state, joint.links[-1])
         force, moment = (scale(sign * value, apply(R, v)) for v in (force, moment))
         return [Action(load, kind, force, moment, self._e.joint_points[name], f"joint '{name}'")]

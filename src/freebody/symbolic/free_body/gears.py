@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from ...dynamics.constraints import radial_names, rows, separating
+from ...dynamics.constraints import radial_names, rows, separating_force
 from ...dynamics.indeterminate import joints_between
 from ...scalar.algebra import Vector, scale
 
@@ -28,13 +28,13 @@ def radial_symbols(e: Equations) -> dict[str, Any]:
 def radial_forces(e: Equations, gear: str) -> list[tuple[Any, Vector, Vector]]:
     """(point, force, moment) of the radial force of a gear on its two bodies, in its symbol."""
     value = e.ring.generator(radial_symbols(e)[gear], "reaction")
-    pair, _ = separating(e.model, e.state, e.model.constraints[gear])
+    pair, _ = separating_force(e.model, e.state, e.model.constraints[gear])
     return [(where, scale(value, force), scale(value, moment)) for where, force, moment in pair]
 
 
 def radial_law(e: Equations, gear: str) -> Any:
     """The radial force in the multiplier, canonical; None where the pressure angle is not known."""
-    _, size = separating(e.model, e.state, e.model.constraints[gear])
+    _, size = separating_force(e.model, e.state, e.model.constraints[gear])
     if size is None:
         return None
     (value,) = (x for row, x in zip(rows(e.model), e.canonical_multipliers, strict=True) if row.owner == gear)
