@@ -21,6 +21,7 @@ from typing import Any
 from generated import fingerprint, finish, plain, up_to_date, write
 
 import freebody as fb
+from freebody.describe.description import about_of
 
 FOLDER = "systems"
 LONGEST = 60_000
@@ -142,7 +143,7 @@ class Page:
 
     def _machine(self) -> str:
         shown = fb.draw(self.outcome.equations, near=self.entry.near)
-        about = self.outcome.system.about
+        about = about_of(self.outcome.system)
         rows = [
             (
                 f"<math><mrow>{_named(name)}</mrow></math>",

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from mpmath import mp
 
+from .describe.description import coordinates_of
 from .describe.system import System
 from .model.model import Model
 from .scalar.polynomial import Polynomial
@@ -129,8 +130,8 @@ def random_system(
         s.torque("M", last, vector(), reaction_on=None if first is last else first)
         s.spring("rope", s.ground.point(5, 6, 7), last.point(*vector()), stiffness=1.5, rest=2)
         s.damper("dash", s.ground.point(-5, 6, 7), first.point(*vector()), damping=0.7)
-        if s.declared:
-            s.generalized_force(next(iter(s.declared)), 1.25)
+        if coordinates_of(s):
+            s.generalized_force(next(iter(coordinates_of(s))), 1.25)
     return s
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import sympy
 
+from ..describe.description import about_of, changes_of, coordinates_of, names_of, parameters_of, positive_in
 from ..describe.joints.joint import Joint, Primitive
 from ..describe.names import TIME, rate
 from ..describe.system import System
@@ -52,7 +53,7 @@ def assemble(system: System) -> Model:
         raise ModelError(
             f"Expected a System, got {shown(system)}. A model is described first: s = fb.System('name')."
         )
-    kinds = system.names.kinds
+    kinds = names_of(system).kinds
     coordinates, speeds = _state(system)
     index = {speed.symbol: i for i, speed in enumerate(speeds)}
     # a scalar coordinate stands for its speed
@@ -91,7 +92,7 @@ def assemble(system: System) -> Model:
         )
     model = Model(
         name=system.name,
-        parameters=tuple(system.parameter_list),
+        parameters=tuple(parameters_of(system)),
         coordinates=coordinates,
         speeds=speeds,
         links=tuple(links),
@@ -99,16 +100,16 @@ def assemble(system: System) -> Model:
         joints={name: joints[name] for name in system.joints if name in joints},
         loads=dict(system.loads),
         gravity=system.gravity,
-        positive=tuple(sorted(system.positive, key=str)),
-        names=system.names,
-        about=dict(system.about),
+        positive=tuple(sorted(positive_in(system), key=str)),
+        names=names_of(system),
+        about=dict(about_of(system)),
         order=_order(links, speeds, kinds),
         constraints={
             **{name: closure(joint) for name, joint in system.joints.items() if joint.closes},
             **system.constraints,
         },
         controllers=tuple(system.controllers.values()),
-        described=(system, system.changes.count),
+        described=(system, changes_of(system).count),
     )
     _check_coordinates(model)
     _check_tips(model)
@@ -119,11 +120,17 @@ def assemble(system: System) -> Model:
 
 def _state(system: System) -> tuple[tuple[Coordinate, ...], tuple[Speed, ...]]:
     coordinates, speeds = [], []
-    names = system.names
+    names = names_of(system)
     for text, atom in names.atoms.items():
         kind = names.kinds[text]
         if kind == "coordinate":
-            sort = "scalar" if text in system.declared else "quaternion" if text[-2:-1] == "e" else "position"
+            sort = (
+                "scalar"
+                if text in coordinates_of(system)
+                else "quaternion"
+                if text[-2:-1] == "e"
+                else "position"
+            )
             coordinates.append(Coordinate(text, atom, sort))
         elif kind == "speed":
             speeds.append(Speed(text, atom, rate(atom)))

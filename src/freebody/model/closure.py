@@ -17,7 +17,7 @@ from typing import Any
 
 import sympy
 
-from ..describe.body import Body
+from ..describe.frame import Frame
 from ..describe.joints.joint import Joint
 from ..errors import ModelError
 from ..scalar.algebra import IDENTITY, Matrix, Vector, cross
@@ -49,8 +49,8 @@ class Closure:
 
     name: str
     type: str
-    parent: Body
-    child: Body
+    parent: Frame
+    child: Frame
     at: Vector
     to: Vector
     parent_axes: Matrix

@@ -10,17 +10,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..describe.body import Point
-from ..describe.contacts.contact import (
+from ..describe.contact_shapes import (
     Ball,
     Circle,
-    ContactPair,
     Corners,
     Cylinder,
     Ellipsoid,
     Segment,
     kind_of,
 )
+from ..describe.contacts.contact import ContactPair
+from ..describe.frame import Point
 from ..errors import ModelError
 from ..scalar.algebra import IDENTITY, ZERO, Matrix, Vector, apply, cross, dot, multiply
 from ..scalar.expression import exact

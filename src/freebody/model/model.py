@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ..describe.constraints.constraint import Gear
+from ..describe.description import Parameter
 from ..describe.loads.load import Load
-from ..describe.system import Parameter
 from ..scalar.algebra import Matrix, Vector
 from ..space.mass import MassProperties
 

@@ -8,7 +8,8 @@ from typing import Any
 
 import sympy
 
-from ..describe.body import Body, Point
+from ..describe.body import Body
+from ..describe.frame import Point
 from ..describe.joints.joint import Joint
 
 

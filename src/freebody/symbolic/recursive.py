@@ -161,7 +161,7 @@ class _Placed(State):
         super().__init__(base.model, base.field, base.t, base.q, base.u, base.values)
         self._names = names
 
-    def kept(self, what: str, of: Any, value: Any) -> Any:
+    def intermediate(self, what: str, of: Any, value: Any) -> Any:
         if what == "line":
             return self._names.vector(f"d_{of}", value, "coordinate", POSITIONS)
         return self._names.vector(f"F_{of}", value, "reaction", FORCES) if what == "pull" else value
@@ -256,7 +256,7 @@ class _Working(State):
         n, s = self._base.subspace(i)
         return apply(self.axes(i), n), apply(self.axes(i), s)
 
-    def kept(self, what: str, of: Any, value: Any) -> Any:
+    def intermediate(self, what: str, of: Any, value: Any) -> Any:
         turn, label = self._turns[of], self.label(of)
         names = self._names
         if what == "force":

@@ -69,4 +69,4 @@ def test_check_says_why_a_machine_does_not_close(tmp_path: Path) -> None:
     s.hinge("B", s.ground, bar, at=(3, 0, 0), to=(0.5, 0, 0))
     fb.write(s, tmp_path / "short.toml")
     text = run("check", str(tmp_path / "short.toml"))
-    assert "Degrees of freedom: unknown. The constraints can not be met near the coordinates given" in text
+    assert "Degrees of freedom: unknown. The constraints cannot be met near the coordinates given" in text

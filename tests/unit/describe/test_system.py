@@ -8,7 +8,8 @@ import pytest
 import sympy
 
 import freebody as fb
-from freebody.describe.body import Point
+from freebody.describe.description import about_of, coordinates_of, parameters_of, positive_in, vector
+from freebody.describe.frame import Point
 
 
 @pytest.fixture
@@ -20,9 +21,9 @@ def test_parameters_are_real_symbols_with_defaults(s):
     a, b = s.parameters(a=2, b="75deg")
     c = s.parameters("c")
     assert (a, b, c) == sympy.symbols("a b c", real=True)
-    assert [(p.name, p.default) for p in s.parameter_list[:1]] == [("a", 2.0)]
-    assert s.parameter_list[1].default == pytest.approx(1.3089969389957472, abs=0)
-    assert s.parameter_list[2].default is None
+    assert [(p.name, p.default) for p in parameters_of(s)[:1]] == [("a", 2.0)]
+    assert parameters_of(s)[1].default == pytest.approx(1.3089969389957472, abs=0)
+    assert parameters_of(s)[2].default is None
     assert s.parameters("d, e") == sympy.symbols("d e", real=True)
 
 
@@ -33,14 +34,14 @@ def test_coordinates_are_functions_of_time(s):
     assert theta == dynamicsymbols("theta")
     assert s.expression("theta'") == theta.diff(s.t)
     assert s.expression("x' + theta*t") == x.diff(s.t) + theta * s.t
-    assert list(s.declared) == ["theta", "x"]
+    assert list(coordinates_of(s)) == ["theta", "x"]
 
 
 def test_numbers_are_exact(s):
     assert s.expression(0.1) == Fraction(1, 10)
     assert s.expression("0.1*3") == Fraction(3, 10)
     assert s.expression(Fraction(4, 2)) == 2
-    assert s.vector((1, 0.5, "1/3"), "a test") == (1, Fraction(1, 2), Fraction(1, 3))
+    assert vector(s, (1, 0.5, "1/3"), "a test") == (1, Fraction(1, 2), Fraction(1, 3))
 
 
 def test_describe_keeps_unit_and_meaning(s):
@@ -48,22 +49,22 @@ def test_describe_keeps_unit_and_meaning(s):
     s.coordinates("x")
     s.describe(F, unit="N", about="force at the free end")
     s.describe("x", about="way of the cart")
-    assert s.about == {"F": ("N", "force at the free end"), "x": ("", "way of the cart")}
+    assert about_of(s) == {"F": ("N", "force at the free end"), "x": ("", "way of the cart")}
     s.body("b", fb.particle(1))
     s.slider("rail", s.ground, "b", coordinate="x")
-    assert fb.assemble(s).about == s.about
+    assert fb.assemble(s).about == about_of(s)
 
 
 def test_assumptions_and_use_make_positive(s):
     k, c, m, R = s.parameters("k c m R")
     s.assume(k > 0, c > k, True)
-    assert s.positive == {k, c - k}
+    assert positive_in(s) == {k, c - k}
     s.body("ball", fb.sphere(m, R))
-    assert {m, R} <= s.positive
+    assert {m, R} <= positive_in(s)
     s.slider("rail", s.ground, "ball", coordinate="x")
     s.spring("spring", s.joints["rail"], stiffness="sqrt(k**2)")
     (motion,) = fb.equations(s).motion
-    x = s.names.atoms["x"]
+    x = s.expression("x")
     assert motion.lhs == m * x.diff(s.t, 2) + k * x  # sqrt(k²) is k
 
 
@@ -142,7 +143,7 @@ def test_planar_joints_name_their_plane(s):
         s.planar(axis, s.ground, body, axis=axis)
         first, second = names.split()
         assert [p.coordinate for p in s.joints[axis].primitives] == [
-            s.declared[f"{axis}_{first}"], s.declared[f"{axis}_{second}"], s.declared[f"{axis}_turn"],
+            s.expression(f"{axis}_{first}"), s.expression(f"{axis}_{second}"), s.expression(f"{axis}_turn"),
         ]  # fmt: skip
 
 
@@ -161,7 +162,7 @@ def test_expressions_may_be_text_or_sympy(s):
     block = s.body("block", fb.particle(m))
     rail = s.slider("rail", s.ground, block, coordinate="x")
     s.force("drag", block, ("-k*x'**2*sign(x')", 0, 0))
-    x = s.declared["x"]
+    x = s.expression("x")
     v = x.diff(s.t)
     assert s.loads["drag"].components[0] == -k * v**2 * sympy.sign(v)
     spring = s.torsion_spring(
@@ -169,4 +170,4 @@ def test_expressions_may_be_text_or_sympy(s):
     )
     assert (spring.stiffness, spring.rest, spring.index) == (k, sympy.pi / 2, 0)
     assert s.generalized_force("x", "3*t").name == "Q_x"
-    assert rail.given["coordinate"] == "x"
+    assert rail.arguments["coordinate"] == "x"

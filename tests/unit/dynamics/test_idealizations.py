@@ -61,7 +61,7 @@ def test_a_massless_tip_that_follows_in_part_only_is_refused():
     s = rolling(fb.particle(0))
     free = s.coordinates("z")
     tip = s.body("tip", fb.particle(0))
-    s.slider("tip_guide", s.bodies["cart"], tip, axis="y", coordinate=free + s.declared["x"])
+    s.slider("tip_guide", s.bodies["cart"], tip, axis="y", coordinate=free + s.expression("x"))
     with pytest.raises(
         ModelError, match="Body 'tip' is a moving tip without mass.*let it follow bodies with mass"
     ):

@@ -11,6 +11,7 @@ import sympy
 import xarray
 
 import freebody as fb
+from freebody.describe.description import parameters_of
 from freebody.errors import SimulationError
 from freebody.motion.kernels.kernels import kernels_of
 from freebody.motion.trajectory.event import Event, EventSpec
@@ -106,7 +107,7 @@ def test_start_time_matters_for_loads_of_time():
 
 def test_values_replace_defaults():
     s = oscillator()
-    m = s.parameter_list[0].symbol
+    m = parameters_of(s)[0].symbol
     by_name = fb.simulate(s, 1, initial={"x": 1}, values={"k": 32.0}, tolerance=1e-12)
     by_symbol = fb.simulate(s, 1, initial={"x": 1}, values={m: Fraction(1, 2)}, tolerance=1e-12)
     assert by_name["x"] == pytest.approx(np.cos(4 * by_name.t), abs=1e-10)
@@ -124,7 +125,7 @@ def test_initial_values_in_every_form(value):
 
 def test_initial_values_by_atom():
     s = pendulum()
-    theta = s.names.atoms["theta"]
+    theta = s.expression("theta")
     motion = fb.simulate(s, 0.1, initial={theta: 0.25, theta.diff(s.t): -1})
     assert dict(motion.at(0)) == {"theta": 0.25, "theta'": -1.0}
 
@@ -217,8 +218,8 @@ def test_quaternions_of_matrices_do_not_jump():
 
 def test_any_expression_can_be_asked_for(swing):
     s = pendulum()
-    m, L, g = (p.symbol for p in s.parameter_list)
-    theta = s.names.atoms["theta"]
+    m, L, g = (p.symbol for p in parameters_of(s))
+    theta = s.expression("theta")
     speed = 2 * swing["theta'"]
     assert swing["L*theta'"] == pytest.approx(speed, rel=1e-15)
     assert swing[L * theta.diff(s.t)] == pytest.approx(speed, rel=1e-15)
@@ -394,8 +395,8 @@ def test_terminal_event_stops_the_run():
 
 def test_events_of_expressions_with_time_and_parameters():
     s = pendulum()
-    L = s.parameter_list[1].symbol
-    theta = s.names.atoms["theta"]
+    L = parameters_of(s)[1].symbol
+    theta = s.expression("theta")
     motion = fb.simulate(s, 3, initial={"theta": 1}, events=["t - L/4", L * theta - 1])
     assert motion.events[0].time == pytest.approx(1.0, abs=1e-14) or motion.events[1].time == 0.5
     assert {event.name for event in motion.events} == {"t - L/4", "L*theta(t) - 1"}

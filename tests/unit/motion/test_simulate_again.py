@@ -9,6 +9,7 @@ import sympy
 import xarray
 
 import freebody as fb
+from freebody.describe.description import take_as_positive
 from freebody.errors import FreebodyError, SimulationError
 from freebody.motion.kernels.kernels import kernels_of
 
@@ -304,7 +305,7 @@ def test_a_loop_that_begins_with_other_conditions():
         lambda s: s.loads.__delitem__("damper"),
         lambda s: s.loads.setdefault("third", s.loads["spring"]),
         lambda s: s.describe("x", unit="m"),
-        lambda s: s.take_as_positive(s.expression("c")),
+        lambda s: take_as_positive(s, s.expression("c")),
         lambda s: setattr(s, "gravity", (1, 0, 0)),
         lambda s: s.parameters(new=1.0),
         lambda s: s.body("new", fb.particle(1)),

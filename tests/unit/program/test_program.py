@@ -10,6 +10,7 @@ import pytest
 
 import freebody as fb
 from freebody import dynamics
+from freebody.describe.description import parameters_of
 from freebody.errors import ExpressionError, FreebodyError, ModelError
 from freebody.program.products import products_of
 from freebody.program.program import Program
@@ -186,7 +187,7 @@ def test_jacobian_of_points_and_bodies():
 
 def test_parameters_by_name_symbol_and_per_state():
     s = cart()
-    M = s.parameter_list[0].symbol
+    M = parameters_of(s)[0].symbol
     program = fb.compile(s)
     q, u = [0.1, 0.2, 0.3], [0.5, -0.5, 1.0]
     m = program.mass_matrix(q, M=7.0, b=0)

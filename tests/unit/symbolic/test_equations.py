@@ -6,6 +6,7 @@ import pytest
 import sympy
 
 import freebody as fb
+from freebody.describe.description import parameters_of
 from freebody.testing import random_chain
 
 
@@ -25,7 +26,7 @@ def oscillator():
 
 def test_springs_and_dampers_left_applied_loads_right(oscillator):
     s, eq = oscillator
-    m, k, c, F, P = (p.symbol for p in s.parameter_list)
+    m, k, c, F, P = (p.symbol for p in parameters_of(s))
     (x,) = eq.coordinates
     (motion,) = eq.motion
     assert motion.lhs == m * x.diff(s.t, 2) + c * x.diff(s.t) + k * x
@@ -88,7 +89,7 @@ def test_equal_systems_have_the_same_text():
     def text(stiffness, center):
         s = fb.System("one")
         s.parameters("a b m")
-        bar = s.body("bar", fb.particle(s.names.atoms["m"]).moved((s.expression(center), 0, 0)))
+        bar = s.body("bar", fb.particle(s.expression("m")).moved((s.expression(center), 0, 0)))
         pin = s.hinge("pin", s.ground, bar, coordinate="theta")
         s.spring("k", pin, stiffness=stiffness)
         return fb.equations(s).text()

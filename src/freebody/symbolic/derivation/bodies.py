@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...describe.body import Body
+from ...describe.description import names_of
 from ...errors import ModelError
 from ...model.model import Model
 
@@ -20,7 +21,7 @@ def own_body(model: Model, body: Any, what: str) -> Body:
     """
     if not isinstance(body, Body):
         raise ModelError(f"Expected a body for {what}, got {body!r}.")
-    if body.system.names is not model.names:
+    if names_of(body.system) is not model.names:
         raise ModelError(
             f"Body '{body.name}', given for {what}, belongs to the system '{body.system.name}', "
             f"not to '{model.name}'. Name a body of '{model.name}'."

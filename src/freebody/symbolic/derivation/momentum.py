@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from ...describe.body import Body, Point
+from ...describe.body import Body
+from ...describe.frame import Point
 from ...dynamics.kinematics import point_position
 from ...dynamics.momentum import momentum
 from ...errors import ModelError

@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import sympy
 
-from ...describe.body import Body, Point
+from ...describe.body import Body
 from ...describe.constraints.constraint import Gear
+from ...describe.frame import Point
 from ...describe.loads.load import (
     Damper,
     Force,
@@ -30,9 +31,9 @@ from ...describe.loads.load import (
 )
 from ...dynamics.constraints import Row, rows, torques
 from ...dynamics.coordinates import forces_on_free_displacements
-from ...dynamics.joint_freedom import pressing
+from ...dynamics.joint_freedom import unit_load_wrench
 from ...dynamics.kinematics import point_position, rotation, velocities
-from ...dynamics.loading import along, couples, point_forces, speed_of, weight
+from ...dynamics.loading import couples, joint_force, point_forces, speed_of, weight
 from ...errors import ModelError, nearest
 from ...model.contact import Touching
 from ...scalar.algebra import (
@@ -201,7 +202,7 @@ class FreeBody:
         assert isinstance(load, JointSpring | JointDamper | JointForce)
         kind = {JointSpring: "spring", JointDamper: "damper", JointForce: "motor"}[type(load)]
         link = model.joints[load.joint.name].links[load.index]
-        return self._along_joint(load.name, load.joint.name, link, along(model, state, load), kind)
+        return self._along_joint(load.name, load.joint.name, link, joint_force(model, state, load), kind)
 
     def _generalized_actions(self, load: str, speed: int, value: Scalar, kind: str) -> list[Action]:
         """A generalized force as forces and couples along the free displacements, which have the same power."""
@@ -229,7 +230,7 @@ class FreeBody:
         if sign == 0:
             return []
         # the massless links inside the joint transmit the whole load
-        moment, force = pressing(model, state, joint, link)
+        moment, force = unit_load_wrench(model, state, joint, link)
         R = rotation(model, state, joint.links[-1])
         force, moment = (scale(sign * value, apply(R, v)) for v in (force, moment))
         return [Action(load, kind, force, moment, self._e.joint_points[name], f"joint '{name}'")]

@@ -13,7 +13,7 @@ from typing import Any
 
 import sympy
 
-from ...dynamics.constraints import radial_names, rows, separating
+from ...dynamics.constraints import radial_names, rows, separating_force
 from ...dynamics.indeterminate import joints_between
 from ...scalar.algebra import Scalar, Vector, scale
 from ..derivation.derivation import Derivation
@@ -27,13 +27,13 @@ def radial_symbols(e: Derivation) -> dict[str, sympy.Symbol]:
 def radial_forces(e: Derivation, gear: str) -> list[tuple[Any, Vector, Vector]]:
     """(point, force, moment) of the radial force of a gear on its two bodies, by its symbol."""
     value = e.ring.generator(radial_symbols(e)[gear], "reaction")
-    pair, _ = separating(e.model, e.state, e.model.constraints[gear])
+    pair, _ = separating_force(e.model, e.state, e.model.constraints[gear])
     return [(point, scale(value, force), scale(value, moment)) for point, force, moment in pair]
 
 
 def radial_law(e: Derivation, gear: str) -> Scalar | None:
     """Radial force by the multiplier, canonical; None if the pressure angle is not known."""
-    _, size = separating(e.model, e.state, e.model.constraints[gear])
+    _, size = separating_force(e.model, e.state, e.model.constraints[gear])
     if size is None:
         return None
     (value,) = (x for row, x in zip(rows(e.model), e.canonical_multipliers, strict=True) if row.owner == gear)

@@ -20,7 +20,8 @@ from typing import Any
 
 import sympy
 
-from ...describe.body import Body, Point
+from ...describe.body import Body
+from ...describe.frame import Point
 from ...dynamics.kinematics import accelerations, point_acceleration, point_position, velocities
 from ...errors import ModelError, nearest
 from ...scalar.algebra import (

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import Any
 
-from ...dynamics.constrained import constrained_loading, pressed
+from ...dynamics.constrained import constrained_loading, with_wrenches
 from ...dynamics.constraints import rows
 from ...dynamics.newton_euler import reactions
 from ...errors import ModelError, nearest
@@ -38,7 +38,7 @@ class Reactions(Shown, Mapping[str, Reaction]):
             loads = constrained_loading(e.model, e.state, e.canonical_multipliers)
             for gear in radial_symbols(e):
                 if radial_law(e, gear) is None:
-                    loads = pressed(e.model, e.state, loads, radial_forces(e, gear))
+                    loads = with_wrenches(e.model, e.state, loads, radial_forces(e, gear))
         return reactions(e.model, e.state, e.udot, natural=True, loads=loads)
 
     def canonical_components(self, joint: str) -> dict[Any, Scalar]:

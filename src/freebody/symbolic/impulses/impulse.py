@@ -15,7 +15,8 @@ from typing import Any
 
 import sympy
 
-from ...describe.body import Body, Point
+from ...describe.body import Body
+from ...describe.frame import Point
 from ...dynamics.constraints import rows, wrenches
 from ...dynamics.energy import kinetic_energy
 from ...dynamics.impulse import (
@@ -24,7 +25,7 @@ from ...dynamics.impulse import (
     impulsive_reactions,
     link_jumps,
     point_jump,
-    reached,
+    state_after,
     with_constraints,
 )
 from ...dynamics.kinematics import point_velocity
@@ -133,7 +134,7 @@ class Struck:
         jump, multipliers = jumps(f)
         self._jump = tuple(self._tidy(x) for x in jump)
         self._multipliers = tuple(self._tidy(x) for x in multipliers)
-        self._reached = reached(self.model, state, self._jump)
+        self._reached = state_after(self.model, state, self._jump)
         names = self.model.speed_names
         self.before = {n: self._show(x) for n, x in zip(names, state.u, strict=True)}
         self.after = {n: self._show(self._tidy(x)) for n, x in zip(names, self._reached.u, strict=True)}

@@ -7,7 +7,7 @@ from typing import Any
 
 import sympy
 
-from ...describe.body import Point
+from ...describe.frame import Point
 from ...dynamics.composite import mass_matrix
 from ...dynamics.constraints import linearized
 from ...dynamics.impulse import (

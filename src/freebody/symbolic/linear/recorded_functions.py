@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...describe.description import changes_of
 from ...describe.system import System
 from ...describe.table import Changes
 from ...dynamics.state import State
@@ -101,7 +102,7 @@ def recorded(machine: System | Model) -> Recorded:
     """The programs of a system as it is described now, or of a model; those used last are kept."""
     known = _recent.get(id(machine))  # of an object that is held, so that no other has its id
     if known is None or known[1].count != known[2]:
-        changes = machine.changes if isinstance(machine, System) else Changes()
+        changes = changes_of(machine) if isinstance(machine, System) else Changes()
         model = assemble(machine) if isinstance(machine, System) else machine
         known = _recent[id(machine)] = (machine, changes, changes.count, Recorded(model))
     _recent.move_to_end(id(machine))

@@ -38,7 +38,7 @@ def slider_crank():
 
 
 def atoms(s, *names):
-    return [s.names.atoms[name] for name in names]
+    return [s.expression(name) for name in names]
 
 
 def test_constraints_matrix_and_multipliers():
@@ -109,7 +109,7 @@ def test_eliminated_is_free_of_multipliers_and_equal_to_the_equations(make, inde
 def test_eliminated_takes_names_and_symbols_alike():
     s = disk_on_a_slope()
     e = fb.equations(s)
-    x = s.names.atoms["x"]
+    x = s.expression("x")
     assert e.eliminated(["x"]) == e.eliminated([x]) == e.eliminated(["x'"])
 
 
@@ -135,7 +135,7 @@ def test_a_rope_pulls_at_all_its_points():
     a, b = s.body("a", fb.particle(m)), s.body("b", fb.particle(m))
     s.slider("left", s.ground, a, axis="-y", coordinate="p")
     s.slider("right", s.ground, b, at=(1, 0, 0), axis="-y", coordinate="q")
-    s.assume(s.names.atoms["p"] > 0, s.names.atoms["q"] > 0)
+    s.assume(s.expression("p") > 0, s.expression("q") > 0)
     s.rope([s.ground.origin, a.origin, s.ground.origin, s.ground.point(1, 0, 0), b.origin], 6, name="S")
     e = fb.equations(s)
     S = sympy.Symbol("S", real=True)
@@ -187,8 +187,8 @@ def test_conditions_as_text_equation_and_expression():
     forms = [
         made(lambda s: "y = x^2"),
         made(lambda s: "y - x^2"),
-        made(lambda s: sympy.Eq(s.names.atoms["y"], s.names.atoms["x"] ** 2)),
-        made(lambda s: s.names.atoms["y"] - s.names.atoms["x"] ** 2),
+        made(lambda s: sympy.Eq(s.expression("y"), s.expression("x") ** 2)),
+        made(lambda s: s.expression("y") - s.expression("x") ** 2),
     ]
     assert len({str(expression) for _, expression in forms}) == 1
 

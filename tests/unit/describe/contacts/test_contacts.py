@@ -11,6 +11,7 @@ import sympy
 
 import freebody as fb
 from freebody.describe.contacts.system_contacts import SUPPORTED
+from freebody.describe.description import parameters_of
 from freebody.dynamics import float_state
 from freebody.dynamics.contact import touches
 from freebody.dynamics.contact_motion import contact_forces, in_modes
@@ -226,9 +227,9 @@ def test_friction_in_space_stands_in_the_free_body():
     free = e.free_body("block")
     friction = {a.name: a for a in free.actions}["T_floor"]
     assert friction.kind == "friction"
-    N, mu = sympy.Symbol("N_floor", real=True), s.names.atoms["mu"]
+    N, mu = sympy.Symbol("N_floor", real=True), s.expression("mu")
     size = sympy.sqrt(sum(e.sympy(x) ** 2 for x in friction.force))
-    at = {p.symbol: p.default for p in s.parameter_list}
+    at = {p.symbol: p.default for p in parameters_of(s)}
     at |= {c.symbol: x for c, x in zip(e.model.coordinates, (0.1, 0.5, 0.2, 1, 0, 0, 0), strict=True)}
     at |= {u.symbol: x for u, x in zip(e.model.speeds, (0.3, 0.1, -0.2, 1, 0, 0.7), strict=True)}
     assert float(size.subs({**at, N: 5.0})) == pytest.approx(0.3 * 5)
@@ -253,7 +254,7 @@ def test_symbols_and_numbers_agree_in_a_mode():
         state = float_state(held, q, u)
         moving = motion(held, state)
         forces = contact_forces(held, state, moving.multipliers)["bowl"]
-        at = {p.symbol: p.default for p in s.parameter_list}
+        at = {p.symbol: p.default for p in parameters_of(s)}
         at |= dict(zip((c.symbol for c in e.model.coordinates), q, strict=True))
         at |= dict(zip((c.symbol for c in e.model.speeds), u, strict=True))
         names = e.multipliers

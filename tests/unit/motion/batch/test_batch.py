@@ -427,7 +427,7 @@ def test_more_samples_than_the_memory_holds_are_refused_at_once() -> None:
 def test_what_is_assumed_after_a_first_run_counts_in_the_next() -> None:
     s = pendulum()
     fb.simulate(s, 0.1, values={"c": -1.0})
-    s.assume(s.names.atoms["c"] > 0)
+    s.assume(s.expression("c") > 0)
     with pytest.raises(ModelError, match="c"):
         fb.simulate(s, 0.1, values={"c": -1.0})
 

@@ -163,7 +163,7 @@ def test_lanes_count_and_the_place_of_each() -> None:
 
 def test_how_it_is_said_does_not_count() -> None:
     s, _ = MACHINES["cart-and-bar"]
-    M, x = s.names.atoms["M"], s.names.atoms["x"]
+    M, x = s.expression("M"), s.expression("x")
     first = study(s, 1, values={"M": 2, "m": 1.0}, initial={"x": 1, "theta": [0.1, 0.2]}, threads=1)
     other = study(s, 1.0, values={"m": 1, M: 2.0}, initial={"theta": np.array([0.1, 0.2]), x: 1.0}, threads=2)
     assert identity(first) == identity(other)

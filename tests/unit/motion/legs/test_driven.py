@@ -161,7 +161,7 @@ def test_refused_uses_of_signals():
     with pytest.raises(ModelError, match="must be constant, but it depends on rate"):
         s.spring("k", rail, stiffness=fb.signal([0, 1], [1, 2], "previous", name="rate"))
     with pytest.raises(ModelError, match="signal 'steps' jumps"):
-        s.constrain_speed(s.names.atoms["x'"] - fb.signal([0, 1], [0, 1], "previous", name="steps"))
+        s.constrain_speed(s.expression("x'") - fb.signal([0, 1], [0, 1], "previous", name="steps"))
     short, other, _ = cart()
     short.force("push", other, (fb.signal([0, 1], [0, 1], name="push"), 0, 0))
     with pytest.raises(SimulationError, match="'push' is given from 0 to 1 s.*outside=\"hold\""):

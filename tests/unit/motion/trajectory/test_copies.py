@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import freebody as fb
+from freebody.describe.description import changes_of
 from freebody.motion.kernels import kernels as room
 from motions import MOTIONS, assert_same, ball, driven, pendulum, plain
 
@@ -142,7 +143,7 @@ def test_copies_of_a_system_share_nothing(through):
         s.spring(f"spring_{name}", joint, stiffness=p)
         s.force(f"force_{name}", body.origin, (p, 0, 0))
         s.contact(f"contact_{name}", body.sphere(1), s.ground.plane())
-        s.constrain(s.names.atoms[f"q_{name}"] - s.names.atoms["theta"])
+        s.constrain(s.expression(f"q_{name}") - s.expression("theta"))
         s.describe(p, unit="N")
         s.assume(p > 0)
         s.controller(print, 1, p, name=f"controller_{name}")
@@ -155,7 +156,7 @@ def test_copies_of_a_system_share_nothing(through):
     assert all(body.system is other for body in (other.ground, *other.bodies.values()))
     change(other, "x")
     assert toml_text(s) == text
-    assert s.changes.count != other.changes.count
+    assert changes_of(s).count != changes_of(other).count
     third = through(s)
     change(s, "y")
     assert toml_text(third) == text

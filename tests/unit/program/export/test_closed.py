@@ -274,7 +274,7 @@ def test_rows_of_a_loop_are_derivatives_of_its_residuals(closing):
             along = residuals(model, state_along(model, state, unit.tolist(), 0, 1))
             column = [r.derivative(1) if isinstance(r, Series) else 0 for r in along]
             assert np.abs(G[:, j] - column).max() < bound
-        rows, back = linearized(model, state).turned(range(len(found)))
+        rows, back = linearized(model, state).in_loop_axes(range(len(found)))
         assert len(back) == 2
         for places, R in back:
             assert np.abs(np.array(R) @ [rows[i][0] for i in places] - G[places]).max() < bound

@@ -166,7 +166,7 @@ def wire():
     rail = s.body("rail", fb.particle(0))
     s.slider("along", s.ground, rail, axis="x", coordinate="x")
     s.slider("up", rail, s.body("bead", fb.particle(2)), axis="y", coordinate="y")
-    s.constrain(s.names.atoms["y"] - c * s.names.atoms["x"] ** 2, name="wire")
+    s.constrain(s.expression("y") - c * s.expression("x") ** 2, name="wire")
     return s
 
 

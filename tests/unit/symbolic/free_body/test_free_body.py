@@ -7,6 +7,7 @@ import sympy
 from sympy import cos, sin
 
 import freebody as fb
+from freebody.describe.description import parameters_of
 from freebody.errors import ModelError
 
 
@@ -72,7 +73,7 @@ def test_action_and_reaction_are_opposite(crane):
 
 def test_loads_have_their_size_and_place(crane):
     s, eq = crane
-    M, m, L, g, k, c, F, T, P = (p.symbol for p in s.parameter_list)
+    M, m, L, g, k, c, F, T, P = (p.symbol for p in parameters_of(s))
     x, theta = eq.coordinates
     rod, trolley = eq.free_body("rod"), eq.free_body("trolley")
     assert rod.forces["F"] == sympy.ImmutableMatrix([-F * sin(theta), F * cos(theta), 0])
@@ -132,7 +133,7 @@ def test_components_along_a_frame(crane):
     assert (ground.frame, body.frame) == ("ground", "rod")
     for name, force in ground.forces.items():
         assert sympy.simplify(sympy.Matrix(force) - R * sympy.Matrix(body.forces[name])) == sympy.zeros(3, 1)
-    assert body.forces["F"] == sympy.ImmutableMatrix([0, s.names.atoms["F"], 0])
+    assert body.forces["F"] == sympy.ImmutableMatrix([0, s.expression("F"), 0])
     trolley = eq.free_body("rod", frame=s.bodies["trolley"])  # it does not turn
     assert trolley.equations == ground.equations
 
@@ -140,7 +141,7 @@ def test_components_along_a_frame(crane):
 def test_moments_about_a_moving_point_have_no_extra_terms(crane):
     """About any P: Σ M_P = dH_C/dt + r_PC x m a_C, also when P is the end of the rod."""
     s, eq = crane
-    m, L = s.names.atoms["m"], s.names.atoms["L"]
+    m, L = s.expression("m"), s.expression("L")
     end = s.bodies["rod"].point(0, -L / 2, 0)
     at_C, at_end = eq.free_body("rod"), eq.free_body("rod", about=end)
     assert at_end.about == "point (0, -L/2, 0) of rod"

@@ -237,7 +237,7 @@ def test_an_impulse_passes_through_the_teeth():
         found = struck.reactions["second"].components
         # half of the moment impulse goes to the other wheel, r/2; exact ones are those of any place
         values = [
-            float(sympy.sympify(found[f"second_{c}"]).subs(one.system.names.atoms["p"], 0)) for c in "xy"
+            float(sympy.sympify(found[f"second_{c}"]).subs(one.system.expression("p"), 0)) for c in "xy"
         ]
         assert values == pytest.approx([-math.tan(ANGLE) / 2, 1 / 2], rel=ALGEBRA)
 

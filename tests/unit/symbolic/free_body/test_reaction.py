@@ -133,7 +133,7 @@ def test_a_universal_joint_carries_a_moment_across_both_axes_only():
     """A rotor on a universal joint: the moment is along the cross product of the axes."""
     s = fb.System("joint")
     s.parameters("A C")
-    A, C = s.names.atoms["A"], s.names.atoms["C"]
+    A, C = s.expression("A"), s.expression("C")
     rotor = s.body("rotor", fb.MassProperties(1, (0, 0, 0), ((A, 0, 0), (0, A, 0), (0, 0, C))))
     s.universal("u", s.ground, rotor, coordinate="a b")
     eq = fb.equations(s)

@@ -163,7 +163,7 @@ def test_jacobi_integral_of_a_driven_system() -> None:
     s.hinge("wire", hoop, bead, to=(0, 0, R), axis="x", coordinate="theta")
     (h,) = fb.equations(s).integrals
     assert h.name == "Jacobi's integral"
-    theta = s.names.atoms["theta"]
+    theta = s.expression("theta")
     expected = m * R**2 * theta.diff(s.t) ** 2 / 2 - m * R**2 * Omega**2 * sympy.sin(theta) ** 2 / 2
     assert sympy.simplify(h.expression - expected + m * g * R * sympy.cos(theta)) == 0
 
@@ -183,7 +183,7 @@ def test_what_changes_with_time_keeps_nothing() -> None:
 def test_constant_forces_have_a_potential() -> None:
     s = carts(force=True)
     energy = fb.equations(s).integrals["energy"]
-    F, y = s.names.atoms["F"], s.names.atoms["y"]
+    F, y = s.expression("F"), s.expression("y")
     assert sympy.diff(energy.expression, F) == -y
 
 

@@ -9,6 +9,7 @@ import sympy
 from scipy.integrate import solve_ivp
 
 import freebody as fb
+from freebody.describe.description import parameters_of
 from freebody.errors import ModelError
 from freebody.testing import random_system
 
@@ -69,7 +70,7 @@ def planar_rod():
 
 def test_symbols_numbers_and_their_agreement():
     s = pendulum()
-    m, L, g, F, c = (s.names.atoms[name] for name in ("m", "L", "g", "F", "c"))
+    m, L, g, F, c = (s.expression(name) for name in ("m", "L", "g", "F", "c"))
     linear = fb.linearize(s, inputs=F)
     assert linear.symbolic and linear.coordinates == ("theta",) and linear.inputs == ("F",)
     assert (linear.M[0], linear.C[0], linear.K[0], linear.B[0]) == (m * L**2, c, m * g * L, L)
@@ -146,7 +147,7 @@ def test_steady_motion_object():
     slow = next(motion for motion in motions if motion.name == "slow")
     linear = fb.linearize(s, about=slow)
     numeric = linear.numeric({"phi_rate_0": 300})
-    known = {p.name: p.default for p in s.parameter_list} | {"phi_rate_0": 300}
+    known = {p.name: p.default for p in parameters_of(s)} | {"phi_rate_0": 300}
     at = numeric.point["psi'"]
     at = at.subs({x: known[str(x)] for x in at.free_symbols})
     again = fb.linearize(s, about={"theta": "theta_0", "psi'": sympy.N(at, 30), "phi'": 300}, values={})
@@ -313,7 +314,7 @@ def test_damping_ratio_and_real_roots():
     growing = fb.linearize(s, values={"k": -4, "c": 0}).modes()
     assert [mode.kind for mode in growing] == ["decay", "growth"]
     symbolic = fb.linearize(s, where={"F": 0})
-    k, c = s.names.atoms["k"], s.names.atoms["c"]
+    k, c = s.expression("k"), s.expression("c")
     assert symbolic.natural_frequencies() == [sympy.sqrt(k)]
     assert symbolic.damping_ratios() == [c / (2 * sympy.sqrt(k))]
     product = sympy.prod(z - sympy.Symbol("s") for z in symbolic.eigenvalues())
@@ -424,7 +425,7 @@ def test_forced_response(forcing, damping):
     exact = fb.linearize(s, inputs="F", where={"k": 4, "c": damping}).response(
         {"x": "1/3", "x'": 1}, {"F": forcing}
     )["x"]
-    F = s.names.expression(forcing, "F")
+    F = s.expression(forcing, "F")
     c = sympy.Rational(damping)
     left = exact.diff(t, 2) + c * exact.diff(t) + 4 * exact - F
     times = np.linspace(0, 4, 9)
@@ -440,7 +441,7 @@ def test_forced_response(forcing, damping):
 
 def test_symbolic_forcing():
     s = oscillator()
-    k = s.names.atoms["k"]
+    k = s.expression("k")
     A, w = sympy.symbols("A w", positive=True)
     response = fb.linearize(s, inputs="F", where={"c": 0}).response(forcing={"F": A * sympy.cos(w * t)})
     expected = A / (k - w**2) * (sympy.cos(w * t) - sympy.cos(sympy.sqrt(k) * t))
@@ -546,7 +547,7 @@ def test_compare_linear_about_a_steady_motion():
 
     about = {"theta": math.pi / 2, "psi'": 0.5}
     s = build()
-    m, R, L, g = (p.default for p in s.parameter_list[:4])
+    m, R, L, g = (p.default for p in parameters_of(s)[:4])
     about["phi'"] = m * g * L / (m * R**2 / 2 * 0.5)  # (6.106) is exact for a level shaft
     missed = []
     for size in (1e-1, 1e-2):

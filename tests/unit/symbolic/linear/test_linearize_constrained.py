@@ -107,7 +107,7 @@ def test_slider_crank_at_its_dead_centre():
     """Stretched by a force F on the piston: x = r cos a + L cos b, so V'' = F (r + r²/L), I = (m1 + m2) r²/3."""
     s = slider_crank()
     linear = fb.linearize(s)
-    r, L, F, m_1, m_2 = (s.names.atoms[name] for name in ("r", "L", "F", "m_1", "m_2"))
+    r, L, F, m_1, m_2 = (s.expression(name) for name in ("r", "L", "F", "m_1", "m_2"))
     assert linear.coordinates == ("a",) and linear.point["x"] == L + r
     assert sympy.simplify(linear.M[0, 0] - (m_1 + m_2) * r**2 / 3) == 0
     assert sympy.simplify(linear.K[0, 0] - F * (r + r**2 / L)) == 0
@@ -116,7 +116,7 @@ def test_slider_crank_at_its_dead_centre():
 
 def test_four_bar():
     s = four_bar()
-    b, a, psi = (s.names.atoms[name] for name in ("b", "a", "psi"))
+    b, a, psi = (s.expression(name) for name in ("b", "a", "psi"))
     closed = {"d": b + 2 * a * sympy.cos(psi)}
     linear = fb.linearize(s, {"p": "-psi", "q": 0, "w": "psi - pi"}, where=closed, independent="p")
     d = 1 + 2 * math.cos(0.5)
@@ -144,8 +144,8 @@ def test_rolling_disk_upright():
     s = disk()
     W = sympy.Symbol("Omega", positive=True)
     linear = fb.linearize(s, {"roll'": W}, independent="yaw lean roll")
-    assert linear.carried == ("x", "y") and linear.point["x'"] == W * s.names.atoms["r"]
-    g, r = (s.names.atoms[name] for name in "gr")
+    assert linear.carried == ("x", "y") and linear.point["x'"] == W * s.expression("r")
+    g, r = (s.expression(name) for name in "gr")
     (w,) = linear.natural_frequencies()
     assert sympy.simplify(w**2 - (sympy.Rational(12, 5) * W**2 - 4 * g / (5 * r))) == 0
     assert linear.eigenvalues()[:6] == [0] * 6
@@ -165,7 +165,7 @@ def test_rolling_disk_upright():
 def test_rolling_disk_in_a_steady_turn():
     """Lean beta, yaw rate Y, and the roll rate that balances them; the centre runs on a circle."""
     s = disk()
-    g, r, beta, Y = (s.names.atoms[name] for name in ("g", "r", "beta", "Y"))
+    g, r, beta, Y = (s.expression(name) for name in ("g", "r", "beta", "Y"))
     S, K = sympy.sin(beta), sympy.cos(beta)
     roll = -2 * g * S / (3 * r * Y * K) - 5 * Y * S / 6
     linear = fb.linearize(s, {"lean": beta, "yaw'": Y, "roll'": roll}, independent="yaw lean roll")
@@ -178,9 +178,9 @@ def test_rolling_disk_in_a_steady_turn():
 def test_bicycle_in_symbols():
     """Whipple's bicycle with its lengths, gravity, speed and the rider's mass as symbols, against numbers."""
     s = bicycle()
-    v = s.names.atoms["v"]
+    v = s.expression("v")
     linear = fb.linearize(s, {"air_vx": v}, independent=LEAN_AND_STEER)
-    assert linear.point["rear'"] == -v / s.names.atoms["r_R"]
+    assert linear.point["rear'"] == -v / s.expression("r_R")
     for speed in (0.0, 5.0):
         numbers = {"v": speed, "lam": 0.3, "w": 1.1}
         about = {"air_vx": speed, "rear'": -speed / 0.3}

@@ -7,6 +7,7 @@ import pytest
 import sympy
 
 import freebody as fb
+from freebody.describe.description import names_of
 from freebody.errors import ModelError
 from freebody.testing import random_inertia
 
@@ -76,7 +77,7 @@ def test_reactions_in_symbols_and_along_a_motion():
     assert found.names == ("A", "B") and found.axial == 0 and found.torque == 0
     start = {"theta": 0.3, "theta'": 7.0}
     motion = fb.simulate(s, 0.2, initial=start, tolerance=TOLERANCE)
-    atoms = s.names.atoms
+    atoms = names_of(s).atoms
     acceleration = fb.equations(s).speeds[0].diff()
     here = {acceleration: fb.equations(s).solve("theta''")["theta''"]}
     here = {acceleration: here[acceleration]}
@@ -96,7 +97,7 @@ def test_any_speed():
     s = unbalanced()
     found = fb.bearing_reactions(s, "axle", at={"A": "L/2", "B": "-L/2"})
     x = found.under("3*t^2")["A"]
-    t, m, e, L, z, R, beta = (s.names.atoms[n] for n in ("t", "m", "e", "L", "z", "R", "beta"))
+    t, m, e, L, z, R, beta = (s.expression(n) for n in ("t", "m", "e", "L", "z", "R", "beta"))
     theta = 3 * t**2
     expected = -m * e * (sympy.Rational(1, 2) + z / L) * (36 * t**2 * sympy.cos(theta) + 6 * sympy.sin(theta))
     tilt = m * R**2 * sympy.sin(beta) * sympy.cos(beta) / (4 * L)

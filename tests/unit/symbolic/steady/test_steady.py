@@ -595,7 +595,7 @@ def test_biquadratic_steady_motion():
     s.hinge("shaft", s.ground, arm, axis="z", coordinate="psi")
     s.slider("along", arm, bead, at=(b, 0, 0), axis="x", coordinate="x")
     s.generalized_force("x", "-k*b + c*psi'^4")
-    at = {m: 2, k: 30, b: 0.5, c: 0.1, s.names.atoms["x"]: 0}
+    at = {m: 2, k: 30, b: 0.5, c: 0.1, s.expression("x"): 0}
     found = [motion.solution["psi'"].subs(at) for motion in fb.steady_motions(s, solve_for="psi'")]
     assert len(found) == 4
     square = (-2 * 0.5 + math.sqrt((2 * 0.5) ** 2 + 4 * 0.1 * 30 * 0.5)) / 0.2

@@ -1,50 +1,34 @@
-"""Shapes fixed in a body that other bodies touch: the methods of Body that make them.
-
-The file is longer than others: each shape comes with its description.
-"""
+"""Methods of Body that make the shapes by which bodies touch each other."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import sympy
 
 from ..errors import ExpressionError, ModelError, shown
-from ..scalar.algebra import add, apply, cross, dot, subtract
+from ..scalar.algebra import Expression, Scalar, Vector, add, apply, cross, dot, subtract
 from ..scalar.expression import exact
 from ..scalar.parser import parse
-from . import body as _body
 from .axes import UNIT, direction
-from .contacts.contact import (
-    Ball,
-    Circle,
-    Components,
-    Corners,
-    Cylinder,
-    Ellipsoid,
-    Heightline,
-    Plane,
-    Segment,
-)
-
-if TYPE_CHECKING:
-    from .body import Body
-    from .system import System
+from .constants import constant, default_value, is_number
+from .contact_shapes import Ball, Circle, Corners, Cylinder, Ellipsoid, Heightline, Plane, Segment
+from .description import names_of, positive_in, take_as_positive, varying, vector
+from .frame import Frame, Point, place_in
 
 
-def sphere(body: Body, radius: Any, *, at: Any = None, inside: bool = False) -> Ball:
-    """Sphere fixed in the body, to touch with; ``inside=True`` for a bowl, whose body is around it.
+def sphere(body: Frame, radius: Expression, *, at: Any = None, inside: bool = False) -> Ball:
+    """Return a sphere fixed in the body, for contacts; ``inside=True`` for a bowl, whose body is around the sphere.
 
     Parameters
     ----------
     radius : expression of parameters [m]
     at : Point of the body or three components, optional
-        Its centre; the body's origin if not given.
+        Its centre; by default the body's origin.
     inside : bool
-        Whether other bodies touch it from within.
+        True if other bodies touch it from within.
 
     Examples
     --------
@@ -54,19 +38,19 @@ def sphere(body: Body, radius: Any, *, at: Any = None, inside: bool = False) -> 
     >>> air = s.free("air", s.ground, ball)
     >>> bowl = s.contact("bowl", ball.sphere(0.1), s.ground.sphere(1, at=(0, 1, 0), inside=True), friction=0.3)
     """
-    what = f"the sphere of {named(body)}"
-    return Ball(body, _place(body, at, what), _length(body, radius, what), _flag(inside, what))
+    what = f"the sphere of {body!r}"
+    return Ball(body, place_in(body, at, what), _length(body, radius, what), _flag(inside, what))
 
 
-def ellipsoid(body: Body, half_axes: Any, *, at: Any = None) -> Ellipsoid:
-    """Ellipsoid fixed in the body, its axes along those of the body, to touch planes with: a wobblestone, an egg.
+def ellipsoid(body: Frame, half_axes: Any, *, at: Any = None) -> Ellipsoid:
+    """Return an ellipsoid along the axes of the body, for contacts with planes: a wobblestone, an egg.
 
     Parameters
     ----------
     half_axes : three expressions of parameters [m]
         Along x, y and z.
     at : Point of the body or three components, optional
-        Its centre; the body's origin if not given.
+        Its centre; by default the body's origin.
 
     Examples
     --------
@@ -76,27 +60,29 @@ def ellipsoid(body: Body, half_axes: Any, *, at: Any = None) -> Ellipsoid:
     >>> air = s.free("air", s.ground, egg)
     >>> table = s.contact("table", egg.ellipsoid((0.02, 0.02, 0.03)), s.ground.plane(normal="z"), friction=0.3)
     """
-    what = f"the ellipsoid of {named(body)}"
+    what = f"the ellipsoid of {body!r}"
     if isinstance(half_axes, str) or not isinstance(half_axes, Sequence) or len(half_axes) != 3:
         raise ModelError(f"Expected three half axes (a, b, c) for {what}, got {shown(half_axes)}.")
     a, b, c = (_length(body, axis, what) for axis in half_axes)
-    return Ellipsoid(body, _place(body, at, what), (a, b, c))
+    return Ellipsoid(body, place_in(body, at, what), (a, b, c))
 
 
-def circle(body: Body, radius: Any, *, at: Any = None, axis: Any = "z", inside: bool = False) -> Circle:
-    """Circle fixed in the body at right angles to ``axis``: a disk's edge.
+def circle(
+    body: Frame, radius: Expression, *, at: Any = None, axis: Any = "z", inside: bool = False
+) -> Circle:
+    """Return a circle fixed in the body at right angles to ``axis``: a disk's edge.
 
-    A plane it touches with its lowest point, tilted or not; points and round shapes touch it as the wall of a
+    It touches a plane with its lowest point, tilted or not. Points and round shapes touch it like the wall of a
     cylinder along ``axis``, which in planar machines is the same.
 
     Parameters
     ----------
     radius : expression of parameters [m]
     at : Point of the body or three components, optional
-        Its centre; the body's origin if not given.
+        Its centre; by default the body's origin.
     axis : "x", "y", "z" or three components
     inside : bool
-        Whether other bodies touch it from within: a ring, a round hole.
+        True if other bodies touch it from within: a ring, a round hole.
 
     Examples
     --------
@@ -106,22 +92,24 @@ def circle(body: Body, radius: Any, *, at: Any = None, axis: Any = "z", inside: 
     >>> air = s.free("air", s.ground, coin)
     >>> table = s.contact("table", coin.circle(0.012), s.ground.plane(normal="z"), friction=0.2)
     """
-    what = f"the circle of {named(body)}"
+    what = f"the circle of {body!r}"
     n = _unit(body, axis, f"the axis of {what}")
-    return Circle(body, _place(body, at, what), n, _length(body, radius, what), _flag(inside, what))
+    return Circle(body, place_in(body, at, what), n, _length(body, radius, what), _flag(inside, what))
 
 
-def cylinder(body: Body, radius: Any, *, at: Any = None, axis: Any = "z", inside: bool = False) -> Cylinder:
-    """Wall of a circular cylinder without end, fixed in the body.
+def cylinder(
+    body: Frame, radius: Expression, *, at: Any = None, axis: Any = "z", inside: bool = False
+) -> Cylinder:
+    """Return the wall of an infinite circular cylinder fixed in the body.
 
     Parameters
     ----------
     radius : expression of parameters [m]
     at : Point of the body or three components, optional
-        A point of its axis; the body's origin if not given.
+        A point of its axis; by default the body's origin.
     axis : "x", "y", "z" or three components
     inside : bool
-        Whether other bodies touch it from within: a pipe.
+        True if other bodies touch it from within: a pipe.
 
     Examples
     --------
@@ -131,20 +119,20 @@ def cylinder(body: Body, radius: Any, *, at: Any = None, axis: Any = "z", inside
     >>> air = s.free("air", s.ground, ball)
     >>> log = s.contact("log", ball.sphere(0.1), s.ground.cylinder(0.5, axis="x"), friction=0.3)
     """
-    what = f"the cylinder of {named(body)}"
+    what = f"the cylinder of {body!r}"
     n = _unit(body, axis, f"the axis of {what}")
-    return Cylinder(body, _place(body, at, what), n, _length(body, radius, what), _flag(inside, what))
+    return Cylinder(body, place_in(body, at, what), n, _length(body, radius, what), _flag(inside, what))
 
 
-def plane(body: Body, *, at: Any = None, normal: Any = "y") -> Plane:
-    """Plane fixed in the body, without end: a floor, a wall, a table.
+def plane(body: Frame, *, at: Any = None, normal: Any = "y") -> Plane:
+    """Return an infinite plane fixed in the body: a floor, a wall, a table.
 
     Parameters
     ----------
     at : Point of the body or three components, optional
-        A point of it; the body's origin if not given.
+        A point of the plane; by default the body's origin.
     normal : "y", "-x", … or three components
-        Out of the body, to the side of what touches it.
+        Direction out of the body, to the side of the bodies that touch it.
 
     Examples
     --------
@@ -154,20 +142,20 @@ def plane(body: Body, *, at: Any = None, normal: Any = "y") -> Plane:
     >>> s.ground.plane(normal=("sin(beta)", "cos(beta)", 0)).normal
     (sin(beta), cos(beta), 0)
     """
-    what = f"the plane of {named(body)}"
+    what = f"the plane of {body!r}"
     n = _unit(body, normal, f"the normal of {what}")
     first, second = _across(n)
-    return Plane(body, _place(body, at, what), n, first, second)
+    return Plane(body, place_in(body, at, what), n, first, second)
 
 
-def segment(body: Body, start: Any, end: Any, *, normal: Any) -> Segment:
-    """Straight side of the body from ``start`` to ``end``: the side of a bar, the top of a ledge.
+def segment(body: Frame, start: Any, end: Any, *, normal: Any) -> Segment:
+    """Return a straight side of the body from ``start`` to ``end``: the side of a bar, the top of a ledge.
 
     Parameters
     ----------
     start, end : Points of the body or three components each
     normal : "y", "-x", … or three components
-        Out of the body, at right angles to the side.
+        Direction out of the body, at right angles to the side.
 
     Examples
     --------
@@ -178,34 +166,34 @@ def segment(body: Body, start: Any, end: Any, *, normal: Any) -> Segment:
     >>> side = bar.segment((-0.6, 0, 0), (0.6, 0, 0), normal="-y")
     >>> ledge = s.contact("ledge", side, s.ground.point(0, 0, 0), friction=0.4)
     """
-    what = f"the segment of {named(body)}"
-    a, b = _place(body, start, what), _place(body, end, what)
+    what = f"the segment of {body!r}"
+    a, b = place_in(body, start, what), place_in(body, end, what)
     n = _unit(body, normal, f"the normal of {what}")
     d = tuple(sympy.sympify(x) for x in subtract(b, a))
     if sympy.simplify(dot(d, n)) != 0:
         raise ModelError(
-            f"The normal of {what} must be at right angles to the side from {written(a)} to {written(b)}, got "
+            f"The normal of {what} must be at right angles to the side from {_text(a)} to {_text(b)}, got "
             f"{shown(normal)}."
         )
     if all(x == 0 for x in d):
-        raise ModelError(f"Start and end of {what} are one point, {written(a)}.")
+        raise ModelError(f"Start and end of {what} are one point, {_text(a)}.")
     length = _root(body, sympy.Add(*(x**2 for x in d)))
     e = tuple(exact(x / length) for x in d)
     return Segment(body, a, b, e, n, exact(length))
 
 
-def corners(body: Body, *points: Any, size: Any = None, at: Any = None) -> Corners:
-    """Corners of a convex body: each touches for itself.
+def corners(body: Frame, *points: Any, size: Any = None, at: Any = None) -> Corners:
+    """Return the corners of a convex body, each of which touches by itself.
 
-    Without points and size they are the vertices of the mesh that the body is made of, those in one place once.
+    Without points and size they are the vertices of the body's mesh; vertices in one place count once.
 
     Parameters
     ----------
     *points : Points of the body, three components each, or one array of shape (n, 3)
     size : two or three expressions of parameters [m], in place of points
-        Edges of a box along the body's axes: four corners in the plane of x and y, or eight.
+        Edges of a box along the body's axes: two give four corners in the plane of x and y, three give eight.
     at : Point of the body or three components, optional
-        The middle of that box; the body's origin if not given.
+        The middle of that box; by default the body's origin.
 
     Examples
     --------
@@ -219,7 +207,7 @@ def corners(body: Body, *points: Any, size: Any = None, at: Any = None) -> Corne
     >>> len(stone.corners().points)
     4
     """
-    what = f"the corners of {named(body)}"
+    what = f"the corners of {body!r}"
     if size is not None and points:
         raise ModelError(f"Expected either points or size=(a, b) for {what}, got both.")
     if size is None and not points:
@@ -228,28 +216,28 @@ def corners(body: Body, *points: Any, size: Any = None, at: Any = None) -> Corne
         if isinstance(size, str) or not hasattr(size, "__len__") or len(size) not in (2, 3):
             raise ModelError(f"Expected two or three edges, size=(a, b, c), for {what}, got {shown(size)}.")
         edges = [sympy.sympify(_length(body, edge, what)) / 2 for edge in size]
-        middle = _place(body, at, what)
+        middle = place_in(body, at, what)
         # counter-clockwise from the lower left, the lower four (smaller z) first
         around = ((-1, -1), (1, -1), (1, 1), (-1, 1))
         depths = (-1, 1) if len(edges) == 3 else (0,)
         edges = [*edges, 0][:3]
-        found = [
-            _body.Point(body, _sum(middle, (i * edges[0], j * edges[1], k * edges[2])))
+        vertices = [
+            Point(body, _sum(middle, (i * edges[0], j * edges[1], k * edges[2])))
             for k in depths
             for i, j in around
         ]
-        return Corners(body, tuple(found))
+        return Corners(body, tuple(vertices))
     if at is not None:
         raise ModelError(f"at= moves a box of given size; {what} are given as points.")
     if len(points) == 1 and isinstance(points[0], Sequence | np.ndarray):
         rows = points[0].tolist() if hasattr(points[0], "tolist") else points[0]
         if hasattr(rows, "__len__") and len(rows) > 0 and hasattr(rows[0], "__len__"):
             points = tuple(rows)
-    return Corners(body, tuple(_body.Point(body, _place(body, point, what)) for point in points))
+    return Corners(body, tuple(Point(body, place_in(body, point, what)) for point in points))
 
 
-def _vertices(body: Body, what: str) -> tuple[Any, ...]:
-    """Vertices of the mesh that a body is made of, in body axes."""
+def _vertices(body: Frame, what: str) -> tuple[Any, ...]:
+    """Return the vertices of the mesh that a body is made of, in body axes."""
     shape = None if body.mass_properties is None else body.mass_properties.shape
     if shape is None or shape.kind != "mesh":
         raise ModelError(
@@ -261,15 +249,15 @@ def _vertices(body: Body, what: str) -> tuple[Any, ...]:
     )
 
 
-def heightline(body: Body, height: Any, *, at: Any = None) -> Heightline:
-    """Line y = f(x) in the axes of the body, which lies below it: a hill, a valley, a cam's face.
+def heightline(body: Frame, height: Expression, *, at: Any = None) -> Heightline:
+    """Return a line y = f(x) in the axes of the body, which lies below it: a hill, a valley, a cam's face.
 
     Parameters
     ----------
     height : text or SymPy expression of ``x`` and parameters [m]
-        Smooth where it is touched: its first derivative must exist.
+        Its first derivative must exist wherever it is touched.
     at : Point of the body or three components, optional
-        Where x = 0, y = 0 is; the body's origin if not given.
+        The point x = 0, y = 0; by default the body's origin.
 
     Raises
     ------
@@ -284,8 +272,8 @@ def heightline(body: Body, height: Any, *, at: Any = None) -> Heightline:
     >>> s.ground.heightline("h*cos(pi*x/l)").slope
     -pi*h*sin(pi*x/l)/l
     """
-    what = f"the heightline of {named(body)}"
-    names = body.system.names
+    what = f"the heightline of {body!r}"
+    names = names_of(body.system)
     x = sympy.Symbol("x", real=True)
     if isinstance(height, str):
         try:
@@ -301,90 +289,49 @@ def heightline(body: Body, height: Any, *, at: Any = None) -> Heightline:
         free = {symbol: x for symbol in expression.free_symbols if symbol.name == "x"}
         expression = expression.xreplace(free)
         names.expression(expression.xreplace({x: sympy.Integer(1)}), what)
-    moving = names.depends(expression, "coordinate", "speed", "time")
+    moving = varying(body.system, expression)
     if moving:
         raise ModelError(
-            f"{what[0].upper()}{what[1:]} is fixed in its body and can not depend on {', '.join(moving)}. Write it as "
+            f"{what[0].upper()}{what[1:]} is fixed in its body and cannot depend on {', '.join(moving)}. Write it as "
             f"a function of x and parameters."
         )
     if not expression.has(x):
         raise ModelError(f"{what[0].upper()}{what[1:]} does not depend on x. A level line is body.plane().")
-    return Heightline(body, _place(body, at, what), x, exact(expression), exact(expression.diff(x)))
+    return Heightline(body, place_in(body, at, what), x, exact(expression), exact(expression.diff(x)))
 
 
 # --- helpers -----------------------------------------------------------------------------------
 
 
-def named(body: Body) -> str:
-    return "the ground" if body.is_ground else f"body '{body.name}'"
-
-
-def constant(system: System, value: Any, what: str) -> Any:
-    expression = system.expression(value, what)
-    moving = system.names.depends(expression, "coordinate", "speed", "time")
-    if moving:
-        raise ModelError(
-            f"{what[0].upper()}{what[1:]} can not depend on {', '.join(moving)}. Use numbers and parameters."
-        )
-    return expression
-
-
-def is_number(value: Any) -> bool:
-    return isinstance(value, int | float | Fraction) or bool(getattr(value, "is_number", False))
-
-
-def number(system: System, expression: Any) -> float | None:
-    """The value of a constant, with the defaults of the parameters in it; None where one has none."""
-    if is_number(expression):
-        return float(expression)
-    defaults = {p.symbol: p.default for p in system.parameter_list}
-    if any(defaults.get(symbol) is None for symbol in expression.free_symbols):
-        return None
-    return float(expression.subs({symbol: defaults[symbol] for symbol in expression.free_symbols}))
-
-
-def written(components: Components) -> str:
+def _text(components: Vector) -> str:
     return f"({', '.join(map(str, components))})"
 
 
-def _place(body: Body, at: Any, what: str) -> Components:
-    """Components of a point of the body."""
-    if at is None:
-        return (0, 0, 0)
-    if isinstance(at, _body.Body):
-        at = at.origin
-    if isinstance(at, _body.Point):
-        if at.body is not body:
-            raise ModelError(f"Expected a point of {named(body)} for {what}, got a {at!r}.")
-        return at.components
-    return body.point(*body.system.vector(at, what)).components
-
-
-def _sum(a: Sequence[Any], b: Sequence[Any]) -> Components:
+def _sum(a: Sequence[Any], b: Sequence[Any]) -> Vector:
     x, y, z = (exact(sympy.sympify(p) + q) for p, q in zip(a, b, strict=True))
     return (x, y, z)
 
 
-def _unit(body: Body, normal: Any, what: str) -> Components:
-    """A unit vector; (-sin b, cos b, 0) is one without a square root."""
+def _unit(body: Frame, normal: Any, what: str) -> Vector:
+    """Return the unit vector along a direction; (-sin b, cos b, 0) is taken as it is, without a square root."""
     if not isinstance(normal, str):
-        given = body.system.vector(normal, what)
-        square = sympy.Add(*(sympy.sympify(c) ** 2 for c in given))
+        components = vector(body.system, normal, what)
+        square = sympy.Add(*(sympy.sympify(c) ** 2 for c in components))
         if square.free_symbols and sympy.simplify(square) == 1:
-            direction(body.system, normal, what)  # its refusals
-            return given
+            direction(body.system, normal, what)  # checks the components
+            return components
     return direction(body.system, normal, what)
 
 
-def _root(body: Body, square: Any) -> Any:
-    """Square root, in which dimensions known to be positive are their own absolute values."""
-    known = {s: sympy.Dummy(str(s), positive=True) for s in square.free_symbols & body.system.positive}
-    root = sympy.sqrt(sympy.factor(square.xreplace(known)))
-    return root.xreplace({dummy: symbol for symbol, dummy in known.items()})
+def _root(body: Frame, square: Any) -> Any:
+    """Return the square root, simplified by the dimensions known to be positive."""
+    dummies = {s: sympy.Dummy(str(s), positive=True) for s in square.free_symbols & positive_in(body.system)}
+    root = sympy.sqrt(sympy.factor(square.xreplace(dummies)))
+    return root.xreplace({dummy: symbol for symbol, dummy in dummies.items()})
 
 
-def _across(n: Components) -> tuple[Components, Components]:
-    """Two unit vectors that make a right-handed set with a unit vector; axes where that is possible."""
+def _across(n: Vector) -> tuple[Vector, Vector]:
+    """Return two unit vectors that complete a right-handed set with ``n``; coordinate axes if possible."""
     units = list(UNIT.values())
     for k in range(3):
         if n[k] in (1, -1):
@@ -402,14 +349,14 @@ def _across(n: Components) -> tuple[Components, Components]:
     return (a, b, c), (x, y, z)
 
 
-def _length(body: Body, value: Any, what: str) -> Any:
-    """A length of more than zero; parameters in it are known positive by that use."""
-    expression = constant(body.system, value, f"the size of {what}")
-    value_now = number(body.system, expression)
-    if value_now is not None and value_now <= 0:
-        raise ModelError(f"Expected a size of more than 0 for {what}, got {value_now:g}.")
+def _length(body: Frame, size: Expression, what: str) -> Scalar:
+    """Return a length greater than zero; a parameter as length becomes known to be positive."""
+    expression = constant(body.system, size, f"the size of {what}")
+    value = default_value(body.system, expression)
+    if value is not None and value <= 0:
+        raise ModelError(f"Expected a size of more than 0 for {what}, got {value:g}.")
     if isinstance(expression, sympy.Symbol):
-        body.system.take_as_positive(expression)
+        take_as_positive(body.system, expression)
     return expression
 
 

@@ -1,4 +1,4 @@
-"""How parts of a description show themselves: by the names that the user gave."""
+"""Text by which the parts of a description appear: their kind and the user's name."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 class Named:
-    """What has a name, and shows itself as its kind and that name."""
+    """A part with a name; its text is its kind and that name."""
 
     name: Any
 
@@ -16,7 +16,7 @@ class Named:
 
 
 class OfBody:
-    """What is fixed in a body, and shows itself as its kind and that body."""
+    """A part that is fixed in a body; its text is its kind and that body."""
 
     body: Any
     kind: str
