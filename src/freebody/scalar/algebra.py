@@ -14,6 +14,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, TypeAlias
 
+from ..errors import ExpressionError
+
 Scalar: TypeAlias = Any
 """A number of any field: a float, a canonical polynomial, a node of a recorded program, an int or a Fraction."""
 Expression: TypeAlias = Any
@@ -94,6 +96,27 @@ def divide(a: Any, b: Any) -> Any:
     if isinstance(b, int):
         b = Fraction(b)
     return a / b
+
+
+def exact_constant(value: Expression) -> int | Fraction | None:
+    """Exact value of an int, Fraction, float, NumPy number or SymPy number; None for anything else.
+
+    A float stands for the decimal it prints as: 0.1 is 1/10.
+    """
+    if isinstance(value, int):
+        return value
+    if isinstance(value, Fraction):
+        return value.numerator if value.denominator == 1 else value
+    if isinstance(value, float) or type(value).__module__ == "numpy":
+        value = float(value)
+        if not math.isfinite(value):
+            raise ExpressionError(f"Expected a finite number, got {value!r}.")
+        return exact_constant(Fraction(repr(value)))
+    if getattr(value, "is_Rational", False):
+        return exact_constant(Fraction(int(value.p), int(value.q)))
+    if getattr(value, "is_Float", False):
+        return exact_constant(Fraction(str(value)))
+    return None
 
 
 def dot(a: Sequence[Any], b: Sequence[Any]) -> Any:

@@ -10,6 +10,7 @@ from typing import Any
 from flint.utils.flint_exceptions import IncompatibleContextError
 
 from ..errors import ExpressionError
+from .algebra import exact_constant
 from .budget import FREE
 
 _new = object.__new__
@@ -282,6 +283,45 @@ def element(ring: Any, num: Any, den: int, mask: int) -> Any:
     return result
 
 
+def is_zero(x: Any) -> bool:
+    """True if an element, a number or anything that compares with 0 is zero.
+
+    The answer is exact even where the form of an element is not canonical. The ring has no zero divisors, so that
+    x = 0 if and only if x P^n = 0. Written in powers of the inverse i of P,
+
+        x = Σ a_k i^k      =>      x P^n = Σ a_k P^(n-k),
+
+    which holds no inverse of P. When all inverses are cleared, the remaining element has one form.
+    """
+    if type(x) is not Polynomial or not x.ring.relations.unfinished:
+        return bool(x == 0)
+    return bool(x == 0 or cleared(x) == 0)
+
+
+def cleared(x: Any) -> Any:
+    """x times powers of the reciprocals of its inverse generators, newest first, so that no inverse remains."""
+    ring = x.ring
+    while type(x) is Polynomial:
+        g = next((g for g in reversed(ring.used(x)) if g.kind == "inverse"), None)
+        if g is None:
+            break
+        terms = ring.terms(ring.promoted(x.num))
+        n = max(dict(monomial).get(g.index, 0) for monomial, _ in terms)
+        place = ring.capacity - 1 - g.index
+        rest, total = ring.promoted(x.num), 0
+        for k in range(n + 1):  # the coefficient of i^k, by derivatives at i = 0
+            a = rest.subs({f"g{g.index}": 0})
+            total = total + _reduced(ring, a, x.den) * g.arguments[0] ** (n - k)
+            rest = (rest.derivative(place) if k < n else rest) // (k + 1)
+        x = total
+    return x
+
+
+def _reduced(ring: Any, num: Any, den: int) -> Any:
+    x = element(ring, num, den, ring.support(num))
+    return ring.reduced(x) if type(x) is Polynomial else x
+
+
 def _constant(num: Any, den: int) -> int | Fraction:
     """A constant fmpz_mpoly over ``den``."""
     return _number(int(num.coefficient(0)), den) if num else 0
@@ -324,12 +364,10 @@ def _plain(value: Any) -> Any:
     """int or Fraction; a float is the decimal it prints as; NotImplemented for no number."""
     if isinstance(value, (int, Fraction)) and not isinstance(value, bool):
         return value
-    from .expression import exact
-
     if isinstance(value, float) or type(value).__module__ == "numpy" or getattr(value, "is_Number", False):
-        value = exact(value)
-        if isinstance(value, (int, Fraction)):
-            return value
+        number = exact_constant(value)
+        if number is not None:
+            return number
     return NotImplemented
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import sympy
 
 from ..errors import ExpressionError
-from .algebra import Field
+from .algebra import Field, exact_constant
 from .element import Polynomial
 
 # SymPy's class -> our name of the function
@@ -34,23 +34,13 @@ def exact(value: Any) -> Any:
     """
     if isinstance(value, bool):
         raise ExpressionError(f"Expected a number or an expression, got {value!r}.")
-    if isinstance(value, int):
-        return value
-    if isinstance(value, Fraction):
-        return value.numerator if value.denominator == 1 else value
-    if isinstance(value, float) or type(value).__module__ == "numpy":
-        value = float(value)
-        if value != value or value in (float("inf"), float("-inf")):
-            raise ExpressionError(f"Expected a finite number, got {value!r}.")
-        return exact(Fraction(repr(value)))
-    expression = sympy.sympify(
-        value, strict=not isinstance(value, str)
-    )  # else what has entries is iterated over
-    if expression.is_Rational:
-        return exact(Fraction(int(expression.p), int(expression.q)))
-    if expression.is_Float:
-        return exact(Fraction(str(expression)))
-    return expression
+    number = exact_constant(value)
+    if number is not None:
+        return number
+    # strict: SymPy would iterate over a sequence
+    expression = sympy.sympify(value, strict=not isinstance(value, str))
+    number = exact_constant(expression)
+    return expression if number is None else number
 
 
 def evaluate(

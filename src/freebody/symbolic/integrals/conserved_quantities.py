@@ -21,8 +21,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ...errors import ModelError, nearest
+from ...scalar.element import is_zero
 from ...scalar.substitute import Substitution, arrays
-from ...scalar.zero import is_zero
 from ..free_body.along_motion import numbers, random_numbers, rate_of, residuals_of
 from ..printing.display import latex, text
 from ..printing.show import EQUALS, aligned, elements, inner, latex_of, latex_words, mathml_of, words
