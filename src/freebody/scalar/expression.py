@@ -1,4 +1,4 @@
-"""SymPy at the edge: an expression of the user becomes a scalar of any field."""
+"""Conversion from SymPy: an expression of the user becomes a scalar of any field."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from typing import Any
 import sympy
 
 from ..errors import ExpressionError
-from .algebra import Field, exact_constant
+from .algebra import Expression, Field, Scalar, exact_constant
 from .element import Polynomial
 
-# SymPy's class -> our name of the function
+# SymPy's class -> name of the function in `algebra.FUNCTIONS`
 _NAMES: dict[Any, str] = {
     sympy.sin: "sin", sympy.cos: "cos", sympy.tan: "tan",
     sympy.asin: "asin", sympy.acos: "acos", sympy.atan: "atan", sympy.atan2: "atan2",
@@ -24,7 +24,7 @@ _NAMES: dict[Any, str] = {
 }  # fmt: skip
 
 
-def exact(value: Any) -> Any:
+def exact(value: Expression) -> Any:
     """A number as an exact constant, anything else as a SymPy expression.
 
     A float stands for the decimal it prints as: 0.1 is 1/10.
@@ -44,21 +44,21 @@ def exact(value: Any) -> Any:
 
 
 def evaluate(
-    expression: Any,
-    lookup: Mapping[Any, Any] | Callable[[Any], Any],
+    expression: Expression,
+    lookup: Mapping[Any, Scalar] | Callable[[Any], Scalar],
     field: Field,
-    memo: dict[Any, Any] | None = None,
-) -> Any:
-    """The value of ``expression`` in ``field``.
+    memo: dict[Any, Scalar] | None = None,
+) -> Scalar:
+    """Value of ``expression`` in ``field``.
 
     Parameters
     ----------
     expression : int, Fraction, float or SymPy expression
-    lookup : mapping
+    lookup : mapping or callable
         Symbols, functions of time and their derivatives -> scalars of the field.
     field : Field
     memo : dict, optional
-        Values already known, by expression; filled on the way.
+        Values computed before, by expression; new ones are added.
     """
     if not isinstance(expression, sympy.Basic):
         if isinstance(expression, (int, Fraction)):
