@@ -196,7 +196,7 @@ def _form(ring: Any, x: Polynomial, divisor: Polynomial) -> HalfAngles | None:
 
 
 def _cleared(ring: Any, x: Polynomial) -> tuple[Any, Any]:
-    """(numerator, denominator) of x without inverse generators, without use of the relations, which hold in t anyway."""
+    """(numerator, denominator) of x without inverse generators; the relations are not used, since they hold in t."""
     num, den = ring.promoted(x.num), ring.promoted(ring.one.num)
     while True:
         inverses = [g for g in ring.of_mask(ring.support(num) | ring.support(den)) if g.kind == "inverse"]
