@@ -126,6 +126,7 @@ class Beat:
         self._parts = split(interval)
 
     def __call__(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return n and r."""
         if math.isinf(self.interval):
             return np.zeros_like(t), t
         count = np.rint(t / self.interval)
@@ -182,6 +183,7 @@ class Clock:
         self.x0 = float(start - self.quarter0 * K) if self.quarter0 else float(start)
 
     def __call__(self, t: Any) -> Phase:
+        """Return the phase at times ``t``."""
         functions = self.functions
         count, rest = self._beat(np.asarray(t, dtype=float))
         x = self.rate * rest + self.x0
@@ -234,6 +236,7 @@ class Angle:
         return whole, rest - self._start
 
     def __call__(self, phase: Phase) -> np.ndarray:
+        """Return the angle since t = 0 [rad]."""
         whole, rest = self.halves(phase)
         return whole + rest
 
