@@ -69,18 +69,18 @@ def shown(thing: Any) -> str:
     return f"{'an' if kind[0] in 'aeiouAEIOU' else 'a'} {kind}"
 
 
-def path_of(given: Any, what: str, error: type[FreebodyError]) -> Path:
+def path_of(path: Any, what: str, error: type[FreebodyError]) -> Path:
     """Return the path of a file; ``what`` names its content in the message of the error.
 
     >>> path_of("run.nc", "a trajectory", SimulationError).name
     'run.nc'
     """
-    if not isinstance(given, str | os.PathLike) or not Path(given).name:
-        raise error(f"Expected the path of a file for {what}, such as 'run.nc', got {given!r}.")
-    return Path(given)
+    if not isinstance(path, str | os.PathLike) or not Path(path).name:
+        raise error(f"Expected the path of a file for {what}, such as 'run.nc', got {path!r}.")
+    return Path(path)
 
 
-def nearest(name: str, known: Iterable[str], listed: str = "") -> str:
+def nearest(name: str, known_names: Iterable[str], command: str = "") -> str:
     """End of a message about an unknown name: the nearest known name, all known names, or the command that lists them.
 
     >>> nearest("thetta", ["theta", "x"])
@@ -90,16 +90,14 @@ def nearest(name: str, known: Iterable[str], listed: str = "") -> str:
     >>> nearest("y", ["theta", "x"], "freebody gallery")
     '`freebody gallery` lists the known names.'
     """
-    names = sorted(known)
-    close = [known_name for known_name in names if known_name.lower() == name.lower()] or get_close_matches(
-        name, names, n=1
-    )
+    names = sorted(known_names)
+    close = [x for x in names if x.lower() == name.lower()] or get_close_matches(name, names, n=1)
     if close:
         return f"did you mean '{close[0]}'?"
     if not names:
         return "no names are known yet."
-    if listed:
-        return f"`{listed}` lists the known names."
+    if command:
+        return f"`{command}` lists the known names."
     return "known names: " + ", ".join(names) + "."
 
 

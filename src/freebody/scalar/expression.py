@@ -72,12 +72,8 @@ def evaluate(
     def value(e: Any) -> Any:
         if e in memo:
             return memo[e]
-        if e.is_Integer:
-            result: Any = int(e)
-        elif e.is_Rational:
-            result = Fraction(int(e.p), int(e.q))
-        elif e.is_Float:
-            result = Fraction(str(e))
+        if e.is_Rational or e.is_Float:
+            result: Any = exact_constant(e)
         elif e is sympy.pi:
             result = field.constant("pi")
         elif e is sympy.E:

@@ -100,11 +100,9 @@ def derivative(ring: Any, g: Any, atom: Any) -> Any:
         return divide(ring, d[0], x)
     if g.name == "atan":
         return divide(ring, d[0], 1 + x * x)
-    root = square_root(ring, ring.coerce(1 - x * x))
-    if g.name == "asin":
-        return divide(ring, d[0], root)
-    if g.name == "acos":
-        return -divide(ring, d[0], root)
+    if g.name in ("asin", "acos"):
+        rate = divide(ring, d[0], square_root(ring, ring.coerce(1 - x * x)))
+        return rate if g.name == "asin" else -rate
     raise AssertionError(g.name)
 
 

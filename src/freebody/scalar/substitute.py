@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
 from .algebra import Field, Floats, Scalar, divide
+from .arrays import Arrays
+from .arrays import arrays as arrays
 from .polynomial import Polynomial, Ring
 
 
@@ -98,28 +100,3 @@ class Substitution:
             for inner in self.ring.used(argument)
             if inner.arguments
         )
-
-
-class Arrays(Field):
-    """The field of NumPy arrays: one evaluation at many points."""
-
-    def constant(self, value: Any) -> Any:
-        """The number itself; ``"pi"`` and ``"E"`` as floats."""
-        import math
-
-        return {"pi": math.pi, "E": math.e}[value] if isinstance(value, str) else value
-
-    def apply(self, function: str, *arguments: Any) -> Any:
-        """``function`` of arrays, entry by entry."""
-        import numpy as np
-
-        names: dict[str, Callable[..., Any]] = {
-            "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "atan2": np.arctan2, "abs": np.abs,
-            "pow": lambda x, y: np.asarray(x, dtype=float) ** y, "min": np.minimum, "max": np.maximum,
-        }  # fmt: skip
-        return (names.get(function) or getattr(np, function))(
-            *(np.asarray(a, dtype=float) for a in arguments)
-        )
-
-
-arrays = Arrays()

@@ -107,14 +107,14 @@ def _known(name: str) -> str:
     return f"{near} {listed[0].upper()}{listed[1:]}" if near.startswith("did") else listed
 
 
-def quantity(text: str, wanted: str = "", what: str = "a value") -> Any:
+def quantity(text: str, target: str = "", what: str = "a value") -> Any:
     """Return the number that a text stands for, converted to a unit.
 
     Parameters
     ----------
     text : str
-        A number or an expression of numbers, followed by a unit or not; without a unit it is in ``wanted``.
-    wanted : str, optional
+        A number or an expression of numbers, followed by a unit or not; without a unit it is in ``target``.
+    target : str, optional
         Unit of the result, such as ``"rad/s"``; by default in m, kg, s and rad.
     what : str, optional
         Name of the quantity, for the messages.
@@ -127,7 +127,7 @@ def quantity(text: str, wanted: str = "", what: str = "a value") -> Any:
     Raises
     ------
     ExpressionError
-        If there is no number, if the unit is unknown or of another kind, or if there is a unit but ``wanted`` is not
+        If there is no number, if the unit is unknown or of another kind, or if there is a unit but ``target`` is not
         a known unit.
 
     Examples
@@ -143,20 +143,20 @@ def quantity(text: str, wanted: str = "", what: str = "a value") -> Any:
     if match and not re.search(r"[^eE*/^(]\s*[-+]", re.sub(r"\(.*\)", "0", match["number"])):
         source = unit(match["unit"])
         value = parse(match["number"], {})
-        if not wanted:
+        if not target:
             return value * source.size
         try:
-            target = unit(wanted)
+            target_unit = unit(target)
         except ExpressionError:
             raise ExpressionError(
-                f"Expected {what} as a plain number in {wanted}, a unit without a size here, got '{text}'."
+                f"Expected {what} as a plain number in {target}, a unit without a size here, got '{text}'."
             ) from None
-        if target.kind != source.kind:
+        if target_unit.kind != source.kind:
             turns = " A frequency of turns is written in rev/s." if "Hz" in match["unit"] else ""
             raise ExpressionError(
-                f"Expected {what} {_in(wanted)} or a unit of its kind, got '{text.strip()}'.{turns}"
+                f"Expected {what} {_in(target)} or a unit of its kind, got '{text.strip()}'.{turns}"
             )
-        return value * source.size / target.size
+        return value * source.size / target_unit.size
     words = set(re.findall(r"\b[^\W\d]\w*", text)) - {*FUNCTIONS, *CONSTANTS, "deg", "rad"}
     if words:
         raise ExpressionError(
@@ -165,5 +165,5 @@ def quantity(text: str, wanted: str = "", what: str = "a value") -> Any:
     return parse(text, {})
 
 
-def _in(wanted: str) -> str:
-    return "as a pure number" if wanted == "1" else f"in {wanted}"
+def _in(target: str) -> str:
+    return "as a pure number" if target == "1" else f"in {target}"
