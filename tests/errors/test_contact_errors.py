@@ -195,7 +195,7 @@ MODES = {
     "unknown mode": (True, {}, {"floor": "roll"}, "Unknown mode 'roll' of contact 'floor'; expected one of open, stick, slip+, slip-, slip."),
     "no sign": (True, {}, {"floor": "slip"}, "Contact 'floor' slips along one line: expected 'slip+' or 'slip-', by the sign of its slip velocity, got 'slip'."),
     "a sign in space": (False, {}, {"floor": "slip+"}, "Contact 'floor' can slip in two directions: expected 'slip', or ('slip', (d1, d2)), got 'slip+'."),
-    "smooth": (True, {"friction": 0}, {"floor": "stick"}, "Contact 'floor' has no friction and can not stick. Its mode is 'slip'."),
+    "smooth": (True, {"friction": 0}, {"floor": "stick"}, "Contact 'floor' has no friction and cannot stick. Its mode is 'slip'."),
     "components": (False, {}, {"floor": ("slip", (1,))}, "Contact 'floor' has 2 tangent directions, got 1 components of slip."),
     "no mapping": (True, {}, "stick", 'Expected modes by contact, such as {"floor": "stick"}, got \'stick\'.'),
 }  # fmt: skip

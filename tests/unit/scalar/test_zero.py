@@ -6,8 +6,8 @@ import pytest
 import sympy
 
 import freebody as fb
+from freebody.scalar.element import cleared, is_zero
 from freebody.scalar.polynomial import Ring
-from freebody.scalar.zero import cleared, is_zero
 
 t = sympy.Symbol("t")
 

@@ -22,8 +22,8 @@ from typing import Any
 
 from ...errors import ModelError, nearest
 from ...scalar.algebra import Expression, Scalar
+from ...scalar.element import is_zero
 from ...scalar.substitute import Substitution, arrays
-from ...scalar.zero import is_zero
 from ..derivation.along_motion import numbers, random_numbers, rate_of, residuals_of
 from ..derivation.derivation import Derivation
 from ..printing.display import latex, text

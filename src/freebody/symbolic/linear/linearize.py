@@ -30,9 +30,9 @@ from ...model.values import check_assumption
 from ...scalar.algebra import Field, floats
 from ...scalar.arrays import arrays, column
 from ...scalar.dual import DualField, slope_of, value_of
+from ...scalar.element import is_zero
 from ...scalar.expression import evaluate
 from ...scalar.polynomial import Ring
-from ...scalar.zero import is_zero
 from ..printing.display import text
 from .linear_model import LinearModel
 from .operating_point import (
