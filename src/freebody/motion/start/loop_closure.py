@@ -54,7 +54,7 @@ def closed_start(
                 held[j] = 1
             if i >= n_q:
                 fixed[i - n_q] = 1
-    search = kernels.at_hand.pop("closing", None) or _Search(kernels)
+    search = kernels.cache.pop("closing", None) or _Search(kernels)
     largest = max(map(abs, start[:n_q]), default=0.0)
     search.given.pack_into(
         search.memory, 0, layout.MET, 0, 0, STEPS, *search.on_speeds, *held, *fixed, *model.quaternions,
@@ -64,7 +64,7 @@ def closed_start(
     status, worst, heavy, *_ = search.integers.tolist()
     active, state = search.active(), search.state.copy()
     missed = float(search.numbers[layout.MISSED])
-    kernels.at_hand["closing"] = search
+    kernels.cache["closing"] = search
     if status in (layout.NOWHERE, layout.FAR):
         q = state[:n_q].tolist()
         error = no_direction(model, q) if status == layout.NOWHERE else not_met(model, q, t, values, STEPS)[1]
