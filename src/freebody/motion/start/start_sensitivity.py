@@ -256,6 +256,6 @@ class _Search:
             if not np.abs(row).max(initial=0.0) <= 1e-7 * (1 + np.abs(slope).max(initial=0.0)):
                 raise SimulationError(
                     f"The start cannot follow a change of '{unknown.name}': the constraints of '{self.model.name}' "
-                    f"hold what is named in initial ({', '.join(map(str, initial)) or 'nothing'}). Name less, so that the "
-                    "rest can follow, or use near=."
+                    f"hold what is named in initial ({', '.join(map(str, initial)) or 'nothing'}). Name less, so that "
+                    "the rest can follow, or use near=."
                 )
