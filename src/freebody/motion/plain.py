@@ -133,7 +133,7 @@ def scaled(
     """Absolute tolerances: that of the work in parts of the energy at the start."""
     loops.use(first_method(kernels, method, tolerances))  # which observes too: no other has to be compiled
     energies = kernels.motion().address("energy")
-    first = loops.observed(energies, 2, begin, y, rates.told[-1])
+    first = loops.observed(energies, 2, begin, y, rates.arguments[-1])
     energy = max(map(abs, first))
     result = tolerances.copy()
     result[-1] *= energy if energy > 0 and all(map(math.isfinite, first)) else 1.0

@@ -1,15 +1,15 @@
-"""Gauss collocation: the stages of a step found by iteration, and the polynomial through them.
+"""Gauss collocation: the stages of a step, found by iteration, and the polynomial through them.
 
     Y_i = y + h Σ_j A_ij f(t + c_j h, Y_j),    y(t + h) = y + h Σ_j b_j f(t + c_j h, Y_j),    i = 1 ... S
 
-c are the zeros of the Legendre polynomial of degree S: order 2S, symmetric, symplectic, and every quadratic invariant
-is kept. On the step the rates are the polynomial
+c are the zeros of the Legendre polynomial of degree S. The method has order 2S, is symmetric and symplectic, and
+conserves every quadratic invariant. Within the step the rates are the polynomial
 
     f(x) = Σ_k a_k P_k(2x - 1),   a_k = (2k + 1) Σ_j b_j P_k(2c_j - 1) f_j
 
 whose continuation predicts the stages of the next step. The stages are iterated one after the other, each with the
-newest rates of the others, until the change is below what is asked for, or is round-off. What the sum y + h a_0 loses
-is kept and added to the next one (compensated summation), so that the round-off of many steps does not add up.
+latest rates of the others, until the change is below the goal or is round-off. The rounding error of the sum y + h a_0
+is kept and added to the next sum (compensated summation), so that the round-off of many steps does not accumulate.
 
 Source: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration (2006), sections II.1.3, IV.2, VIII.6.
 """
@@ -26,7 +26,7 @@ from ...native.instructions import Compiled, Integers, Parts, Reals, call, great
 from .layout import EVALUATED
 
 # Bound by a method: number of stages and tables; the change, in units of the tolerance, at which the iteration may
-# stop; the number of turns after which it has failed; and the change, in parts of the state, that may be round-off.
+# stop; the maximum number of iterations; and the change, relative to the state, that may be round-off.
 S = 0
 A: Any = np.zeros((0, 0))
 C: Any = np.zeros(0)
@@ -37,9 +37,9 @@ part = Parts()
 
 
 def tables(s: int) -> dict[str, Any]:
-    """S, A, C and T (rows a_k from the rates f_j) of ``s`` stages."""
+    """Return S, A, C and T (rows a_k from the rates f_j) of ``s`` stages."""
     x, b = legendre.leggauss(s)
-    for _ in range(2):  # numpy's zeros are good to a few units in the last place
+    for _ in range(2):  # numpy's zeros are accurate only to a few units in the last place
         x = x - legendre.legval(x, [0] * s + [1]) / legendre.legval(x, legendre.legder([0] * s + [1]))
     b = b / 2
     P = legendre.legvander(x, s)
@@ -48,29 +48,29 @@ def tables(s: int) -> dict[str, Any]:
 
 
 def bound_to(s: int, goal: float, most: int, floor: float = 1e-12) -> dict[str, Compiled]:
-    """The functions of this module for ``s`` stages."""
+    """Return the functions of this module for ``s`` stages."""
     return part.bound({**globals(), **tables(s), "GOAL": goal, "MOST": most, "FLOOR": floor})
 
 
 def integrals(x: Any, s: int) -> Any:
-    """∫_0^c P_k(2c' - 1) dc' for k < s, x = 2c - 1: (P_{k+1} - P_{k-1}) / (4k + 2), and c for k = 0."""
+    """Return ∫_0^c P_k(2c' - 1) dc' for k < s, x = 2c - 1: (P_{k+1} - P_{k-1}) / (4k + 2), and c for k = 0."""
     P = legendre.legvander(x, s)
     rows = [(np.asarray(x) + 1) / 2, *((P[..., k + 1] - P[..., k - 1]) / (4 * k + 2) for k in range(1, s))]
     return np.stack(rows, axis=-1)
 
 
 # Rows of the method's own block, each of width v: rates of the stages; coefficients of this step, of the last one, of
-# this one while parts of it are tried; an argument; new rates; what the sum lost, in the last step and in this one.
+# the saved one; an argument; new rates; rounding errors of the sum in the last step, in this one and in the saved one.
 # F = 0 ... S - 1, COEFFICIENTS = S, BEFORE = 2S, HELD = 3S, then:
 ARGUMENT_, NEW_, LOST, LOSES, HOLDS, LENGTHS = 0, 1, 2, 3, 4, 5
 ORIGIN = 3
-"""Place in row LENGTHS, after the lengths of the step before, of this one and of the held one: whether there is a step
+"""Index in row LENGTHS, after the lengths of the step before, of this one and of the saved one: 1 if there is a step
 before."""
 
 
 @part
 def forget(work: Reals, own: int, v: int, n: int, h: float) -> None:
-    """Begin without a step before: rates f, which stand in row NEW_, are the best guess."""
+    """Begin without a step before: the best guess is the rates f in row NEW_."""
     for i in range(n):
         for k in range(S):
             work[own + (2 * S + k) * v + i] = 0.0
@@ -82,7 +82,8 @@ def forget(work: Reals, own: int, v: int, n: int, h: float) -> None:
 
 @part
 def guess(work: Reals, own: int, v: int, n: int, h: float) -> None:
-    """Rates of the stages from the polynomial of the step before, or of a shorter one from the same start."""
+    """Predict the rates of the stages from the polynomial of the step before, or of a shorter one from the same
+    start."""
     ratio = h / work[own + (4 * S + LENGTHS) * v]
     origin = 1.0 if work[own + (4 * S + LENGTHS) * v + ORIGIN] != 0.0 else -1.0
     for j in range(S):
@@ -103,10 +104,11 @@ def collocate(
     rates: int, t: float, h: float, work: Reals, start: int, end: int, own: int, v: int, n: int, c: Reals,
     relative: Reals, absolute: Reals, components: int, integers: Integers,
 ) -> int:  # fmt: skip
-    """A step of length ``h`` from the state at ``work[start]`` to ``work[end]``: 0, or 1 where it does not converge.
+    """Take a step of length ``h`` from the state at ``work[start]`` to ``work[end]``; return 0, or 1 if it does not
+    converge.
 
-    The coefficients of the rates are left in the block. Tolerances are given for the first ``components``; the others
-    have that of the last.
+    The coefficients of the rates stay in the block of the method. There are tolerances for the first ``components``
+    components; the others have the tolerance of the last of these.
     """
     guess(work, own, v, n, h)
     argument, new = own + (4 * S + ARGUMENT_) * v, own + (4 * S + NEW_) * v
@@ -164,12 +166,13 @@ def step_from(
     rates: int, t: float, h: float, work: Reals, start: int, end: int, own: int, v: int, n: int, c: Reals,
     relative: Reals, absolute: Reals, components: int, integers: Integers,
 ) -> int:  # fmt: skip
-    """`collocate`; without a step before, where it fails, a shorter step predicts the stages of the next longer one."""
+    """Call `collocate`. If it fails without a step before, predict the stages by a series of shorter steps, each a
+    little longer than the last."""
     failed = collocate(rates, t, h, work, start, end, own, v, n, c, relative, absolute, components, integers)
     lengths = own + (4 * S + LENGTHS) * v
     if failed == 0 or work[lengths + ORIGIN] != 0.0:
         return failed
-    for i in range(n):  # rates at the start stand for all again
+    for i in range(n):  # begin again with the rates at the start as the guess
         for k in range(1, S):
             work[own + (2 * S + k) * v + i] = 0.0
     call(rates, t, work, start, c, work, own + 2 * S * v)
@@ -191,7 +194,7 @@ def step_from(
 
 @part
 def hold_step(work: Reals, own: int, v: int, n: int) -> None:
-    """Keep what belongs to the whole step, while parts of it are tried."""
+    """Save the results of the whole step while parts of it are tried."""
     for i in range(n):
         for k in range(S):
             work[own + (3 * S + k) * v + i] = work[own + (S + k) * v + i]
@@ -201,7 +204,7 @@ def hold_step(work: Reals, own: int, v: int, n: int) -> None:
 
 @part
 def pass_step(work: Reals, own: int, v: int, n: int) -> None:
-    """The step is taken: it is now the one before."""
+    """Make the saved step the previous step."""
     for i in range(n):
         for k in range(S):
             work[own + (2 * S + k) * v + i] = work[own + (3 * S + k) * v + i]
@@ -212,7 +215,7 @@ def pass_step(work: Reals, own: int, v: int, n: int) -> None:
 
 @part
 def along(x: float, work: Reals, start: int, own: int, v: int, n: int, target: int) -> None:
-    """The polynomial of the held step at its part ``x``: y + h Σ a_k ∫ P_k."""
+    """Evaluate the polynomial of the saved step at its fraction ``x``: y + h Σ a_k ∫ P_k."""
     h = work[own + (4 * S + LENGTHS) * v + 2]
     z = 2.0 * x - 1.0
     for i in range(n):

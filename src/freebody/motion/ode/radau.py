@@ -2,18 +2,18 @@
 
     Z_i = h Σ_j a_ij f(t + c_j h, y + Z_j),   c = (4 - √6)/10, (4 + √6)/10, 1,        y(t + h) = y + Z_3
 
-Stiffly accurate and stable for every decaying motion (L-stable): a stiff spring with a damper costs no short steps once
-its own motion has died. With A⁻¹ = T Λ T⁻¹ and W = T⁻¹ Z the simplified Newton iteration falls into one real and one
-complex system,
+It is stiffly accurate and stable for every decaying motion (L-stable): a stiff spring with a damper needs no short
+steps once its own motion has decayed. With A⁻¹ = T Λ T⁻¹ and W = T⁻¹ Z the simplified Newton iteration splits into one
+real and one complex system,
 
     (γ/h - J) ΔW_1 = ...,   ((α + iβ)/h - J) (ΔW_2 + iΔW_3) = ...
 
 whose matrices are factorized (LU with partial pivoting) when J or h changes. J = ∂f/∂y is exact: column k is the
-derivative of f along e_k, recorded from f's own trace (`others`). It is evaluated anew unless the last step converged
+derivative of f along e_k, recorded from the trace of f (`others`). It is evaluated again unless the last step converged
 at once.
 
-The error estimate is (γ/h - J)⁻¹ (f(y) + Σ_i e_i Z_i / h), filtered once more where it would reject. Its order is 3, so
-that tolerance r stands for 0.1 r^(2/3). Dense output is the collocation polynomial, of order 3.
+The error estimate is (γ/h - J)⁻¹ (f(y) + Σ_i e_i Z_i / h), filtered once more if it would reject the step. Its order is
+3, so tolerance r stands for 0.1 r^(2/3). The dense output is the collocation polynomial, of order 3.
 
 Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II (1996), section IV.8.
 
@@ -37,7 +37,7 @@ E1, E2, E3 = -(13 + 7 * _ROOT) / 3, (-13 + 7 * _ROOT) / 3, -1 / 3
 
 
 def _transformed() -> tuple[float, float, float, Any, Any]:
-    """γ, α, β, T, T⁻¹ with A⁻¹ = T [[γ, 0, 0], [0, α, -β], [0, β, α]] T⁻¹."""
+    """Return γ, α, β, T, T⁻¹ with A⁻¹ = T [[γ, 0, 0], [0, α, -β], [0, β, α]] T⁻¹."""
     c = np.array([C1, C2, 1.0])
     powers = np.vander(c, 3, increasing=True)
     A = (c[:, None] ** np.arange(1, 4) / np.arange(1, 4)) @ np.linalg.inv(powers)
@@ -52,24 +52,24 @@ GAMMA, ALPHA, BETA_, _T, _TI = _transformed()
 T00, T01, T02, T10, T11, T12, T20, T21, T22 = (float(x) for x in _T.flat)
 I00, I01, I02, I10, I11, I12, I20, I21, I22 = (float(x) for x in _TI.flat)
 
-# Rows of the method, from ROWS on: Z of this step, of the held one and of the one before; W; F; right-hand sides; the
-# state and a direction (two rows); pivots of both factorizations; what is carried; then J by columns, and the factors.
+# Rows of the method, from ROWS on: Z of this step, of the saved one and of the one before; W; F; right-hand sides; the
+# state and a direction (two rows); pivots of both factorizations; carried numbers; then J by columns, and the factors.
 Z, HELD, BEFORE, W, F, ONE, TWO, THREE, PAIR, PIVOTS, PIVOTS_C, CARRIED, MATRICES = (
     0, 3, 6, 9, 12, 15, 16, 17, 18, 20, 21, 22, 24
 )  # fmt: skip
-# of what is carried: length of the step before (0: none), of this one, of the held one, of the factorization (0: none);
-# whether J is that of the start; rate of convergence
+# Indices of the carried numbers: length of the step before (0: none), of this one, of the saved one, of the
+# factorization (0: none); 1 if J is that of the start; rate of convergence; 1 if the last step converged at once.
 LAST_STEP, THIS_STEP, HELD_STEP, FACTORED, FRESH, RATE, GOOD = 0, 1, 2, 3, 4, 5, 6
 
 KAPPA = 1e-2
-"""The iteration ends when what is left is below this part of the tolerance."""
+"""The iteration ends when its remaining error is below this fraction of the tolerance."""
 
 
 @compiled
 def prepare(
     rates: int, t: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int, integers: Integers
 ) -> None:  # fmt: skip
-    """Nothing is known of a step before."""
+    """Clear the carried numbers: there is no step before."""
     carried = (ROWS + CARRIED) * w
     for k in range(GOOD + 1):
         work[carried + k] = 0.0
@@ -79,7 +79,7 @@ def prepare(
 def derivative(
     t: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int, integers: Integers
 ) -> None:
-    """J at STATE, column k in row k of the matrices."""
+    """Compute J at STATE, with column k in row k of the matrices."""
     pair, matrix = (ROWS + PAIR) * w, (ROWS + MATRICES) * w
     kernel = quaternions[nq + KERNELS]
     constants = shifted(c, quaternions[nq + CONSTANTS])
@@ -95,7 +95,8 @@ def derivative(
 
 @compiled
 def factorize(h: float, work: Reals, w: int, n: int) -> None:
-    """LU of γ/h - J and of (α + iβ)/h - J, by rows; zero pivots show as numbers that are not finite."""
+    """Compute the LU factors of γ/h - J and of (α + iβ)/h - J, by rows. Zero pivots give numbers that are not
+    finite."""
     J = (ROWS + MATRICES) * w
     R, X, Y = J + n * w, J + 2 * n * w, J + 3 * n * w
     for i in range(n):
@@ -107,14 +108,14 @@ def factorize(h: float, work: Reals, w: int, n: int) -> None:
         work[R + i * w + i] += GAMMA / h
         work[X + i * w + i] += ALPHA / h
         work[Y + i * w + i] = BETA_ / h
-    one, two = (ROWS + PIVOTS) * w, (ROWS + PIVOTS_C) * w
+    pivots, complex_pivots = (ROWS + PIVOTS) * w, (ROWS + PIVOTS_C) * w
     for k in range(n):
         p, most = k, abs(work[R + k * w + k])
         for i in range(k + 1, n):
             size = abs(work[R + i * w + k])
             if size > most:
                 p, most = i, size
-        work[one + k] = p
+        work[pivots + k] = p
         if p != k:
             for j in range(n):
                 a = work[R + k * w + j]
@@ -133,7 +134,7 @@ def factorize(h: float, work: Reals, w: int, n: int) -> None:
             size = abs(work[X + i * w + k]) + abs(work[Y + i * w + k])
             if size > most:
                 p, most = i, size
-        work[two + k] = p
+        work[complex_pivots + k] = p
         if p != k:
             for j in range(n):
                 a, b = work[X + k * w + j], work[Y + k * w + j]
@@ -158,10 +159,10 @@ def factorize(h: float, work: Reals, w: int, n: int) -> None:
 
 @compiled
 def solve_real(work: Reals, w: int, n: int, b: int) -> None:
-    """(γ/h - J) x = b in place."""
-    R, one = (ROWS + MATRICES + n) * w, (ROWS + PIVOTS) * w
+    """Solve (γ/h - J) x = b in place."""
+    R, pivots = (ROWS + MATRICES + n) * w, (ROWS + PIVOTS) * w
     for k in range(n):
-        p = whole(work[one + k])
+        p = whole(work[pivots + k])
         value = work[b + p]
         work[b + p] = work[b + k]
         work[b + k] = value
@@ -179,10 +180,10 @@ def solve_real(work: Reals, w: int, n: int, b: int) -> None:
 
 @compiled
 def solve_complex(work: Reals, w: int, n: int, b: int, d: int) -> None:
-    """((α + iβ)/h - J) x = b + id in place."""
-    X, Y, two = (ROWS + MATRICES + 2 * n) * w, (ROWS + MATRICES + 3 * n) * w, (ROWS + PIVOTS_C) * w
+    """Solve ((α + iβ)/h - J) x = b + id in place."""
+    X, Y, pivots = (ROWS + MATRICES + 2 * n) * w, (ROWS + MATRICES + 3 * n) * w, (ROWS + PIVOTS_C) * w
     for k in range(n):
-        row = whole(work[two + k])
+        row = whole(work[pivots + k])
         x, y = work[b + row], work[d + row]
         work[b + row] = work[b + k]
         work[d + row] = work[d + k]
@@ -210,25 +211,25 @@ def solve_complex(work: Reals, w: int, n: int, b: int, d: int) -> None:
 
 @compiled
 def first(x: float) -> float:
-    """The polynomial of degree 3 that is 1 at c_1 and 0 at 0, c_2 and 1."""
+    """Return the polynomial of degree 3 that is 1 at c_1 and 0 at 0, c_2 and 1."""
     return x * (x - C2) * (x - 1.0) / (C1 * (C1 - C2) * (C1 - 1.0))
 
 
 @compiled
 def second(x: float) -> float:
-    """The one that is 1 at c_2."""
+    """Return the polynomial of degree 3 that is 1 at c_2 and 0 at 0, c_1 and 1."""
     return x * (x - C1) * (x - 1.0) / (C2 * (C2 - C1) * (C2 - 1.0))
 
 
 @compiled
 def third(x: float) -> float:
-    """The one that is 1 at 1."""
+    """Return the polynomial of degree 3 that is 1 at 1 and 0 at 0, c_1 and c_2."""
     return x * (x - C1) * (x - C2) / ((1.0 - C1) * (1.0 - C2))
 
 
 @compiled
 def guess(h: float, work: Reals, w: int, n: int) -> None:
-    """Z from the continued polynomial of the step before, W = T⁻¹ Z."""
+    """Predict Z by continuing the polynomial of the step before, and W = T⁻¹ Z."""
     own = ROWS * w
     last = work[own + CARRIED * w + LAST_STEP]
     for s in range(3):
@@ -255,7 +256,7 @@ def newton(
     rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, relative: Reals, absolute: Reals,
     integers: Integers,
 ) -> int:  # fmt: skip
-    """Iterate Z; 0 if it converged, 1 if not, 2 if f is not finite."""
+    """Iterate Z. Return 0 if it converged, 1 if not, 2 if f is not finite."""
     own = ROWS * w
     carried = own + CARRIED * w
     guess(h, work, w, n)
@@ -299,9 +300,9 @@ def newton(
                 integers[BLAME] = i
                 return 1
             old = abs(work[STATE * w + i])
-            one = change / (absolute[i] + relative[i] * old)
-            if one > size:
-                size = one
+            ratio = change / (absolute[i] + relative[i] * old)
+            if ratio > size:
+                size = ratio
                 integers[BLAME] = i
             round_off = greater(round_off, change / (1.0 + old))
         if turn > 0:
@@ -319,7 +320,8 @@ def newton(
 
 @compiled
 def weight(relative: float) -> float:
-    """Of the estimate, whose order is two below that of the method: tolerance r stands for 0.1 r^(2/3) (Hairer)."""
+    """Return the weight of the estimate, whose order is two below that of the method: tolerance r stands for 0.1
+    r^(2/3) (Hairer)."""
     return lesser(1.0, 10.0 * relative ** (1.0 / 3.0))
 
 
@@ -328,10 +330,10 @@ def attempt(
     rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int,
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> int:  # fmt: skip
-    """One step of length ``h`` from STATE to RAW, its error in ERROR5."""
+    """Take one step of length ``h`` from STATE to RAW, and store its error in ERROR5."""
     own = ROWS * w
     carried = own + CARRIED * w
-    found = 1
+    failed = 1
     for turn in range(2):
         if work[carried + FRESH] == 0.0 and (turn > 0 or work[carried + GOOD] == 0.0):
             derivative(t, work, w, n, c, quaternions, nq, integers)
@@ -340,14 +342,14 @@ def attempt(
         if work[carried + FACTORED] != h:
             factorize(h, work, w, n)
             work[carried + FACTORED] = h
-        found = newton(rates, t, h, work, w, n, c, relative, absolute, integers)
-        if found == 0 or work[carried + FRESH] != 0.0:
+        failed = newton(rates, t, h, work, w, n, c, relative, absolute, integers)
+        if failed == 0 or work[carried + FRESH] != 0.0:
             break
-    if found == 2:
+    if failed == 2:
         for i in range(n):
             work[RAW * w + i] = math.nan if i == integers[BLAME] else 0.0
         return 0
-    if found != 0:
+    if failed != 0:
         work[carried + RATE] = 1.0
         return 1
     work[carried + THIS_STEP] = h
@@ -377,24 +379,24 @@ def attempt(
 def judge(
     n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
 ) -> float:
-    """Error of the attempted step in units of the tolerance, nan if it is not finite."""
+    """Return the error of the attempted step in units of the tolerance, nan if it is not finite."""
     error = 0.0
     for i in range(n):
         new, old = abs(work[RAW * w + i]), abs(work[STATE * w + i])
-        one = (
+        ratio = (
             weight(relative[i]) * abs(work[ERROR5 * w + i]) / (absolute[i] + relative[i] * greater(new, old))
         )
-        if not (math.isfinite(new) and math.isfinite(one)):
+        if not (math.isfinite(new) and math.isfinite(ratio)):
             return math.nan
-        if one > error:
-            error = one
+        if ratio > error:
+            error = ratio
             integers[BLAME] = i
     return error
 
 
 @compiled
 def interpolate(x: float, work: Reals, w: int) -> None:
-    """Row POINT: the collocation polynomial at the part ``x`` (0 to 1) of the step."""
+    """Set row POINT: the collocation polynomial at the fraction ``x`` (0 to 1) of the step."""
     a, b, d = first(x), second(x), third(x)
     for i in range(w):
         at = (ROWS + HELD) * w + i
@@ -403,7 +405,7 @@ def interpolate(x: float, work: Reals, w: int) -> None:
 
 @compiled
 def hold(work: Reals, w: int, n: int) -> None:
-    """Keep the stages while parts of the step are tried."""
+    """Save the stages while parts of the step are tried."""
     own = ROWS * w
     for i in range(3 * w):
         work[own + HELD * w + i] = work[own + Z * w + i]
@@ -412,7 +414,7 @@ def hold(work: Reals, w: int, n: int) -> None:
 
 @compiled
 def accept(work: Reals, w: int, n: int) -> None:
-    """The step becomes the one before; J is old unless the iteration converged at once."""
+    """Make the step the previous step. J is out of date unless the iteration converged at once."""
     own = ROWS * w
     carried = own + CARRIED * w
     for i in range(3 * w):
