@@ -113,15 +113,15 @@ def functions(method: str) -> dict[str, Compiled]:
 
 
 @part
-def tightening(steps: int, done: float, left: float, order: float, least: float) -> float:
+def tightening(steps: int, behind: float, ahead: float, order: float, least: float) -> float:
     """Return the factor on the tolerances of a run that has used its budget of steps (`integrate`).
 
-    ``done`` and ``left`` are the times behind and ahead. The factor ``least`` gives the smallest admissible tolerance.
+    ``behind`` and ``ahead`` are times. The factor ``least`` gives the smallest admissible tolerance.
     """
-    ahead = steps * left / done
+    steps_ahead = steps * ahead / behind
     factor = 1.0
-    if ahead > steps:
-        factor = (steps / ahead) ** (order / (order - 1.0))
+    if steps_ahead > steps:
+        factor = (steps / steps_ahead) ** (order / (order - 1.0))
     return greater(factor, lesser(1.0, least))
 
 
@@ -234,7 +234,7 @@ def contradicted(
 @part
 def lanes(
     begin: int, end: int, kernels: Integers, sizes: Integers, options: Reals, initial: Reals, parameters: Reals,
-    legs: Reals, columns: Integers, wanted: Reals, quaternions: Integers, relative: Reals, tolerances: Reals,
+    legs: Reals, columns: Integers, output_times: Reals, quaternions: Integers, relative: Reals, tolerances: Reals,
     directions: Integers, terminal: Integers, work: Reals, sampling_work: Reals, lane_parameters: Reals, c: Reals,
     absolute: Reals, times: Reals, lengths: Reals, states: Reals, last: Integers, table: Reals, g: Reals, zeros: Reals,
     event_log: Reals, event_states: Reals, sampled: Reals, spare: Reals, reals: Reals, integers: Integers,
@@ -249,7 +249,7 @@ def lanes(
     initial, parameters          rows of each lane: y, and the parameters
     legs                         rows of each interval: start, end, length of all steps or 0, settings of the signals
     columns                      indices of the parameters that these settings are
-    wanted                       output times, in the order of the run
+    output_times                 in the order of the run
     quaternions                  as in `step_control.advance`
     relative, tolerances         of each component; the last of ``tolerances``, of the work, is relative to the energy
     directions, terminal         of the events, and of the rates of extremes after them
@@ -288,9 +288,9 @@ def lanes(
                     set_constants(
                         prologue, lane, leg - 1, sizes, parameters, legs, columns, lane_parameters, c
                     )
-                    while outputs_done < count and (wanted[outputs_done] - now) * direction <= 0.0:
+                    while outputs_done < count and (output_times[outputs_done] - now) * direction <= 0.0:
                         at_now = (lane * count + outputs_done) * outputs
-                        call(kernels[OUTPUTS], wanted[outputs_done], work, STATE * w, c, values, at_now)
+                        call(kernels[OUTPUTS], output_times[outputs_done], work, STATE * w, c, values, at_now)
                         outputs_done += 1
                     continue
             else:
@@ -381,8 +381,8 @@ def lanes(
                     for k in range(1, done + 1):
                         widen(kernels[REDUCED], times[k], states, k * n, c, spare, n_reduced, reduced, place)
                 reach = outputs_done
-                while reach < count and (wanted[reach] - now) * direction <= 0.0:
-                    if wanted[reach] == until and code == FINISHED and leg + 1 < sizes[N_LEGS]:
+                while reach < count and (output_times[reach] - now) * direction <= 0.0:
+                    if output_times[reach] == until and code == FINISHED and leg + 1 < sizes[N_LEGS]:
                         break  # the break point belongs to the next leg
                     reach += 1
                 if reach > outputs_done:
@@ -390,12 +390,12 @@ def lanes(
                         sampling_work[i] = 0.0
                     sample(
                         rates, n, c, sampling_work, w, quaternions, nq, done, times, lengths, states, 0,
-                        reach - outputs_done, shifted(wanted, outputs_done), sampled, relative_of_lane, absolute,
+                        reach - outputs_done, shifted(output_times, outputs_done), sampled, relative_of_lane, absolute,
                         spare_integers,
                     )  # fmt: skip
                     for k in range(outputs_done, reach):
                         call(
-                            kernels[OUTPUTS], wanted[k], sampled, (k - outputs_done) * n, c, values,
+                            kernels[OUTPUTS], output_times[k], sampled, (k - outputs_done) * n, c, values,
                             (lane * count + k) * outputs,
                         )  # fmt: skip
                     outputs_done = reach

@@ -198,20 +198,20 @@ def project_wide(
     A change that is too large is no step error: the error of that lane becomes 1000.
     """
     places = HEIGHT * w
-    some = 0
+    count = 0
     for lane in range(8):
         wide[places + SELECTED + lane] = 0.0
         if wide[places + ERRORS + lane] <= 1.0:
             wide[places + SELECTED + lane] = 1.0
-            some += 1
+            count += 1
     k = 0
-    while some > 0 and k < 5:
+    while count > 0 and k < 5:
         call_wide(kernel, wide, places + MOMENTS, wide, END * w, c, wide, ERROR5 * w)
         moved(
             wide, 8 * quaternions[nq + PROJECTED], ERROR5 * w, END * w, places + SELECTED, places + CHANGES
         )  # fmt: skip
         unit_wide(wide, w, END, quaternions, nq)
-        some = 0
+        count = 0
         for lane in range(8):
             change = wide[places + CHANGES + lane]
             if wide[places + SELECTED + lane] != 0.0:
@@ -220,7 +220,7 @@ def project_wide(
                 wide[places + SELECTED + lane] = 0.0
                 if change > 1e-8:
                     wide[places + SELECTED + lane] = 1.0
-                    some += 1
+                    count += 1
         k += 1
 
 
@@ -300,7 +300,7 @@ def leave(
 @part
 def enter(
     lane: int, run: int, kernels: Integers, sizes: Integers, options: Reals, initial: Reals, parameters: Reals,
-    legs: Reals, columns: Integers, wanted: Reals, quaternions: Integers, relative: Reals, absolute_of_run: Reals,
+    legs: Reals, columns: Integers, output_times: Reals, quaternions: Integers, relative: Reals, absolute_of_run: Reals,
     directions: Integers, terminal: Integers, work: Reals, spare: Reals, lane_parameters: Reals, wide: Reals, w: int,
     c: Reals, c_by_lane: Reals, tolerances: Reals, absolute: Reals, control: Reals, counts: Integers, last: Integers,
     table: Reals, g: Reals, values: Reals, reduced: Reals, event_times: Reals, event_counts: Integers,
@@ -318,7 +318,7 @@ def enter(
     control[PREVIOUS_STRIDE + lane] = 0.0
     control[ENERGY_SCALE + lane] = 1.0
     return enter_leg(
-        lane, kernels, sizes, options, parameters, legs, columns, wanted, quaternions, relative, absolute_of_run,
+        lane, kernels, sizes, options, parameters, legs, columns, output_times, quaternions, relative, absolute_of_run,
         directions, terminal, work, spare, lane_parameters, wide, w, c, c_by_lane, tolerances, absolute, control,
         counts, last, table, g, values, reduced, event_times, event_counts, spare_integers,
     )  # fmt: skip
@@ -327,7 +327,7 @@ def enter(
 @part
 def enter_leg(
     lane: int, kernels: Integers, sizes: Integers, options: Reals, parameters: Reals, legs: Reals, columns: Integers,
-    wanted: Reals, quaternions: Integers, relative: Reals, absolute_of_run: Reals, directions: Integers,
+    output_times: Reals, quaternions: Integers, relative: Reals, absolute_of_run: Reals, directions: Integers,
     terminal: Integers, work: Reals, spare: Reals, lane_parameters: Reals, wide: Reals, w: int, c: Reals,
     c_by_lane: Reals, tolerances: Reals, absolute: Reals, control: Reals, counts: Integers, last: Integers,
     table: Reals, g: Reals, values: Reals, reduced: Reals, event_times: Reals, event_counts: Integers,
@@ -353,9 +353,9 @@ def enter_leg(
                 kernels[PROLOGUE], run, leg - 1, sizes, parameters, legs, columns, lane_parameters, c1
             )
             k = counts[OUTPUTS_DONE + lane]
-            while k < count and (wanted[k] - start) * direction <= 0.0:
+            while k < count and (output_times[k] - start) * direction <= 0.0:
                 place = (run * count + k) * sizes[N_OUTPUTS]
-                call(kernels[OUTPUTS], wanted[k], work, STATE * w1, c1, values, place)
+                call(kernels[OUTPUTS], output_times[k], work, STATE * w1, c1, values, place)
                 k += 1
             return TERMINAL
     else:
@@ -432,7 +432,7 @@ def enter_leg(
     control[OLD_ERRORS + lane] = 1e-4
     control[STRIDE + lane] = 0.0
     k = counts[OUTPUTS_DONE + lane]
-    control[NEXT_OUTPUT + lane] = wanted[k] if k < count else direction * math.inf
+    control[NEXT_OUTPUT + lane] = output_times[k] if k < count else direction * math.inf
     return RUNNING
 
 
@@ -488,7 +488,7 @@ def seek(
 @part
 def lanes_wide(
     begin: int, end: int, kernels: Integers, sizes: Integers, options: Reals, initial: Reals, parameters: Reals,
-    legs: Reals, columns: Integers, wanted: Reals, quaternions: Integers, relative: Reals, absolute_of_run: Reals,
+    legs: Reals, columns: Integers, output_times: Reals, quaternions: Integers, relative: Reals, absolute_of_run: Reals,
     directions: Integers, terminal: Integers, work: Reals, spare: Reals, lane_parameters: Reals, wide: Reals,
     c: Reals, c_by_lane: Reals, tolerances: Reals, absolute: Reals, control: Reals, counts: Integers,
     last: Integers, table: Reals, g: Reals, zeros: Reals, event_log: Reals, event_states: Reals,
@@ -522,10 +522,10 @@ def lanes_wide(
         for lane in range(8):
             while counts[RUN + lane] < 0 and following < end:
                 code = enter(
-                    lane, following, kernels, sizes, options, initial, parameters, legs, columns, wanted, quaternions,
-                    relative, absolute_of_run, directions, terminal, work, spare, lane_parameters, wide, w, c,
-                    c_by_lane, tolerances, absolute, control, counts, last, table, g, values, reduced, event_times,
-                    event_counts, spare_integers,
+                    lane, following, kernels, sizes, options, initial, parameters, legs, columns, output_times,
+                    quaternions, relative, absolute_of_run, directions, terminal, work, spare, lane_parameters, wide,
+                    w, c, c_by_lane, tolerances, absolute, control, counts, last, table, g, values, reduced,
+                    event_times, event_counts, spare_integers,
                 )  # fmt: skip
                 following += 1
                 if code == RUNNING:
@@ -658,7 +658,7 @@ def lanes_wide(
                     place = lane * (PARTS + 3) * (m + 1)
                     near = near_limit(lane, sizes, wide, shifted(table, place), shifted(last, lane * m))
                     seeking = near != 0
-                lifted = seeking or (done < count and (wanted[done] - after) * direction <= 0.0)
+                lifted = seeking or (done < count and (output_times[done] - after) * direction <= 0.0)
                 c1 = shifted(c_by_lane, lane * n_constants)
                 if lifted or n_dropped > 0:
                     lift(lane, n, wide, w, work, w1)
@@ -674,8 +674,8 @@ def lanes_wide(
                             code, blame = UNDEFINED, counts[WIDE_BLAME] - 1
                         after = after if stop == 1.0 else t + stop * h
                 if lifted:
-                    while done < count and (wanted[done] - after) * direction <= 0.0:
-                        x = wanted[done]
+                    while done < count and (output_times[done] - after) * direction <= 0.0:
+                        x = output_times[done]
                         if x == until and reaches and goes_on:
                             break  # the break point belongs to the next leg
                         row = STATE if x == t else END
@@ -688,7 +688,7 @@ def lanes_wide(
                         call(kernels[OUTPUTS], x, work, row * w1, c1, values, (run * count + done) * outputs)
                         done += 1
                     counts[OUTPUTS_DONE + lane] = done
-                    control[NEXT_OUTPUT + lane] = wanted[done] if done < count else direction * math.inf
+                    control[NEXT_OUTPUT + lane] = output_times[done] if done < count else direction * math.inf
                 if (
                     n_dropped > 0
                     and contradicted(kernels[DROPPED], n_dropped, after, work, END * w1, n, c1, spare) != 0
@@ -710,7 +710,7 @@ def lanes_wide(
                         work[STATE * w1 + i] = wide[END * w + 8 * i + lane]
                     wide[places + SELECTED + lane] = 0.0  # STATE already holds the start of the leg
                     code = enter_leg(
-                        lane, kernels, sizes, options, parameters, legs, columns, wanted, quaternions, relative,
+                        lane, kernels, sizes, options, parameters, legs, columns, output_times, quaternions, relative,
                         absolute_of_run, directions, terminal, work, spare, lane_parameters, wide, w, c, c_by_lane,
                         tolerances, absolute, control, counts, last, table, g, values, reduced, event_times,
                         event_counts, spare_integers,

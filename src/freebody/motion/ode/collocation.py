@@ -69,31 +69,31 @@ before."""
 
 
 @part
-def forget(work: Reals, own: int, v: int, n: int, h: float) -> None:
+def forget(work: Reals, block: int, v: int, n: int, h: float) -> None:
     """Begin without a step before: the best guess is the rates f in row NEW_."""
     for i in range(n):
         for k in range(S):
-            work[own + (2 * S + k) * v + i] = 0.0
-        work[own + 2 * S * v + i] = work[own + (4 * S + NEW_) * v + i]
-        work[own + (4 * S + LOST) * v + i] = 0.0
-    work[own + (4 * S + LENGTHS) * v] = h
-    work[own + (4 * S + LENGTHS) * v + ORIGIN] = 0.0
+            work[block + (2 * S + k) * v + i] = 0.0
+        work[block + 2 * S * v + i] = work[block + (4 * S + NEW_) * v + i]
+        work[block + (4 * S + LOST) * v + i] = 0.0
+    work[block + (4 * S + LENGTHS) * v] = h
+    work[block + (4 * S + LENGTHS) * v + ORIGIN] = 0.0
 
 
 @part
-def guess(work: Reals, own: int, v: int, n: int, h: float) -> None:
+def guess(work: Reals, block: int, v: int, n: int, h: float) -> None:
     """Predict the rates of the stages from the polynomial of the step before, or of a shorter one from the same
     start."""
-    ratio = h / work[own + (4 * S + LENGTHS) * v]
-    origin = 1.0 if work[own + (4 * S + LENGTHS) * v + ORIGIN] != 0.0 else -1.0
+    ratio = h / work[block + (4 * S + LENGTHS) * v]
+    origin = 1.0 if work[block + (4 * S + LENGTHS) * v + ORIGIN] != 0.0 else -1.0
     for j in range(S):
         x = origin + 2.0 * ratio * C[j]
-        f = own + j * v
+        f = block + j * v
         for i in range(n):
-            work[f + i] = work[own + 2 * S * v + i]
+            work[f + i] = work[block + 2 * S * v + i]
         p0, p1 = 1.0, x
         for k in range(1, S):
-            a = own + (2 * S + k) * v
+            a = block + (2 * S + k) * v
             for i in range(n):
                 work[f + i] += p1 * work[a + i]
             p0, p1 = p1, ((2.0 * k + 1.0) * x * p1 - k * p0) / (k + 1.0)
@@ -101,7 +101,7 @@ def guess(work: Reals, own: int, v: int, n: int, h: float) -> None:
 
 @part
 def collocate(
-    rates: int, t: float, h: float, work: Reals, start: int, end: int, own: int, v: int, n: int, c: Reals,
+    rates: int, t: float, h: float, work: Reals, start: int, end: int, block: int, v: int, n: int, c: Reals,
     relative: Reals, absolute: Reals, components: int, integers: Integers,
 ) -> int:  # fmt: skip
     """Take a step of length ``h`` from the state at ``work[start]`` to ``work[end]``; return 0, or 1 if it does not
@@ -110,8 +110,8 @@ def collocate(
     The coefficients of the rates stay in the block of the method. There are tolerances for the first ``components``
     components; the others have the tolerance of the last of these.
     """
-    guess(work, own, v, n, h)
-    argument, new = own + (4 * S + ARGUMENT_) * v, own + (4 * S + NEW_) * v
+    guess(work, block, v, n, h)
+    argument, new = block + (4 * S + ARGUMENT_) * v, block + (4 * S + NEW_) * v
     last = math.inf
     done = 0
     for turn in range(MOST):
@@ -120,11 +120,11 @@ def collocate(
             for i in range(n):
                 total = 0.0
                 for m in range(S):
-                    total += A[j, m] * work[own + m * v + i]
+                    total += A[j, m] * work[block + m * v + i]
                 work[argument + i] = work[start + i] + h * total
             call(rates, t + C[j] * h, work, argument, c, work, new)
             for i in range(n):
-                d = abs(h * (work[new + i] - work[own + j * v + i]))
+                d = abs(h * (work[new + i] - work[block + j * v + i]))
                 if not math.isfinite(d):
                     if turn > 0:
                         return 1
@@ -135,7 +135,7 @@ def collocate(
                 k = i if i < components else components - 1
                 change = greater(change, d / (absolute[k] + relative[k] * size))
                 small = greater(small, d / (1.0 + size))
-                work[own + j * v + i] = work[new + i]
+                work[block + j * v + i] = work[new + i]
         integers[EVALUATED] += S
         if change <= GOAL or small == 0.0 or (turn >= 2 and change >= last and small <= FLOOR):
             done = 1
@@ -146,85 +146,87 @@ def collocate(
     if done == 0:
         return 1
     for k in range(S):
-        a = own + (S + k) * v
+        a = block + (S + k) * v
         for i in range(n):
             total = 0.0
             for m in range(S):
-                total += T[k, m] * work[own + m * v + i]
+                total += T[k, m] * work[block + m * v + i]
             work[a + i] = total
     for i in range(n):
-        d = h * work[own + S * v + i] + work[own + (4 * S + LOST) * v + i]
+        d = h * work[block + S * v + i] + work[block + (4 * S + LOST) * v + i]
         new_state = work[start + i] + d
-        work[own + (4 * S + LOSES) * v + i] = d - (new_state - work[start + i])
+        work[block + (4 * S + LOSES) * v + i] = d - (new_state - work[start + i])
         work[end + i] = new_state
-    work[own + (4 * S + LENGTHS) * v + 1] = h
+    work[block + (4 * S + LENGTHS) * v + 1] = h
     return 0
 
 
 @part
 def step_from(
-    rates: int, t: float, h: float, work: Reals, start: int, end: int, own: int, v: int, n: int, c: Reals,
+    rates: int, t: float, h: float, work: Reals, start: int, end: int, block: int, v: int, n: int, c: Reals,
     relative: Reals, absolute: Reals, components: int, integers: Integers,
 ) -> int:  # fmt: skip
     """Call `collocate`. If it fails without a step before, predict the stages by a series of shorter steps, each a
     little longer than the last."""
-    failed = collocate(rates, t, h, work, start, end, own, v, n, c, relative, absolute, components, integers)
-    lengths = own + (4 * S + LENGTHS) * v
+    failed = collocate(
+        rates, t, h, work, start, end, block, v, n, c, relative, absolute, components, integers
+    )
+    lengths = block + (4 * S + LENGTHS) * v
     if failed == 0 or work[lengths + ORIGIN] != 0.0:
         return failed
     for i in range(n):  # begin again with the rates at the start as the guess
         for k in range(1, S):
-            work[own + (2 * S + k) * v + i] = 0.0
-    call(rates, t, work, start, c, work, own + 2 * S * v)
+            work[block + (2 * S + k) * v + i] = 0.0
+    call(rates, t, work, start, c, work, block + 2 * S * v)
     for k in range(17):
         part = h * (0.125 + 0.875 * k / 16.0)
         if (
             collocate(
-                rates, t, part, work, start, end, own, v, n, c, relative, absolute, components, integers
+                rates, t, part, work, start, end, block, v, n, c, relative, absolute, components, integers
             )
             != 0
         ):
             return 1
         for i in range(n):
             for m in range(S):
-                work[own + (2 * S + m) * v + i] = work[own + (S + m) * v + i]
+                work[block + (2 * S + m) * v + i] = work[block + (S + m) * v + i]
         work[lengths] = part
     return 0
 
 
 @part
-def hold_step(work: Reals, own: int, v: int, n: int) -> None:
+def hold_step(work: Reals, block: int, v: int, n: int) -> None:
     """Save the results of the whole step while parts of it are tried."""
     for i in range(n):
         for k in range(S):
-            work[own + (3 * S + k) * v + i] = work[own + (S + k) * v + i]
-        work[own + (4 * S + HOLDS) * v + i] = work[own + (4 * S + LOSES) * v + i]
-    work[own + (4 * S + LENGTHS) * v + 2] = work[own + (4 * S + LENGTHS) * v + 1]
+            work[block + (3 * S + k) * v + i] = work[block + (S + k) * v + i]
+        work[block + (4 * S + HOLDS) * v + i] = work[block + (4 * S + LOSES) * v + i]
+    work[block + (4 * S + LENGTHS) * v + 2] = work[block + (4 * S + LENGTHS) * v + 1]
 
 
 @part
-def pass_step(work: Reals, own: int, v: int, n: int) -> None:
+def pass_step(work: Reals, block: int, v: int, n: int) -> None:
     """Make the saved step the previous step."""
     for i in range(n):
         for k in range(S):
-            work[own + (2 * S + k) * v + i] = work[own + (3 * S + k) * v + i]
-        work[own + (4 * S + LOST) * v + i] = work[own + (4 * S + HOLDS) * v + i]
-    work[own + (4 * S + LENGTHS) * v] = work[own + (4 * S + LENGTHS) * v + 2]
-    work[own + (4 * S + LENGTHS) * v + ORIGIN] = 1.0
+            work[block + (2 * S + k) * v + i] = work[block + (3 * S + k) * v + i]
+        work[block + (4 * S + LOST) * v + i] = work[block + (4 * S + HOLDS) * v + i]
+    work[block + (4 * S + LENGTHS) * v] = work[block + (4 * S + LENGTHS) * v + 2]
+    work[block + (4 * S + LENGTHS) * v + ORIGIN] = 1.0
 
 
 @part
-def along(x: float, work: Reals, start: int, own: int, v: int, n: int, target: int) -> None:
+def along(x: float, work: Reals, start: int, block: int, v: int, n: int, target: int) -> None:
     """Evaluate the polynomial of the saved step at its fraction ``x``: y + h Σ a_k ∫ P_k."""
-    h = work[own + (4 * S + LENGTHS) * v + 2]
+    h = work[block + (4 * S + LENGTHS) * v + 2]
     z = 2.0 * x - 1.0
     for i in range(n):
-        work[target + i] = work[start + i] + h * x * work[own + 3 * S * v + i]
+        work[target + i] = work[start + i] + h * x * work[block + 3 * S * v + i]
     p0, p1 = 1.0, z
     for k in range(1, S):
         p2 = ((2.0 * k + 1.0) * z * p1 - k * p0) / (k + 1.0)
         weight = h * (p2 - p0) / (4.0 * k + 2.0)
-        a = own + (3 * S + k) * v
+        a = block + (3 * S + k) * v
         for i in range(n):
             work[target + i] += weight * work[a + i]
         p0, p1 = p1, p2

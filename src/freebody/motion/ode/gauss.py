@@ -30,10 +30,10 @@ def prepare(
     rates: int, t: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int, integers: Integers
 ) -> None:  # fmt: skip
     """Take the rates at the start as a guess for those of the stages, since there is no step before."""
-    own = ROWS * w
+    block = ROWS * w
     for i in range(n):
-        work[own + (4 * STAGES + NEW_) * w + i] = work[i]
-    forget(work, own, w, n, 1.0)
+        work[block + (4 * STAGES + NEW_) * w + i] = work[i]
+    forget(work, block, w, n, 1.0)
 
 
 @compiled
@@ -52,7 +52,7 @@ def judge(
     n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
 ) -> float:
     """Return the error of the attempted step in units of the tolerance, nan if it is not finite."""
-    own = ROWS * w
+    block = ROWS * w
     size, largest_last = 0.0, 0.0
     for i in range(n):
         new, old = abs(work[RAW * w + i]), abs(work[STATE * w + i])
@@ -60,9 +60,9 @@ def judge(
             return math.nan
         scale = (absolute[i] + relative[i] * greater(new, old)) / abs(h)
         for k in range(STAGES):
-            size = greater(size, abs(work[own + (STAGES + k) * w + i]) / scale)
-        last = abs(work[own + (2 * STAGES - 1) * w + i]) / scale
-        second_last = 0.1 * abs(work[own + (2 * STAGES - 2) * w + i]) / scale
+            size = greater(size, abs(work[block + (STAGES + k) * w + i]) / scale)
+        last = abs(work[block + (2 * STAGES - 1) * w + i]) / scale
+        second_last = 0.1 * abs(work[block + (2 * STAGES - 2) * w + i]) / scale
         last = greater(last, second_last)
         if last > largest_last:
             largest_last = last

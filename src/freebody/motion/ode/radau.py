@@ -110,11 +110,11 @@ def factorize(h: float, work: Reals, w: int, n: int) -> None:
         work[Y + i * w + i] = BETA_ / h
     pivots, complex_pivots = (ROWS + PIVOTS) * w, (ROWS + PIVOTS_C) * w
     for k in range(n):
-        p, most = k, abs(work[R + k * w + k])
+        p, largest = k, abs(work[R + k * w + k])
         for i in range(k + 1, n):
             size = abs(work[R + i * w + k])
-            if size > most:
-                p, most = i, size
+            if size > largest:
+                p, largest = i, size
         work[pivots + k] = p
         if p != k:
             for j in range(n):
@@ -129,11 +129,11 @@ def factorize(h: float, work: Reals, w: int, n: int) -> None:
                 for j in range(k + 1, n):
                     work[R + i * w + j] -= factor * work[R + k * w + j]
     for k in range(n):
-        p, most = k, abs(work[X + k * w + k]) + abs(work[Y + k * w + k])
+        p, largest = k, abs(work[X + k * w + k]) + abs(work[Y + k * w + k])
         for i in range(k + 1, n):
             size = abs(work[X + i * w + k]) + abs(work[Y + i * w + k])
-            if size > most:
-                p, most = i, size
+            if size > largest:
+                p, largest = i, size
         work[complex_pivots + k] = p
         if p != k:
             for j in range(n):
@@ -230,25 +230,25 @@ def third(x: float) -> float:
 @compiled
 def guess(h: float, work: Reals, w: int, n: int) -> None:
     """Predict Z by continuing the polynomial of the step before, and W = T⁻¹ Z."""
-    own = ROWS * w
-    last = work[own + CARRIED * w + LAST_STEP]
+    block = ROWS * w
+    last = work[block + CARRIED * w + LAST_STEP]
     for s in range(3):
         if last == 0.0:
             for i in range(n):
-                work[own + (Z + s) * w + i] = 0.0
+                work[block + (Z + s) * w + i] = 0.0
         else:
             node = C1 if s == 0 else (C2 if s == 1 else 1.0)
             x = 1.0 + node * h / last
             a, b, d = first(x), second(x), third(x) - 1.0
             for i in range(n):
-                at = own + BEFORE * w + i
-                work[own + (Z + s) * w + i] = a * work[at] + b * work[at + w] + d * work[at + 2 * w]
+                at = block + BEFORE * w + i
+                work[block + (Z + s) * w + i] = a * work[at] + b * work[at + w] + d * work[at + 2 * w]
     for i in range(n):
-        at = own + Z * w + i
+        at = block + Z * w + i
         a, b, d = work[at], work[at + w], work[at + 2 * w]
-        work[own + W * w + i] = I00 * a + I01 * b + I02 * d
-        work[own + (W + 1) * w + i] = I10 * a + I11 * b + I12 * d
-        work[own + (W + 2) * w + i] = I20 * a + I21 * b + I22 * d
+        work[block + W * w + i] = I00 * a + I01 * b + I02 * d
+        work[block + (W + 1) * w + i] = I10 * a + I11 * b + I12 * d
+        work[block + (W + 2) * w + i] = I20 * a + I21 * b + I22 * d
 
 
 @compiled
@@ -257,8 +257,8 @@ def newton(
     integers: Integers,
 ) -> int:  # fmt: skip
     """Iterate Z. Return 0 if it converged, 1 if not, 2 if f is not finite."""
-    own = ROWS * w
-    carried = own + CARRIED * w
+    block = ROWS * w
+    carried = block + CARRIED * w
     guess(h, work, w, n)
     last = 0.0
     rate = 1.0
@@ -266,26 +266,26 @@ def newton(
         for s in range(3):
             node = C1 if s == 0 else (C2 if s == 1 else 1.0)
             for i in range(n):
-                work[ARGUMENT * w + i] = work[STATE * w + i] + work[own + (Z + s) * w + i]
-            call(rates, t + node * h, work, ARGUMENT * w, c, work, own + (F + s) * w)
+                work[ARGUMENT * w + i] = work[STATE * w + i] + work[block + (Z + s) * w + i]
+            call(rates, t + node * h, work, ARGUMENT * w, c, work, block + (F + s) * w)
             for i in range(n):
-                if not math.isfinite(work[own + (F + s) * w + i]):
+                if not math.isfinite(work[block + (F + s) * w + i]):
                     integers[BLAME] = i
                     return 2
         integers[EVALUATED] += 3
         for i in range(n):
-            f, g = own + F * w + i, own + W * w + i
+            f, g = block + F * w + i, block + W * w + i
             a, b, d = work[f], work[f + w], work[f + 2 * w]
             u, v = work[g + w], work[g + 2 * w]
-            work[own + ONE * w + i] = I00 * a + I01 * b + I02 * d - GAMMA / h * work[g]
-            work[own + TWO * w + i] = I10 * a + I11 * b + I12 * d - (ALPHA * u - BETA_ * v) / h
-            work[own + THREE * w + i] = I20 * a + I21 * b + I22 * d - (BETA_ * u + ALPHA * v) / h
-        solve_real(work, w, n, own + ONE * w)
-        solve_complex(work, w, n, own + TWO * w, own + THREE * w)
+            work[block + ONE * w + i] = I00 * a + I01 * b + I02 * d - GAMMA / h * work[g]
+            work[block + TWO * w + i] = I10 * a + I11 * b + I12 * d - (ALPHA * u - BETA_ * v) / h
+            work[block + THREE * w + i] = I20 * a + I21 * b + I22 * d - (BETA_ * u + ALPHA * v) / h
+        solve_real(work, w, n, block + ONE * w)
+        solve_complex(work, w, n, block + TWO * w, block + THREE * w)
         size, round_off = 0.0, 0.0
         for i in range(n):
-            g, z = own + W * w + i, own + Z * w + i
-            a, b, d = work[own + ONE * w + i], work[own + TWO * w + i], work[own + THREE * w + i]
+            g, z = block + W * w + i, block + Z * w + i
+            a, b, d = work[block + ONE * w + i], work[block + TWO * w + i], work[block + THREE * w + i]
             x, y, v = (
                 T00 * a + T01 * b + T02 * d, T10 * a + T11 * b + T12 * d, T20 * a + T21 * b + T22 * d,
             )  # fmt: skip
@@ -331,8 +331,8 @@ def attempt(
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> int:  # fmt: skip
     """Take one step of length ``h`` from STATE to RAW, and store its error in ERROR5."""
-    own = ROWS * w
-    carried = own + CARRIED * w
+    block = ROWS * w
+    carried = block + CARRIED * w
     failed = 1
     for turn in range(2):
         if work[carried + FRESH] == 0.0 and (turn > 0 or work[carried + GOOD] == 0.0):
@@ -354,11 +354,11 @@ def attempt(
         return 1
     work[carried + THIS_STEP] = h
     for i in range(n):
-        z = own + Z * w + i
+        z = block + Z * w + i
         a, b, d = work[z], work[z + w], work[z + 2 * w]
         work[RAW * w + i] = work[STATE * w + i] + d
-        work[own + ONE * w + i] = (E1 * a + E2 * b + E3 * d) / h
-        work[ERROR5 * w + i] = work[own + ONE * w + i] + work[i]
+        work[block + ONE * w + i] = (E1 * a + E2 * b + E3 * d) / h
+        work[ERROR5 * w + i] = work[block + ONE * w + i] + work[i]
     solve_real(work, w, n, ERROR5 * w)
     error = 0.0
     for i in range(n):
@@ -370,7 +370,7 @@ def attempt(
         call(rates, t, work, ARGUMENT * w, c, work, ERROR5 * w)
         integers[EVALUATED] += 1
         for i in range(n):
-            work[ERROR5 * w + i] += work[own + ONE * w + i]
+            work[ERROR5 * w + i] += work[block + ONE * w + i]
         solve_real(work, w, n, ERROR5 * w)
     return 0
 
@@ -406,19 +406,19 @@ def interpolate(x: float, work: Reals, w: int) -> None:
 @compiled
 def hold(work: Reals, w: int, n: int) -> None:
     """Save the stages while parts of the step are tried."""
-    own = ROWS * w
+    block = ROWS * w
     for i in range(3 * w):
-        work[own + HELD * w + i] = work[own + Z * w + i]
-    work[own + CARRIED * w + HELD_STEP] = work[own + CARRIED * w + THIS_STEP]
+        work[block + HELD * w + i] = work[block + Z * w + i]
+    work[block + CARRIED * w + HELD_STEP] = work[block + CARRIED * w + THIS_STEP]
 
 
 @compiled
 def accept(work: Reals, w: int, n: int) -> None:
     """Make the step the previous step. J is out of date unless the iteration converged at once."""
-    own = ROWS * w
-    carried = own + CARRIED * w
+    block = ROWS * w
+    carried = block + CARRIED * w
     for i in range(3 * w):
-        work[own + BEFORE * w + i] = work[own + HELD * w + i]
+        work[block + BEFORE * w + i] = work[block + HELD * w + i]
     work[carried + LAST_STEP] = work[carried + HELD_STEP]
     work[carried + FRESH] = 0.0
     work[carried + GOOD] = 1.0 if work[carried + RATE] < 1e-3 else 0.0

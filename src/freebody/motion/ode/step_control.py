@@ -329,7 +329,7 @@ def log_events(
             absolute, integers,
         )  # fmt: skip
         insert_event(zeros, k, x, e, sign)
-    stop, latest, kept = -1.0, reach, 0
+    stop, latest, logged_count = -1.0, reach, 0
     for k in range(count):
         x = zeros[EVENT_SIZE * k]
         if x > latest:
@@ -345,7 +345,7 @@ def log_events(
         event_log[LOG_SIZE * place + 1] = zeros[EVENT_SIZE * k + 1]
         event_log[LOG_SIZE * place + 2] = zeros[EVENT_SIZE * k + 2]
         _copy(work, row, event_states, place * n, n)
-        kept += 1
+        logged_count += 1
         if stop < 0.0 and terminal[whole(zeros[EVENT_SIZE * k + 1])] != 0 and moment != start:
             stop = x
             latest = lesser(latest, x + 1e-12 * greater(1.0, abs(t / h)))
@@ -356,7 +356,7 @@ def log_events(
     elif 0.0 < stop < 1.0:
         state_in_step(rates, stop, t, h, work, w, n, c, quaternions, nq, relative, absolute, integers)
         copied(work, w, POINT, END)
-    zeros[3] = kept
+    zeros[3] = logged_count
     return stop
 
 
@@ -695,10 +695,10 @@ def run(arguments: Integers) -> int:
 @part
 def sample(
     rates: int, n: int, c: Reals, work: Reals, w: int, quaternions: Integers, nq: int, steps: int,
-    times: Reals, lengths: Reals, states: Reals, dense: int, count: int, wanted: Reals, result: Reals,
+    times: Reals, lengths: Reals, states: Reals, dense: int, count: int, moments: Reals, result: Reals,
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> None:  # fmt: skip
-    """Compute the states at the times ``wanted``, each within the run.
+    """Compute the states at the times ``moments``, each within the run.
 
     If ``dense`` is 0, each is the end of a shorter step from the start of the step that contains its time. Otherwise it
     is taken from the dense output, which is faster if many times lie in one step and are in the order of the run.
@@ -706,7 +706,7 @@ def sample(
     direction = 1.0 if times[steps] >= times[0] else -1.0
     current = -1
     for k in range(count):
-        t = wanted[k]
+        t = moments[k]
         low, high = 0, steps  # times[low] <= t < times[high], in the direction of the run
         if current >= 0 and (t - times[current]) * direction >= 0.0 > (t - times[current + 1]) * direction:
             low, high = current, current + 1

@@ -42,15 +42,15 @@ def prepare(
     rates: int, t: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int, integers: Integers
 ) -> None:  # fmt: skip
     """Compute (q, P) at STATE."""
-    own, v, m = ROWS * w, 2 * w, quaternions[nq + KERNELS + COORDINATES]
+    block, v, m = ROWS * w, 2 * w, quaternions[nq + KERNELS + COORDINATES]
     constants = shifted(c, quaternions[nq + CONSTANTS])
-    begin = own + BEGIN * v
+    begin = block + BEGIN * v
     for i in range(m):
         work[begin + i] = work[STATE * w + i]
     call(quaternions[nq + KERNELS + MOMENTA], t, work, STATE * w, constants, work, begin + m)
-    new = own + (4 * STAGES + NEW_) * v
+    new = block + (4 * STAGES + NEW_) * v
     call(quaternions[nq + KERNELS + HAMILTON], t, work, begin, constants, work, new)
-    forget(work, own, v, 2 * m, 1.0)
+    forget(work, block, v, 2 * m, 1.0)
 
 
 @compiled
@@ -59,12 +59,12 @@ def attempt(
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> int:  # fmt: skip
     """Take one step of length ``h`` from STATE to RAW."""
-    own, v, m = ROWS * w, 2 * w, quaternions[nq + KERNELS + COORDINATES]
+    block, v, m = ROWS * w, 2 * w, quaternions[nq + KERNELS + COORDINATES]
     constants = shifted(c, quaternions[nq + CONSTANTS])
-    final = own + FINAL * v
+    final = block + FINAL * v
     failed = step_from(
-        quaternions[nq + KERNELS + HAMILTON], t, h, work, own + BEGIN * v, final, own, v, 2 * m, constants, relative,
-        absolute, n, integers,
+        quaternions[nq + KERNELS + HAMILTON], t, h, work, block + BEGIN * v, final, block, v, 2 * m, constants,
+        relative, absolute, n, integers,
     )  # fmt: skip
     if failed == 0:
         for i in range(m):
@@ -105,19 +105,19 @@ def interpolate(x: float, work: Reals, w: int) -> None:
 @compiled
 def hold(work: Reals, w: int, n: int) -> None:
     """Save the step while shorter steps are tried."""
-    own, v = ROWS * w, 2 * w
-    hold_step(work, own, v, v)
+    block, v = ROWS * w, 2 * w
+    hold_step(work, block, v, v)
     for i in range(v):
-        work[own + HELD * v + i] = work[own + FINAL * v + i]
+        work[block + HELD * v + i] = work[block + FINAL * v + i]
 
 
 @compiled
 def accept(work: Reals, w: int, n: int) -> None:
     """Make the end of the step the next start."""
-    own, v = ROWS * w, 2 * w
-    pass_step(work, own, v, v)
+    block, v = ROWS * w, 2 * w
+    pass_step(work, block, v, v)
     for i in range(v):
-        work[own + BEGIN * v + i] = work[own + HELD * v + i]
+        work[block + BEGIN * v + i] = work[block + HELD * v + i]
 
 
 FUNCTIONS = step_control.Functions(

@@ -30,6 +30,7 @@ from ...dynamics.constraints import linearized
 from ...errors import SimulationError
 from ...model import Model
 from ...program.kernels import compile_tape
+from ...scalar.algebra import Scalar
 from ...scalar.derivative import forward
 from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels, Program
@@ -147,7 +148,7 @@ class _Search:
                 for i in range(model.n_u)
             ]
 
-            def along(outputs: list[Any]) -> list[Any]:
+            def along(outputs: list[Scalar]) -> list[Scalar]:
                 result = list(outputs)
                 for unknown, row in zip(self.unknowns, derivatives, strict=True):
                     moving = [] if unknown.symbol is None else [state.values[unknown.symbol]]
