@@ -160,9 +160,14 @@ class Kernels:
         """Return the values in the order of the model's parameters."""
         return np.array([values[parameter.name] for parameter in self.model.parameters], dtype=float)
 
-    def _program(
+    def program(
         self, key: Any, functions: Callable[..., Mapping[str, Sequence[Scalar]]], inputs: int = 0
     ) -> Program:
+        """Compile any functions of the state, named lists of outputs, once per key.
+
+        If ``inputs`` is not 0, y holds that many numbers after the state. They are the second argument of
+        ``functions``.
+        """
         if key not in self._programs:
             tape = Tape()
             state = traced_state(self.model, tape)
@@ -187,16 +192,6 @@ class Kernels:
             self._work = looped.works
             self._programs["large"] = Program(looped)
         return self._programs["large"]
-
-    def program(
-        self, key: Any, functions: Callable[..., Mapping[str, Sequence[Scalar]]], inputs: int = 0
-    ) -> Program:
-        """Compile any functions of the state, named lists of outputs, once per key.
-
-        If ``inputs`` is not 0, y holds that many numbers after the state. They are the second argument of
-        ``functions``.
-        """
-        return self._program(key, functions, inputs)
 
     def _motion(self, state: State) -> Motion:
         return motion(self.model, state, self.active)
@@ -226,7 +221,7 @@ class Kernels:
             self._names_dropped = tuple(dropped)
             return {**outputs, "dropped": self._checked_conditions(state, dropped)} if dropped else outputs
 
-        return self._programs.get("motion") or self._large() or self._program("motion", functions)
+        return self._programs.get("motion") or self._large() or self.program("motion", functions)
 
     def at(self, values: Mapping[str, float]) -> tuple[Array, Rates]:
         """Return the parameters in order, and the right-hand side with its constants. The last result is cached."""
@@ -265,7 +260,7 @@ class Kernels:
                 "moved": list(coordinate_rates(self.model, state)),
             }
 
-        return self._program("closing", functions)
+        return self.program("closing", functions)
 
     @cached_property
     def on_speeds(self) -> tuple[int, ...]:
@@ -331,7 +326,7 @@ class Kernels:
                 ]
             }
 
-        return self._large() or self._program("poses", functions)
+        return self._large() or self.program("poses", functions)
 
     @property
     def transmitting(self) -> list[tuple[str, str, str]]:
@@ -367,12 +362,12 @@ class Kernels:
             if "large reactions" not in self._programs:
                 self._programs["large reactions"] = Program(LoopedSet(self.model, "reactions"))
             return self._programs["large reactions"]
-        return self._program("reactions", functions)
+        return self.program("reactions", functions)
 
     def limits(self) -> Program:
         """Program with the function ``limits``: the margin to each limit of a one-sided constraint, then each margin
         plus the part of the forces that is negligible."""
-        return self._program("limits", lambda state: {"limits": self._limits(state, self._motion(state))})
+        return self.program("limits", lambda state: {"limits": self._limits(state, self._motion(state))})
 
     def _limits(self, state: State, moving: Motion) -> list[Scalar]:
         slack = margins(self.model, state, moving.multipliers)
@@ -381,7 +376,7 @@ class Kernels:
 
     def expressions(self, expressions: Sequence[Expression]) -> Program:
         """Program with the function ``values``: expressions of the model's names."""
-        return self._program(
+        return self.program(
             ("values", tuple(expressions)), lambda state: {"values": [state(e) for e in expressions]}
         )
 

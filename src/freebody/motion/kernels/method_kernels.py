@@ -4,8 +4,8 @@
     taylor       coefficients of the Taylor series of the motion through (t, y)
     structure    Hamilton's equations: q', P' of (q, P), P of (q, u), u of (q, P)
 
-For a quaternion e, q' = B u is of degree 1 in e, and all other quantities are of degree 0. So H is the same for (s e, P
-/ s), and e·P is conserved together with |e|².
+For a quaternion e, q' = B u is of degree 1 in e, and all other quantities are of degree 0. So H(s e, P/s) = H(e, P),
+and e·P is conserved together with |e|².
 
 Hamilton's equations follow from the Lagrangian: with u = M⁻¹ p fixed, and p = B(q)ᵀ P,
 

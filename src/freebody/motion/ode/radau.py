@@ -95,7 +95,7 @@ def derivative(
 
 @compiled
 def factorize(h: float, work: Reals, w: int, n: int) -> None:
-    """Compute the LU factors of γ/h - J and of (α + iβ)/h - J, by rows. Zero pivots give numbers that are not
+    """Compute γ/h - J and (α + iβ)/h - J and their LU factors, by rows. Zero pivots give numbers that are not
     finite."""
     J = (ROWS + MATRICES) * w
     R, X, Y = J + n * w, J + 2 * n * w, J + 3 * n * w
@@ -108,7 +108,14 @@ def factorize(h: float, work: Reals, w: int, n: int) -> None:
         work[R + i * w + i] += GAMMA / h
         work[X + i * w + i] += ALPHA / h
         work[Y + i * w + i] = BETA_ / h
-    pivots, complex_pivots = (ROWS + PIVOTS) * w, (ROWS + PIVOTS_C) * w
+    factorize_real(work, w, n)
+    factorize_complex(work, w, n)
+
+
+@compiled
+def factorize_real(work: Reals, w: int, n: int) -> None:
+    """Replace γ/h - J by its LU factors."""
+    R, pivots = (ROWS + MATRICES + n) * w, (ROWS + PIVOTS) * w
     for k in range(n):
         p, largest = k, abs(work[R + k * w + k])
         for i in range(k + 1, n):
@@ -128,13 +135,19 @@ def factorize(h: float, work: Reals, w: int, n: int) -> None:
             if factor != 0.0:
                 for j in range(k + 1, n):
                     work[R + i * w + j] -= factor * work[R + k * w + j]
+
+
+@compiled
+def factorize_complex(work: Reals, w: int, n: int) -> None:
+    """Replace (α + iβ)/h - J by its LU factors."""
+    X, Y, pivots = (ROWS + MATRICES + 2 * n) * w, (ROWS + MATRICES + 3 * n) * w, (ROWS + PIVOTS_C) * w
     for k in range(n):
         p, largest = k, abs(work[X + k * w + k]) + abs(work[Y + k * w + k])
         for i in range(k + 1, n):
             size = abs(work[X + i * w + k]) + abs(work[Y + i * w + k])
             if size > largest:
                 p, largest = i, size
-        work[complex_pivots + k] = p
+        work[pivots + k] = p
         if p != k:
             for j in range(n):
                 a, b = work[X + k * w + j], work[Y + k * w + j]

@@ -21,8 +21,8 @@ terms near a pole at the distance R fall alike at the end, but from the first on
 Where a function may bend, as √(x²) = |x| does, the series continues as if it did not. So for machines with roots,
 powers or arcs the rates halfway and at the end are compared with the derivative of the series, and a step with too
 large a difference is shortened. No other step is rejected. At a distance d from a bend the terms grow as d^-k. If they
-allow no step that the time resolves, the step is a straight line, as long as the comparison allows: h |y_1| <= 100 (a +
-r |y|).
+allow no step that the time resolves, the step is a straight line, as long as the comparison allows:
+h |y_1| <= 100 (a + r |y|).
 
 Source: A. Jorba, M. Zou, A software package for the numerical integration of ODEs by means of high-order Taylor methods
 (2005), sections 3.1 and 3.2.
