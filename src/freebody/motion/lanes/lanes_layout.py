@@ -13,17 +13,8 @@ WIDE, PROJECTION_WIDE, RATES_WIDE, WATCHED_WIDE = 7, 8, 9, 10
 # extremes; steps between two checks of the output times; maximum number of steps. Flags: 1 if the work is the last
 # component; 1 if a stiff lane stops. Then the outputs of the kernel of dropped conditions, and the number of steps
 # after which tolerances are tightened, or 0.
-N, WIDTH_OF_ROW, N_WORK, N_QUATERNIONS, N_PARAMETERS, N_CONSTANTS, N_EVENTS, N_WATCHED = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-)
-N_OUTPUTS, N_TIMES, N_REDUCED, ROOM, LIMIT, WORKS, STIFF_ASKED, N_DROPPED = 8, 9, 10, 11, 12, 13, 14, 15
+N, WIDTH_OF_ROW, N_WORK, N_QUATERNIONS, N_PARAMETERS, N_CONSTANTS, N_EVENTS, N_WATCHED = range(8)
+N_OUTPUTS, N_TIMES, N_REDUCED, ROOM, LIMIT, WORKS, STIFF_ASKED, N_DROPPED = range(8, 16)
 BUDGET = 16
 # Number of intervals in which signals are polynomials (1 without signals), and of parameters that differ between them.
 N_LEGS, N_SETTINGS = 17, 18

@@ -271,7 +271,7 @@ def tune(lane: int, n: int, wide: Reals, w: int, tolerances: Reals, fixed: float
     allowed = 0.0
     for i in range(n):
         allowed = greater(allowed, 1e3 * tolerances[w + 8 * i + lane])
-    control[ALLOWED + lane] = allowed if fixed == 0.0 else 0.1  # see `stepping.advance`
+    control[ALLOWED + lane] = allowed if fixed == 0.0 else 0.1  # see `step_control.advance`
     tune_wide(lane, n, wide, w, tolerances)
 
 
