@@ -12,7 +12,7 @@ import xarray
 import freebody as fb
 from freebody.errors import FormatError, FreebodyError, SimulationError
 from freebody.motion.trajectory import saved
-from freebody.motion.trajectory.saved import GROUP
+from freebody.motion.files.save import GROUP
 from motions import MOTIONS, assert_same, ball, driven, pendulum, plain, signalled
 
 

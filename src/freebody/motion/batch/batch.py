@@ -34,19 +34,19 @@ from ..lanes import loops
 from ..legs.blow import blows_of
 from ..legs.driven import at_time, check_signals, intervals
 from ..legs.failure import to_blame
-from ..legs.one_sided_limits import NOT_PHYSICAL
 from ..ode import layout
 from ..ode.dense_output import STUCK
 from ..start.arguments import STORED, check_heeded, check_numbers, check_steps, largest_memory, most_steps
 from ..start.initial import named_state, number, quaternions_by_joint, several
 from ..trajectory.event import EventSpec, expressions_of, specs_of
+from ..trajectory.one_sided_limits import NOT_PHYSICAL
+from ..trajectory.outputs import TIMELINE, Output, outputs_of
 from ..trajectory.progress import Progress
 from .alone import NO_START, REASON, REFUSED, Alone
+from .interruption import Keyboard
 from .kernels import BatchProgram, OfLimit, batch_program
-from .keyboard import Keyboard
-from .large import Large
-from .large import applies as large
-from .outputs import TIMELINE, Output, outputs_of
+from .large_trees import Large
+from .large_trees import applies as large
 from .pool import Elsewhere, check_executor
 from .start import Lanes, lanes_of
 from .store import Store, check_names, dataset_of

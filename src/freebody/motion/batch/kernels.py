@@ -21,9 +21,7 @@ from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels
 from ..kernels.method_kernels import without_series
 from ..kernels.methods import may_bend
-
-ENERGIES = ("kinetic_energy", "potential_energy", "energy", "work", "work_rate")
-"""Outputs that are no expressions of the machine's names: of all bodies [J], and the power behind ``work`` [W]."""
+from ..trajectory.outputs import ENERGIES
 
 
 @dataclass(frozen=True)

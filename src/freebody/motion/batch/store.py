@@ -15,13 +15,13 @@ import numpy as np
 
 from ...errors import SimulationError, path_of
 from ...version import VERSION
+from ..files.replacing import lock, replacing, reserve, told
 from ..lanes import lanes_layout as at
 from ..ode import layout
-from ..trajectory.files import lock, replacing, reserve, told
+from ..trajectory.outputs import CONTACT_MODES, TIMELINE, OfContact
 from ..trajectory.trajectory import unit_of_name
 from .alone import REASON
-from .identity import parts
-from .outputs import CONTACT_MODES, TIMELINE, OfContact
+from .study_identity import parts
 
 if TYPE_CHECKING:
     import xarray

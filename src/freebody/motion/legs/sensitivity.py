@@ -30,7 +30,6 @@ from ...model import Model
 from ...program.kernels import compile_tape
 from ...scalar.derivative import forward
 from ...scalar.trace import Tape
-from ..batch.outputs import reduction
 from ..kernels.kernels import Kernels, Program
 from ..kernels.method_kernels import series_of
 from ..kernels.methods import FINE, with_series
@@ -39,6 +38,7 @@ from ..ode.integration import integrate
 from ..start.arguments import most_steps
 from ..start.start_sensitivity import start_slopes
 from ..trajectory.event import watching
+from ..trajectory.outputs import reduction
 from ..trajectory.trajectory import Trajectory
 
 Array = NDArray[np.float64]

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...dynamics.unilateral import MotionWarning
-from ..legs.one_sided_limits import Values, piece_of
 from ..ode.dense_output import Array, Crossing, Path, Rates, observe
 from .event import Event, Happening
+from .one_sided_limits import Values, piece_of
 from .trajectory import Energy, Trajectory
 
 

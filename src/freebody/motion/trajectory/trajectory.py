@@ -19,9 +19,11 @@ from ...dynamics.state import float_state
 from ...dynamics.unilateral import Limit, MotionWarning, limits
 from ...errors import ExpressionError, SimulationError, nearest
 from ..kernels.kernels import Kernels, Program
-from ..legs.one_sided_limits import NOT_PHYSICAL, Span, Values, piece_of, spans, warnings_of
 from ..ode.dense_output import INTERRUPTED, TERMINAL, Path, observe
 from .event import Event, EventSpec, Happening
+from .file_access import file_module
+from .one_sided_limits import NOT_PHYSICAL, Span, Values, piece_of, spans, warnings_of
+from .outputs import outputs_of, reduction
 
 if TYPE_CHECKING:
     from pathlib import Path as FilePath
@@ -194,6 +196,11 @@ class Trajectory:
         return f"{self.path.status}, {NOT_PHYSICAL}" if self.warnings else self.path.status
 
     @property
+    def has_work(self) -> bool:
+        """True if the work done is a component of the state."""
+        return self.kernels.works
+
+    @property
     def interrupted(self) -> bool:
         """Whether the keyboard stopped the run before its end."""
         return self.path.status == INTERRUPTED
@@ -249,8 +256,7 @@ class Trajectory:
 
     def _number(self, name: str) -> float | None:
         """A number of the whole run, if that is what a text asks for."""
-        from ..batch.alone import extremes
-        from ..batch.outputs import outputs_of, reduction
+        from .extremes import extremes
 
         if not reduction(name)[0]:
             return None
@@ -418,9 +424,7 @@ class Trajectory:
     def save(self, path: str | FilePath) -> None:
         """Write the motion to a netCDF file, whole or not at all: :attr:`data` as any program reads it, the description
         of the machine and what was computed. :meth:`load` reads it back."""
-        from .dataset import save
-
-        save(self, path)
+        file_module("save").save(self, path)
 
     @staticmethod
     def load(path: str | FilePath, machine: System | None = None) -> Trajectory:
@@ -456,9 +460,8 @@ class Trajectory:
         >>> round(motion.at(1.5)["x"], 12)
         3.0
         """
-        from .restored import load
-
-        return load(path, machine)
+        trajectory: Trajectory = file_module("load").load(path, machine)
+        return trajectory
 
     def plot(self, names: Any = None, *, ax: Any = None, path: str | FilePath | None = None) -> Any:
         """Coordinates (or any other quantities) over time, a panel for each unit, with the events marked.

@@ -1,6 +1,6 @@
 """Identity of a study: a digest of everything that its results depend on, and of nothing else.
 
-It is the content that counts (`content`), not where it is computed: the machine with its constants and controllers, the
+It is the content that counts (`content_digest`), not where it is computed: the machine with its constants and controllers, the
 values and starts of all lanes, times, outputs, events, blows and options as they are after reading, and the sources
 that compute. Left out is who computes: threads, executors, processors; and the versions of the libraries below, which
 change no result beyond round-off.
@@ -26,7 +26,7 @@ from ...describe.system import Parameter
 from ...errors import SimulationError
 from ...model import Model
 from ..start.arguments import is_number
-from .content import NoContentError, digest
+from .content_digest import NoContentError, digest
 
 _NAMED = (Body, Joint, Parameter)
 """What the rest of a machine refers to: its content is in the links, its values in those of the lanes."""

@@ -13,8 +13,9 @@ import sympy
 
 from ...errors import ExpressionError, SimulationError, nearest
 from ...model import Model
-from .kernels import ENERGIES
 
+ENERGIES = ("kinetic_energy", "potential_energy", "energy", "work", "work_rate")
+"""Outputs that are no expressions of the machine's names: of all bodies [J], and the power behind ``work`` [W]."""
 REDUCTIONS = ("max", "min", "initial", "final", "range")
 """Of a quantity over the whole run: located to the accuracy of the run, not picked from the output times."""
 OF_CONTACTS = ("gap", "normal", "tangential", "slip", "margin", "mode")

@@ -14,13 +14,14 @@ from __future__ import annotations
 
 import copy
 import json
+import os
 import warnings
 from typing import Any
 
 import numpy as np
 
 from ...describe.system import Parameter
-from ...errors import FreebodyError
+from ...errors import FreebodyError, SimulationError, path_of
 from ...formats.text import expression_text
 from ...formats.toml.write import toml_text
 from ..contact.leaps import Leap
@@ -29,8 +30,9 @@ from ..contact.trajectory import ContactTrajectory
 from ..legs.sensitivity import SensitiveTrajectory
 from ..ode.dense_output import Path
 from ..timestepping.stepped_trajectory import SteppedTrajectory, Steps
-from .phases import PhasedTrajectory, Segment, parts_of
-from .trajectory import Trajectory
+from ..trajectory.phases import PhasedTrajectory, Segment, parts_of
+from ..trajectory.trajectory import Trajectory
+from .replacing import replacing
 
 GROUP = "freebody"
 FORM = 1
@@ -45,6 +47,38 @@ KINDS: dict[str, type[Trajectory]] = {
 }
 WAYS: dict[str, type[Path]] = {"smooth": Path, "leap": Leap, "steps": Steps}
 COUNTS = ("blame", "rejected", "evaluations", "stiff")
+
+
+def save(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
+    """Write a motion to a netCDF-4 file: under another name first, so that no half-written file is left."""
+    import h5py
+
+    data = trajectory.data
+    target = path_of(path, "a trajectory", SimulationError)
+    if target.suffix.lower() not in (".nc", ".nc4", ".h5"):
+        raise SimulationError(
+            f"Expected a file name that ends in .nc for a trajectory (netCDF), got '{target.name}'. A table "
+            f"is written by trajectory.data[['{next(iter(data.data_vars))}']].to_dataframe().to_csv('table.csv')."
+        )
+    if not target.parent.is_dir():
+        raise SimulationError(
+            f"Can not write '{target}': there is no folder '{target.parent}'. Make it, or choose another path."
+        )
+    texts = sum(
+        sum(len(str(x).encode()) + 64 for x in one.values.flat)
+        for one in data.variables.values()
+        if one.dtype.kind in "OU"
+    )
+    # of HDF5, for each variable and for the file
+    machine = written(trajectory)
+    room = data.nbytes + 2 * texts + (len(data.variables) << 13) + (1 << 17)
+    room += sum(np.asarray(array).nbytes + (1 << 13) for array in machine.values())
+    with replacing(target, room) as new:
+        data.to_netcdf(new, engine="h5netcdf")
+        with h5py.File(new, "r+") as file:
+            group = file.create_group(GROUP)
+            for name, array in machine.items():
+                group[name] = array
 
 
 def machine_text(motion: Trajectory) -> tuple[str, str]:

@@ -23,10 +23,10 @@ from ..legs.sensitivity import Variation, unknowns_of
 from ..ode.dense_output import Array, Crossing, Rates
 from ..ode.layout import ORDERS
 from ..timestepping.stepped_trajectory import Impulses
-from .event import EventSpec
-from .phases import Happening, Phases, Segment
-from .saved import COUNTS, FORM, GROUP, KINDS, WAYS
-from .trajectory import Trajectory
+from ..trajectory.event import EventSpec, Happening
+from ..trajectory.phases import Phases, Segment
+from ..trajectory.trajectory import Trajectory
+from .save import COUNTS, FORM, GROUP, KINDS, WAYS
 
 if TYPE_CHECKING:
     import os
