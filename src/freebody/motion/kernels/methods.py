@@ -15,6 +15,7 @@ Only what a run asks for is loaded or compiled.
 
 from __future__ import annotations
 
+import ctypes
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -24,10 +25,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import SimulationError, nearest
-from ..legs.switching_laws import sticking
+from ...native import loop
+from ..ode.crossing import MOVED, ONTO, OWN, PLACES, RATES, ROOM, SIZE, TURNING
 from ..ode.dense_output import FINISHED, INTERRUPTED, STIFF, Path, Rates
 from ..ode.integration import FINEST_OF_SUMS, Halt, Integration, first_halt, integrate
 from .kernels import Kernels, Program
+from .switching_laws import sticking
 
 METHODS = ("auto", "dop853", "dop54", "radau", "gauss", "taylor", "structure", "timestepping")
 
@@ -214,9 +217,7 @@ def _with_others(kernels: Kernels, parameters: NDArray[np.float64], method: str,
 
         return with_series(rates, series(kernels), parameters, kernels)
     if method == "crossing":
-        from ..legs.branch import along_branch
-
-        return along_branch(rates)
+        return _along_branch(rates)
     if method == "structure":
         from .method_kernels import hamilton
 
@@ -244,6 +245,22 @@ def with_others(
 def with_series(rates: Rates, program: Program, parameters: NDArray[np.float64], kernels: Kernels) -> Rates:
     """The rates with the coefficients of their series, and whether these may go on behind a bend."""
     return with_others(rates, program, parameters, ("series",), int(may_bend(kernels)))
+
+
+def _along_branch(rates: Rates) -> Rates:
+    """f(P(y)) of the rates f and their projection P (`crossing`)."""
+    n = rates.size
+    room = np.zeros(2 * n)
+    function = loop.code("motion.ode.crossing", "along_branch")
+    constants = np.zeros(OWN + rates.constants.size)
+    constants[RATES], constants[ONTO], constants[SIZE] = rates.address, rates.projection, n
+    constants[MOVED], constants[TURNING] = rates.projected, len(rates.quaternions)
+    constants[PLACES], constants[ROOM] = loop.address(rates.corrections), loop.address(room)
+    constants[OWN:] = rates.constants
+    address = ctypes.cast(function.code, ctypes.c_void_p).value
+    assert address is not None
+    keep = rates, room, function
+    return replace(rates, address=address, constants=constants, keep=keep, projection=0, projected=0)
 
 
 def may_bend(kernels: Kernels) -> bool:

@@ -11,7 +11,6 @@ by ordinary steps.
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
@@ -21,7 +20,7 @@ import numpy as np
 from ...dynamics.state import float_state
 from ...native import loop
 from ..kernels.kernels import Kernels
-from ..ode.crossing import MOVED, ONTO, OWN, PLACES, RATES, ROOM, ROUNDED, SIZE, TURNING
+from ..ode.crossing import ROUNDED
 from ..ode.dense_output import FINISHED, RELEASED, Array, Path, Rates, cut, observe, projected
 from ..ode.integration import Halt
 from ..start.loop_closure import nearly_dependent
@@ -46,22 +45,6 @@ SHOWN = 3  # names of conditions in a sentence
 
 Leg = Callable[..., Path]
 """(kernels, rates, state, from, to, halt) and, for a step across, its method and whether events are watched."""
-
-
-def along_branch(rates: Rates) -> Rates:
-    """f(P(y)) of the rates f and their projection P (`crossing`)."""
-    n = rates.size
-    room = np.zeros(2 * n)
-    function = loop.code("motion.ode.crossing", "along_branch")
-    constants = np.zeros(OWN + rates.constants.size)
-    constants[RATES], constants[ONTO], constants[SIZE] = rates.address, rates.projection, n
-    constants[MOVED], constants[TURNING] = rates.projected, len(rates.quaternions)
-    constants[PLACES], constants[ROOM] = loop.address(rates.corrections), loop.address(room)
-    constants[OWN:] = rates.constants
-    address = ctypes.cast(function.code, ctypes.c_void_p).value
-    assert address is not None
-    keep = rates, room, function
-    return replace(rates, address=address, constants=constants, keep=keep, projection=0, projected=0)
 
 
 def closeness(kernels: Kernels, rates: Rates, times: Array, states: Array) -> Array:

@@ -12,6 +12,7 @@ from ...dynamics.mobility import massless_motion
 from ...dynamics.state import State, float_state
 from ...errors import SimulationError
 from ..kernels.kernels import Kernels
+from ..kernels.switching_laws import switching
 from ..ode import dense_output as runs
 from ..ode.dense_output import Array, Path, Rates, observe
 from ..start.loop_closure import nearly_dependent
@@ -19,7 +20,6 @@ from ..trajectory.event import EventSpec, expressions_of
 from ..trajectory.phases import Phases
 from ..trajectory.trajectory import Trajectory
 from .independent_conditions import taking_over
-from .switching_laws import switching
 
 
 def culprit(path: Path, kernels: Kernels) -> int:

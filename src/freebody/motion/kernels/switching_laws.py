@@ -22,9 +22,9 @@ from ...dynamics import State, coordinate_rates
 from ...dynamics.motion import motion
 from ...scalar.derivative import forward
 from ...scalar.trace import CODES, Tape, Traced
-from ..kernels.kernels import Kernels, Program
 from ..ode.dense_output import STUCK, Array, observe
 from ..ode.integration import Halt
+from .kernels import Kernels, Program
 
 WINDOWS = (8, 32)
 """Steps over which e is compared with what either side would make of it. The motion sticks at the first of them that
