@@ -25,7 +25,7 @@ from batch_machines import pendulum
 from freebody.errors import SimulationError
 from freebody.gallery.beyond.bouncing_ball import build as ball
 from freebody.motion.batch import batch, store
-from freebody.motion.trajectory import files
+from freebody.motion.files import replacing as files
 
 BALLS = {
     "initial": {"y": "h"}, "values": {"h": np.linspace(1, 2, 40)}, "samples": 2, "outputs": ["y", "modes"],

@@ -20,6 +20,7 @@ from ...errors import FreebodyError
 from ..lanes import lanes_layout as at
 from ..legs.failure import culprit
 from ..ode import dense_output, layout
+from ..single import single_motion
 from ..trajectory.extremes import extremes, values
 from .threads import share
 
@@ -76,13 +77,11 @@ class Alone:
 
     def lane(self, lane: int) -> None:
         """Run one lane."""
-        from ..simulate import simulate
-
         job, row = self.job, lane - self.part.low
         given, reason = job.given, ""
         motion: Any = None
         try:
-            motion = simulate(
+            motion = single_motion(
                 job.machine, job.end, initial=given.initial_of(lane), values=given.values_of(lane), start=job.begin,
                 times=job.wanted, progress=False, **job.alone,
             )  # fmt: skip

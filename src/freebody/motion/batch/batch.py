@@ -36,7 +36,16 @@ from ..legs.driven import at_time, check_signals, intervals
 from ..legs.failure import to_blame
 from ..ode import layout
 from ..ode.dense_output import STUCK
-from ..start.arguments import STORED, check_heeded, check_numbers, check_steps, largest_memory, most_steps
+from ..start.arguments import (
+    STORED,
+    check_heeded,
+    check_numbers,
+    check_steps,
+    largest_memory,
+    most_steps,
+    output_times,
+    tolerances_of,
+)
 from ..start.initial import named_state, number, quaternions_by_joint, several
 from ..trajectory.event import EventSpec, expressions_of, specs_of
 from ..trajectory.one_sided_limits import NOT_PHYSICAL
@@ -199,8 +208,6 @@ def job_of(
     threads: int | None,
 ) -> Job:
     """What is to be run, checked."""
-    from ..simulate import _times, _tolerances
-
     kernels = kernels_of(s)
     model = kernels.model
     check_method(method, step)
@@ -227,7 +234,7 @@ def job_of(
             )
     begin = _common(model, given, start, "start")
     end = _common(model, given, until, "until")
-    wanted = _times(times, begin, end)
+    wanted = output_times(times, begin, end)
     if wanted is None:
         count = SAMPLES if samples is None else samples
         wanted = np.linspace(begin, end, count) if begin != end else np.array([begin])
@@ -239,7 +246,7 @@ def job_of(
     check_signals(model)
     given = replace(given, columns={**given.columns, **at_time(model, {}, begin)})
     _check_bodies(kernels, given)
-    tolerances = _tolerances(kernels, tolerance, method)
+    tolerances = tolerances_of(kernels, tolerance, method)
     alone = dict(
         near=near, project=project, tolerance=tolerance, events=specs, impulses=blows, impacts=impacts,
         indeterminate=indeterminate, method=method, step=step, max_step=max_step, max_steps=max_steps,

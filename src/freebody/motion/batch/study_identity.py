@@ -1,8 +1,8 @@
 """Identity of a study: a digest of everything that its results depend on, and of nothing else.
 
-It is the content that counts (`content_digest`), not where it is computed: the machine with its constants and controllers, the
-values and starts of all lanes, times, outputs, events, blows and options as they are after reading, and the sources
-that compute. Left out is who computes: threads, executors, processors; and the versions of the libraries below, which
+The content counts (`content_digest`), not where it is computed: the machine with its constants and controllers, the
+values and initial values of all lanes, times, outputs, events, blows and options as they are after reading, and the
+sources that compute. Left out are threads, executors and processors, and the versions of the libraries below, which
 change no result beyond round-off.
 """
 

@@ -95,7 +95,6 @@ class Kernels:
         self._checked: dict[str, float] | None = None
         self.at_hand: dict[str, Any] = {}  # memory of those that build on these programs
         self._at: tuple[dict[str, float], Array, Rates] | None = None
-        self.plain: dict[Any, Any] = {}  # runs for calls to come (`plain`)
 
     def __reduce__(self) -> Any:
         """The machine code stays: another process makes it anew, once for all that bring the same machine."""
