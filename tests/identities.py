@@ -6,7 +6,7 @@ from typing import Any
 
 import freebody as fb
 from freebody.gallery import entries
-from freebody.motion.batch.batch import job_of
+from freebody.motion.batch.job import job_of
 from freebody.motion.batch.study_identity import identity
 from freebody.testing import random_system
 

@@ -24,7 +24,7 @@ import freebody as fb
 from batch_machines import pendulum
 from freebody.errors import SimulationError
 from freebody.gallery.beyond.bouncing_ball import build as ball
-from freebody.motion.batch import batch, store
+from freebody.motion.batch import batch, job, lane_loop, store
 from freebody.motion.files import replacing as files
 
 BALLS = {
@@ -263,14 +263,14 @@ def test_a_process_killed_as_it_writes_texts_costs_these_lanes_only(tmp_path, mo
 # -- Ctrl-C --------------------------------------------------------------------------------------------------
 
 MOMENTS = {
-    "while it is read": (batch, "lanes_of", True),
+    "while it is read": (job, "lanes_of", True),
     "when the file is begun": (store, "_coordinates", True),
     "in the middle of it": (store, "_attributes", True),
     "just before it is there": (os, "replace", True),
     "before the first lane": (batch, "_blocks", False),
-    "when the loop is made": (batch, "batch_program", False),
-    "when lanes are shared out": (batch, "share", False),
-    "between two lanes": (batch._Loop, "chunk", False),
+    "when the loop is made": (job, "batch_program", False),
+    "when lanes are shared out": (lane_loop, "share", False),
+    "between two lanes": (lane_loop.LaneLoop, "chunk", False),
     "when results are written": (store.Store, "write", False),
     "in the middle of writing them": (store, "_runs", False),
     "before they are in their place": (files, "reserve", False),
@@ -346,7 +346,7 @@ def test_lanes_that_ctrl_c_finds_stiff_are_run_again(tmp_path, monkeypatch) -> N
     }  # fmt: skip
     whole = fb.simulate(cart(), 10, **options)
     assert set(whole.status.values) == {"finished"}
-    made, path = batch._Loop.__init__, tmp_path / "x.nc"
+    made, path = lane_loop.LaneLoop.__init__, tmp_path / "x.nc"
 
     def stop(self: Any, job: Any, method: str, *given: Any) -> None:
         if method == "radau":
@@ -355,7 +355,7 @@ def test_lanes_that_ctrl_c_finds_stiff_are_run_again(tmp_path, monkeypatch) -> N
 
     for kept in ({}, {"store": path}):
         with monkeypatch.context() as m:
-            m.setattr(batch._Loop, "__init__", stop)
+            m.setattr(lane_loop.LaneLoop, "__init__", stop)
             data = fb.simulate(cart(), 10, **options, **kept)
         assert set(data.status.values) == {"waiting"} and np.isnan(data["x"]).all()
         data.close()

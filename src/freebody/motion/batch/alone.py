@@ -1,9 +1,9 @@
-"""Lanes of machines that the compiled loop over lanes can not run: each by `simulate`, with the same machine code.
+"""Lanes of machines that the compiled loop over lanes cannot run: each is a single motion, with the same machine code.
 
-These are machines with contacts, blows or sampled controllers, trees so large that they are looped over, and methods of
-which there is no loop over lanes. A lane is the run alone; of its trajectory is kept what was asked for. Parameters are
-constants of the machine code: nothing is derived or compiled again for another lane, but the equations of contact
-modes that no lane has had before.
+These are machines with contacts, blows or sampled controllers, trees so large that kernels loop over their links, and
+methods for which there is no loop over lanes. Of the trajectory of a lane, the outputs are kept. Parameters are
+constants of the machine code: nothing is derived or compiled again for another lane, except the equations of contact
+modes that were not seen before.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ import json
 from collections.abc import Callable
 from contextlib import nullcontext
 from threading import Lock
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...errors import FreebodyError
 from ..lanes import lanes_layout as at
@@ -22,6 +22,9 @@ from ..legs.failure import culprit
 from ..ode import dense_output, layout
 from ..single import single_motion
 from ..trajectory.extremes import extremes, values
+from ..trajectory.trajectory import Trajectory
+from .job import Job
+from .results import NO_START, REFUSED, Results
 from .threads import share
 
 CODES = {
@@ -35,98 +38,95 @@ CODES = {
     dense_output.CONTRADICTED: at.LEFT,
     dense_output.STUCK: at.STUCK,
 }
-NO_START, REFUSED = 9, 10
-REASON = "reason"
-"""Variable that tells why a lane failed."""
+"""Code of each status of a path."""
 
-
-_ONE = Lock()
-"""Of lanes that share what Python keeps: phases of contacts, memories of controllers."""
+_ONE_AT_A_TIME = Lock()
+"""Held by lanes that share Python objects: phases of contacts, states of controllers."""
 
 
 class Alone:
-    """Runs of lanes one by one, ready to begin."""
+    """Lanes, ready to run one by one."""
 
-    def __init__(self, job: Any, part: Any) -> None:
-        self.job, self.part = job, part
+    def __init__(self, job: Job, results: Results) -> None:
+        self.job, self.results = job, results
 
-    def run(self, todo: Any, between: Callable[[float], None]) -> None:
-        """All lanes of the part, or those given by number."""
-        job, part = self.job, self.part
-        lanes = np.arange(part.low, part.high, dtype=np.int64) if todo is None else todo
-        threads = max(1, min(job.threads, len(lanes))) if self._threads() else 1
-        if threads > 1:  # whatever is compiled is compiled once
+    def run(self, lanes: NDArray[np.int64], between: Callable[[float], None]) -> None:
+        """Run lanes, given by number."""
+        job, low = self.job, self.results.low
+        threads = max(1, min(job.threads, len(lanes))) if self._parallel() else 1
+        if threads > 1:  # the first lane compiles what all lanes need
             self.chunk(lanes[:1])
-            between(float(part.low + 1))
+            between(float(low + 1))
         first = 1 if threads > 1 else 0
         share(
             lanes[first:], lambda some, _: self.chunk(some), [None] * threads, 1, 1 << 16,
-            lambda done: between(float(part.low + first + done)),
+            lambda done: between(float(low + first + done)),
         )  # fmt: skip
 
-    def _threads(self) -> bool:
-        """Whether threads gain anything: between the events of contacts, and in controllers, is Python."""
+    def _parallel(self) -> bool:
+        """Return True if threads gain time: events of contacts, and controllers, are handled in Python."""
         model = self.job.kernels.model
         return not model.controllers and (not model.contacts or self.job.method == "timestepping")
 
-    def chunk(self, lanes: Any) -> None:
-        """Run some lanes, given by number, and put what they left where it belongs."""
+    def chunk(self, lanes: NDArray[np.int64]) -> None:
+        """Run some lanes, given by number, and put their results in place."""
         for lane in lanes:
-            with nullcontext() if self._threads() else _ONE:
+            with nullcontext() if self._parallel() else _ONE_AT_A_TIME:
                 self.lane(int(lane))
 
     def lane(self, lane: int) -> None:
         """Run one lane."""
-        job, row = self.job, lane - self.part.low
-        given, reason = job.given, ""
-        motion: Any = None
+        job, results, row = self.job, self.results, lane - self.results.low
+        reason = ""
+        motion: Trajectory | None = None
         try:
             motion = single_motion(
-                job.machine, job.end, initial=given.initial_of(lane), values=given.values_of(lane), start=job.begin,
-                times=job.wanted, progress=False, **job.alone,
+                job.machine, job.end, initial=job.lanes.initial_of(lane), values=job.lanes.values_of(lane),
+                start=job.begin, times=job.times, progress=False, **job.options,
             )  # fmt: skip
         except FreebodyError as error:
             motion, reason = getattr(error, "trajectory", None), str(error)
         if motion is not None and motion.interrupted:
             raise KeyboardInterrupt
         if job.texts:
-            passed = () if motion is None or reason else motion.warnings
-            self.part.texts[row, -1] = reason or " ".join(map(str, passed))
+            warnings = () if motion is None or reason else motion.warnings
+            results.texts[row, -1] = reason or " ".join(map(str, warnings))
         if motion is None:
-            self.part.kept[row] = (NO_START, 0, 0, 0)
+            results.outcomes[row] = (NO_START, 0, 0, 0)
             return
-        status = motion.path.status
-        blame = culprit(motion.path, motion.kernels) if status in dense_output.FAILED else 0
+        path = motion.path
+        blame = culprit(path, motion.kernels) if path.status in dense_output.FAILED else 0
         self.keep(row, motion)
-        self.part.ends[row] = motion.path.end
-        self.part.kept[row] = (CODES.get(status, REFUSED), motion.steps, motion.path.rejected, blame)
+        results.end_times[row] = path.end
+        results.outcomes[row] = (CODES.get(path.status, REFUSED), motion.steps, path.rejected, blame)
 
-    def keep(self, row: int, motion: Any) -> None:
-        """What was asked for of a motion."""
-        job, part = self.job, self.part
-        asked = job.asked
-        if asked.timed:
+    def keep(self, row: int, motion: Trajectory) -> None:
+        """Put the outputs of a motion, and the times of its events, in place."""
+        job, results, outputs = self.job, self.results, self.job.outputs
+        if outputs.timed:
             first, last = sorted((motion.path.start, motion.path.end))
-            known = (job.wanted >= first) & (job.wanted <= last)
-            part.values[row, known] = values(motion, asked.timed_values)
-        if asked.reduced:
-            part.reduced[row] = extremes(motion, asked.reduced_values)
+            reached = (job.times >= first) & (job.times <= last)
+            results.values[row, reached] = values(motion, outputs.timed_values)
+        if outputs.reduced:
+            results.reduced[row] = extremes(motion, outputs.reduced_values)
         for crossing in motion.path.crossings:
-            e = crossing.number
-            if job.specs[e].terminal and crossing.time == job.begin:
-                continue  # it ends no run, and is not what ends this one
-            if part.counts[row, e] == 0:
-                part.event_times[row, e, 0] = crossing.time
-            part.event_times[row, e, 1] = crossing.time
-            part.counts[row, e] += 1
+            if job.specs[crossing.number].terminal and crossing.time == job.begin:
+                continue  # it did not end the run
+            self._count(row, crossing.number, crossing.time)
         names = [spec.name for spec in job.specs]
-        for one in motion.warnings:
-            for e in (names.index(one.event), names.index(one.event) + job.limits):
-                for begin, _ in one.spans:
-                    if part.counts[row, e] == 0:
-                        part.event_times[row, e, 0] = begin
-                    part.event_times[row, e, 1] = begin
-                    part.counts[row, e] += 1
-        if asked.timeline:
-            told = [[c.contact, c.mode, c.start, c.end, c.why] for c in motion.modes]
-            part.texts[row, 0] = json.dumps(told)
+        for warning in motion.warnings:
+            event = names.index(warning.event)
+            for begin, _ in warning.spans:
+                self._count(row, event, begin)
+                self._count(row, event + job.limits, begin)
+        if outputs.timeline:
+            changes = [[c.contact, c.mode, c.start, c.end, c.why] for c in motion.modes]  # type: ignore[attr-defined]
+            results.texts[row, 0] = json.dumps(changes)
+
+    def _count(self, row: int, event: int, time: float) -> None:
+        """Count an event at a time."""
+        results = self.results
+        if results.counts[row, event] == 0:
+            results.event_times[row, event, 0] = time
+        results.event_times[row, event, 1] = time
+        results.counts[row, event] += 1

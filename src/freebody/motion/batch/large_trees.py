@@ -1,8 +1,8 @@
 """Lanes of large trees, eight at a time: the loop over lanes with kernels that loop over links.
 
-The constants of the links would have to be computed for each lane by straight code, which grows with the model: lanes
-that differ in parameters run alone, one by one, and so do those in which events, extremes or energies are asked for,
-stiff ones, and those that fail, which then tell why.
+The constants of the links would have to be computed for each lane by straight code, which grows with the model. Lanes
+therefore run alone, one by one, if they differ in parameters; if events, extremes or energies are asked for; if they
+are stiff; and if they fail, so that they tell why.
 """
 
 from __future__ import annotations
@@ -12,68 +12,61 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...errors import SimulationError
 from ...native.registers import WIDTH
 from ...program.fixed import Fixed
-from ...program.large.tree_loop import is_large
 from ..kernels.kernels import Kernels
-from ..kernels.methods import FINE
 from ..ode import layout
+from ..ode.dense_output import Array
 from .alone import Alone
+from .job import Job
 from .kernels import BatchProgram
+from .lane_loop import LaneLoop
+from .results import WAITING, Results
 
 
-def applies(job: Any) -> bool:
-    """Whether a batch is run so."""
-    model, asked, given = job.kernels.model, job.asked, job.given
-    return (
-        is_large(model, "forward_dynamics")
-        and job.method in ("auto", "dop853")
-        and not (job.method == "auto" and job.tolerances.min() < FINE)
-        and not (model.contacts or model.controllers or model.signals or job.alone["impulses"])
-        and not (job.specs or asked.reduced or any(isinstance(x, str) for x in asked.timed_values))
-        and not given.varied[0]
-        and job.step is None
-        and job.begin != job.end
-    )
+class LargeTrees:
+    """Lanes of a large tree, ready to run eight at a time."""
 
+    def __init__(self, job: Job, results: Results) -> None:
+        self.job, self.results = job, results
 
-class Large:
-    """Runs of lanes eight at a time, ready to begin."""
-
-    def __init__(self, job: Any, part: Any, loop: Callable[..., Any]) -> None:
-        self.job, self.part, self.loop = job, part, loop
-
-    def run(self, todo: Any, between: Callable[[float], None]) -> None:
-        """Some lanes, given by number; those that end otherwise than others run once more, alone."""
-        job, part = self.job, self.part
-        if len(todo) >= WIDTH:
+    def run(self, lanes: NDArray[np.int64], between: Callable[[float], None]) -> None:
+        """Run lanes, given by number; those that do not finish run again, alone."""
+        job, results = self.job, self.results
+        if len(lanes) >= WIDTH:
             try:
-                states, *_ = job.given.states({}, job.begin, False, job.kernels)
-            except SimulationError:  # a lane has no start, and tells why where it runs alone
-                Alone(job, part).run(todo, between)
+                states, *_ = job.lanes.states({}, job.begin, False, job.kernels)
+            except SimulationError:  # a lane without a start tells why if it runs alone
+                Alone(job, results).run(lanes, between)
                 return
-            program = program_of(job.kernels, job.asked.timed_values, job.given.parameters(np.array([0]))[0])
-            self.loop(replace(job, states=states), "dop853", part, job.method == "auto", program).run(
-                todo, between
-            )
-            rows = todo - part.low
-            todo = todo[~np.isin(part.kept[rows, 0], (layout.FINISHED, -1))]
-            part.clear(todo - part.low)
-        if len(todo):
-            Alone(job, part).run(todo, between)
+            parameters = job.lanes.parameters(np.array([0]))[0]
+            program = program_of(job.kernels, job.outputs.timed_values, parameters)
+            LaneLoop(
+                replace(job, states=states),
+                "dop853",
+                results,
+                until_stiff=job.method == "auto",
+                program=program,
+            ).run(lanes, between)
+            ended = results.outcomes[lanes - results.low, 0]
+            lanes = lanes[~np.isin(ended, (layout.FINISHED, WAITING))]
+            results.clear(lanes - results.low)
+        if len(lanes):
+            Alone(job, results).run(lanes, between)
 
 
-def program_of(kernels: Kernels, outputs: tuple[Any, ...], parameters: Any) -> BatchProgram:
-    """Rates and energy looped over the links, outputs in straight code, for these parameters."""
+def program_of(kernels: Kernels, outputs: tuple[Any, ...], parameters: Array) -> BatchProgram:
+    """Return the program for these parameters: rates and energy looped over the links, outputs as straight code."""
     motion = kernels.motion()
-    c = motion.constants(parameters)
-    given = {
-        "rates": (motion.compiled.of_rows("rates", shared=True), c),
-        "energy": (motion.compiled["energy"], c),
+    constants = motion.constants(parameters)
+    functions = {
+        "rates": (motion.compiled.of_rows("rates", shared=True), constants),
+        "energy": (motion.compiled["energy"], constants),
     }
     if outputs:
-        asked = kernels.expressions(outputs)
-        given["outputs"] = (asked.compiled["values"], asked.constants(parameters))
-    return BatchProgram(Fixed(given), 0, 0)
+        program = kernels.expressions(outputs)
+        functions["outputs"] = (program.compiled["values"], program.constants(parameters))
+    return BatchProgram(Fixed(functions), 0, 0)

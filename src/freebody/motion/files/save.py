@@ -30,7 +30,7 @@ from ..contact.trajectory import ContactTrajectory
 from ..legs.sensitivity import SensitiveTrajectory
 from ..ode.dense_output import Path
 from ..timestepping.stepped_trajectory import SteppedTrajectory, Steps
-from ..trajectory.phases import PhasedTrajectory, Segment, parts_of
+from ..trajectory.phases import PhasedTrajectory, Segment, segments_of
 from ..trajectory.trajectory import Trajectory
 from .replacing import replacing
 
@@ -108,7 +108,7 @@ def written(motion: Trajectory) -> dict[str, Any]:
             stacklevel=4,
         )
     kind = next(name for name, one in KINDS.items() if type(motion) is one)
-    segments = parts_of(motion.path, motion.kernels)
+    segments = segments_of(motion.path, motion.kernels)
     times, samples = motion._asked
     accuracies: list[Any] = []
     arrays: dict[str, Any] = {

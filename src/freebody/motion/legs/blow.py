@@ -18,7 +18,7 @@ from ..ode.dense_output import FINISHED, TERMINAL, Array, Path, Watch
 from ..start.arguments import check_forwards
 from ..start.initial import number
 from ..trajectory.event import EventSpec, Happening, event, expressions_of, watching
-from ..trajectory.phases import Phases, Segment, parts_of
+from ..trajectory.phases import Phases, Segment, segments_of
 
 
 @dataclass(frozen=True)
@@ -186,7 +186,7 @@ def struck_path(
         target = timed[0][0] if timed else end
         path = advance(y, t, target, work)
         mine = [c for c in path.crossings if c.number >= asked]
-        legs = parts_of(path, kernels, work)
+        legs = segments_of(path, kernels, work)
         for leg in legs:
             shown = tuple(c for c in leg.path.crossings if c.number < asked)
             segments.append(replace(leg, path=replace(leg.path, crossings=shown)))

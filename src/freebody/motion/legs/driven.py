@@ -31,7 +31,7 @@ from ..ode.dense_output import FINISHED, INTERRUPTED, Array, Crossing, Path, Rat
 from ..start.arguments import MOST_STEPS, check_count, check_forwards
 from ..start.initial import number
 from ..trajectory.event import EventSpec
-from ..trajectory.phases import Phases, Segment, parts_of
+from ..trajectory.phases import Phases, Segment, segments_of
 
 _TOGETHER = 1e-12
 """Moments that are closer, relative to 1 s or to their time, are one."""
@@ -340,7 +340,7 @@ def driven_path(
         path = leg(
             parameters, here, y, t, min(drives.until(), end), watch=watch, first_step=natural, method=method
         )
-        segments += [replace(one, impulses=work, parameters=parameters) for one in parts_of(path, kernels)]
+        segments += [replace(one, impulses=work, parameters=parameters) for one in segments_of(path, kernels)]
         if path.method == "radau":
             method = "radau"
         if path.steps > 1:

@@ -30,7 +30,7 @@ from ..kernels.kernels import LOOSE, Kernels
 from ..ode.dense_output import CONTRADICTED, FINISHED, RELEASED, Array, Path, Rates, cut, observe, projected
 from ..ode.integration import Halt, first_halt
 from ..trajectory.event import Happening
-from ..trajectory.phases import Phases, Segment, parts_of
+from ..trajectory.phases import Phases, Segment, segments_of
 from ..trajectory.trajectory import Trajectory
 from .branch import Crossing
 
@@ -161,7 +161,7 @@ def check_redundant(trajectory: Trajectory) -> None:
         then is ``error.trajectory``.
     """
     path = cast(Any, trajectory.path)
-    parts = parts_of(path, trajectory.kernels)
+    parts = segments_of(path, trajectory.kernels)
     for i, segment in enumerate(parts):
         held, part = segment.kernels, segment.path
         names = held.dropped

@@ -22,11 +22,11 @@ _ENERGIES = {
 
 
 def dataset(trajectory: Trajectory) -> xarray.Dataset:
-    """Coordinates, speeds, poses, energies and reactions over ``time``; events over ``event``.
+    """Return coordinates, speeds, poses, energies and reactions over ``time``, and events over ``event``.
 
-    The pose of body b is in ``b.position`` (time, axis) and ``b.quaternion`` (time, component), the reaction of
-    joint j in ``j.force`` and ``j.moment`` (time, axis), all in ground axes. Each variable has ``units`` and
-    ``long_name``; values of the parameters, as JSON, and the origin of the data are attributes.
+    The pose of body b is ``b.position`` (time, axis) and ``b.quaternion`` (time, component); the reaction of joint j is
+    ``j.force`` and ``j.moment`` (time, axis); all are in ground axes. Each variable has ``units`` and ``long_name``.
+    Attributes hold the values of the parameters, as JSON, and the origin of the data.
     """
     import xarray
 
@@ -90,7 +90,7 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
             "title": f"Motion of {trajectory.name}",
             "status": trajectory.status,
             "method": getattr(trajectory, "method", "Dormand-Prince 8(5,3), dense output of order 7"),
-            # of a machine with every joint driven nothing is integrated
+            # if every joint is driven, nothing is integrated
             **({"tolerance": float(np.min(trajectory.tolerances))} if len(trajectory.tolerances) else {}),
             "steps": trajectory.steps,
             "parameters": json.dumps(trajectory.values),
@@ -100,7 +100,7 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
 
 
 def _of_contact(name: str, motion: Any) -> dict[str, Any]:
-    """Gap, forces, slip, friction-cone margin and mode of a contact."""
+    """Return gap, forces, slip, friction-cone margin and mode of a contact."""
 
     def along(values: Any) -> Any:
         return ("time",) if values.ndim == 1 else ("time", "tangent")

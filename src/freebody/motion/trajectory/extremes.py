@@ -1,8 +1,8 @@
 """Quantities of a motion at its output times, and their extremes over the whole run.
 
-Extremes are sought at the ends of all steps and at seven points within each, on either side of every jump; where one of
-these is greater than its neighbours, the bracket around it is halved eight times, by states that are ends of steps, and
-closed by the vertex of a parabola.
+Extremes are sought at the ends of all steps and at seven points within each, on both sides of every jump. If one of
+these values is greater than its neighbours, the bracket around it is halved eight times, at states that are as accurate
+as the steps, and a parabola gives the vertex.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from .outputs import CONTACT_MODES, ENERGIES, OfContact
 from .phases import Phases
 from .trajectory import Trajectory
 
-_PARTS = 8  # of a step at which extremes are looked for
+_PARTS = 8  # parts of a step at whose ends extremes are sought
 _HALVINGS = 8
-_BRACKETS = 4  # that are closed, of one quantity in one block
-_BLOCK = 1000  # steps that are looked at together
+_BRACKETS = 4  # brackets that are refined, for one quantity in one block
+_BLOCK = 1000  # steps that are searched together
 
 
-def values(motion: Trajectory, asked: tuple[Any, ...]) -> Array:
-    """Quantities (expressions, energies, of contacts) at the output times of a motion, one column each."""
-    result = np.empty((len(motion.t), len(asked)))
-    expressions = [x for x in asked if not isinstance(x, str | OfContact)]
+def values(motion: Trajectory, quantities: tuple[Any, ...]) -> Array:
+    """Return quantities (expressions, energies, quantities of contacts) at the output times, one column each."""
+    result = np.empty((len(motion.t), len(quantities)))
+    expressions = [x for x in quantities if not isinstance(x, str | OfContact)]
     if expressions:
         program = motion.kernels.expressions(expressions)
-        places = [i for i, x in enumerate(asked) if not isinstance(x, str | OfContact)]
-        result[:, places] = motion._observed(program, "values", motion.t, motion.states)
-    for i, x in enumerate(asked):
+        columns = [i for i, x in enumerate(quantities) if not isinstance(x, str | OfContact)]
+        result[:, columns] = motion._observed(program, "values", motion.t, motion.states)
+    for i, x in enumerate(quantities):
         if isinstance(x, str):
             result[:, i] = _energy(motion, x)
         elif isinstance(x, OfContact):
@@ -41,80 +41,80 @@ def values(motion: Trajectory, asked: tuple[Any, ...]) -> Array:
     return result
 
 
-def _energy(motion: Any, name: str) -> Any:
-    """One of `ENERGIES`."""
+def _energy(motion: Trajectory, name: str) -> Any:
+    """Return one of `ENERGIES` at the output times."""
     assert name in ENERGIES
     if name != "work_rate":
-        short = {
+        attributes = {
             "kinetic_energy": "kinetic",
             "potential_energy": "potential",
             "energy": "total",
             "work": "work",
         }
-        return getattr(motion.energy, short[name])
+        return getattr(motion.energy, attributes[name])
     if not motion.has_work:
         return 0.0
     return motion._rates()[:, motion.kernels.model.n_q + motion.kernels.model.n_u]
 
 
-def _of_contact(motion: Any, asked: OfContact) -> Any:
-    """A quantity of a contact; the mode as its place in `CONTACT_MODES`."""
-    contact = list(motion.contacts.values())[asked.contact]
-    found = getattr(contact, asked.what)
-    if asked.what == "mode":
-        return [CONTACT_MODES.index(mode) for mode in found]
-    return found if found.ndim == 1 else found[:, asked.component]
+def _of_contact(motion: Any, quantity: OfContact) -> Any:
+    """Return a quantity of a contact at the output times; a mode as its index in `CONTACT_MODES`."""
+    contact = list(motion.contacts.values())[quantity.contact]
+    result = getattr(contact, quantity.what)
+    if quantity.what == "mode":
+        return [CONTACT_MODES.index(mode) for mode in result]
+    return result if result.ndim == 1 else result[:, quantity.component]
 
 
-def extremes(motion: Any, asked: tuple[Any, ...]) -> Array:
-    """Greatest, smallest, first and last value of each quantity over a motion, shape (quantities, 4)."""
-    ends = values(_at(motion, np.array([motion.path.start, motion.path.end])), asked)
-    best = np.full((2, len(asked)), -np.inf)  # of the quantities, and of their opposites
-    for leg, times, bent in _legs(motion.path):
+def extremes(motion: Trajectory, quantities: tuple[Any, ...]) -> Array:
+    """Return greatest, smallest, first and last value of each quantity over a motion, shape (quantities, 4)."""
+    ends = values(_at(motion, np.array([motion.path.start, motion.path.end])), quantities)
+    best = np.full((2, len(quantities)), -np.inf)  # greatest values of the quantities, and of their negatives
+    for leg, times, curved in _legs(motion.path):
 
-        def seen(moments: Array, leg: Any = leg) -> Array:
-            found = values(_at(motion, moments, leg), asked)
-            return np.stack([found, -found])
+        def both_signs(moments: Array, leg: Any = leg) -> Array:
+            result = values(_at(motion, moments, leg), quantities)
+            return np.stack([result, -result])
 
-        found = seen(times)
-        best = np.fmax(best, np.fmax.reduce(found, axis=1))
-        if bent:
-            best = _closed(times, found, best, seen)
+        samples = both_signs(times)
+        best = np.fmax(best, np.fmax.reduce(samples, axis=1))
+        if curved:
+            best = _refined(times, samples, best, both_signs)
     best[~np.isfinite(best)] = np.nan
     return np.stack([best[0], -best[1], *ends], axis=1)
 
 
-def _closed(times: Array, found: Array, best: Array, seen: Callable[[Array], Array]) -> Array:
-    """The greatest values with those between the times, where a bracket can hold a greater one."""
-    a, b, c = found[:, :-2], found[:, 1:-1], found[:, 2:]
+def _refined(times: Array, samples: Array, best: Array, function: Callable[[Array], Array]) -> Array:
+    """Return the greatest values, with values between the times where a bracket can hold a greater one."""
+    a, b, c = samples[:, :-2], samples[:, 1:-1], samples[:, 2:]
     with np.errstate(invalid="ignore"):
         reach = np.where((b >= a) & (b >= c), 2 * b - np.minimum(a, c), -np.inf)
         reach[~(reach > best[:, None])] = -np.inf
-    side, place, which = [], [], []
+    signs, places, columns = [], [], []
     for k in range(2):
         for j in range(best.shape[1]):
-            some = np.argsort(reach[k, :, j])[-_BRACKETS:]
-            some = some[np.isfinite(reach[k, some, j])]
-            side += [k] * len(some)
-            place += some.tolist()
-            which += [j] * len(some)
-    if not place:
+            highest = np.argsort(reach[k, :, j])[-_BRACKETS:]
+            highest = highest[np.isfinite(reach[k, highest, j])]
+            signs += [k] * len(highest)
+            places += highest.tolist()
+            columns += [j] * len(highest)
+    if not places:
         return best
-    K, i, J, rows = np.array(side), np.array(place), np.array(which), np.arange(len(place))
+    K, i, J, rows = np.array(signs), np.array(places), np.array(columns), np.arange(len(places))
     t = np.stack([times[i], times[i + 1], times[i + 2]])
-    f = np.stack([found[K, i, J], found[K, i + 1, J], found[K, i + 2, J]])
+    f = np.stack([samples[K, i, J], samples[K, i + 1, J], samples[K, i + 2, J]])
 
-    def at_these(moments: Array) -> Array:
-        """Each bracket's own quantity at its own moments, a row of them or several."""
-        every = seen(moments.ravel()).reshape(2, *moments.shape, -1)
-        got = every[K, ..., rows, J].T
-        np.fmax.at(best, (K, J), np.fmax.reduce(np.atleast_2d(got)))
-        return np.where(np.isfinite(got), got, -np.inf)
+    def evaluate(moments: Array) -> Array:
+        """Return the quantity of each bracket at its own times, one row of times or several."""
+        everywhere = function(moments.ravel()).reshape(2, *moments.shape, -1)
+        result = everywhere[K, ..., rows, J].T
+        np.fmax.at(best, (K, J), np.fmax.reduce(np.atleast_2d(result)))
+        return np.where(np.isfinite(result), result, -np.inf)
 
     for _ in range(_HALVINGS):
         left, right = (t[0] + t[1]) / 2, (t[1] + t[2]) / 2
         points = np.stack([t[0], left, t[1], right, t[2]])
-        below, above = at_these(np.stack([left, right]))
+        below, above = evaluate(np.stack([left, right]))
         heights = np.stack([f[0], below, f[1], above, f[2]])
         middle = 1 + np.argmax(heights[1:4], axis=0)
         t, f = (np.stack([x[middle + d, rows] for d in (-1, 0, 1)]) for x in (points, heights))
@@ -122,28 +122,27 @@ def _closed(times: Array, found: Array, best: Array, seen: Callable[[Array], Arr
     with np.errstate(all="ignore"):
         vertex = t[1] - ((t[1] - t[0]) * p - (t[1] - t[2]) * q) / (2 * (p - q))
     inside = (vertex > np.minimum(t[0], t[2])) & (vertex < np.maximum(t[0], t[2]))
-    at_these(np.where(inside, vertex, t[1]))
+    evaluate(np.where(inside, vertex, t[1]))
     return best
 
 
 def _legs(whole: Any) -> Iterator[tuple[Any, Array, bool]]:
-    """Parts of a path between jumps, in blocks: the part, times to look at, and whether it bends between them."""
-    parts = whole.segments if isinstance(whole, Phases) else (None,)
-    for segment in parts:
-        one = whole if segment is None else segment.path
+    """Yield parts of a path between jumps, in blocks: the part, times to search, and True if it is curved between them."""
+    segments = whole.segments if isinstance(whole, Phases) else (None,)
+    for segment in segments:
+        path = whole if segment is None else segment.path
         leg = None if segment is None else Phases((segment,), whole.status)
-        if not one.curved or one.steps == 0:
-            yield leg, one.times, False
+        if not path.curved or path.steps == 0:
+            yield leg, path.times, False
             continue
-        for low in range(0, one.steps, _BLOCK):
-            starts = one.times[max(0, low - 1) : low + _BLOCK + 1]  # what is at the seam is within
-            parts_of = np.arange(_PARTS) / _PARTS
-            inner = starts[:-1, None] + np.diff(starts)[:, None] * parts_of
+        for low in range(0, path.steps, _BLOCK):
+            starts = path.times[max(0, low - 1) : low + _BLOCK + 1]  # blocks overlap by one step
+            inner = starts[:-1, None] + np.diff(starts)[:, None] * np.arange(_PARTS) / _PARTS
             yield leg, np.append(inner.ravel(), starts[-1]), True
 
 
-def _at(motion: Any, times: Array, leg: Any = None) -> Any:
-    """The same motion, or one leg of it, with other output times."""
+def _at(motion: Trajectory, times: Array, leg: Any = None) -> Trajectory:
+    """Return the same motion, or one leg of it, with other output times."""
     other = copy.copy(motion)
     for kind in type(motion).__mro__:
         for name, entry in vars(kind).items():
