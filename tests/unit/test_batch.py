@@ -246,7 +246,7 @@ def test_a_store_goes_on_where_it_was_left(tmp_path, monkeypatch) -> None:
     with pytest.raises(SimulationError, match="hold results of the same runs, .* Choose another path"):
         fb.simulate(s, 2, store=path, **{**options, "times": [1.0, 1.5]})
     path.write_text("nothing")
-    with pytest.raises(SimulationError, match="can not be read"):
+    with pytest.raises(SimulationError, match="cannot be read"):
         fb.simulate(s, 2, store=path, **options)
     with pytest.raises(SimulationError, match="there is no folder"):
         fb.simulate(s, 2, store=tmp_path / "no" / "x.nc", **options)
@@ -498,7 +498,7 @@ def test_large_trees_eight_at_a_time_are_runs_alone(monkeypatch: pytest.MonkeyPa
     initial[names[0]][4] = 1e200
     worse = fb.simulate(s, 0.3, initial=initial, **options)
     assert str(worse["status"][4].values) == "not finite"
-    assert "can not be continued" in str(worse["reason"][4].values)
+    assert "cannot be continued" in str(worse["reason"][4].values)
     kept = [k for k in range(11) if k != 4]
     assert np.array_equal(worse[names[0]][kept], data[names[0]][kept])
 

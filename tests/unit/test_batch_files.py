@@ -57,7 +57,7 @@ def test_a_disk_that_has_no_room_for_the_results(tmp_path) -> None:
     fb.simulate(pendulum(), 1, initial={"theta": [0.1, 0.2]}, samples=2)  # whatever is compiled
     with no_file_beyond(1 << 15), pytest.raises(SimulationError) as error:
         fb.simulate(pendulum(), 1, store=path, **many)
-    text = f"Can not write '{path}': File too large. Choose a disk that takes files of 0.871 MB, or ask for less."
+    text = f"Cannot write '{path}': File too large. Choose a disk that takes files of 0.871 MB, or ask for less."
     assert str(error.value) == text and error.value.__cause__.errno == errno.EFBIG
     assert os.listdir(tmp_path) == []
     path = tmp_path / "motion.nc"
@@ -66,7 +66,7 @@ def test_a_disk_that_has_no_room_for_the_results(tmp_path) -> None:
     before = path.read_bytes()
     with (
         no_file_beyond(1 << 12),
-        pytest.raises(SimulationError, match=f"Can not write '{path}': .* files of"),
+        pytest.raises(SimulationError, match=f"Cannot write '{path}': .* files of"),
     ):
         motion.save(path)
     assert path.read_bytes() == before and os.listdir(tmp_path) == ["motion.nc"]
@@ -112,7 +112,7 @@ def test_a_file_system_that_is_really_full(tmp_path) -> None:
         room = os.statvfs(tmp_path)
         (tmp_path / "fill").write_bytes(bytes(room.f_bavail * room.f_frsize))
         with pytest.raises(
-            SimulationError, match=rf"Can not write '{path}': No space left on device\. The lanes "
+            SimulationError, match=rf"Cannot write '{path}': No space left on device\. The lanes "
         ):
             fb.simulate(ball(), 3, store=path, **BALLS)
         assert (statuses(path)[:5] >= 0).all() and len(path.read_bytes()) == len(before)
@@ -172,10 +172,10 @@ def test_a_folder_that_may_not_be_written() -> None:
     folder.chmod(0o755)
     shutil.rmtree(above)
     assert found.stdout.splitlines() == [
-        f"Can not write '{folder}/x.nc': Permission denied. The lanes that were written before are whole, and the same "
+        f"Cannot write '{folder}/x.nc': Permission denied. The lanes that were written before are whole, and the same "
         "call goes on with the others. Choose a path at which you may write, or change the rights there.",
         "PermissionError",
-        f"Can not write '{folder}/other.nc': Permission denied. Choose a path at which you may write, or change the "
+        f"Cannot write '{folder}/other.nc': Permission denied. Choose a path at which you may write, or change the "
         "rights there.",
         "PermissionError",
         "['x.nc'] True",

@@ -228,7 +228,7 @@ def test_a_run_that_fails_fails_again():
     s.slider("rail", s.ground, s.body("mass", fb.particle(1)), axis="x", coordinate="x")
     s.generalized_force("x", "x'^2")
     for _ in range(2):
-        with pytest.raises(SimulationError, match="can not be continued") as found:
+        with pytest.raises(SimulationError, match="cannot be continued") as found:
             fb.simulate(s, 2, initial={"x'": 1.0})
         assert found.value.trajectory.path.end == pytest.approx(1, abs=1e-6)
     assert fb.simulate(s, 2, initial={"x'": 0.25}).at(2)["x'"] == pytest.approx(0.5, rel=1e-7)

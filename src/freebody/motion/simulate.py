@@ -1,8 +1,8 @@
-"""simulate: from a machine and a start to its motion.
+"""simulate: from a machine and its initial values to its motion, or to many motions.
 
     q' = q'(q, u),   u' = u'(t, q, u),   W' = P(t, q, u)
 
-The rates are machine code made from the algorithms (`kernels`), the loop around them is compiled too (`dop853`).
+The rates are machine code made from the algorithms (`kernels`); the loop around them is compiled too (`ode`).
 """
 
 from __future__ import annotations
@@ -46,99 +46,98 @@ def simulate(
     executor: Any = None,
     sensitivities: Any = None,
 ) -> Any:
-    """The motion of a machine from an initial state, or many motions from arrays of initial states and parameters.
+    """Return the motion of a machine from initial values, or many motions from arrays of initial values and parameters.
 
     Parameters
     ----------
     s : System or Model
     until : number, expression or text
-        Time at which the run ends [s]; earlier than ``start`` it runs backwards.
+        Time at which the run ends [s]. If it is earlier than ``start``, the run goes backwards.
     initial : mapping, optional
-        Start, by name or SymPy atom: ``{"theta": "30deg", "theta'": 2}``. A number, or an expression of
-        parameters. What is not named is zero. The name of a ball or free joint stands for its quaternion
-        (w, x, y, z), or a :class:`freebody.Rotation`.
+        Initial values, by name or SymPy atom: ``{"theta": "30deg", "theta'": 2}``. Each is a number, or an expression
+        of parameters; coordinates and speeds not named are zero. The name of a ball or free joint stands for its
+        quaternion (w, x, y, z), or a :class:`freebody.Rotation`.
     near : mapping, optional
-        Of a machine with constraints: coordinates and speeds to begin the search from, where those not named in
-        ``initial`` follow from the constraints.
+        For machines with constraints: guesses of coordinates and speeds that are not named in ``initial`` and follow
+        from the constraints.
     project : bool
-        Of a machine with constraints: whether what is named in ``initial`` may move too, to the nearest state
-        that satisfies them.
+        For machines with constraints: True to also move the values named in ``initial``, to the nearest state that
+        satisfies the constraints.
     values : mapping, optional
         Values of parameters, by name or symbol, in place of their defaults.
     tolerance : float or mapping of name to float
         Bound ε of the error of one step: |error| <= ε (1 + |value|) for each coordinate and speed in its own
-        unit, and ε (E + |work|), E the energy at the start, for the work. The error at the end of a run is a
-        multiple of it that depends on the motion. By name where coordinates need different ones (1e-9 for the
-        rest).
+        unit, and ε (E + |work|) for the work, with E the energy at the start. The error at the end of a run is a
+        multiple of it that depends on the motion. A mapping gives tolerances by name (1e-9 for the rest).
     events : list, optional
-        :func:`freebody.event`, or bare expressions, that are located where they pass through zero.
+        :func:`freebody.event`, or bare expressions, located at their zero crossings.
     method : {"auto", "dop853", "dop54", "radau", "gauss", "taylor", "structure", "timestepping"}
-        How steps are made: explicit of order 8 or 5, implicit of order 5 for stiff machines, order 16 for tolerances
-        down to round-off, Taylor series of order 16 for small smooth machines, symplectic in steps of one length.
-        "auto" is "dop853"; for tolerances of 1e-7 and below "taylor" where the machine is small, "gauss" below 1e-14
-        where it is not; and "radau" where the machine turns out to be stiff. In a batch it takes "taylor" from 1e-6 on.
-        "timestepping" is for many contacts: equal steps of Moreau and Jean, of first order. The page on integrators
-        tells them apart.
+        Integration method: explicit of order 8 or 5, implicit of order 5 for stiff machines, order 16 for tolerances
+        down to round-off, Taylor series of order 16 for small smooth machines, symplectic with steps of one length.
+        "auto" is "dop853"; for tolerances of 1e-7 and below (1e-6 in a batch) it is "taylor" if the machine is small,
+        and below 1e-14 "gauss" otherwise; it changes to "radau" if the machine turns out to be stiff. "timestepping" is
+        for many contacts: equal steps of Moreau and Jean, of first order. The page on integrators compares the methods.
     impulses : list, optional
-        :func:`freebody.blow`, blows and impacts of no duration at given times or where an expression passes through
-        zero. They are among the events of the trajectory, and their work is in the energy ledger.
+        :func:`freebody.blow`: blows and impacts of no duration, at given times or where an expression passes through
+        zero. They are events of the trajectory, and the energy ledger counts their work.
     impacts : {"simultaneous", "sequential"}
-        Of several contacts that collide at once: all impulses together, or one contact after another, always the
-        one that approaches fastest.
+        How several contacts collide at once: all impulses together, or one contact after another, always the contact
+        that approaches fastest.
     indeterminate : {"refuse", "least"}
-        What becomes of contacts that slide where the motion depends on how they share forces that nothing determines
-        (four corners of a box that turns as it slides): the run is refused, or their normal forces, and impulses,
-        are taken least in norm.
+        Treatment of sliding contacts whose shares of the forces are indeterminate but affect the motion (four corners
+        of a box that turns as it slides): the run is refused, or their normal forces and impulses are taken least in
+        norm.
     times : array, optional
-        Output times, within the run; those after a terminal event are left out.
+        Output times, within the run; times after a terminal event are left out.
     samples : int, optional
         Number of output times at equal distances, both ends included (at least 401 if neither is given).
     start : number, expression or text
         Time of the initial state [s].
     max_step : float, optional
-        Longest step [s]: for loads that act so briefly that a step could jump over them.
+        Longest step [s]; needed for loads that act so briefly that a step could miss them.
     max_steps : int, optional
-        Stop with an error after so many steps; after 10 million if not given, or 2 GiB of them. What is known before
-        to take more, by ``step``, ``max_step`` or the period of a controller, is refused.
+        Number of steps after which the run stops with an error; if not given, 10 million steps or 2 GiB of them. A run
+        that needs more because of ``step``, ``max_step`` or the period of a controller is refused at once.
     step : float, optional
-        Length of all steps [s], whatever their error: asked for by ``method="structure"``, possible with all but
-        "auto".
+        Length of all steps [s], whatever their error: required by ``method="structure"`` and "timestepping", possible
+        with all methods except "auto".
     progress : bool or function, optional
-        Whether to show a progress bar once a second has passed (on a terminal, if not given). A function is
-        called several times a second with the part of the run that is done.
+        True to show a progress bar once a second has passed; if not given, only on a terminal. A function is called
+        several times a second with the part of the run that is done.
     outputs : name, expression, sequence or mapping of them, optional
-        Of a batch: quantities at the output times (all coordinates and speeds if not given), and single numbers of
-        the whole run, "max(theta)", "min(...)", "range(...)", "initial(...)", "final(...)". Of a contact "floor.gap",
-        ".normal", ".tangential", ".slip", ".margin" and ".mode"; "modes" is the timeline of all (:func:`timeline`).
+        For a batch: quantities at the output times (all coordinates and speeds if not given), and single numbers for
+        the whole run, "max(theta)", "min(...)", "range(...)", "initial(...)", "final(...)". For a contact "floor.gap",
+        ".normal", ".tangential", ".slip", ".margin" and ".mode"; "modes" is the timeline of all modes
+        (:func:`timeline`).
     store : path, optional
-        Of a batch: netCDF file that takes the results as they come. Where it exists and holds the same runs, those
-        that are missing are run. Runs are the same if their content is: machine, controllers, values, options, ...
+        For a batch: netCDF file to which results are written as they come. If it exists and holds the same runs, only
+        missing runs are computed. Runs are the same if their content is: machine, controllers, values, options, ...
     threads : int, optional
-        Of a batch: how many share the lanes; all processors if not given. Results do not depend on it.
+        For a batch: number of threads that share the lanes; all processors if not given. Results do not depend on it.
     executor : concurrent.futures.Executor, optional
-        Of a batch: runs blocks of lanes elsewhere, such as a ``ProcessPoolExecutor``. Motions with contacts, which
-        threads do not speed up, go so as fast as there are processors. Where a process dies, its lanes are "waiting",
+        For a batch: executor that runs blocks of lanes elsewhere, such as a ``ProcessPoolExecutor``. It uses all
+        processors for motions with contacts, which threads do not speed up. If a process dies, its lanes are "waiting",
         and ``reason`` says why.
     sensitivities : sequence of names, optional
         Parameters, and coordinates and speeds at the start, by which the motion is differentiated:
-        ``trajectory.sensitivity["theta", "m"]``. The control of the step covers the derivatives.
+        ``trajectory.sensitivity["theta", "m"]``. Step-size control covers the derivatives.
 
     Returns
     -------
     Trajectory
-        Flagged ``interrupted`` when the keyboard (Ctrl-C) stopped it. ``warnings`` tells where it is not physical: a
-        rope that pushes, a plane that pulls a rolling wheel.
+        ``interrupted`` is True if Ctrl-C stopped the run. ``warnings`` tells where the motion is not physical: a rope
+        that pushes, a plane that pulls a rolling wheel.
     xarray.Dataset
-        Of a batch, which arrays in ``values`` or ``initial`` (entry k is of lane k), ``outputs`` or ``store`` ask for:
-        the outputs over ``lane`` and ``time`` (101 times if none are given), first and last times of events, and
-        ``status`` of each lane. A lane that fails is no error: its values are nan from there on. Of machines with
-        contacts, blows or controllers ``reason`` says why it failed.
+        Result of a batch, which is run if ``values`` or ``initial`` contain arrays (entry k belongs to lane k), or if
+        ``outputs``, ``store`` or ``executor`` is given: the outputs over ``lane`` and ``time`` (101 times if none are
+        given), first and last times of events, and ``status`` of each lane. A lane that fails is no error: its values
+        are nan from then on. For machines with contacts, blows or controllers ``reason`` says why it failed.
 
     Raises
     ------
     SimulationError
-        Unknown names, an argument that the run can not heed, or a motion that can not be continued: with the time, the
-        coordinate and the last good state, and with the motion so far as ``error.trajectory``.
+        Unknown names, an argument that does not apply to the run, or a motion that cannot be continued; then with the
+        time, the coordinate and the last good state, and with the motion so far as ``error.trajectory``.
 
     Examples
     --------

@@ -253,12 +253,12 @@ def _motion_in_legs(
     arguments = (kernels, r.numbers, path, r.specs, r.tolerances, r.times, r.samples)
     trajectory: Trajectory
     if isinstance(path, Phases):
-        in_order = sorted((*happenings, *legs.conditions.told), key=lambda happening: happening.time)
+        in_order = sorted((*happenings, *legs.conditions.happenings), key=lambda happening: happening.time)
         trajectory = PhasedTrajectory(*arguments, happenings=in_order)
     else:
         trajectory = Trajectory(*arguments)
     if path.status in runs.FAILED:
-        raise failure(trajectory, path, legs.conditions.now, r.end, legs.specs)
+        raise failure(trajectory, path, legs.conditions.current, r.end, legs.specs)
     if kernels.model.constraints:
         check_redundant(trajectory)
     return trajectory

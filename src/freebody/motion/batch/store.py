@@ -15,7 +15,7 @@ import numpy as np
 
 from ...errors import SimulationError, path_of
 from ...version import VERSION
-from ..files.replacing import lock, replacing, reserve, told
+from ..files.replacing import explained, lock, replacing, reserve
 from ..lanes import lanes_layout as at
 from ..ode import layout
 from ..trajectory.outputs import CONTACT_MODES, TIMELINE, OfContact
@@ -236,7 +236,7 @@ class Store:
     def __init__(self, path: Any, job: Job) -> None:
         self.path, self.job = path_of(path, "store=", SimulationError), job
         self.parts = parts(job)
-        with told(self.path):
+        with explained(self.path):
             if self.path.is_dir():
                 raise SimulationError(
                     f"Expected the path of a file for store=, got the folder '{self.path}'. Name a file in it, such as "
@@ -244,7 +244,7 @@ class Store:
                 )
             if not self.path.parent.is_dir():
                 raise SimulationError(
-                    f"Can not write '{self.path}': there is no folder '{self.path.parent}'. Make it, or choose another "
+                    f"Cannot write '{self.path}': there is no folder '{self.path.parent}'. Make it, or choose another "
                     "path."
                 )
             there = self.path.exists()
@@ -266,7 +266,7 @@ class Store:
                 waiting = "status" in file and bool((file["status"][:] == WAITING).any())
         except OSError as error:
             raise SimulationError(
-                f"Expected results of a batch in '{self.path}', but it can not be read: {error}. Choose another path."
+                f"Expected results of a batch in '{self.path}', but it cannot be read: {error}. Choose another path."
             ) from None
         said = said.decode() if isinstance(said, bytes) else str(said)
         known = json.loads(said) if said.startswith("{") else {}
@@ -278,7 +278,7 @@ class Store:
                 f"{what}. Choose another path, or remove the file."
             )
         if waiting:
-            with told(self.path, more=_WHOLE):
+            with explained(self.path, more=_WHOLE):
                 self._mend()
 
     def _mend(self) -> None:
@@ -375,7 +375,7 @@ class Store:
             return
         texts = {name: [x.encode() for x in found[name][done]] for name in self.job.texts}
         growth = sum(_HEAP + sum(2 * len(x) + 64 for x in some) for some in texts.values())
-        with told(self.path, growth, _WHOLE):
+        with explained(self.path, growth, _WHOLE):
             reserve(self.path, growth)
             with h5py.File(self.path, "r+") as file:
                 for name, array in found.items():

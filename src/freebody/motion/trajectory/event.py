@@ -54,11 +54,11 @@ class Event:
 
 @dataclass(frozen=True)
 class Happening(Event):
-    """An event that the user did not ask for: a blow, an impact, a change of a contact mode or of the active conditions of
-    a linkage, a one-sided constraint whose force passes its limit.
+    """An event that the user did not ask for: a blow, an impact, a change of a contact mode or of the active conditions
+    of a linkage, a one-sided constraint whose force passes its limit.
 
-    ``text`` says what happened; ``state`` is the state just before, ``after`` the state just after; ``warnings`` concern
-    its impulses.
+    ``text`` says what happened; ``state`` is the state just before, ``after`` the state just after; ``warnings``
+    concern its impulses.
     """
 
     text: str = ""
@@ -85,8 +85,8 @@ def event(expression: Any, name: str | None = None, direction: int = 0, terminal
     direction : {0, 1, -1}
         Only where the expression rises (+1) or falls (-1) in the direction of the run; both if 0.
     terminal : bool
-        True to stop the run there. An event at the very start of a run is recorded but does not stop it; in a batch only
-        events after the start count, so that the time of the event is the time of the end.
+        True to stop the run there. An event at the very start of a run is recorded but does not stop it; in a batch
+        only events after the start count, so that the time of the event is the time of the end.
 
     Returns
     -------

@@ -127,7 +127,7 @@ def _refined(times: Array, samples: Array, best: Array, function: Callable[[Arra
 
 
 def _legs(whole: Any) -> Iterator[tuple[Any, Array, bool]]:
-    """Yield parts of a path between jumps, in blocks: the part, times to search, and True if it is curved between them."""
+    """Yield parts of a path between jumps, in blocks: the part, times to search, True if it is curved between them."""
     segments = whole.segments if isinstance(whole, Phases) else (None,)
     for segment in segments:
         path = whole if segment is None else segment.path

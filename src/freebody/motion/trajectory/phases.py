@@ -130,7 +130,7 @@ class Phases:
         return np.array([s.path.start for s in self.segments])
 
     def places(self, times: ArrayLike) -> Any:
-        """Return the number of the segment in which each time lies; the last, if several segments start at that time."""
+        """Return the number of the segment in which each time lies; the last, if several segments start then."""
         return np.clip(np.searchsorted(self.starts, times, side="right") - 1, 0, len(self.segments) - 1)
 
     def sample(self, times: ArrayLike, dense: bool = False) -> Array:
@@ -225,7 +225,7 @@ class PhasedTrajectory(Trajectory):
 
     @cached_property
     def energy(self) -> Energy:
-        """Energy ledger; ``work`` includes blows, impacts and friction, ``impulses`` is the part of blows and impacts."""
+        """Energy ledger; ``work`` includes blows, impacts and friction, ``impulses`` only blows and impacts."""
         first = self.path.segments[0]
         times = np.concatenate([[self.path.start], self.t])
         states = np.concatenate([first.path.states[:1], self.states])

@@ -194,8 +194,10 @@ class Trajectory:
 
     @property
     def status(self) -> str:
-        """How the run ended: finished, terminal event, interrupted, or why it failed; with "not physical" added if there
-        are :attr:`warnings`."""
+        """How the run ended: finished, terminal event, interrupted, or why it failed.
+
+        "not physical" is added if there are :attr:`warnings`.
+        """
         return f"{self.path.status}, {NOT_PHYSICAL}" if self.warnings else self.path.status
 
     @property
@@ -376,7 +378,7 @@ class Trajectory:
 
     @cached_property
     def reactions(self) -> dict[str, Reaction]:
-        """Force and moment that every joint transmits to its child, about the joint's point on the child, in ground axes.
+        """Force and moment of every joint on its child, about the joint's point on the child, in ground axes.
 
         Joints that close loops and rolling wheels (about the centre of the wheel) are included. Reactions that are
         :attr:`indeterminate` are one of many solutions: the constraints declared last carry no force, and no force
@@ -494,7 +496,8 @@ class Trajectory:
         Parameters
         ----------
         path : path, optional
-            Also write it to this file: ``.html`` is a page that opens offline, ``.gif`` and ``.mp4`` are made with a browser.
+            Also write it to this file: ``.html`` is a page that opens offline; ``.gif`` and ``.mp4`` are made with a
+            browser.
         **options
             Options of :func:`freebody.picture.page.animate.animate`.
 
