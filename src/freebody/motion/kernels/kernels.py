@@ -97,7 +97,6 @@ class Kernels:
         self._checked: dict[str, float] | None = None
         self.cache: dict[str, Any] = {}  # for modules that build on these programs
         self._at: tuple[dict[str, float], Array, Rates] | None = None
-        self.plain: dict[Any, Any] = {}  # prepared runs that later calls reuse (`plain`)
 
     def __reduce__(self) -> Any:
         """Pickle the model without its machine code. Another process compiles it again, once for all objects that refer

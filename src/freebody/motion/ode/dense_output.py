@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -129,6 +129,7 @@ class Path:
     relative: ArrayLike | None = None
     absolute: ArrayLike | None = None
     stiff: int = 0
+    curved: ClassVar[bool] = True  # False: straight between the ends of steps
 
     def __getstate__(self) -> dict[str, Any]:
         """Pickle the path without machine code. Another process compiles it when values between steps are needed."""

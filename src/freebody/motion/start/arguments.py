@@ -6,13 +6,20 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ...errors import SimulationError
+from ...errors import SimulationError, nearest
 from ...model import Model
+from ..kernels.kernels import Kernels
+
+FINEST = 1e-15
+"""Smallest tolerance: below it, double precision has no digits."""
+FINEST_OF_SERIES = 1e-16
+"""Smallest tolerance of "taylor", whose steps are not iterated."""
 
 _REAL = (int, float, np.integer, np.floating)
 
@@ -148,3 +155,58 @@ def is_number(value: Any) -> bool:
 
 def _is_whole(value: Any) -> bool:
     return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+
+
+def output_times(times: ArrayLike | None, begin: float, end: float) -> Any:
+    """Return the output times of a run as an array, checked; None if none are given."""
+    if times is None:
+        return None
+    try:
+        wanted = np.atleast_1d(np.array(times, dtype=float))
+    except (TypeError, ValueError):
+        raise SimulationError(f"Expected a list of output times [s], got {times!r}.") from None
+    first, last = min(begin, end), max(begin, end)
+    if wanted.ndim != 1 or wanted.size == 0:
+        raise SimulationError(f"Expected a list of output times, got an array of shape {np.shape(times)}.")
+    outside = ~((wanted >= first) & (wanted <= last))
+    if outside.any():
+        raise SimulationError(
+            f"Expected output times from {first:g} to {last:g} s, got {wanted[outside][0]:g}. "
+            "Leave it out, or simulate further."
+        )
+    return wanted
+
+
+def tolerances_of(kernels: Kernels, tolerance: Any, method: str) -> Any:
+    """Return the relative tolerance of each component of the state, from one number or numbers by name."""
+    finest = FINEST_OF_SERIES if method == "taylor" else FINEST
+    if isinstance(tolerance, float) or not isinstance(tolerance, Mapping):
+        return _equal(_tolerance(tolerance, finest), kernels.size)
+    names = kernels.names
+    texts = kernels.model.names.texts
+    by_name = {key if isinstance(key, str) else texts.get(key, str(key)): v for key, v in tolerance.items()}
+    for name in by_name:
+        if name not in names:
+            raise SimulationError(f"Unknown name '{name}' in tolerance; {nearest(name, names)}")
+    return np.array([_tolerance(by_name.get(name, 1e-9), finest) for name in names])
+
+
+@lru_cache(maxsize=64)
+def _equal(number: float, n: int) -> Any:
+    """Return an array of ``n`` equal numbers, which is shared and cannot be written to."""
+    result = np.full(n, number)
+    result.setflags(write=False)
+    return result
+
+
+def _tolerance(value: Any, finest: float) -> float:
+    if isinstance(value, list | tuple) or isinstance(value, np.ndarray) and value.ndim:
+        raise SimulationError(
+            f"Expected one number for tolerance=, or numbers by name, such as {{'theta': 1e-9}}, got {value!r}."
+        )
+    if not is_number(value) or not finest <= value < 1:
+        raise SimulationError(
+            f"Expected a tolerance between {finest:g} and 1, got {value!r}. "
+            "1e-9 suits most purposes; below 1e-14 rounding errors dominate."
+        )
+    return float(value)

@@ -137,39 +137,6 @@ def named_numbers(
     return y, names
 
 
-def plain_state(
-    model: Model, initial: dict[Any, Any] | None, read: Mapping[str, float]
-) -> list[float] | None:
-    """Return the state (q, u) if all names are those of coordinates and speeds outside quaternions, and all values are
-    numbers, or texts in ``read``; else None."""
-    y = list(model.rest)
-    if initial is None:
-        return y
-    places = model.single_places
-    value: Any
-    for name, value in initial.items():
-        i = places.get(name)
-        if type(value) is str:
-            value = read.get(value)
-        if i is None or type(value) not in _NUMBERS or not math.isfinite(value):
-            return None
-        y[i] = float(value)
-    return y
-
-
-def texts_read(model: Model, initial: dict[Any, Any], y: Sequence[float]) -> dict[str, float]:
-    """Return the numbers of the texts in the initial values."""
-    places = model.single_places
-    return {
-        value: y[places[name]] for name, value in initial.items() if type(value) is str and name in places
-    }
-
-
-def are_single(values: Any) -> bool:
-    """Return True if, by their types, no value has an axis of lanes."""
-    return type(values) is dict and _SINGLE.issuperset(map(type, values.values()))
-
-
 def several(value: Any) -> Any:
     """Return a value as a list, tuple or array if it has several entries; None if it is a single value.
 
