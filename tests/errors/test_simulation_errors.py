@@ -220,7 +220,7 @@ def test_time_outside_the_run(swing):
 
 def test_no_folder_to_write_to(swing, tmp_path):
     with pytest.raises(
-        SimulationError, match=r"Can not write '.*nowhere/x\.nc': there is no folder '.*nowhere'"
+        SimulationError, match=r"Cannot write '.*nowhere/x\.nc': there is no folder '.*nowhere'"
     ):
         swing.save(tmp_path / "nowhere" / "x.nc")
 
@@ -233,7 +233,7 @@ def test_no_file_to_read(swing, tmp_path):
         swing.load(tmp_path / "x.nc")
 
 
-# --- motions that can not be continued -------------------------------------------------------------
+# --- motions that cannot be continued -------------------------------------------------------------
 
 
 def stopped(s, until, **options):
@@ -244,7 +244,7 @@ def stopped(s, until, **options):
 
 def test_a_rate_that_is_no_number_stops_with_time_coordinate_and_state():
     text, motion = stopped(block("sqrt(1 - t)"), 3)
-    assert "The motion of 'block' can not be continued: the rate of 'x'' is not a finite number" in text
+    assert "The motion of 'block' cannot be continued: the rate of 'x'' is not a finite number" in text
     assert "just after t = 1 s" in text or "just after t = 0.99999" in text
     assert "Last good state: x = 0.4" in text
     assert "stop before with a terminal event" in text
@@ -265,7 +265,7 @@ def test_a_start_without_rates_stops_at_once():
 def test_a_coordinate_without_bound_collapses_the_step():
     # x'' = 2 x³ with x(0) = x'(0) = 1 is x = 1/(1 - t)
     text, motion = stopped(block("2*x**3"), 2, initial={"x": 1, "x'": 1})
-    assert "The motion of 'block' can not be continued" in text
+    assert "The motion of 'block' cannot be continued" in text
     assert "'x''" in text
     assert "error.trajectory" in text
     assert motion.t[-1] == pytest.approx(1, abs=1e-3)

@@ -8,16 +8,16 @@ import pytest
 @pytest.fixture
 def loops(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
     """Of each compiled loop over lanes that a test makes, whether it runs eight lanes at once."""
-    from freebody.motion.batch import batch
+    from freebody.motion.batch.lane_loop import LaneLoop
 
     seen: list[bool] = []
-    made = batch._Loop.__init__
+    made = LaneLoop.__init__
 
-    def watched(self, *arguments):
-        made(self, *arguments)
+    def watched(self, *arguments, **options):
+        made(self, *arguments, **options)
         seen.append(self.wide)
 
-    monkeypatch.setattr(batch._Loop, "__init__", watched)
+    monkeypatch.setattr(LaneLoop, "__init__", watched)
     return seen
 
 

@@ -26,7 +26,7 @@ from freebody.motion.contact.scene import scene_of
 from freebody.motion.kernels.kernels import Kernels, kernels_of
 from freebody.motion.lanes import loops as over_lanes
 from freebody.motion.ode import layout, loops
-from freebody.motion.simulate import _equal
+from freebody.motion.start.arguments import _equal
 from freebody.native.ir_text import literal
 from freebody.native.translation import _Unit
 from freebody.picture.page.page import LIVE, SCRIPTS, script

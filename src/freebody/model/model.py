@@ -185,12 +185,6 @@ class Model:
         return {name: i for i, name in enumerate((*self.coordinate_names, *self.speed_names))}
 
     @cached_property
-    def single_places(self) -> Mapping[str, int]:
-        """:attr:`places` without the components of quaternions, which have a meaning only in fours."""
-        components = {i + k for i in self.quaternions for k in range(4)}
-        return {name: i for name, i in self.places.items() if i not in components}
-
-    @cached_property
     def parameter_names(self) -> Mapping[Any, str]:
         """Names of the parameters by their symbols."""
         return {parameter.symbol: parameter.name for parameter in self.parameters}

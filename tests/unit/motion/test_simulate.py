@@ -363,7 +363,7 @@ def test_nothing_is_left_of_a_failed_save(swing, tmp_path, monkeypatch):
         raise OSError("disk full")
 
     monkeypatch.setattr(xarray.Dataset, "to_netcdf", fail)
-    with pytest.raises(SimulationError, match=f"Can not write '{target}': disk full") as error:
+    with pytest.raises(SimulationError, match=f"Cannot write '{target}': disk full") as error:
         swing.save(target)
     assert type(error.value.__cause__) is OSError
     assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("swing.nc", "kept")]

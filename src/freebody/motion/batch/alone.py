@@ -1,42 +1,31 @@
-"""Lanes of machines that the compiled loop over lanes can not run: each by `simulate`, with the same machine code.
+"""Lanes of machines that the compiled loop over lanes cannot run: each is a single motion, with the same machine code.
 
-These are machines with contacts, blows or sampled controllers, trees so large that they are looped over, and methods of
-which there is no loop over lanes. A lane is the run alone; of its trajectory is kept what was asked for. Parameters are
-constants of the machine code: nothing is derived or compiled again for another lane, but the equations of contact
-modes that no lane has had before.
-
-Extremes are sought at the ends of all steps and at seven points within each, on either side of every jump; where one of
-these is greater than its neighbours, the bracket around it is halved eight times, by states that are ends of steps, and
-closed by the vertex of a parabola.
+These are machines with contacts, blows or sampled controllers, trees so large that kernels loop over their links, and
+methods for which there is no loop over lanes. Of the trajectory of a lane, the outputs are kept. Parameters are
+constants of the machine code: nothing is derived or compiled again for another lane, except the equations of contact
+modes that were not seen before.
 """
 
 from __future__ import annotations
 
-import copy
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import nullcontext
-from functools import cached_property
 from threading import Lock
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import FreebodyError
-from ..contact.leaps import Leap
-from ..contact.trajectory import ContactTrajectory
 from ..lanes import lanes_layout as at
 from ..legs.failure import culprit
 from ..ode import dense_output, layout
-from ..timestepping.timestepping import Steps
-from ..trajectory.phases import Phases
+from ..single import single_motion
+from ..trajectory.extremes import extremes, values
 from ..trajectory.trajectory import Trajectory
-from .kernels import ENERGIES
-from .outputs import CONTACT_MODES, OfContact
+from .job import Job
+from .results import NO_START, REFUSED, Results
 from .threads import share
-
-Array = NDArray[np.float64]
 
 CODES = {
     dense_output.FINISHED: layout.FINISHED,
@@ -46,237 +35,98 @@ CODES = {
     dense_output.DIVERGED: layout.DIVERGED,
     dense_output.UNDEFINED: layout.UNDEFINED,
     dense_output.TOO_MANY_STEPS: at.TOO_MANY,
-    dense_output.CONTRADICTED: at.LEFT,
+    dense_output.CONTRADICTED: at.CONTRADICTED,
     dense_output.STUCK: at.STUCK,
 }
-NO_START, REFUSED = 9, 10
-REASON = "reason"
-"""Variable that tells why a lane failed."""
-_PARTS = 8  # of a step at which extremes are looked for
-_HALVINGS = 8
-_BRACKETS = 4  # that are closed, of one quantity in one block
-_BLOCK = 1000  # steps that are looked at together
+"""Code of each status of a path."""
 
-
-_ONE = Lock()
-"""Of lanes that share what Python keeps: phases of contacts, memories of controllers."""
+_ONE_AT_A_TIME = Lock()
+"""Held by lanes that share Python objects: phases of contacts, states of controllers."""
 
 
 class Alone:
-    """Runs of lanes one by one, ready to begin."""
+    """Lanes, ready to run one by one."""
 
-    def __init__(self, job: Any, part: Any) -> None:
-        self.job, self.part = job, part
+    def __init__(self, job: Job, results: Results) -> None:
+        self.job, self.results = job, results
 
-    def run(self, todo: Any, between: Callable[[float], None]) -> None:
-        """All lanes of the part, or those given by number."""
-        job, part = self.job, self.part
-        lanes = np.arange(part.low, part.high, dtype=np.int64) if todo is None else todo
-        threads = max(1, min(job.threads, len(lanes))) if self._threads() else 1
-        if threads > 1:  # whatever is compiled is compiled once
+    def run(self, lanes: NDArray[np.int64], between: Callable[[float], None]) -> None:
+        """Run lanes, given by number."""
+        job, low = self.job, self.results.low
+        threads = max(1, min(job.threads, len(lanes))) if self._parallel() else 1
+        if threads > 1:  # the first lane compiles what all lanes need
             self.chunk(lanes[:1])
-            between(float(part.low + 1))
+            between(float(low + 1))
         first = 1 if threads > 1 else 0
         share(
             lanes[first:], lambda some, _: self.chunk(some), [None] * threads, 1, 1 << 16,
-            lambda done: between(float(part.low + first + done)),
+            lambda done: between(float(low + first + done)),
         )  # fmt: skip
 
-    def _threads(self) -> bool:
-        """Whether threads gain anything: between the events of contacts, and in controllers, is Python."""
+    def _parallel(self) -> bool:
+        """Return True if threads gain time: events of contacts, and controllers, are handled in Python."""
         model = self.job.kernels.model
         return not model.controllers and (not model.contacts or self.job.method == "timestepping")
 
-    def chunk(self, lanes: Any) -> None:
-        """Run some lanes, given by number, and put what they left where it belongs."""
+    def chunk(self, lanes: NDArray[np.int64]) -> None:
+        """Run some lanes, given by number, and put their results in place."""
         for lane in lanes:
-            with nullcontext() if self._threads() else _ONE:
+            with nullcontext() if self._parallel() else _ONE_AT_A_TIME:
                 self.lane(int(lane))
 
     def lane(self, lane: int) -> None:
         """Run one lane."""
-        from ..simulate import simulate
-
-        job, row = self.job, lane - self.part.low
-        given, reason = job.given, ""
-        motion: Any = None
+        job, results, row = self.job, self.results, lane - self.results.low
+        reason = ""
+        motion: Trajectory | None = None
         try:
-            motion = simulate(
-                job.machine, job.end, initial=given.initial_of(lane), values=given.values_of(lane), start=job.begin,
-                times=job.wanted, progress=False, **job.alone,
+            motion = single_motion(
+                job.machine, job.end, initial=job.lanes.initial_of(lane), values=job.lanes.values_of(lane),
+                start=job.begin, times=job.times, progress=False, **job.options,
             )  # fmt: skip
         except FreebodyError as error:
             motion, reason = getattr(error, "trajectory", None), str(error)
         if motion is not None and motion.interrupted:
             raise KeyboardInterrupt
         if job.texts:
-            passed = () if motion is None or reason else motion.warnings
-            self.part.texts[row, -1] = reason or " ".join(map(str, passed))
+            warnings = () if motion is None or reason else motion.warnings
+            results.texts[row, -1] = reason or " ".join(map(str, warnings))
         if motion is None:
-            self.part.kept[row] = (NO_START, 0, 0, 0)
+            results.outcomes[row] = (NO_START, 0, 0, 0)
             return
-        status = motion.path.status
-        blame = culprit(motion.path, motion.kernels) if status in dense_output.FAILED else 0
+        path = motion.path
+        blame = culprit(path, motion.kernels) if path.status in dense_output.FAILED else 0
         self.keep(row, motion)
-        self.part.ends[row] = motion.path.end
-        self.part.kept[row] = (CODES.get(status, REFUSED), motion.steps, motion.path.rejected, blame)
+        results.end_times[row] = path.end
+        results.outcomes[row] = (CODES.get(path.status, REFUSED), motion.steps, path.rejected, blame)
 
-    def keep(self, row: int, motion: Any) -> None:
-        """What was asked for of a motion."""
-        job, part = self.job, self.part
-        asked = job.asked
-        if asked.timed:
+    def keep(self, row: int, motion: Trajectory) -> None:
+        """Put the outputs of a motion, and the times of its events, in place."""
+        job, results, outputs = self.job, self.results, self.job.outputs
+        if outputs.timed:
             first, last = sorted((motion.path.start, motion.path.end))
-            known = (job.wanted >= first) & (job.wanted <= last)
-            part.values[row, known] = values(motion, asked.timed_values)
-        if asked.reduced:
-            part.reduced[row] = extremes(motion, asked.reduced_values)
+            reached = (job.times >= first) & (job.times <= last)
+            results.values[row, reached] = values(motion, outputs.timed_values)
+        if outputs.reduced:
+            results.reduced[row] = extremes(motion, outputs.reduced_values)
         for crossing in motion.path.crossings:
-            e = crossing.number
-            if job.specs[e].terminal and crossing.time == job.begin:
-                continue  # it ends no run, and is not what ends this one
-            if part.counts[row, e] == 0:
-                part.event_times[row, e, 0] = crossing.time
-            part.event_times[row, e, 1] = crossing.time
-            part.counts[row, e] += 1
+            if job.specs[crossing.number].terminal and crossing.time == job.begin:
+                continue  # it did not end the run
+            self._count(row, crossing.number, crossing.time)
         names = [spec.name for spec in job.specs]
-        for one in motion.warnings:
-            for e in (names.index(one.event), names.index(one.event) + job.limits):
-                for begin, _ in one.spans:
-                    if part.counts[row, e] == 0:
-                        part.event_times[row, e, 0] = begin
-                    part.event_times[row, e, 1] = begin
-                    part.counts[row, e] += 1
-        if asked.timeline:
-            told = [[c.contact, c.mode, c.start, c.end, c.why] for c in motion.modes]
-            part.texts[row, 0] = json.dumps(told)
+        for warning in motion.warnings:
+            event = names.index(warning.event)
+            for begin, _ in warning.spans:
+                self._count(row, event, begin)
+                self._count(row, event + job.limits, begin)
+        if outputs.timeline:
+            changes = [[c.contact, c.mode, c.start, c.end, c.why] for c in motion.modes]  # type: ignore[attr-defined]
+            results.texts[row, 0] = json.dumps(changes)
 
-
-def values(motion: Trajectory, asked: tuple[Any, ...]) -> Array:
-    """Quantities (expressions, energies, of contacts) at the output times of a motion, one column each."""
-    result = np.empty((len(motion.t), len(asked)))
-    expressions = [x for x in asked if not isinstance(x, str | OfContact)]
-    if expressions:
-        program = motion.kernels.expressions(expressions)
-        places = [i for i, x in enumerate(asked) if not isinstance(x, str | OfContact)]
-        result[:, places] = motion._observed(program, "values", motion.t, motion.states)
-    for i, x in enumerate(asked):
-        if isinstance(x, str):
-            result[:, i] = _energy(motion, x)
-        elif isinstance(x, OfContact):
-            result[:, i] = _of_contact(motion, x)
-    return result
-
-
-def _energy(motion: Any, name: str) -> Any:
-    """One of `ENERGIES`."""
-    assert name in ENERGIES
-    if name != "work_rate":
-        short = {
-            "kinetic_energy": "kinetic",
-            "potential_energy": "potential",
-            "energy": "total",
-            "work": "work",
-        }
-        return getattr(motion.energy, short[name])
-    if not isinstance(motion, ContactTrajectory) and not motion.kernels.works:
-        return 0.0
-    return motion._rates()[:, motion.kernels.model.n_q + motion.kernels.model.n_u]
-
-
-def _of_contact(motion: Any, asked: OfContact) -> Any:
-    """A quantity of a contact; the mode as its place in `CONTACT_MODES`."""
-    contact = list(motion.contacts.values())[asked.contact]
-    found = getattr(contact, asked.what)
-    if asked.what == "mode":
-        return [CONTACT_MODES.index(mode) for mode in found]
-    return found if found.ndim == 1 else found[:, asked.component]
-
-
-def extremes(motion: Any, asked: tuple[Any, ...]) -> Array:
-    """Greatest, smallest, first and last value of each quantity over a motion, shape (quantities, 4)."""
-    ends = values(_at(motion, np.array([motion.path.start, motion.path.end])), asked)
-    best = np.full((2, len(asked)), -np.inf)  # of the quantities, and of their opposites
-    for leg, times, bent in _legs(motion.path):
-
-        def seen(moments: Array, leg: Any = leg) -> Array:
-            found = values(_at(motion, moments, leg), asked)
-            return np.stack([found, -found])
-
-        found = seen(times)
-        best = np.fmax(best, np.fmax.reduce(found, axis=1))
-        if bent:
-            best = _closed(times, found, best, seen)
-    best[~np.isfinite(best)] = np.nan
-    return np.stack([best[0], -best[1], *ends], axis=1)
-
-
-def _closed(times: Array, found: Array, best: Array, seen: Callable[[Array], Array]) -> Array:
-    """The greatest values with those between the times, where a bracket can hold a greater one."""
-    a, b, c = found[:, :-2], found[:, 1:-1], found[:, 2:]
-    with np.errstate(invalid="ignore"):
-        reach = np.where((b >= a) & (b >= c), 2 * b - np.minimum(a, c), -np.inf)
-        reach[~(reach > best[:, None])] = -np.inf
-    side, place, which = [], [], []
-    for k in range(2):
-        for j in range(best.shape[1]):
-            some = np.argsort(reach[k, :, j])[-_BRACKETS:]
-            some = some[np.isfinite(reach[k, some, j])]
-            side += [k] * len(some)
-            place += some.tolist()
-            which += [j] * len(some)
-    if not place:
-        return best
-    K, i, J, rows = np.array(side), np.array(place), np.array(which), np.arange(len(place))
-    t = np.stack([times[i], times[i + 1], times[i + 2]])
-    f = np.stack([found[K, i, J], found[K, i + 1, J], found[K, i + 2, J]])
-
-    def at_these(moments: Array) -> Array:
-        """Each bracket's own quantity at its own moments, a row of them or several."""
-        every = seen(moments.ravel()).reshape(2, *moments.shape, -1)
-        got = every[K, ..., rows, J].T
-        np.fmax.at(best, (K, J), np.fmax.reduce(np.atleast_2d(got)))
-        return np.where(np.isfinite(got), got, -np.inf)
-
-    for _ in range(_HALVINGS):
-        left, right = (t[0] + t[1]) / 2, (t[1] + t[2]) / 2
-        points = np.stack([t[0], left, t[1], right, t[2]])
-        below, above = at_these(np.stack([left, right]))
-        heights = np.stack([f[0], below, f[1], above, f[2]])
-        middle = 1 + np.argmax(heights[1:4], axis=0)
-        t, f = (np.stack([x[middle + d, rows] for d in (-1, 0, 1)]) for x in (points, heights))
-    p, q = (t[1] - t[0]) * (f[1] - f[2]), (t[1] - t[2]) * (f[1] - f[0])
-    with np.errstate(all="ignore"):
-        vertex = t[1] - ((t[1] - t[0]) * p - (t[1] - t[2]) * q) / (2 * (p - q))
-    inside = (vertex > np.minimum(t[0], t[2])) & (vertex < np.maximum(t[0], t[2]))
-    at_these(np.where(inside, vertex, t[1]))
-    return best
-
-
-def _legs(whole: Any) -> Iterator[tuple[Any, Array, bool]]:
-    """Parts of a path between jumps, in blocks: the part, times to look at, and whether it bends between them."""
-    parts = whole.segments if isinstance(whole, Phases) else (None,)
-    for segment in parts:
-        one = whole if segment is None else segment.path
-        leg = None if segment is None else Phases((segment,), whole.status)
-        if isinstance(one, Steps | Leap) or one.steps == 0:
-            yield leg, one.times, False
-            continue
-        for low in range(0, one.steps, _BLOCK):
-            starts = one.times[max(0, low - 1) : low + _BLOCK + 1]  # what is at the seam is within
-            parts_of = np.arange(_PARTS) / _PARTS
-            inner = starts[:-1, None] + np.diff(starts)[:, None] * parts_of
-            yield leg, np.append(inner.ravel(), starts[-1]), True
-
-
-def _at(motion: Any, times: Array, leg: Any = None) -> Any:
-    """The same motion, or one leg of it, with other output times."""
-    other = copy.copy(motion)
-    for kind in type(motion).__mro__:
-        for name, entry in vars(kind).items():
-            if isinstance(entry, cached_property):
-                other.__dict__.pop(name, None)
-    other.t = times
-    if leg is not None:
-        other.path = leg
-    return other
+    def _count(self, row: int, event: int, time: float) -> None:
+        """Count an event at a time."""
+        results = self.results
+        if results.counts[row, event] == 0:
+            results.event_times[row, event, 0] = time
+        results.event_times[row, event, 1] = time
+        results.counts[row, event] += 1

@@ -1,8 +1,8 @@
-"""The machine code of a batch: everything that one lane asks for, with one set of constants per lane.
+"""The machine code of a batch: everything that a lane computes, with one set of constants per lane.
 
-One program holds the rates, the energy, the projection, what is asked for at the output times, the quantities whose
-extremes are sought and their rates dx/dt = ∂x/∂t + ∂x/∂q q' + ∂x/∂u u', and the events. Its constants depend on the
-parameters only; they are computed in the loop, once per lane.
+One program holds the rates, the energy, the projection, the outputs at the output times, the quantities whose extremes
+are sought and their rates dx/dt = ∂x/∂t + ∂x/∂q q' + ∂x/∂u u', and the events. Its constants depend on the parameters
+only; the loop computes them once per lane.
 """
 
 from __future__ import annotations
@@ -21,14 +21,12 @@ from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels
 from ..kernels.method_kernels import without_series
 from ..kernels.methods import may_bend
-
-ENERGIES = ("kinetic_energy", "potential_energy", "energy", "work", "work_rate")
-"""Outputs that are no expressions of the machine's names: of all bodies [J], and the power behind ``work`` [W]."""
+from ..trajectory.outputs import ENERGIES
 
 
 @dataclass(frozen=True)
 class OfLimit:
-    """An output of `Kernels.limits`, by its place."""
+    """An output of `Kernels.limits`, by its index."""
 
     place: int
 
@@ -37,9 +35,9 @@ class OfLimit:
 class BatchProgram:
     """Kernels of a batch.
 
-    ``compiled``   rates (of `taylor` the series instead, or, where rates may bend, both), energy, outputs, reduced,
-                   watched and, where there are any, projection, dropped, tangent
-    ``watched``    number of event functions: those asked for, then rates of the quantities with extremes
+    ``compiled``   rates (for `taylor` the series instead, or both if the rates may bend), energy, outputs, reduced,
+                   watched and, if there are any, projection, dropped, tangent
+    ``watched``    number of event functions: events, then rates of the quantities with extremes
     ``dropped``    number of residuals that must stay zero
     """
 
@@ -48,20 +46,21 @@ class BatchProgram:
     dropped: int
 
     def address(self, name: str) -> int:
+        """Address of a kernel, 0 if there is none."""
         return int(self.compiled[name].address) if name in self.compiled.kernels else 0
 
     @property
     def switches(self) -> bool:
-        """Whether the rates have a law that switches."""
+        """True if the rates contain a law that switches."""
         return "rates" in self.compiled.kernels and "sign" in self.compiled["rates"].operations
 
     @property
     def room(self) -> int:
-        """Numbers that the series of eight lanes writes."""
+        """Number of reals that the series of eight lanes writes."""
         return self.compiled["series"].room if "series" in self.compiled.kernels else 0
 
     def wide_address(self, name: str) -> int:
-        """Of the code for eight lanes."""
+        """Address of a kernel for eight lanes, 0 if there is none."""
         return int(self.compiled[name].lanes_address or 0) if name in self.compiled.kernels else 0
 
 
@@ -69,17 +68,17 @@ def batch_program(
     kernels: Kernels, outputs: Sequence[Any], reduced: Sequence[Any], events: Sequence[Any], method: str,
     wide: bool = False,
 ) -> BatchProgram:  # fmt: skip
-    """The program of a batch; compiled once for the same questions.
+    """Return the program of a batch; it is compiled once for the same outputs and events.
 
     Parameters
     ----------
     outputs, reduced : sequence of expressions, or names among ENERGIES
-        Asked for at the output times; asked for as extremes.
+        Quantities at the output times, and quantities whose extremes are sought.
     events : sequence of expressions
     method : str
-        `radau` needs the derivative of the rates along a direction, `taylor` the coefficients of the motion.
+        `radau` needs the derivative of the rates along a direction, `taylor` the series of the motion.
     wide : bool
-        Whether eight lanes are run at once.
+        True if eight lanes run at once.
     """
     tangent, series = method == "radau", method == "taylor"
     key = ("batch", tuple(outputs), tuple(reduced), tuple(events), tangent, series, wide)
@@ -112,16 +111,16 @@ def _recorded(
         rates.append(power)
     named = dict(zip(ENERGIES, (*energy, energy[0] + energy[1], work, power), strict=True))
 
-    left = kernels._limits(state, moving) if any(isinstance(x, OfLimit) for x in events) else []
+    limits = kernels._limits(state, moving) if any(isinstance(x, OfLimit) for x in events) else []
 
     def value(expression: Any) -> Any:
         if isinstance(expression, OfLimit):
-            return left[expression.place]
+            return limits[expression.place]
         return named[expression] if isinstance(expression, str) else state(expression)
 
     quantities = [value(x) for x in reduced]
-    turning = forward(tape, quantities, [state.t, *y], [1, *rates])
-    watched = [*map(value, events), *(x for x in turning if not (isinstance(x, int) and x == 0))]
+    changes = forward(tape, quantities, [state.t, *y], [1, *rates])
+    watched = [*map(value, events), *(x for x in changes if not (isinstance(x, int) and x == 0))]
     functions: dict[str, Sequence[Any]] = {
         **({"series": rates} if series else {}),
         **({} if series and not may_bend(kernels) else {"rates": rates}),
@@ -142,15 +141,15 @@ def _recorded(
         inputs += along
     parameters = [state.values[parameter.symbol] for parameter in model.parameters]
     limits_only = bool(events) and not reduced and all(isinstance(x, OfLimit) for x in events)
-    asked = ("rates", "series", "projection", *(("watched",) if limits_only else ()))
-    batch = [name for name in asked if wide and name in functions]
+    wide_names = ("rates", "series", "projection", *(("watched",) if limits_only else ()))
+    batch = [name for name in wide_names if wide and name in functions]
     more = {"series": len(y)} if series else {}
     compiled = compile_tape(tape, functions, state.t, inputs, parameters, batch, more)
     return BatchProgram(compiled, len(watched), len(functions.get("dropped", ())))
 
 
 def state_of(model: Any, field: Any, columns: Mapping[str, Any]) -> State:
-    """A state at rest of any field, from values of the parameters by name."""
+    """Return a state at rest over any field, from values of the parameters by name."""
     from ...dynamics import rest_coordinates
 
     values = {parameter.symbol: columns[parameter.name] for parameter in model.parameters}

@@ -1,7 +1,7 @@
-"""Lanes that an executor runs: blocks of them, each a batch of its own, in processes or on other computers.
+"""Lanes that an executor runs, in processes or on other computers: blocks of lanes, each a batch of its own.
 
-A block that fails, with its process or by itself, costs its lanes only: the others are given back, and each lane that
-was not run says why.
+A block that fails, by itself or with its process, loses its own lanes only: the results of other blocks come back, and
+each lane that was not run tells why.
 """
 
 from __future__ import annotations
@@ -16,20 +16,22 @@ from typing import Any
 import numpy as np
 
 from ...errors import SimulationError
-from .alone import REASON
+from .job import Job, job_of
+from .results import REASON, Results
+from .run import run_lanes
 from .store import TEXTS
 
-_PATIENCE = 2.0  # seconds after Ctrl-C in which blocks that are run may give back the lanes that are done
-_BLOCKS = 64  # at least, so that they come evenly
+_PATIENCE = 2.0  # seconds after Ctrl-C in which running blocks may return the lanes that are done
+_BLOCKS = 64  # least number of blocks, so that results come evenly
 
 
 def check_executor(executor: Any, model: Any, task: tuple[Any, ...]) -> None:
-    """Refuse what is no executor, and what a pool of processes can not be handed over.
+    """Refuse an object that is no executor, and a task that a pool of processes cannot be sent.
 
     Raises
     ------
     SimulationError
-        The controller, or what else only this process knows, before anything is run.
+        Before anything runs: names the controller, or other object, that only this process knows.
     """
     if isinstance(executor, type) or not hasattr(executor, "submit"):
         raise SimulationError(
@@ -41,64 +43,67 @@ def check_executor(executor: Any, model: Any, task: tuple[Any, ...]) -> None:
     if error is None:
         return
     cure = "or run the lanes in this process: leave out executor=, or pass a concurrent.futures.ThreadPoolExecutor()."
-    for one in model.controllers:
-        reason = _unsendable(one.function)
+    for controller in model.controllers:
+        reason = _unsendable(controller.function)
         if reason is not None:
             raise SimulationError(
                 f"Expected a controller that other processes find by its name, for executor=ProcessPoolExecutor, but "
-                f"'{one.name}' is {one.function!r}: {reason}. Define it with def at the top level of a module (what "
-                f"it holds may be attributes of an object of a class there), {cure}"
+                f"'{controller.name}' is {controller.function!r}: {reason}. Define it with def at the top level of a "
+                f"module (what it holds may be attributes of an object of a class there), {cure}"
             )
     raise SimulationError(
-        f"Expected a machine and options that other processes can be given, for executor=ProcessPoolExecutor, but "
-        f"'{model.name}' can not be pickled: {error}. Make it of numbers, expressions and functions at the top "
+        f"Expected a machine and options that can be sent to other processes, for executor=ProcessPoolExecutor, but "
+        f"'{model.name}' cannot be pickled: {error}. Make it of numbers, expressions and functions at the top "
         f"level of a module, {cure}"
     )
 
 
-def _unsendable(x: Any) -> str | None:
-    """Why something can not be pickled."""
+def _unsendable(value: Any) -> str | None:
+    """Return the reason why a value cannot be pickled; None if it can."""
     try:
-        pickle.dumps(x)
-    except Exception as error:  # whatever the classes of a user raise
+        pickle.dumps(value)
+    except Exception as error:  # classes of the user may raise anything
         return f"{type(error).__name__}: {error}".rstrip(".")
     return None
 
 
 class Elsewhere:
-    """The blocks of a batch, by an executor.
+    """The blocks of a batch, run by an executor.
 
-    ``reasons``   of lanes that were not run, by number: why
+    ``reasons``   why lanes were not run, by their number
     ``error``     the first failure
     """
 
-    def __init__(self, executor: Any, job: Any, task: tuple[Any, Any, Mapping[str, Any]]) -> None:
+    def __init__(self, executor: Any, job: Job, task: tuple[Any, Any, Mapping[str, Any]]) -> None:
         self.executor, self.job, self.task = executor, job, task
         self.reasons: dict[int, str] = {}
         self.error: BaseException | None = None
 
     def run(
-        self, blocks: Iterator[tuple[int, int]], take: Callable[[Any], None], between: Callable[[float], None]
+        self,
+        blocks: Iterator[tuple[int, int]],
+        take: Callable[[Results], None],
+        between: Callable[[float], None],
     ) -> None:
-        """Hand over all blocks; ``take`` gets the results of each, as they come, ``between`` how many are done."""
-        count = self.job.given.count
+        """Run all blocks. ``take`` gets the results of each as they come, ``between`` the number of lanes done."""
+        count = self.job.lanes.count
         parts = []
         for first, last in blocks:
             size = max(1, min(last - first, -(-count // _BLOCKS)))
             parts += [(low, min(low + size, last)) for low in range(first, last, size)]
         done = count - sum(high - low for low, high in parts)
-        left = iter(parts)
-        # what is handed over is begun at once: in a pool that loses a process, a task that waits and is cancelled ends
-        # the thread that would end the other processes (python/cpython#107219), and the program then waits for them
+        waiting_parts = iter(parts)
+        # only tasks that start at once are submitted: if a pool loses a process, cancelling a task that waits ends the
+        # thread that should end the other processes (python/cpython#107219), and the program then waits for them
         room = getattr(self.executor, "_max_workers", 64) + 1
         running: dict[Any, tuple[int, int]] = {}
         try:
             while True:
-                for low, high in islice(left, room - len(running)):
+                for low, high in islice(waiting_parts, room - len(running)):
                     try:
                         running[self.executor.submit(_block, *self._part(low, high))] = low, high
-                    except RuntimeError as error:  # the executor takes no more
-                        for first, last in ((low, high), *left):
+                    except RuntimeError as error:  # the executor accepts no more tasks
+                        for first, last in ((low, high), *waiting_parts):
                             self._lose(first, last, error, "not begun")
                 if not running:
                     return
@@ -108,11 +113,9 @@ class Elsewhere:
                         take(part)
                         done += len(part.waiting) - int(part.waiting.sum())
                         between(float(done))
-                        if part.waiting.any():  # a process that heard the keyboard before this one
+                        if part.waiting.any():  # a process that received Ctrl-C before this one
                             raise KeyboardInterrupt
-        except (
-            KeyboardInterrupt
-        ):  # other blocks that are done are kept, and what those give back that hear of it
+        except KeyboardInterrupt:  # keep finished blocks, and the lanes that interrupted blocks return
             wait(running, timeout=_PATIENCE)
             for task in [task for task in running if task.done() and not task.cancelled()]:
                 if task.exception() is None:
@@ -124,9 +127,10 @@ class Elsewhere:
                 task.cancel()
 
     def _part(self, low: int, high: int) -> tuple[Any, ...]:
-        s, until, asked = self.task
-        values, initial = self.job.given.part(np.arange(low, high))
-        return s, until, {**asked, "values": values, "initial": initial}, low
+        """Arguments of :func:`_block` for some lanes."""
+        machine, until, options = self.task
+        values, initial = self.job.lanes.part(np.arange(low, high))
+        return machine, until, {**options, "values": values, "initial": initial}, low
 
     def _result(self, task: Any, low: int, high: int) -> Any:
         try:
@@ -136,6 +140,7 @@ class Elsewhere:
             return None
 
     def _lose(self, low: int, high: int, error: BaseException, how: str) -> None:
+        """Note why lanes were not run."""
         self.error = self.error or error
         reason = f"{how}: {type(error).__name__}: {error}"
         if isinstance(error, BrokenExecutor):
@@ -145,13 +150,13 @@ class Elsewhere:
             )
         self.reasons |= dict.fromkeys(range(low, high), reason)
 
-    def tell(self, data: Any) -> None:
-        """Note in the results which lanes were lost, and why.
+    def report_lost_lanes(self, data: Any) -> None:
+        """Note in the dataset which lanes were lost, and why.
 
         Raises
         ------
         SimulationError
-            There is no other.
+            All lanes were lost.
         """
         waiting = (data["status"] == "waiting").values
         lost = {lane: reason for lane, reason in self.reasons.items() if waiting[lane]}
@@ -166,14 +171,12 @@ class Elsewhere:
         data.attrs["interrupted"] += f"; {len(lost)} were lost, the first {first}"
 
 
-def _block(s: Any, until: Any, options: dict[str, Any], low: int) -> Any:
-    """Some lanes, in another process; after Ctrl-C those that are done."""
-    from .batch import Results, job_of
-
-    job = job_of(s, until, threads=1, **options)
-    part = Results.of(job, 0, job.given.count)
+def _block(machine: Any, until: Any, options: dict[str, Any], low: int) -> Results:
+    """Return the results of some lanes, in another process; after Ctrl-C, those that are done."""
+    job = job_of(machine, until, threads=1, **options)
+    part = job.results(0, job.lanes.count)
     try:
-        job.run(part, lambda _: None)
+        run_lanes(job, part, lambda _: None)
     except KeyboardInterrupt:
         part.clear(np.flatnonzero(part.waiting))
-    return replace(part, low=low, high=low + job.given.count)
+    return replace(part, low=low, high=low + job.lanes.count)

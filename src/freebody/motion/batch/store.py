@@ -15,13 +15,14 @@ import numpy as np
 
 from ...errors import SimulationError, path_of
 from ...version import VERSION
+from ..files.replacing import explained, lock, replacing, reserve
 from ..lanes import lanes_layout as at
 from ..ode import layout
-from ..trajectory.files import lock, replacing, reserve, told
+from ..trajectory.outputs import CONTACT_MODES, TIMELINE, OfContact
 from ..trajectory.trajectory import unit_of_name
-from .alone import REASON
-from .identity import parts
-from .outputs import CONTACT_MODES, TIMELINE, OfContact
+from .job import Job
+from .results import REASON, STATUS, WAITING, Results
+from .study_identity import parts
 
 if TYPE_CHECKING:
     import xarray
@@ -41,15 +42,15 @@ TEXTS = {
 }
 
 
-def _variables(job: Any) -> dict[str, tuple[tuple[str, ...], Any, dict[str, str]]]:
+def _variables(job: Job) -> dict[str, tuple[tuple[str, ...], Any, dict[str, str]]]:
     """Name -> dimensions, type, attributes of everything that depends on the lane."""
-    model, asked = job.kernels.model, job.asked
+    model, outputs = job.kernels.model, job.outputs
     result: dict[str, Any] = {}
-    for name, value in zip(asked.timed, asked.timed_values, strict=True):
+    for name, value in zip(outputs.timed, outputs.timed_values, strict=True):
         result[name] = (("lane", "time"), "f8", _about(model, name, value))
-    for name, (how, place) in asked.numbers.items():
-        about = _about(model, asked.reduced[place], asked.reduced_values[place])
-        result[name] = (("lane",), "f8", {**about, "long_name": f"{how} of {asked.reduced[place]}"})
+    for name, (how, place) in outputs.numbers.items():
+        about = _about(model, outputs.reduced[place], outputs.reduced_values[place])
+        result[name] = (("lane",), "f8", {**about, "long_name": f"{how} of {outputs.reduced[place]}"})
     if job.specs:
         first = "first time of each event; nan where it did not happen"
         result["event_time"] = (("lane", "event"), "f8", {"units": "s", "long_name": first})
@@ -88,26 +89,26 @@ def _about(model: Any, name: str, value: Any) -> dict[str, Any]:
     return {"long_name": name}
 
 
-def _coordinates(job: Any) -> dict[str, Any]:
+def _coordinates(job: Job) -> dict[str, Any]:
     """Coordinates of the dataset: lane, time, events, and what was varied."""
-    given = job.given
-    result: dict[str, Any] = {"lane": ("lane", np.arange(given.count))}
-    if job.asked.timed:
-        result["time"] = ("time", job.wanted, {"units": "s", "long_name": "time"})
+    lanes = job.lanes
+    result: dict[str, Any] = {"lane": ("lane", np.arange(lanes.count))}
+    if job.outputs.timed:
+        result["time"] = ("time", job.times, {"units": "s", "long_name": "time"})
     if job.specs:
         result["event"] = ("event", np.array([spec.name for spec in job.specs], dtype=object))
-    for name in given.varied[0]:
-        result[name] = ("lane", np.asarray(given.columns[name]), {"long_name": f"parameter {name}"})
+    for name in lanes.varied[0]:
+        result[name] = ("lane", np.asarray(lanes.columns[name]), {"long_name": f"parameter {name}"})
     model = job.kernels.model
     names = [*model.coordinate_names, *model.speed_names]
-    for name in given.varied[1]:
+    for name in lanes.varied[1]:
         if name in names:
             about = {"units": unit_of_name(model, name), "long_name": f"{name} at the start"}
-            result[f"{name}_start"] = ("lane", np.asarray(given.initial[name], dtype=float), about)
+            result[f"{name}_start"] = ("lane", np.asarray(lanes.initial[name], dtype=float), about)
     return result
 
 
-def check_names(job: Any) -> None:
+def check_names(job: Job) -> None:
     """Refuse outputs and events of which the dataset could hold only one, since another variable has their name.
 
     Raises
@@ -115,20 +116,22 @@ def check_names(job: Any) -> None:
     SimulationError
         The name, and what has it already.
     """
-    own = [name for name in _variables(job) if name not in job.asked.timed and name not in job.asked.numbers]
+    own = [
+        name for name in _variables(job) if name not in job.outputs.timed and name not in job.outputs.numbers
+    ]
     taken = dict.fromkeys(
         [*own, "event_time", "event_last", "event_count", "event", "status", REASON], "tells how lanes ended"
     )
     taken |= dict.fromkeys(("lane", "time"), "counts the lanes and the times")
-    for name in job.given.varied[0]:
+    for name in job.lanes.varied[0]:
         if name in taken:
             raise SimulationError(
                 f"Expected another name for the varied parameter '{name}', which in the results {taken[name]}. "
                 "Rename it."
             )
         taken[name] = "holds the varied parameter"
-    taken |= {f"{name}_start": "holds the varied start" for name in job.given.varied[1]}
-    for name in (*job.asked.timed, *job.asked.numbers):
+    taken |= {f"{name}_start": "holds the varied start" for name in job.lanes.varied[1]}
+    for name in (*job.outputs.timed, *job.outputs.numbers):
         if name in taken:
             raise SimulationError(
                 f"Expected another name for the output '{name}', which in the results {taken[name]}. Name it: "
@@ -143,10 +146,10 @@ def check_names(job: Any) -> None:
             )
 
 
-def _attributes(job: Any) -> dict[str, Any]:
+def _attributes(job: Job) -> dict[str, Any]:
 
-    model, given = job.kernels.model, job.given
-    fixed = {name: x for name, x in given.values_of(0).items() if name not in given.varied[0]}
+    model, lanes = job.kernels.model, job.lanes
+    fixed = {name: x for name, x in lanes.values_of(0).items() if name not in lanes.varied[0]}
     return {
         "title": f"Motions of {model.name}",
         "method": job.method,
@@ -158,23 +161,23 @@ def _attributes(job: Any) -> dict[str, Any]:
     }
 
 
-def _parts(job: Any, part: Any) -> dict[str, Any]:
+def _parts(job: Job, part: Results) -> dict[str, Any]:
     """Arrays of a part by the names of the variables; how a lane ended comes last."""
-    result: dict[str, Any] = {name: part.values[:, :, i] for i, name in enumerate(job.asked.timed)}
-    for name in job.asked.numbers:
-        result[name] = job.asked.number(name, part.reduced)
+    result: dict[str, Any] = {name: part.values[:, :, i] for i, name in enumerate(job.outputs.timed)}
+    for name in job.outputs.numbers:
+        result[name] = job.outputs.number(name, part.reduced)
     if job.specs:
         m = len(job.specs)
         result["event_time"], result["event_last"] = part.event_times[:, :m, 0], part.event_times[:, :m, 1]
         result["event_count"] = part.counts[:, :m]
     for i, name in enumerate(job.texts):
         result[name] = part.texts[:, i]
-    result["end"], result["steps"], result["blame"] = part.ends, part.kept[:, 1], part.kept[:, 3]
-    result["status"] = part.kept[:, 0]
+    result["end"], result["steps"], result["blame"] = part.end_times, part.outcomes[:, 1], part.outcomes[:, 3]
+    result["status"] = part.outcomes[:, 0]
     return result
 
 
-def dataset_of(job: Any, part: Any) -> xarray.Dataset:
+def dataset_of(job: Job, part: Results) -> xarray.Dataset:
     """Results in memory."""
     import xarray
 
@@ -188,16 +191,14 @@ def dataset_of(job: Any, part: Any) -> xarray.Dataset:
     return _told(data, found["status"], found["blame"], job)
 
 
-def _told(data: xarray.Dataset, codes: Any, blame: Any, job: Any) -> xarray.Dataset:
+def _told(data: xarray.Dataset, codes: Any, blame: Any, job: Job) -> xarray.Dataset:
     """With statuses and names in place of numbers."""
-    from .batch import STATUS
-
     widest = max(map(len, STATUS.values()))
     words = np.full(len(codes), "", dtype=f"<U{widest}")
     for code in np.unique(codes):
         words[codes == code] = STATUS[int(code)]
-    for name in (*job.asked.timed, *job.asked.numbers):
-        if job.asked.is_mode(name):
+    for name in (*job.outputs.timed, *job.outputs.numbers):
+        if job.outputs.is_mode(name):
             numbers = data[name].values
             place = np.where(np.isfinite(numbers), numbers, len(CONTACT_MODES)).astype(int)
             about = {"long_name": data[name].attrs["long_name"]}
@@ -215,11 +216,11 @@ def _told(data: xarray.Dataset, codes: Any, blame: Any, job: Any) -> xarray.Data
         "lane", names[np.where(good, len(names) - 1, np.minimum(places, len(names) - 1))],
         {"long_name": "coordinate, speed or event that stopped a failed lane, or from which on it is not physical"},
     )  # fmt: skip
-    waiting = int((codes == -1).sum())
+    waiting = int((codes == WAITING).sum())
     if waiting:
         data.attrs["interrupted"] = f"{waiting} of {len(codes)} lanes were not run"
-    if job.failed:
-        data.attrs["no_start"] = json.dumps({str(k): v for k, v in list(job.failed.items())[:20]})
+    if job.no_start:
+        data.attrs["no_start"] = json.dumps({str(k): v for k, v in list(job.no_start.items())[:20]})
     return data
 
 
@@ -232,10 +233,10 @@ class Store:
         No such folder; a file of other runs, or no netCDF file at all.
     """
 
-    def __init__(self, path: Any, job: Any) -> None:
+    def __init__(self, path: Any, job: Job) -> None:
         self.path, self.job = path_of(path, "store=", SimulationError), job
         self.parts = parts(job)
-        with told(self.path):
+        with explained(self.path):
             if self.path.is_dir():
                 raise SimulationError(
                     f"Expected the path of a file for store=, got the folder '{self.path}'. Name a file in it, such as "
@@ -243,7 +244,7 @@ class Store:
                 )
             if not self.path.parent.is_dir():
                 raise SimulationError(
-                    f"Can not write '{self.path}': there is no folder '{self.path.parent}'. Make it, or choose another "
+                    f"Cannot write '{self.path}': there is no folder '{self.path.parent}'. Make it, or choose another "
                     "path."
                 )
             there = self.path.exists()
@@ -262,10 +263,10 @@ class Store:
         try:
             with h5py.File(self.path, "r") as file:
                 said = file.attrs.get(_MARK, "")
-                waiting = "status" in file and bool((file["status"][:] == -1).any())
+                waiting = "status" in file and bool((file["status"][:] == WAITING).any())
         except OSError as error:
             raise SimulationError(
-                f"Expected results of a batch in '{self.path}', but it can not be read: {error}. Choose another path."
+                f"Expected results of a batch in '{self.path}', but it cannot be read: {error}. Choose another path."
             ) from None
         said = said.decode() if isinstance(said, bytes) else str(said)
         known = json.loads(said) if said.startswith("{") else {}
@@ -277,7 +278,7 @@ class Store:
                 f"{what}. Choose another path, or remove the file."
             )
         if waiting:
-            with told(self.path, more=_WHOLE):
+            with explained(self.path, more=_WHOLE):
                 self._mend()
 
     def _mend(self) -> None:
@@ -291,8 +292,8 @@ class Store:
         with self.path.open("r+b") as raw:
             lock(raw)
             raw.seek(ended)
-            statuses = np.frombuffer(raw.read(self.job.given.count), dtype=np.int8)
-            for first, last in _runs(np.flatnonzero(statuses == -1)) if places else ():
+            statuses = np.frombuffer(raw.read(self.job.lanes.count), dtype=np.int8)
+            for first, last in _runs(np.flatnonzero(statuses == WAITING)) if places else ():
                 for place in places:
                     raw.seek(place + _ADDRESS * first)
                     raw.write(bytes(_ADDRESS * (last - first)))
@@ -301,16 +302,14 @@ class Store:
         import h5netcdf
         import h5py
 
-        from .batch import STATUS
-
         job = self.job
         with (
             replacing(self.path, self._size()) as new,
             h5netcdf.File(new, "w") as file,
         ):
-            sizes = {"lane": job.given.count}
-            if job.asked.timed:
-                sizes["time"] = job.wanted.size
+            sizes = {"lane": job.lanes.count}
+            if job.outputs.timed:
+                sizes["time"] = job.times.size
             if job.specs:
                 sizes["event"] = len(job.specs)
             file.dimensions = sizes
@@ -349,7 +348,7 @@ class Store:
     def _size(self) -> int:
         """Bytes of the file as it is laid out, at most."""
         job = self.job
-        sizes = {"lane": job.given.count, "time": job.wanted.size, "event": len(job.specs)}
+        sizes = {"lane": job.lanes.count, "time": job.times.size, "event": len(job.specs)}
         laid = _variables(job).values()
         columns = [np.asarray(values).size for _, values, *_ in _coordinates(job).values()]
         return (
@@ -364,19 +363,19 @@ class Store:
         import h5py
 
         with h5py.File(self.path, "r") as file:
-            return (file["status"][low:high] == -1).astype(np.int64)
+            return (file["status"][low:high] == WAITING).astype(np.int64)
 
-    def write(self, part: Any) -> None:
+    def write(self, part: Results) -> None:
         """Results of lanes; those that were not run stay as they are."""
         import h5py
 
         found = _parts(self.job, part)
-        done = np.flatnonzero(found["status"] != -1)
+        done = np.flatnonzero(found["status"] != WAITING)
         if not done.size:
             return
         texts = {name: [x.encode() for x in found[name][done]] for name in self.job.texts}
         growth = sum(_HEAP + sum(2 * len(x) + 64 for x in some) for some in texts.values())
-        with told(self.path, growth, _WHOLE):
+        with explained(self.path, growth, _WHOLE):
             reserve(self.path, growth)
             with h5py.File(self.path, "r+") as file:
                 for name, array in found.items():

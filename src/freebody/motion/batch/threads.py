@@ -1,4 +1,4 @@
-"""Lanes shared between threads, in chunks short enough to notice the keyboard between them."""
+"""Lanes shared between threads, in chunks short enough to notice Ctrl-C between them."""
 
 from __future__ import annotations
 
@@ -10,52 +10,52 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-_PIECE = 0.25  # seconds between two looks at the keyboard
+_PIECE = 0.25  # seconds that a chunk takes
 
 
 def share(
     lanes: NDArray[np.int64],
     chunk: Callable[[NDArray[np.int64], Any], None],
-    rooms: Sequence[Any],
+    memories: Sequence[Any],
     size: int,
     largest: int,
     between: Callable[[int], None],
 ) -> None:
-    """Run ``chunk(some lanes, room)`` until all lanes are done, one thread for each of the rooms.
+    """Run ``chunk(lanes, memory)`` until all lanes are done, with one thread for each memory.
 
-    The first chunks have ``size`` lanes, none has more than ``largest``; ``between`` is told how many lanes are done.
+    The first chunks have ``size`` lanes, and none has more than ``largest``; ``between`` gets the number of lanes done.
     """
     place = 0
-    if len(rooms) == 1:
+    if len(memories) == 1:
         while place < len(lanes):
             clock = perf_counter()
-            chunk(lanes[place : place + size], rooms[0])
+            chunk(lanes[place : place + size], memories[0])
             place += size
             size = _next(size, perf_counter() - clock, largest)
             between(min(place, len(lanes)))
         return
-    free, running, done = list(rooms), dict[Future[float], tuple[Any, int]](), 0
+    free, running, done = list(memories), dict[Future[float], tuple[Any, int]](), 0
 
-    def timed(some: NDArray[np.int64], room: Any) -> float:
+    def timed(some: NDArray[np.int64], memory: Any) -> float:
         clock = perf_counter()
-        chunk(some, room)
+        chunk(some, memory)
         return perf_counter() - clock
 
-    with ThreadPoolExecutor(len(rooms), thread_name_prefix="freebody") as pool:
+    with ThreadPoolExecutor(len(memories), thread_name_prefix="freebody") as pool:
         while place < len(lanes) or running:
             while free and place < len(lanes):
-                some = lanes[place : place + min(size, -(-(len(lanes) - place) // len(rooms)))]
-                room = free.pop()
-                running[pool.submit(timed, some, room)] = room, len(some)
+                some = lanes[place : place + min(size, -(-(len(lanes) - place) // len(memories)))]
+                memory = free.pop()
+                running[pool.submit(timed, some, memory)] = memory, len(some)
                 place += len(some)
             for task in wait(running, return_when=FIRST_COMPLETED).done:
-                room, count = running.pop(task)
+                memory, count = running.pop(task)
                 size = _next(count, task.result(), largest)
-                free.append(room)
+                free.append(memory)
                 done += count
                 between(done)
 
 
 def _next(size: int, seconds: float, largest: int) -> int:
-    """Lanes of the next chunk: about as many as fit between two looks at the keyboard."""
+    """Return the number of lanes of the next chunk, which is to take about ``_PIECE`` seconds."""
     return int(max(1, min(4 * size, largest, 1 + size * _PIECE / max(seconds, 1e-6))))

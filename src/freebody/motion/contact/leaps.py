@@ -26,6 +26,8 @@ LONGEST = 1e-6
 class Leap(Path):
     """One straight step, so short that its curvature is beyond double precision."""
 
+    curved = False
+
     def sample(self, times: Any, dense: bool = False) -> Array:
         del dense
         wanted = np.atleast_1d(np.asarray(times, dtype=float))

@@ -118,6 +118,8 @@ class ContactTrajectory(PhasedTrajectory):
         self.modes = Timeline(Change(*change) for change in changes)
         self._unknown = dict(unknown)
 
+    has_work = True
+
     @property
     def indeterminate(self) -> tuple[str, ...]:
         """Reactions, contact forces among them, that no motion determines at some time of the run."""

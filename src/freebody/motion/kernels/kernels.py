@@ -1,10 +1,10 @@
-"""The machine code of a model, compiled as it is asked for and kept for the next call.
+"""The compiled functions of a model. Each is compiled at its first use and reused by later calls.
 
-    rates        q', u' and, where loads without potential or drives do work, the power P = W'
-    energy       T and V                            (in one program with the rates, whose parts it shares)
+    rates        q', u' and, if drives or loads without a potential do work, the power P = W'
+    energy       T and V                            (compiled together with the rates, whose expressions it shares)
     poses        position and rotation of every body
     reactions    force and moment of every joint
-    expressions  whatever a user asks for: event functions, quantities to plot
+    expressions  any expression of the user: event functions, quantities to plot
 
 The state of a run is y = (q, u) or (q, u, W).
 """
@@ -50,14 +50,14 @@ from ...model.contact import Touching
 from ...model.values import check_assumptions
 from ...program.kernels import compile_tape
 from ...program.large.tree_loop import LoopedSet, is_large
-from ...scalar.algebra import divide
+from ...scalar.algebra import Expression, Scalar, divide
 from ...scalar.trace import Tape
 from ..ode.dense_output import Rates
 
 Array = NDArray[np.float64]
 
 LOOSE = 100
-"""Multiple of an independent condition in a dependent one beyond which the latter is to take its place."""
+"""Factor by which a dependent condition must exceed an independent one before it replaces that condition."""
 
 
 @dataclass(frozen=True)
@@ -68,17 +68,19 @@ class Program:
     _last: list[tuple[bytes, Array]] = field(default_factory=list, compare=False)
 
     def address(self, name: str) -> int:
+        """Address of a function."""
         return int(self.compiled[name].address)
 
     def outputs(self, name: str) -> int:
+        """Number of outputs of a function."""
         return int(self.compiled[name].outputs)
 
     def constants(self, parameters: Array) -> Array:
-        """What the kernels need of the parameters, computed once for a run; of the last ones it is kept."""
+        """Constants of the functions, computed once per run from the parameters. The last result is cached."""
         key = parameters.tobytes()
         if not self._last or self._last[0][0] != key:
-            made = np.ascontiguousarray(self.compiled.constants(parameters), dtype=float)
-            self._last[:] = [(key, made)]
+            constants = np.ascontiguousarray(self.compiled.constants(parameters), dtype=float)
+            self._last[:] = [(key, constants)]
         return self._last[0][1].copy()
 
 
@@ -94,19 +96,19 @@ class Kernels:
         self._names_dropped: tuple[str, ...] = ()
         self._defaults: dict[str, float] | None = None
         self._checked: dict[str, float] | None = None
-        self.at_hand: dict[str, Any] = {}  # memory of those that build on these programs
+        self.cache: dict[str, Any] = {}  # for modules that build on these programs
         self._at: tuple[dict[str, float], Array, Rates] | None = None
-        self.plain: dict[Any, Any] = {}  # runs for calls to come (`plain`)
 
     def __reduce__(self) -> Any:
-        """The machine code stays: another process makes it anew, once for all that bring the same machine."""
+        """Pickle the model without its machine code. Another process compiles it again, once for all objects that refer
+        to the same machine."""
         return _restored, (packed(self.model), self.active)
 
     def __deepcopy__(self, memo: Any) -> Kernels:
-        return self  # functions of a model, which is never changed
+        return self  # functions of a model, and a model never changes
 
     def holding(self, active: tuple[int, ...]) -> Kernels:
-        """The programs of a constrained model with these independent conditions."""
+        """Return the programs of a constrained model with these independent conditions."""
         if active not in self._others:
             other = self._others[active] = Kernels(self.model, active)
             other._others = self._others
@@ -115,14 +117,14 @@ class Kernels:
 
     @cached_property
     def works(self) -> bool:
-        """Whether power goes in or out of the machine, so that the work is part of the state."""
+        """True if drives or loads do work on the machine, so that the work is part of the state."""
         self.motion()
         assert self._work is not None
         return self._work
 
     @cached_property
     def operations(self) -> Mapping[str, int] | None:
-        """Counts of operations of the rates; None where they are not known."""
+        """Operation counts of the rates; None if unknown."""
         return getattr(self.motion().compiled["rates"], "operations", None)
 
     @cached_property
@@ -136,43 +138,53 @@ class Kernels:
         work = ("work",) if self.works else ()
         return (*self.model.coordinate_names, *self.model.speed_names, *work)
 
-    def values(self, given: Mapping[Any, Any] | None) -> dict[str, float]:
-        """Values of all parameters by name (:meth:`Model.values`); the defaults are read once."""
-        if given is not None and not (isinstance(given, Mapping) and not given):
-            return self.model.values(given)
+    def values(self, overrides: Mapping[Any, Any] | None) -> dict[str, float]:
+        """Return the values of all parameters by name (:meth:`Model.values`). The defaults are read once."""
+        if overrides is not None and not (isinstance(overrides, Mapping) and not overrides):
+            return self.model.values(overrides)
         if self._defaults is None:
             self._defaults = self.model.values()
         return dict(self._defaults)
 
     def check(self, values: Mapping[str, float]) -> None:
-        """That the bodies can move (:func:`check_bodies`) and the assumptions hold, unless that was seen last time."""
+        """Check that the bodies can move (:func:`check_bodies`) and that the assumptions hold.
+
+        The check is skipped if the values are those of the last successful check.
+        """
         if self._checked != values:
             check_bodies(self.model, values)
             check_assumptions(self.model, values)
             self._checked = dict(values)
 
     def parameters(self, values: Mapping[str, float]) -> Array:
-        """Values in the order of the model's parameters."""
+        """Return the values in the order of the model's parameters."""
         return np.array([values[parameter.name] for parameter in self.model.parameters], dtype=float)
 
-    def _program(
-        self, key: Any, functions: Callable[..., Mapping[str, Sequence[Any]]], inputs: int = 0
+    def program(
+        self, key: Any, functions: Callable[..., Mapping[str, Sequence[Scalar]]], inputs: int = 0
     ) -> Program:
+        """Compile any functions of the state, named lists of outputs, once per key.
+
+        If ``inputs`` is not 0, y holds that many numbers after the state. They are the second argument of
+        ``functions``.
+        """
         if key not in self._programs:
             tape = Tape()
             state = traced_state(self.model, tape)
             parameters = [state.values[parameter.symbol] for parameter in self.model.parameters]
-            more = [tape.input(f"input {k}") for k in range(inputs)]
-            given = {
+            extra_inputs = [tape.input(f"input {k}") for k in range(inputs)]
+            outputs_by_name = {
                 name: list(outputs)
-                for name, outputs in (functions(state, more) if inputs else functions(state)).items()
+                for name, outputs in (functions(state, extra_inputs) if inputs else functions(state)).items()
             }
-            compiled = compile_tape(tape, given, state.t, [*state.q, *state.u, *more], parameters)
+            compiled = compile_tape(
+                tape, outputs_by_name, state.t, [*state.q, *state.u, *extra_inputs], parameters
+            )
             self._programs[key] = Program(compiled)
         return self._programs[key]
 
     def _large(self) -> Program | None:
-        """The looped kernels of a large tree."""
+        """Return the looped kernels of a large tree, or None if the machine is small."""
         if "large" not in self._programs:
             if not is_large(self.model, "forward_dynamics"):
                 return None
@@ -181,51 +193,45 @@ class Kernels:
             self._programs["large"] = Program(looped)
         return self._programs["large"]
 
-    def program(
-        self, key: Any, functions: Callable[..., Mapping[str, Sequence[Any]]], inputs: int = 0
-    ) -> Program:
-        """Any functions of the state, compiled once under a key: named lists of outputs.
-
-        With ``inputs``, so many numbers that follow the state in y are their second argument.
-        """
-        return self._program(key, functions, inputs)
-
     def _motion(self, state: State) -> Motion:
         return motion(self.model, state, self.active)
 
     def motion(self) -> Program:
-        """Functions ``rates``, ``energy`` (kinetic, potential) and, of a constrained model, ``projection``, ``hold``
-        (how well the conditions do) and ``dropped`` (residual and rate of the conditions that were redundant at the
-        start)."""
+        """Program of the motion.
 
-        def functions(state: State) -> dict[str, Sequence[Any]]:
+        Its functions are ``rates``, ``energy`` (kinetic, potential) and, for a constrained model, ``projection``,
+        ``hold`` (how independent the conditions are) and ``dropped`` (residual and rate of the conditions that were
+        redundant at the start).
+        """
+
+        def functions(state: State) -> dict[str, Sequence[Scalar]]:
             moving = self._motion(state)
             power = total_power(self.model, state, moving)
             self._work = not _is_zero(power)
             rates = [*coordinate_rates(self.model, state), *moving.udot]
             energy = [kinetic_energy(self.model, state), potential_energy(self.model, state)]
-            found: dict[str, Sequence[Any]] = {
+            outputs: dict[str, Sequence[Scalar]] = {
                 "rates": [*rates, power] if self._work else rates,
                 "energy": energy,
             }
             if self.active:
-                found["projection"] = self._projected(state)
-                found["hold"] = [independence(self.model, state, self.active)]
-            left = self._dropped(state)
-            self._names_dropped = tuple(left)
-            return {**found, "dropped": self._checked_conditions(state, left)} if left else found
+                outputs["projection"] = self._projected(state)
+                outputs["hold"] = [independence(self.model, state, self.active)]
+            dropped = self._dropped(state)
+            self._names_dropped = tuple(dropped)
+            return {**outputs, "dropped": self._checked_conditions(state, dropped)} if dropped else outputs
 
-        return self._programs.get("motion") or self._large() or self._program("motion", functions)
+        return self._programs.get("motion") or self._large() or self.program("motion", functions)
 
     def at(self, values: Mapping[str, float]) -> tuple[Array, Rates]:
-        """Parameters in their order, and the right-hand side with the constants of them; the last ones are kept."""
+        """Return the parameters in order, and the right-hand side with its constants. The last result is cached."""
         if self._at is None or self._at[0] != values:
             parameters = self.parameters(values)
             self._at = dict(values), parameters, self.rates(parameters)
         return self._at[1:]
 
     def rates(self, parameters: Array) -> Rates:
-        """The right-hand side with the constants of these parameters."""
+        """Return the right-hand side with the constants of these parameters."""
         program = self.motion()
         constants = program.constants(parameters)
         rates = Rates(
@@ -238,70 +244,79 @@ class Kernels:
         return replace(rates, projection=program.address("projection"), projected=projected)
 
     def closing(self) -> Program:
-        """Of a constrained model, for `gauss_newton`: ``conditions`` (residuals of all of them, their matrix G),
-        ``motion`` (their rates, G, and the mass matrix M) and ``moved`` (q')."""
+        """Program of the constraints of a model, for `gauss_newton`.
 
-        def functions(state: State) -> dict[str, Sequence[Any]]:
-            given = linearized(self.model, state)
-            matrix = [x for row in given.matrix for x in row]
+        Its functions are ``conditions`` (the residuals of all conditions, their matrix G), ``motion`` (the rates of the
+        conditions, G, and the mass matrix M) and ``moved`` (q').
+        """
+
+        def functions(state: State) -> dict[str, Sequence[Scalar]]:
+            linear = linearized(self.model, state)
+            matrix = [x for row in linear.matrix for x in row]
             mass = [x for row in mass_matrix(self.model, state) for x in row]
             return {
-                "conditions": [*given.residual, *matrix],
-                "motion": [*given.rate, *matrix, *mass],
+                "conditions": [*linear.residual, *matrix],
+                "motion": [*linear.rate, *matrix, *mass],
                 "moved": list(coordinate_rates(self.model, state)),
             }
 
-        return self._program("closing", functions)
+        return self.program("closing", functions)
 
     @cached_property
     def on_speeds(self) -> tuple[int, ...]:
-        """Of each condition, 1 if it is one on speeds only."""
+        """For each condition, 1 if it restricts speeds only, else 0."""
         return tuple(int(row.on_speeds) for row in rows(self.model))
 
     @cached_property
     def dropped(self) -> tuple[str, ...]:
-        """Conditions that were redundant at the start, less those that hold identically."""
+        """Conditions that were redundant at the start, without those that hold identically."""
         self.motion()
         return self._names_dropped
 
-    def _dropped(self, state: State) -> dict[str, tuple[Any, Any]]:
-        given = linearized(self.model, state)
+    def _dropped(self, state: State) -> dict[str, tuple[Scalar, Scalar]]:
+        linear = linearized(self.model, state)
         return {
-            row.name: (given.residual[i], given.rate[i])
+            row.name: (linear.residual[i], linear.rate[i])
             for i, row in enumerate(rows(self.model))
-            if i not in self.active and not (_is_zero(given.residual[i]) and _is_zero(given.rate[i]))
+            if i not in self.active and not (_is_zero(linear.residual[i]) and _is_zero(linear.rate[i]))
         }
 
-    def _checked_conditions(self, state: State, left: Mapping[str, tuple[Any, Any]]) -> list[Any]:
-        """Residuals of dropped conditions, and 1 where one is a large multiple of others that hold, else 0 or less."""
+    def _checked_conditions(self, state: State, dropped: Mapping[str, tuple[Scalar, Scalar]]) -> list[Scalar]:
+        """Return the residuals and rates of the dropped conditions, and a sign.
+
+        The sign is 1 if a dropped condition is a large multiple of active conditions, else 0 or -1.
+        """
         matrix, kinds = linearized(self.model, state).matrix, rows(self.model)
-        unit: dict[int, list[Any]] = {}
+        unit: dict[int, list[Scalar]] = {}
         for group in condition_groups(self.model):
             square = sum((x * x for i in group for x in matrix[i]), 0)
             size = 1 if _is_zero(square) else state.field.sqrt(square)
             unit |= {i: [divide(x, size) for x in matrix[i]] for i in group}
-        held = [unit[i] for i in self.active]
-        gram, most = Factorization(products(held, held)), 0
+        active_rows = [unit[i] for i in self.active]
+        gram, largest_square = Factorization(products(active_rows, active_rows)), 0
         for i, row in enumerate(kinds):
-            if row.name in left:
-                for part in gram.solve(applied(held, unit[i])):
-                    most = state.field.apply("max", most, part * part)
-        return [*(x for pair in left.values() for x in pair), state.field.apply("sign", most - LOOSE * LOOSE)]
+            if row.name in dropped:
+                for part in gram.solve(applied(active_rows, unit[i])):
+                    largest_square = state.field.apply("max", largest_square, part * part)
+        return [
+            *(x for pair in dropped.values() for x in pair),
+            state.field.apply("sign", largest_square - LOOSE * LOOSE),
+        ]
 
-    def _projected(self, state: State) -> list[Any]:
-        """(q, u) moved onto the constraints, by one Newton step for q, then for u.
+    def _projected(self, state: State) -> list[Scalar]:
+        """Return (q, u) moved onto the constraints by one Newton step for q, then one for u.
 
-        A state after a step is off by the local error, so one step, whose error is the square of that, reaches
-        round-off.
+        The state after a step is off by the local error. The error of a Newton step is the square of that, so one step
+        reaches round-off.
         """
         q = position_correction(self.model, state, self.active)
-        there = State(self.model, state.field, state.t, q, state.u, state.values)
-        return [*q, *speed_correction(self.model, there, self.active)]
+        on_constraints = State(self.model, state.field, state.t, q, state.u, state.values)
+        return [*q, *speed_correction(self.model, on_constraints, self.active)]
 
     def poses(self) -> Program:
-        """Function ``poses``: of each body, position (3) and rotation to ground axes (9, by rows)."""
+        """Program with the function ``poses``: for each body, position (3) and rotation to ground axes (9, by rows)."""
 
-        def functions(state: State) -> dict[str, Sequence[Any]]:
+        def functions(state: State) -> dict[str, Sequence[Scalar]]:
             postures = poses(self.model, state)
             return {
                 "poses": [
@@ -311,7 +326,7 @@ class Kernels:
                 ]
             }
 
-        return self._large() or self._program("poses", functions)
+        return self._large() or self.program("poses", functions)
 
     @property
     def transmitting(self) -> list[tuple[str, str, str]]:
@@ -321,23 +336,25 @@ class Kernels:
             (name, joint.child, f"the point of joint '{name}' on '{joint.child}'")
             for name, joint in model.joints.items()
         ]
-        for name, held in model.constraints.items():
-            if isinstance(held, Closure):
-                result.append((name, held.child.name, f"the point of joint '{name}' on '{held.child.name}'"))
-            elif isinstance(held, Rolling):
-                result.append((name, held.center.body.name, f"the centre of the wheel of '{name}'"))
-            elif isinstance(held, Touching):
-                result.append((name, held.contact.feature.body.name, f"the point of contact '{name}'"))
+        for name, constraint in model.constraints.items():
+            if isinstance(constraint, Closure):
+                result.append(
+                    (name, constraint.child.name, f"the point of joint '{name}' on '{constraint.child.name}'")
+                )
+            elif isinstance(constraint, Rolling):
+                result.append((name, constraint.center.body.name, f"the centre of the wheel of '{name}'"))
+            elif isinstance(constraint, Touching):
+                result.append((name, constraint.contact.feature.body.name, f"the point of contact '{name}'"))
         return result
 
     def reactions(self) -> Program:
-        """Function ``reactions``: of each joint, force (3) and moment (3)."""
+        """Program with the functions ``reactions``, for each joint force (3) and moment (3), and ``multipliers``."""
 
-        def functions(state: State) -> dict[str, Sequence[Any]]:
+        def functions(state: State) -> dict[str, Sequence[Scalar]]:
             moving = self._motion(state)
-            found = all_reactions(self.model, state, moving)
+            reactions = all_reactions(self.model, state, moving)
             return {
-                "reactions": [x for name in found for vector in found[name] for x in vector],
+                "reactions": [x for name in reactions for vector in reactions[name] for x in vector],
                 "multipliers": list(moving.multipliers),
             }
 
@@ -345,29 +362,31 @@ class Kernels:
             if "large reactions" not in self._programs:
                 self._programs["large reactions"] = Program(LoopedSet(self.model, "reactions"))
             return self._programs["large reactions"]
-        return self._program("reactions", functions)
+        return self.program("reactions", functions)
 
     def limits(self) -> Program:
-        """Function ``limits``: what is left to each limit of a one-sided constraint, and then the same with what is
-        negligible of the forces added."""
-        return self._program("limits", lambda state: {"limits": self._limits(state, self._motion(state))})
+        """Program with the function ``limits``: the margin to each limit of a one-sided constraint, then each margin
+        plus the part of the forces that is negligible."""
+        return self.program("limits", lambda state: {"limits": self._limits(state, self._motion(state))})
 
-    def _limits(self, state: State, moving: Motion) -> list[Any]:
-        left = margins(self.model, state, moving.multipliers)
+    def _limits(self, state: State, moving: Motion) -> list[Scalar]:
+        slack = margins(self.model, state, moving.multipliers)
         size = sizes(self.model, state, self.active)
-        return [*left, *(a + NEGLIGIBLE * b for a, b in zip(left, size, strict=True))]
+        return [*slack, *(a + NEGLIGIBLE * b for a, b in zip(slack, size, strict=True))]
 
-    def expressions(self, given: Sequence[Any]) -> Program:
-        """Function ``values`` of expressions of the model's names."""
-        return self._program(("values", tuple(given)), lambda state: {"values": [state(e) for e in given]})
+    def expressions(self, expressions: Sequence[Expression]) -> Program:
+        """Program with the function ``values``: expressions of the model's names."""
+        return self.program(
+            ("values", tuple(expressions)), lambda state: {"values": [state(e) for e in expressions]}
+        )
 
 
-def _is_zero(value: Any) -> bool:
+def _is_zero(value: Scalar) -> bool:
     return isinstance(value, int | Fraction) and value == 0
 
 
 class _Packer(pickle.Pickler):
-    """What a motion needs of a model, which calls no controller any more."""
+    """Pickler of a model for a motion, which no longer calls any controller."""
 
     def reducer_override(self, value: Any) -> Any:
         if isinstance(value, Controller):
@@ -380,7 +399,7 @@ class _Packer(pickle.Pickler):
 
 @dataclass(frozen=True)
 class _Lost:
-    """In the place of a controller's function that stayed in another process."""
+    """Placeholder for a controller's function that stayed in another process."""
 
     name: str
 
@@ -392,7 +411,7 @@ class _Lost:
 
 
 def packed(model: Model) -> bytes:
-    """A model for another process."""
+    """Return a model as bytes, for another process."""
     stream = io.BytesIO()
     _Packer(stream, pickle.HIGHEST_PROTOCOL).dump(model)
     return stream.getvalue()
@@ -413,11 +432,11 @@ _recent: OrderedDict[int, tuple[Any, Changes, int, Kernels]] = OrderedDict()
 
 
 def kernels_of(machine: System | Model) -> Kernels:
-    """The programs of a system as it is described now, or of a model; those used last are kept."""
-    known = _recent.get(id(machine))
-    if known is not None and known[1].count == known[2]:
+    """Return the programs of a system in its present description, or of a model. The last ones used are cached."""
+    entry = _recent.get(id(machine))
+    if entry is not None and entry[1].count == entry[2]:
         _recent.move_to_end(id(machine))
-        return known[3]
+        return entry[3]
     if not isinstance(machine, (System, Model)):
         raise ModelError(
             f"Expected a System or a Model to simulate, got {machine!r}. "

@@ -1,24 +1,23 @@
-"""What a method needs of a model besides its rates, recorded from the same algorithms.
+"""The kernels that a method needs besides the rates, recorded from the same algorithms.
 
-    radau        (∂f/∂y) v, the derivative of the rates along a direction: of (y, v)
+    radau        (∂f/∂y) v, the derivative of the rates along a direction, of (y, v)
     taylor       coefficients of the Taylor series of the motion through (t, y)
     structure    Hamilton's equations: q', P' of (q, P), P of (q, u), u of (q, P)
 
-Of a quaternion e, q' = B u is of degree 1 in e and all else of degree 0, so that H is the same for (s e, P / s), and
-e·P is kept as |e|² is.
+For a quaternion e, q' = B u is of degree 1 in e, and all other quantities are of degree 0. So H(s e, P/s) = H(e, P),
+and e·P is conserved together with |e|².
 
-Hamilton's equations come from the Lagrangian: with u = M⁻¹ p fixed, and p = B(q)ᵀ P,
+Hamilton's equations follow from the Lagrangian: with u = M⁻¹ p fixed, and p = B(q)ᵀ P,
 
     P' = ∂/∂q (½ uᵀ M(q) u - V(q) - Pᵀ B(q) u)
 
-since what is differentiated is stationary in u. No mass matrix is differentiated but through its own trace.
+since the differentiated expression is stationary in u. The mass matrix is differentiated only through its own trace.
 """
 
 from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -29,7 +28,7 @@ from ...errors import ExpressionError, SimulationError
 from ...model import Model
 from ...program.kernels import compile_tape
 from ...program.large.tree_loop import Directions, LoopedSet, is_large
-from ...scalar.algebra import HALF, divide
+from ...scalar.algebra import HALF, Scalar, divide
 from ...scalar.derivative import forward, transposed
 from ...scalar.trace import ADD, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
 from ..ode.layout import padded
@@ -37,7 +36,8 @@ from .kernels import Kernels, Program
 
 
 def tangent(kernels: Kernels) -> Program:
-    """Function ``tangent`` of (t, (y, v)): (∂f/∂y) v, one sweep along the trace of the rates."""
+    """Return the program with the function ``tangent`` of (t, (y, v)): (∂f/∂y) v, by one sweep along the trace of the
+    rates."""
     if "tangent" not in kernels._programs and is_large(kernels.model, "forward_dynamics"):
         along = Directions("rates", kernels.size)
         kernels._programs["tangent"] = Program(LoopedSet(kernels.model, directions=along))
@@ -53,13 +53,16 @@ def tangent(kernels: Kernels) -> Program:
             y.append(tape.input("work done"))
         v = [tape.input(f"direction {i}") for i in range(len(y))]
         parameters = [state.values[parameter.symbol] for parameter in model.parameters]
-        given = {"tangent": forward(tape, outputs, y, v)}
-        kernels._programs["tangent"] = Program(compile_tape(tape, given, state.t, [*y, *v], parameters))
+        outputs_by_name = {"tangent": forward(tape, outputs, y, v)}
+        kernels._programs["tangent"] = Program(
+            compile_tape(tape, outputs_by_name, state.t, [*y, *v], parameters)
+        )
     return kernels._programs["tangent"]
 
 
 def series(kernels: Kernels) -> Program:
-    """Function ``series`` of (t, y): the coefficients of the motion (`program.series.jet`)."""
+    """Return the program with the function ``series`` of (t, y): the coefficients of the motion
+    (`program.series.jet`)."""
     if "series" not in kernels._programs:
         tape, model = Tape(), kernels.model
         state = traced_state(model, tape)
@@ -74,9 +77,14 @@ def series(kernels: Kernels) -> Program:
 
 
 def series_of(
-    model: Model, tape: Tape, rates: Sequence[Any], t: Any, y: Sequence[Any], parameters: Sequence[Any]
+    model: Model,
+    tape: Tape,
+    rates: Sequence[Scalar],
+    t: Scalar,
+    y: Sequence[Scalar],
+    parameters: Sequence[Scalar],
 ) -> Program:
-    """Function ``series`` of (t, y) from the recorded rates."""
+    """Return the program with the function ``series`` of (t, y), from the recorded rates."""
     width = {"series": padded(len(rates))}
     try:
         return Program(compile_tape(tape, {"series": rates}, t, y, parameters, series=width))
@@ -85,7 +93,7 @@ def series_of(
 
 
 def without_series(model: Model, error: ExpressionError) -> SimulationError:
-    """What is said where a rate bends or jumps."""
+    """Return the error for rates that bend or jump."""
     return SimulationError(
         f"Expected rates with a Taylor series for method=\"taylor\", but of '{model.name}' "
         f'{str(error).partition(" Known")[0]} Use method="dop853" or "gauss".'
@@ -93,53 +101,56 @@ def without_series(model: Model, error: ExpressionError) -> SimulationError:
 
 
 def hamilton(kernels: Kernels) -> Program:
-    """Functions ``hamilton`` (q', P') and ``speeds`` u of (t, (q, P)), ``momenta`` P of (t, (q, u))."""
+    """Return the program with the functions ``hamilton`` (q', P') and ``speeds`` u of (t, (q, P)), and ``momenta`` P of
+    (t, (q, u))."""
     if "hamilton" not in kernels._programs:
         model, tape = kernels.model, Tape()
         traced = traced_state(model, tape)
-        P = [tape.input(f"second half {i}") for i in range(model.n_q)]  # u stands in the same places
+        P = [tape.input(f"second half {i}") for i in range(model.n_q)]  # or u, at the same positions
 
-        # H must not change with the length of a quaternion, else e·P grows: postures are those of unit quaternions
+        # H must not change with the length of a quaternion, or e·P would grow: divide each quaternion by its norm
         q = list(traced.q)
-        norms: dict[int, Any] = {}
+        norms: dict[int, Scalar] = {}
         for i in model.quaternions:
             norm = tape.sqrt(_dot(q[i : i + 4], q[i : i + 4]))
             q[i : i + 4] = [x / norm for x in q[i : i + 4]]
             norms.update(dict.fromkeys(range(i, i + 4), norm))
 
-        def at(u: Sequence[Any]) -> State:
+        def at(u: Sequence[Scalar]) -> State:
             return State(model, tape, traced.t, q, u, traced.values)
 
-        def moved(u: Sequence[Any]) -> list[Any]:
+        def moved(u: Sequence[Scalar]) -> list[Scalar]:
             return [x * norms.get(i, 1) for i, x in enumerate(coordinate_rates(model, at(u)))]
 
-        given = at(P[: model.n_u])
-        M = mass_matrix(model, given)
-        p = transposed(tape, moved(given.u), P, given.u)
+        state = at(P[: model.n_u])
+        M = mass_matrix(model, state)
+        p = transposed(tape, moved(state.u), P, state.u)
         u = Factorization(M).solve(p)
         rates = moved(u)
-        # a function of q, P and u, in which u is held: it is an input there, and its value is put in afterwards
-        held = [tape.input(f"held {speed.name}") for speed in model.speeds]
-        lagrangian = HALF * _dot(held, [_dot(row, held) for row in M]) - potential_energy(model, given)
-        gradient = transposed(tape, [lagrangian - _dot(P, moved(held))], [1], traced.q)
-        gradient = replaced(tape, gradient, dict(zip(held, u, strict=True)))
-        # back: P = D B p, where D is 4 for a quaternion, whose B has columns of length ½
+        # differentiate at fixed u: u is an input of the Lagrangian, replaced by its value afterwards
+        fixed_speeds = [tape.input(f"held {speed.name}") for speed in model.speeds]
+        lagrangian = HALF * _dot(fixed_speeds, [_dot(row, fixed_speeds) for row in M]) - potential_energy(
+            model, state
+        )
+        gradient = transposed(tape, [lagrangian - _dot(P, moved(fixed_speeds))], [1], traced.q)
+        gradient = replaced(tape, gradient, dict(zip(fixed_speeds, u, strict=True)))
+        # the inverse is P = D B p, with D = 4 for a quaternion, whose B has columns of length ½
         weights = np.ones(model.n_q, dtype=int)
         for i in model.quaternions:
             weights[i : i + 4] = 4
-        spread = moved([_dot(row, given.u) for row in M])
+        spread = moved([_dot(row, state.u) for row in M])
         momenta = [int(d) * x for d, x in zip(weights, spread, strict=True)]
         functions = {"hamilton": [*rates, *gradient], "speeds": u, "momenta": momenta}
-        parameters = [given.values[parameter.symbol] for parameter in model.parameters]
+        parameters = [state.values[parameter.symbol] for parameter in model.parameters]
         kernels._programs["hamilton"] = Program(
-            compile_tape(tape, functions, given.t, [*traced.q, *P], parameters)
+            compile_tape(tape, functions, state.t, [*traced.q, *P], parameters)
         )
     return kernels._programs["hamilton"]
 
 
-def replaced(tape: Tape, outputs: Sequence[Any], values: Mapping[Traced, Any]) -> list[Any]:
-    """The outputs with other scalars in place of inputs."""
-    table: dict[int, Any] = {x.index: value for x, value in values.items()}
+def replaced(tape: Tape, outputs: Sequence[Scalar], values: Mapping[Traced, Scalar]) -> list[Scalar]:
+    """Return the outputs with other scalars in place of inputs."""
+    table: dict[int, Scalar] = {x.index: value for x, value in values.items()}
     for i in tape.used(outputs):
         code, a, b = tape.op[i], tape.a[i], tape.b[i]
         if i in table:
@@ -155,7 +166,7 @@ def replaced(tape: Tape, outputs: Sequence[Any], values: Mapping[Traced, Any]) -
     return [table[x.index] if type(x) is Traced else x for x in outputs]
 
 
-_ARITHMETIC: dict[int, Callable[[Any, Any], Any]] = {
+_ARITHMETIC: dict[int, Callable[[Scalar, Scalar], Scalar]] = {
     ADD: operator.add,
     SUB: operator.sub,
     MUL: operator.mul,
@@ -163,8 +174,8 @@ _ARITHMETIC: dict[int, Callable[[Any, Any], Any]] = {
 }
 
 
-def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
-    total: Any = 0
+def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
+    total: Scalar = 0
     for x, y in zip(a, b, strict=True):
         total = total + x * y
     return total

@@ -1,20 +1,21 @@
-"""Choosing a method, and what each needs of the model.
+"""The choice of a method, and the kernels that each method needs.
 
-    dop853      explicit, order 8(5,3), step control: smooth motions at tolerances of 1e-5 to 1e-13
-    dop54       explicit, order 5(4), step control: coarse tolerances
-    radau       implicit, order 5, step control: stiff machines
-    gauss       Gauss collocation, order 16, step control, compensated sums: tolerances down to 1e-15
-    structure   symplectic Gauss collocation, order 6, steps of one length: long runs without drift of the energy
-    taylor      Taylor series of order 16, step control, compensated sums: small smooth machines, down to 1e-16
-    timestepping    Moreau and Jean, order 1, steps of one length: many contacts (`timestepping`)
-    auto        taylor for small machines at tolerances of 1e-7 and below, in a batch of 1e-6 and below; else gauss for
-                tolerances below 1e-14; else dop853. Where stability and not accuracy makes the steps short, radau
+    dop853      explicit, order 8(5,3), step-size control: smooth motions at tolerances of 1e-5 to 1e-13
+    dop54       explicit, order 5(4), step-size control: coarse tolerances
+    radau       implicit, order 5, step-size control: stiff machines
+    gauss       Gauss collocation, order 16, step-size control, compensated sums: tolerances down to 1e-15
+    structure   symplectic Gauss collocation, order 6, equal steps: long runs without drift of the energy
+    taylor      Taylor series of order 16, step-size control, compensated sums: small smooth machines, down to 1e-16
+    timestepping    Moreau and Jean, order 1, equal steps: many contacts (`timestepping`)
+    auto        taylor for small machines at tolerances of 1e-7 and below, in a batch at 1e-6 and below; else gauss for
+                tolerances below 1e-14; else dop853; radau if stability, not accuracy, makes the steps short
 
-Only what a run asks for is loaded or compiled.
+Only the method that a run uses is loaded or compiled.
 """
 
 from __future__ import annotations
 
+import ctypes
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -24,45 +25,50 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import SimulationError, nearest
-from ..legs.switching_laws import sticking
+from ...native import loop
+from ..ode.crossing import CONSTANTS_OF_F, INDICES, N_PROJECTED, N_QUATERNIONS, ONTO, RATES, ROOM, SIZE
 from ..ode.dense_output import FINISHED, INTERRUPTED, STIFF, Path, Rates
 from ..ode.integration import FINEST_OF_SUMS, Halt, Integration, first_halt, integrate
 from .kernels import Kernels, Program
+from .switching_laws import sticking
 
 METHODS = ("auto", "dop853", "dop54", "radau", "gauss", "taylor", "structure", "timestepping")
 
 
 FINE = FINEST_OF_SUMS
-"""Tolerances below it are left to compensated sums."""
+"""Tolerance below which only methods with compensated sums are chosen."""
 
 BUDGET = 30_000
-"""Of "auto": the errors of all steps of a run together are at most those of twice so many steps at the tolerance."""
+"""Steps after which "auto" tightens the tolerances of a long run. The errors of all its steps together then stay within
+those of twice as many steps at the tolerance."""
 
 
 ACCURATE = 1e-7
-"""Tolerance from which on a series pays, at equal errors: the steps of order 8 are 1.2 times as many at 1e-5, and 1.15
-times as many again for each digit more, and a step of the series takes 0.8 to 1.7 times as long."""
+"""Tolerance from which a series is faster at equal errors. The number of steps of order 8 is 1.2 times that of the
+series at 1e-5, and grows by a factor of 1.15 per digit. A step of the series takes 0.8 to 1.7 times as long."""
 
 PRODUCTS = 150
-"""Multiplications in the rates up to which it does: each becomes some sixteen. Measured in `docs/integrators.md`."""
+"""Number of multiplications in the rates up to which a series is faster. A series needs about sixteen for each.
+Measured in `docs/integrators.md`."""
 
 ACCURATE_OF_EIGHT, PRODUCTS_OF_EIGHT = 1e-6, 60
-"""The same of a batch, whose lanes go eight at a time, by series and by stages. Eight longer series do not fit into the
-first level of the cache. At coarser tolerances, too, series are faster, but less exact than the stages."""
+"""The same two bounds for a batch, in which both series and stages are computed for eight lanes at a time. Eight longer
+series do not fit into the first-level cache. At coarser tolerances series are faster, too, but less accurate than the
+stages."""
 
 COMPARED = 256
-"""Steps of "dop853" that are few, for what took the first piece of a run, 1024 steps, by the series."""
+"""Number of steps within which "dop853" must cover the first 1024 steps of the series to replace it."""
 
 _BENT = frozenset(("abs", "sign", "min", "max", "sqrt", "pow", "asin", "acos", "atan2"))
-"""Functions that bend, or may: √(x²), the length of a spring whose ends pass through each other, has the series x where
-x > 0, which knows nothing of the bend ahead."""
+"""Functions that bend, or may bend. √(x²), the length of a spring whose ends pass through each other, has the series x
+for x > 0, and this series does not show the bend ahead."""
 
 
 def check_method(method: Any, step: Any) -> None:
-    """Whether there is such a method, and whether it takes steps of a given length."""
+    """Raise SimulationError if the method does not exist, or does not take steps of this length."""
     if not isinstance(method, str) or method not in METHODS:
         raise SimulationError(f"Unknown method {method!r}; {nearest(str(method), METHODS)}")
-    if method == "timestepping":  # which asks for its step itself
+    if method == "timestepping":  # checks its step itself
         return
     if step is None:
         if method == "structure":
@@ -81,7 +87,7 @@ def check_method(method: Any, step: Any) -> None:
 
 
 def check_method_of_contacts(method: str, step: Any) -> None:
-    """Whether the phases between events of contacts can be integrated so."""
+    """Raise SimulationError if the phases between contact events cannot be integrated by this method."""
     allowed = ("auto", "dop853", "dop54", "gauss")
     if method not in allowed or step is not None:
         got = f"method={method!r}" if step is None else f"step={step!r}"
@@ -97,9 +103,9 @@ class _Shortened(Exception):
 
 
 class Way:
-    """How runs from several starts are made: by a method, which "auto" may leave for another on the way.
+    """The method and options of runs from several initial states. "auto" may change the method during a run.
 
-    ``options`` are those that `Integration` takes besides.
+    ``options`` are further arguments of `Integration`.
     """
 
     def __init__(
@@ -109,37 +115,37 @@ class Way:
         self.kernels, self.parameters, self.rates = kernels, parameters, rates
         self.options = {"relative": relative, **options}
         finest = _finest(relative)
-        self.turns = method == "auto" and finest >= FINE
-        self.stuck = sticking(kernels, parameters)
+        self.may_change = method == "auto" and finest >= FINE
+        self.stick_halt = sticking(kernels, parameters)
         self.first = self.by(_of_accuracy(kernels, finest) if method == "auto" else method)
 
-    def by(self, method: str, turns: bool | None = None) -> Integration:
-        """The integration by a method."""
+    def by(self, method: str, may_change: bool | None = None) -> Integration:
+        """Return the integration by a method."""
         equipped = _equipped(self.kernels, self.parameters, method, self.rates)
-        if self.turns if turns is None else turns:
+        if self.may_change if may_change is None else may_change:
             return Integration(equipped, method=method, until_stiff=True, budget=BUDGET, **self.options)
         return Integration(equipped, method=method, **self.options)
 
     def _compared(
         self, state: Any, start: float, absolute: ArrayLike, between: Callable[[float], None] | None
     ) -> Callable[[float], None]:
-        """``between`` for a run by series, which sees once whether its steps are shortened by round-off.
+        """Return ``between`` for a run by series, with one check whether round-off shortens the steps.
 
-        A rotor that is driven, or symmetric, turns many times in a step that its slow precession allows. The angle, and
-        what is in body axes, cancels from the rates but for round-off, of which the terms of the series grow as those
-        of the turning do.
+        A driven or symmetric rotor turns many times in a step that its slow precession allows. The angle, and the
+        quantities in body axes, cancel from the rates except for round-off. In the terms of the series this round-off
+        grows as the terms of the rotation do.
         """
-        seen = False
+        compared = False
 
         def look(t: float) -> None:
-            nonlocal seen
-            if not seen:
-                seen = True
-                alone = {**self.options, "absolute": absolute, "max_steps": COMPARED, "watch": None}
-                other = integrate(self.rates, state, start, t, method="dop853", **alone)
-                if other.status == INTERRUPTED:
+            nonlocal compared
+            if not compared:
+                compared = True
+                options = {**self.options, "absolute": absolute, "max_steps": COMPARED, "watch": None}
+                explicit = integrate(self.rates, state, start, t, method="dop853", **options)
+                if explicit.status == INTERRUPTED:
                     raise KeyboardInterrupt
-                if other.status == FINISHED:
+                if explicit.status == FINISHED:
                     raise _Shortened
             if between is not None:
                 between(t)
@@ -150,22 +156,22 @@ class Way:
         self, state: Sequence[float] | NDArray[np.float64], start: float, until: float, absolute: ArrayLike,
         between: Callable[[float], None] | None = None, halt: Halt | None = None,
     ) -> Path:  # fmt: skip
-        """`integrate`."""
-        halt, seen = first_halt(halt, self.stuck), between
-        if self.turns and self.first.method == "taylor" and halt is None:
-            seen = self._compared(state, start, absolute, between)
+        """Return the path of one run (`integrate`)."""
+        halt, callback = first_halt(halt, self.stick_halt), between
+        if self.may_change and self.first.method == "taylor" and halt is None:
+            callback = self._compared(state, start, absolute, between)
         try:
-            path = self.first.path(state, start, until, absolute, seen, halt)
+            path = self.first.path(state, start, until, absolute, callback, halt)
         except _Shortened:
             path = self.by("dop853").path(state, start, until, absolute, between, halt)
-        if path.status != STIFF or not self.turns:
+        if path.status != STIFF or not self.may_change:
             return path
-        # from the start again: a path is of one method, and the little that was done tells nothing
-        return self.by("radau", turns=False).path(state, start, until, absolute, between, halt)
+        # start again: a path has one method, and few steps are lost
+        return self.by("radau", may_change=False).path(state, start, until, absolute, between, halt)
 
 
 def first_method(kernels: Kernels, method: str, relative: NDArray[np.float64], batch: bool = False) -> str:
-    """What a run begins with, or every lane of a batch."""
+    """Return the method that a run, or every lane of a batch, begins with."""
     return _of_accuracy(kernels, _finest(relative), batch) if method == "auto" else method
 
 
@@ -181,56 +187,58 @@ def _finest(relative: NDArray[np.float64]) -> float:
 
 
 def _has_short_series(kernels: Kernels, products: int) -> bool:
-    """Whether the series of a motion costs less than the stages of an explicit method, as its rates tell."""
+    """Return True if, by the operation counts of the rates, a series costs less than the stages of an explicit
+    method."""
     model = kernels.model
     if model.contacts or model.switched or not kernels.size:
-        return False  # a phase between two events, or between two samples, is short
+        return False  # the phases between events or controller samples are short
     operations = kernels.operations
     return operations is not None and operations.get("mul", 0) <= products and not may_bend(kernels)
 
 
 def _equipped(kernels: Kernels, parameters: NDArray[np.float64], method: str, rates: Rates) -> Rates:
-    """The rates with the other kernels that a method calls."""
+    """Return the rates with the further kernels that a method calls."""
     if method not in rates.equipped:
-        made = _with_others(kernels, parameters, method, rates)
-        if made is not rates:
-            made = replace(made, recipe=(made_by, kernels, parameters, method))
-        rates.equipped[method] = made
+        with_kernels = _with_method_kernels(kernels, parameters, method, rates)
+        if with_kernels is not rates:
+            with_kernels = replace(with_kernels, recipe=(made_by, kernels, parameters, method))
+        rates.equipped[method] = with_kernels
     return rates.equipped[method]
 
 
 def made_by(kernels: Kernels, parameters: NDArray[np.float64], method: str) -> Rates:
-    """The rates of a path by a method."""
+    """Return the rates of a path by a method."""
     return _equipped(kernels, parameters, method, kernels.rates(parameters))
 
 
-def _with_others(kernels: Kernels, parameters: NDArray[np.float64], method: str, rates: Rates) -> Rates:
+def _with_method_kernels(
+    kernels: Kernels, parameters: NDArray[np.float64], method: str, rates: Rates
+) -> Rates:
     if method == "radau":
         from .method_kernels import tangent
 
-        return with_others(rates, tangent(kernels), parameters, ("tangent",))
+        return with_program(rates, tangent(kernels), parameters, ("tangent",))
     if method == "taylor":
         from .method_kernels import series
 
         return with_series(rates, series(kernels), parameters, kernels)
     if method == "crossing":
-        from ..legs.branch import along_branch
-
-        return along_branch(rates)
+        return _along_branch(rates)
     if method == "structure":
         from .method_kernels import hamilton
 
         _check_hamiltonian(kernels)
-        return with_others(
+        return with_program(
             rates, hamilton(kernels), parameters, ("hamilton", "momenta", "speeds"), kernels.model.n_q
         )
     return rates
 
 
-def with_others(
+def with_program(
     rates: Rates, program: Program, parameters: NDArray[np.float64], names: tuple[str, ...], *more: int
 ) -> Rates:
-    """The rates with functions of another program beside them, and numbers that the method reads there."""
+    """Return the rates with functions of a second program, and with numbers that the method reads after their
+    addresses."""
     constants = program.constants(parameters)
     return replace(
         rates,
@@ -242,17 +250,33 @@ def with_others(
 
 
 def with_series(rates: Rates, program: Program, parameters: NDArray[np.float64], kernels: Kernels) -> Rates:
-    """The rates with the coefficients of their series, and whether these may go on behind a bend."""
-    return with_others(rates, program, parameters, ("series",), int(may_bend(kernels)))
+    """Return the rates with the coefficients of their series and a flag: 1 if the series may continue past a bend."""
+    return with_program(rates, program, parameters, ("series",), int(may_bend(kernels)))
+
+
+def _along_branch(rates: Rates) -> Rates:
+    """Return f(P(y)) of the rates f and their projection P (`crossing`)."""
+    n = rates.size
+    memory = np.zeros(2 * n)
+    function = loop.code("motion.ode.crossing", "along_branch")
+    constants = np.zeros(CONSTANTS_OF_F + rates.constants.size)
+    constants[RATES], constants[ONTO], constants[SIZE] = rates.address, rates.projection, n
+    constants[N_PROJECTED], constants[N_QUATERNIONS] = rates.projected, len(rates.quaternions)
+    constants[INDICES], constants[ROOM] = loop.address(rates.corrections), loop.address(memory)
+    constants[CONSTANTS_OF_F:] = rates.constants
+    address = ctypes.cast(function.code, ctypes.c_void_p).value
+    assert address is not None
+    keep = rates, memory, function
+    return replace(rates, address=address, constants=constants, keep=keep, projection=0, projected=0)
 
 
 def may_bend(kernels: Kernels) -> bool:
-    """Whether there is a function in the rates that bends or may, or whose functions are not known."""
+    """Return True if a function in the rates bends or may bend, or if the functions are unknown."""
     return kernels.operations is None or not _BENT.isdisjoint(kernels.operations)
 
 
 def _check_hamiltonian(kernels: Kernels) -> None:
-    """Whether the motion has a structure to preserve, in coordinates that are free."""
+    """Raise SimulationError unless the machine has independent coordinates and constant energy."""
     model = kernels.model
     if model.constraints:
         raise SimulationError(

@@ -1,4 +1,4 @@
-"""Blows and impacts of no duration in the middle of a motion.
+"""Blows and impacts of no duration during a motion.
 
 M Δu = Jᵀ P + Gᵀ Λ,    G Δu = 0,      work = T(u + Δu) - T(u)
 """
@@ -18,7 +18,7 @@ from ..ode.dense_output import FINISHED, TERMINAL, Array, Path, Watch
 from ..start.arguments import check_forwards
 from ..start.initial import number
 from ..trajectory.event import EventSpec, Happening, event, expressions_of, watching
-from ..trajectory.phases import Phases, Segment, parts_of
+from ..trajectory.phases import Phases, Segment, segments_of
 
 
 @dataclass(frozen=True)
@@ -44,19 +44,19 @@ def blow(
     name: str = "blow",
     count: int | None = None,
 ) -> Blow:
-    """A blow, or an impact with given restitution, for ``fb.simulate(..., impulses=[...])``.
+    """Return a blow, or an impact with given restitution, for ``fb.simulate(..., impulses=[...])``.
 
     Parameters
     ----------
     when : number, expression or event
-        The time [s]; or an expression of coordinates, speeds and time (or :func:`freebody.event` of one, with a
-        direction): the blow falls where it passes through zero.
+        Time of the blow [s]; or an expression of coordinates, speeds and time, or a :func:`freebody.event` with a
+        direction: the blow falls where the expression passes through zero.
     at, impulse, moment, frame, normal, restitution
-        As of :func:`freebody.impulse`: where, and what [N s, N m s] or against which surface.
+        As for :func:`freebody.impulse`: the point, and the impulse [N s, N m s] or the surface that is hit.
     name : str
-        By which it is found among the events.
+        Name of its events.
     count : int, optional
-        Greatest number of times it falls, where ``when`` is located; no limit if not given.
+        Greatest number of blows, if ``when`` is an expression; no limit if not given.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def blow(
     Raises
     ------
     SimulationError
-        A blow after which the machine would be where it has just been: an endless sequence at one moment.
+        A blow after which its condition is fulfilled again: an endless sequence at one time.
 
     Examples
     --------
@@ -90,54 +90,54 @@ def blow(
     return Blow(when, str(name), options, count)
 
 
-def blows_of(given: Any) -> tuple[Blow, ...]:
-    """The blows asked for."""
-    if isinstance(given, (tuple, list)) and not given:
+def blows_of(impulses: Any) -> tuple[Blow, ...]:
+    """Return the blows of an argument ``impulses=``."""
+    if isinstance(impulses, (tuple, list)) and not impulses:
         return ()
-    if isinstance(given, Blow):
-        given = [given]
-    if isinstance(given, str) or not isinstance(given, Iterable):
-        raise SimulationError(f"Expected a list of fb.blow(...) for impulses, got {given!r}.")
-    given = tuple(given)
-    for one in given:
-        if not isinstance(one, Blow):
+    if isinstance(impulses, Blow):
+        impulses = [impulses]
+    if isinstance(impulses, str) or not isinstance(impulses, Iterable):
+        raise SimulationError(f"Expected a list of fb.blow(...) for impulses, got {impulses!r}.")
+    blows = tuple(impulses)
+    for blow in blows:
+        if not isinstance(blow, Blow):
             raise SimulationError(
-                f"Expected fb.blow(time, at=point, impulse=(Jx, Jy, Jz)) in impulses, got {one!r}."
+                f"Expected fb.blow(time, at=point, impulse=(Jx, Jy, Jz)) in impulses, got {blow!r}."
             )
-    return given
+    return blows
 
 
-def located(kernels: Kernels, one: Blow) -> bool:
-    """Whether the moment of a blow is to be found on the way."""
-    if isinstance(one.when, EventSpec):
+def located(kernels: Kernels, blow: Blow) -> bool:
+    """Return True if an event calls for a blow, False if its time is given."""
+    if isinstance(blow.when, EventSpec):
         return True
     names = kernels.model.names
-    expression = names.expression(one.when, f"the time of '{one.name}'")
+    expression = names.expression(blow.when, f"the time of '{blow.name}'")
     return isinstance(expression, sympy.Basic) and bool(
         names.depends(expression, "coordinate", "speed", "time")
     )
 
 
-def call_of(one: Blow) -> EventSpec:
-    """The event that calls for a blow."""
-    given = one.when if isinstance(one.when, EventSpec) else event(one.when)
-    return replace(given, name=one.name, terminal=True)
+def call_of(blow: Blow) -> EventSpec:
+    """Return the event that calls for a blow."""
+    spec = blow.when if isinstance(blow.when, EventSpec) else event(blow.when)
+    return replace(spec, name=blow.name, terminal=True)
 
 
 def scheduled(
     kernels: Kernels, numbers: Mapping[str, float], blows: Sequence[Blow], begin: float, end: float
 ) -> tuple[list[tuple[float, Blow]], list[Blow]]:
-    """(time, blow) of those at given times, in their order, and those that events call for."""
-    called = [one for one in blows if located(kernels, one)]
+    """Return (time, blow) of blows at given times, in order, and the blows that events call for."""
+    called = [blow for blow in blows if located(kernels, blow)]
     timed = [
-        (number(kernels.model, numbers, one.when, f"the time of '{one.name}'"), one)
-        for one in blows
-        if one not in called
+        (number(kernels.model, numbers, blow.when, f"the time of '{blow.name}'"), blow)
+        for blow in blows
+        if blow not in called
     ]
-    for time, one in timed:
+    for time, blow in timed:
         if not begin <= time <= end:
             raise SimulationError(
-                f"Expected the time of '{one.name}' within the run, {begin:g} to {end:g} s, got {time:g} s."
+                f"Expected the time of '{blow.name}' within the run, {begin:g} to {end:g} s, got {time:g} s."
             )
     return sorted(timed, key=lambda entry: entry[0]), called
 
@@ -145,16 +145,16 @@ def scheduled(
 def watching_specs(
     kernels: Kernels, specs: Sequence[EventSpec], blows: Sequence[Blow]
 ) -> tuple[EventSpec, ...]:
-    """The events of the user and, after them, those that call for a blow."""
-    return (*specs, *(call_of(one) for one in blows if located(kernels, one)))
+    """Return the events of the user and, after them, the events that call for a blow."""
+    return (*specs, *(call_of(blow) for blow in blows if located(kernels, blow)))
 
 
 def watching_blows(
     kernels: Kernels, parameters: Array, specs: Sequence[EventSpec], blows: Sequence[Blow]
 ) -> Watch | None:
-    """The compiled functions of these."""
-    everything = watching_specs(kernels, specs, blows)
-    return watching(kernels, parameters, everything, expressions_of(kernels.model, everything))
+    """Return the compiled event functions of the user's events and of blows."""
+    all_specs = watching_specs(kernels, specs, blows)
+    return watching(kernels, parameters, all_specs, expressions_of(kernels.model, all_specs))
 
 
 def struck_path(
@@ -167,17 +167,17 @@ def struck_path(
     specs: Sequence[EventSpec],
     blows: Sequence[Blow],
 ) -> tuple[Phases, tuple[Happening, ...]]:
-    """The path of a machine that is struck on its way.
+    """Return the path of a machine under blows, and the events that the blows cause.
 
     Parameters
     ----------
-    advance              (state, from, to, work of the blows until then) -> Path, or Phases of a driven machine
-    specs                events of the user, which stand before those of the blows
+    advance              (state, start, end, work of the blows until then) -> Path, or Phases of a driven machine
+    specs                events of the user, which precede the events of blows
     """
     check_forwards(begin, end, "a run with impulses=", "blows")
-    asked = len(specs)
+    count = len(specs)
     timed, called = scheduled(kernels, numbers, blows, begin, end)
-    left = {id(one): np.inf if one.times is None else one.times for one in called}
+    remaining = {id(blow): np.inf if blow.times is None else blow.times for blow in called}
     segments: list[Segment] = []
     happenings: list[Happening] = []
     t, y, work, last = begin, np.array(state, dtype=float), 0.0, -np.inf
@@ -185,16 +185,16 @@ def struck_path(
     while True:
         target = timed[0][0] if timed else end
         path = advance(y, t, target, work)
-        mine = [c for c in path.crossings if c.number >= asked]
-        legs = parts_of(path, kernels, work)
+        calls = [c for c in path.crossings if c.number >= count]
+        legs = segments_of(path, kernels, work)
         for leg in legs:
-            shown = tuple(c for c in leg.path.crossings if c.number < asked)
-            segments.append(replace(leg, path=replace(leg.path, crossings=shown)))
+            own = tuple(c for c in leg.path.crossings if c.number < count)
+            segments.append(replace(leg, path=replace(leg.path, crossings=own)))
         work = legs[-1].impulses
         stopped = path.status == TERMINAL
         now = [
-            called[c.number - asked]
-            for c in mine
+            called[c.number - count]
+            for c in calls
             if stopped and abs(c.time - path.end) <= 1e-12 * max(1.0, abs(path.end))
         ]
         y, t = legs[-1].path.states[-1].copy(), path.end
@@ -204,21 +204,21 @@ def struck_path(
         elif not stopped:
             return Phases(tuple(segments), path.status), tuple(happenings)
         user_stop = stopped and any(
-            c.time == path.end and c.number < asked and specs[c.number].terminal for c in path.crossings
+            c.time == path.end and c.number < count and specs[c.number].terminal for c in path.crossings
         )
-        now = [one for one in now if left.get(id(one), 1) > 0]
-        for one in now:
-            if id(one) in left:
-                left[id(one)] -= 1
-            y, gained, told = strike(kernels, numbers, t, y, one)
+        now = [blow for blow in now if remaining.get(id(blow), 1) > 0]
+        for blow in now:
+            if id(blow) in remaining:
+                remaining[id(blow)] -= 1
+            y, gained, happening = strike(kernels, numbers, t, y, blow)
             work += gained
-            happenings.append(told)
+            happenings.append(happening)
         repeated = repeated + 1 if t - last <= 1e-12 * max(1.0, abs(t)) else 0
         last = t
         if repeated > 20:
             raise SimulationError(
-                f"The blow '{now[0].name if now else mine[-1].number}' falls again and again at t = {t:.9g} s: what "
-                "calls for it is still so just after. Give it a direction, or a count."
+                f"The blow '{now[0].name if now else calls[-1].number}' falls again and again at t = {t:.9g} s: its "
+                "condition is fulfilled again just after. Give it a direction, or a count."
             )
         if user_stop or (path.status == FINISHED and target == end and not timed):
             status = TERMINAL if user_stop else FINISHED
@@ -229,18 +229,18 @@ def struck_path(
 
 
 def strike(
-    kernels: Kernels, numbers: Mapping[str, float], t: float, y: Any, one: Blow
+    kernels: Kernels, numbers: Mapping[str, float], t: float, y: Any, blow: Blow
 ) -> tuple[Any, float, Happening]:
-    """State after a blow, the work it does, and what is told of it."""
-    from .impulse import impulse as struck  # and with it all of the equations
+    """Return the state after a blow, its work, and its event."""
+    from .impulse import impulse as struck  # imports all rooms of equations
 
     model = kernels.model
     names = [*model.coordinate_names, *model.speed_names]
     before = dict(zip(names, y.tolist(), strict=False))
     try:
-        hit = struck(model, initial=before, values=numbers, t=t, **one.options)
+        hit = struck(model, initial=before, values=numbers, t=t, **blow.options)
     except ModelError as error:
-        raise SimulationError(f"The blow '{one.name}' at t = {t:.9g} s can not be: {error}") from None
+        raise SimulationError(f"The blow '{blow.name}' at t = {t:.9g} s is impossible: {error}") from None
     after = y.copy()
     after[model.n_q : model.n_q + model.n_u] = [hit.after[name] for name in model.speed_names]
     jumps = ", ".join(
@@ -248,13 +248,13 @@ def strike(
         for name in model.speed_names
         if hit.after[name] != hit.before[name]
     )
-    told = Happening(
+    happening = Happening(
         t,
-        one.name,
+        blow.name,
         0,
         before,
-        f"{one.name}: {jumps or 'no speed changes'}",
+        f"{blow.name}: {jumps or 'no speed changes'}",
         dict(zip(names, after.tolist(), strict=False)),
         hit.warnings,
     )
-    return after, float(hit.energy_change), told
+    return after, float(hit.energy_change), happening

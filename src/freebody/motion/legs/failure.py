@@ -1,4 +1,4 @@
-"""What is said of a run that could not go on: where, why, and the cure."""
+"""The error of a run that could not continue: the time, the cause, and the cure."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from ...dynamics.mobility import massless_motion
 from ...dynamics.state import State, float_state
 from ...errors import SimulationError
 from ..kernels.kernels import Kernels
+from ..kernels.switching_laws import switching
 from ..ode import dense_output as runs
 from ..ode.dense_output import Array, Path, Rates, observe
 from ..start.loop_closure import nearly_dependent
@@ -19,29 +20,31 @@ from ..trajectory.event import EventSpec, expressions_of
 from ..trajectory.phases import Phases
 from ..trajectory.trajectory import Trajectory
 from .independent_conditions import taking_over
-from .switching_laws import switching
 
 
 def culprit(path: Path, kernels: Kernels) -> int:
-    """The component, or event, to blame; for the work, which has no motion of its own, and of a series, in whose
-    coefficients all meet, the speed that changes fastest."""
+    """Return the component, or event, that stopped a run.
+
+    For the work, which follows from the motion, and for a series, whose coefficients depend on all components, it is
+    the speed that changes fastest.
+    """
     if path.status == runs.UNDEFINED:
         return path.blame
     return to_blame(kernels, path.blame, path.method, path.rates, path.end, path.states[-1])
 
 
 def to_blame(kernels: Kernels, blame: int, method: str, rates: Rates, t: float, y: Array) -> int:
-    """The component to blame for a run that a method could not continue from a state, ``blame`` by its own account."""
+    """Return the component that stopped a run at a state; ``blame`` is the component that the method reported."""
     n_q, n_u = kernels.model.n_q, kernels.model.n_u
     if blame < n_q + n_u and (method != "taylor" or not n_u):
         return blame
-    found = observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
-    fast = np.abs(found[n_q : n_q + n_u]) / (1 + np.abs(y[n_q : n_q + n_u]))
+    derivative = observe(rates.address, rates.size, np.array([t]), y[None], rates.constants)[0]
+    fast = np.abs(derivative[n_q : n_q + n_u]) / (1 + np.abs(y[n_q : n_q + n_u]))
     return n_q + int(np.argmax(np.where(np.isfinite(fast), fast, math.inf)))
 
 
-def _last(path: Path, kernels: Kernels, trajectory: Trajectory) -> State:
-    """The last good state."""
+def _last_state(path: Path, kernels: Kernels, trajectory: Trajectory) -> State:
+    """Return the last good state."""
     n_q, n_u = kernels.model.n_q, kernels.model.n_u
     y = path.states[-1]
     return float_state(
@@ -50,34 +53,35 @@ def _last(path: Path, kernels: Kernels, trajectory: Trajectory) -> State:
 
 
 def _massless(path: Path, kernels: Kernels, trajectory: Trajectory) -> tuple[str, ...]:
-    """Speeds that together move no mass at the last good state."""
-    return massless_motion(kernels.model, _last(path, kernels, trajectory))
+    """Return the speeds that together move no mass at the last good state."""
+    return massless_motion(kernels.model, _last_state(path, kernels, trajectory))
 
 
 def _singular(path: Path, kernels: Kernels, trajectory: Trajectory) -> str:
-    """What is said of constraints where the step collapsed: which of them depend on each other there, if any.
+    """Return the sentence about constraints that are dependent where the step collapsed; empty if none are.
 
-    Others that could take over have done so, but for derivatives."""
+    Other conditions that could take over have done so, except in runs with derivatives.
+    """
     from .sensitivity import SensitiveTrajectory
 
-    others = taking_over(kernels, kernels.parameters(trajectory.values), path.end, path.states[-1])
-    if others != kernels.active and isinstance(trajectory, SensitiveTrajectory):
-        names = [row.name for row in rows(kernels.model)]
+    better = taking_over(kernels, kernels.parameters(trajectory.values), path.end, path.states[-1])
+    if better != kernels.active and isinstance(trajectory, SensitiveTrajectory):
+        conditions = [row.name for row in rows(kernels.model)]
         lost, gained = (
-            " and ".join(repr(names[i]) for i in some if i not in rest)
-            for some, rest in ((kernels.active, others), (others, kernels.active))
+            " and ".join(repr(conditions[i]) for i in these if i not in those)
+            for these, those in ((kernels.active, better), (better, kernels.active))
         )
         return (
-            f" The machine can move on, but {lost}, by which it was held from the start, depends on other conditions "
+            f" The machine can move on, but {lost}, active from the start, becomes dependent on other conditions "
             f"there, and {gained} must take over, which derivatives do not follow. Leave out sensitivities=, or end "
             "before."
         )
-    found = nearly_dependent(kernels.model, _last(path, kernels, trajectory), kernels.active)
-    if not found:
+    names = nearly_dependent(kernels.model, _last_state(path, kernels, trajectory), kernels.active)
+    if not names:
         return ""
     return (
-        f" The machine locks up there, or could go on in more ways than one: {' and '.join(map(repr, found))} all but "
-        f"{'loses its' if len(found) == 1 else 'lose their'} hold, as where bars come into line. Stop before with a "
+        f" The machine locks up there, or could go on in more ways than one: {' and '.join(map(repr, names))} "
+        f"{'becomes' if len(names) == 1 else 'become'} dependent, as where bars come into line. Stop before with a "
         "terminal event, or change the lengths; a machine that passes such positions does with steps of one length, "
         "step=, too."
     )
@@ -96,7 +100,7 @@ def _undefined(trajectory: Trajectory, path: Path | Phases, kernels: Kernels, sp
         )
     return (
         f"event '{spec.name}' has no value just after t = {path.end:.9g} s: expected a number for {expression}, got "
-        "nan. A root or logarithm of a negative number, or 0/0, does this: watch what stands under it, or stop before "
+        "nan. A root or logarithm of a negative number, or 0/0, does this: watch its argument, or stop before "
         "with a terminal event."
     )
 
@@ -113,11 +117,11 @@ def _stuck(path: Path, kernels: Kernels) -> str:
 
 
 _MODES = 200
-"""Components of a state up to which its fastest motion is sought."""
+"""Greatest number of components for which the fastest motion is sought."""
 
 
 def _fastest(path: Path, kernels: Kernels) -> str:
-    """What is said of the fastest motion near the last state, by the eigenvalues of the rates' derivative."""
+    """Return the sentence about the fastest motion near the last state, by the eigenvalues of the rates' derivative."""
     n = kernels.model.n_q + kernels.model.n_u
     if not 0 < n <= _MODES:
         return ""
@@ -126,8 +130,8 @@ def _fastest(path: Path, kernels: Kernels) -> str:
     around = np.repeat(y[None], 2 * n, axis=0)
     around[np.arange(n), np.arange(n)] += steps
     around[np.arange(n, 2 * n), np.arange(n)] -= steps
-    found = observe(path.rates.address, size, np.full(2 * n, path.end), around, path.rates.constants)[:, :n]
-    slopes = ((found[:n] - found[n:]) / (2 * steps[:, None])).T
+    rates = observe(path.rates.address, size, np.full(2 * n, path.end), around, path.rates.constants)[:, :n]
+    slopes = ((rates[:n] - rates[n:]) / (2 * steps[:, None])).T
     if not np.isfinite(slopes).all():
         return ""
     values, vectors = np.linalg.eig(slopes)
@@ -140,7 +144,7 @@ def _fastest(path: Path, kernels: Kernels) -> str:
 def failure(
     trajectory: Trajectory, path: Path, kernels: Kernels, end: float, watched: Sequence[EventSpec]
 ) -> SimulationError:
-    """What is said of a run that could not go on; ``watched``: events, and what calls for blows, by number."""
+    """Return the error of a run that could not continue; ``watched`` are events, and events that call for blows."""
     undefined, stuck = path.status == runs.UNDEFINED, path.status == runs.STUCK
     name = "" if undefined or stuck else kernels.names[culprit(path, kernels)]
     idle = _massless(path, kernels, trajectory) if path.status == runs.NOT_FINITE else ()
@@ -190,7 +194,7 @@ def failure(
     state = ", ".join(f"{n} = {x:.9g}" for n, x in zip(kernels.names[:12], path.states[-1], strict=False))
     more = ", ..." if len(kernels.names) > 12 else ""
     error = SimulationError(
-        f"The motion of '{kernels.model.name}' can not be continued: {what} "
+        f"The motion of '{kernels.model.name}' cannot be continued: {what} "
         f"Last good state: {state}{more}. The motion up to there is error.trajectory."
     )
     error.trajectory = trajectory  # type: ignore[attr-defined]

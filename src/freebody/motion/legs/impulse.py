@@ -1,4 +1,4 @@
-"""``fb.impulse``: what a blow, or an impact with given restitution, does to a machine."""
+"""``fb.impulse``: effect of a blow, or of an impact with given restitution, on a machine."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def impulse(
     t: Any = None,
     near: Mapping[Any, Any] | None = None,
 ) -> Struck:
-    """Speeds just after an impulse, and the impulsive reactions of all joints.
+    """Return the speeds just after an impulse, and the impulsive reactions of all joints.
 
         M Δu = Jᵀ P + Gᵀ Λ,    G Δu = 0
 
@@ -52,26 +52,26 @@ def impulse(
     ----------
     s : System, Model or Equations
     at : Point or Body
-        Where the impulse acts; of a body, its origin.
+        Point at which the impulse acts; for a body, its origin.
     impulse : three numbers or expressions, optional
-        Its components [N s].
+        Components of the impulse [N s].
     moment : three numbers or expressions, optional
-        A moment impulse on the same body besides [N m s].
+        Additional moment impulse on the same body [N m s].
     frame : Body, optional
-        The axes of the components; ground axes if not given.
+        Body in whose axes the components are; ground axes if not given.
     normal, restitution : three components and a number, optional
-        In place of an impulse: the point meets a smooth surface fixed in the ground whose normal points to the body,
+        In place of an impulse: the point hits a smooth surface fixed in the ground, whose normal points to the body,
         n·v⁺ = -e n·v⁻ (Newton).
     initial : mapping, or Trajectory, optional
-        The state just before, as for :func:`simulate`; of a trajectory, its last one, with its values. Without
-        ``values`` what is not named stays a symbol.
+        State just before, as for :func:`simulate`; a trajectory stands for its last state, with its values. Without
+        ``values``, coordinates and speeds not named stay symbols.
     values : mapping, optional
-        Values of parameters in place of their defaults. If given, even empty, everything is computed with numbers;
-        without it the result is exact.
+        Values of parameters in place of their defaults. If given, even empty, all is computed with numbers; otherwise
+        the result is exact.
     t : number, optional
-        The time, for driven machines [s].
+        Time, for driven machines [s].
     near : mapping, optional
-        Where to look for coordinates that close loops, as for :func:`simulate`.
+        Guesses of coordinates that close loops, as for :func:`simulate`.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def impulse(
     Raises
     ------
     ModelError
-        A point of another system, no impulse, an impact that can not be, and what the initial state may lack.
+        A point of another system, no impulse, an impossible impact, an incomplete or wrong initial state.
 
     Examples
     --------
@@ -124,23 +124,23 @@ def impulse(
     if normal is not None or restitution is not None:
         if impulse is not None or normal is None or restitution is None:
             raise ModelError(
-                "Expected either impulse=, or normal= and restitution= together, by which the impulse is found."
+                "Expected either impulse=, or normal= and restitution= together, from which the impulse follows."
             )
         direction = _vector(state, normal, _axes(model, state, frame), "the normal")
         if all(c == 0 for c in direction):
             raise ModelError(f"Expected a direction for the normal, got {normal!r}.")
         e_N = state(model.names.expression(restitution, "the coefficient of restitution"))
         P = restituted(e, state, jumps, point, direction, e_N)
-        _, _, n = given_blow(model, state, point, ZERO, moment, frame)
+        _, _, n = resolved_blow(model, state, point, ZERO, moment, frame)
     else:
-        _, P, n = given_blow(model, state, point, impulse, moment, frame)
+        _, P, n = resolved_blow(model, state, point, impulse, moment, frame)
     return Struck(e, state, jumps, [(point, P, n)])
 
 
-def given_blow(
+def resolved_blow(
     model: Model, state: State, at: Any, impulse: Any, moment: Any, frame: Any
 ) -> tuple[Point, Vector, Vector]:
-    """The point of a blow, its impulse and its moment impulse in ground axes [N s, N m s]; arguments of
+    """Return the point of a blow, its impulse and its moment impulse in ground axes [N s, N m s]; arguments as of
     :func:`impulse`."""
     point = _point(model, at)
     if impulse is None and moment is None:
@@ -156,33 +156,34 @@ def given_blow(
 
 
 def _axes(model: Model, state: State, frame: Any) -> Any:
+    """Return the rotation to ground axes of a frame, None for ground axes."""
     return None if frame is None else rotation(model, state, place_of(model, _frame(model, frame))[0])
 
 
 def centre_of_percussion(
     s: Any, joint: Any, *, direction: Any = None, along: Any = None, body: Any = None, frame: Any = None
 ) -> Any:
-    """Distance from a joint at which a blow leaves the joint without an impulse along it.
+    """Return the distance from a joint at which a blow causes no impulse in the joint along its direction.
 
     Parameters
     ----------
     s : System, Model or Equations
     joint : Joint or name
     direction : three components, optional
-        Of the blow, in ground axes or those of ``frame``; if not given, at right angles to the line and, of a hinge,
-        to its axis, in body axes.
+        Direction of the blow, in ground axes or the axes of ``frame``; if not given, perpendicular to the line and, for
+        a hinge, to its axis, in body axes.
     along : three components, optional
-        Direction of the line through the joint's point on which the blow falls, in axes of the body; towards its
-        mass centre if not given. Distances are multiples of its length.
+        Direction of the line through the joint's point on which the blow falls, in body axes; towards the mass centre
+        if not given. Distances are multiples of its length.
     body : Body or name, optional
-        The body that is struck: the joint's child if not given.
+        Body that is struck: the joint's child if not given.
     frame : Body, optional
-        The axes of ``direction``.
+        Body in whose axes ``direction`` is.
 
     Returns
     -------
     SymPy expression
-        The distance h.
+        Distance h.
 
     Examples
     --------
@@ -236,14 +237,13 @@ def centre_of_percussion(
         axis = sympy.Matrix(link.axis)
         blow = apply(R_body, state.vector(list(axis.cross(sympy.Matrix(line)))))
     else:
-        R = None if frame is None else rotation(model, state, place_of(model, _frame(model, frame))[0])
-        blow = _vector(state, direction, R, "the direction")
+        blow = _vector(state, direction, _axes(model, state, frame), "the direction")
     result = percussion(e, name, start, line, blow, _Struck(struck))
     return next(iter(result.branches[0].values()))
 
 
 class _Struck:
-    """A body of the model by name."""
+    """A body of the model, given by its name."""
 
     is_ground = False
 
@@ -252,6 +252,7 @@ class _Struck:
 
 
 def _equations(s: Any) -> Equations:
+    """Return the equations of a System, Model or Equations."""
     if isinstance(s, Equations):
         return s
     if isinstance(s, System):
@@ -262,6 +263,7 @@ def _equations(s: Any) -> Equations:
 
 
 def _point(model: Model, at: Any) -> Point:
+    """Return the point at which an impulse acts."""
     if isinstance(at, Body):
         at = at.origin
     if not isinstance(at, Point):
@@ -277,6 +279,7 @@ def _frame(model: Model, frame: Any) -> Any:
 
 
 def _vector(state: State, components: Any, R: Any, what: str) -> Vector:
+    """Return a vector in ground axes."""
     names = state.model.names
     if isinstance(components, str) or not hasattr(components, "__len__") or len(components) != 3:
         raise ModelError(f"Expected three components (x, y, z) for {what}, got {components!r}.")
@@ -285,30 +288,30 @@ def _vector(state: State, components: Any, R: Any, what: str) -> Vector:
 
 
 def _exact_state(e: Equations, initial: Mapping[Any, Any], t: Any) -> State:
-    """The symbolic state, with exact values of what is named."""
+    """Return the symbolic state, with exact values of named coordinates and speeds."""
     model, ring = e.model, e.ring
     if not isinstance(initial, Mapping):
         raise ModelError(f"Expected initial values by name, such as {{'theta': 0}}, got {initial!r}.")
     vocabulary = Vocabulary(e)
     names = [*model.coordinate_names, *model.speed_names]
-    given = dict(zip(names, [*e.state.q, *e.state.u], strict=True))
-    turned = {
+    elements = dict(zip(names, [*e.state.q, *e.state.u], strict=True))
+    quaternions = {
         link.joint: link.q + (3 if link.kind == "free" else 0)
         for link in model.links
         if link.kind in ("ball", "free")
     }
     for key, value in initial.items():
         name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
-        if name in turned:
+        if name in quaternions:
             parts: Sequence[Any] = value.as_quaternion() if isinstance(value, Rotation) else value
             for k, part in enumerate(parts):
-                given[names[turned[name] + k]] = vocabulary.element(
+                elements[names[quaternions[name] + k]] = vocabulary.element(
                     part, f"the initial quaternion of '{name}'"
                 )
-        elif name in given:
-            given[name] = vocabulary.element(value, f"the initial value of '{name}'")
+        elif name in elements:
+            elements[name] = vocabulary.element(value, f"the initial value of '{name}'")
         else:
-            raise ModelError(f"Unknown name '{name}' in initial; {nearest(name, [*names, *turned])}")
-    values = list(given.values())
+            raise ModelError(f"Unknown name '{name}' in initial; {nearest(name, [*names, *quaternions])}")
+    values = list(elements.values())
     time = e.state.t if t is None else vocabulary.element(t, "t")
     return State(model, ring, time, values[: model.n_q], values[model.n_q :], e.state.values)

@@ -1,12 +1,12 @@
-"""How a motion changes with parameters and with its start: the variational equations, integrated beside it.
+"""Derivatives of a motion by parameters and initial values: the variational equations, integrated with the motion.
 
     y' = f(t, y, p),    s_j = ∂y/∂p_j:    s_j' = (∂f/∂y) s_j + ∂f/∂p_j,    s_j(t₀) = ∂y₀/∂p_j
 
-f and its derivatives along the s_j come from one trace and are one kernel. The s_j are components of the state: the
-control of the step covers them, with the same tolerance, |error| <= ε (1 + |s|). Of a quaternion the four components
-have derivatives, tangent to the unit sphere: e · ∂e/∂p = 0.
+f and its derivatives along the s_j come from one trace and are one kernel. The s_j are components of the state:
+step-size control covers them, with the same tolerance, |error| <= ε (1 + |s|). The four components of a quaternion have
+derivatives tangent to the unit sphere: e · ∂e/∂p = 0.
 
-The s_j at the start are found in `start_slopes`.
+`start_sensitivity` computes the s_j at the start.
 
 Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I (1993), section I.14.
 """
@@ -30,7 +30,6 @@ from ...model import Model
 from ...program.kernels import compile_tape
 from ...scalar.derivative import forward
 from ...scalar.trace import Tape
-from ..batch.outputs import reduction
 from ..kernels.kernels import Kernels, Program
 from ..kernels.method_kernels import series_of
 from ..kernels.methods import FINE, with_series
@@ -39,6 +38,7 @@ from ..ode.integration import integrate
 from ..start.arguments import most_steps
 from ..start.start_sensitivity import start_slopes
 from ..trajectory.event import watching
+from ..trajectory.outputs import reduction
 from ..trajectory.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Unknown:
-    """What is varied: a parameter, or a coordinate or speed at the start (``place`` in the state)."""
+    """A parameter, or the initial value of a coordinate or speed (``place`` is its index in the state)."""
 
     name: str
     symbol: Any = None
@@ -54,12 +54,12 @@ class Unknown:
 
 
 def unknowns_of(model: Model, names: Any, initial: Mapping[Any, Any], what: str) -> tuple[Unknown, ...]:
-    """Parameters and initial values by name.
+    """Return parameters and initial values by name.
 
     Raises
     ------
     SimulationError
-        An unknown name, one that is given twice, or an initial value that is an expression of parameters.
+        An unknown name, a name given twice, or an initial value that is an expression of parameters.
     """
     if isinstance(names, str | sympy.Basic):
         names = [names]
@@ -71,7 +71,7 @@ def unknowns_of(model: Model, names: Any, initial: Mapping[Any, Any], what: str)
     result: list[Unknown] = []
     for key in names:
         name = model.names.text_of(key)
-        if any(one.name == name for one in result):
+        if any(unknown.name == name for unknown in result):
             raise SimulationError(f"'{name}' is named twice in {what}. Leave one out.")
         if name in parameters:
             result.append(Unknown(name, parameters[name]))
@@ -81,10 +81,10 @@ def unknowns_of(model: Model, names: Any, initial: Mapping[Any, Any], what: str)
             raise SimulationError(f"Unknown name '{name}' in {what}; {nearest(name, [*parameters, *starts])}")
     if not result:
         raise SimulationError(f"Expected at least one parameter or initial value in {what}, got none.")
-    for one in result:
+    for unknown in result:
         for key, value in initial.items():
             name = key if isinstance(key, str) else texts.get(key, str(key))
-            if name != one.name or one.symbol is not None:
+            if name != unknown.name or unknown.symbol is not None:
                 continue
             expression = model.names.expression(value, f"the initial value of '{name}'")
             if isinstance(expression, sympy.Basic) and expression.free_symbols:
@@ -104,11 +104,11 @@ class Variation:
 
     @property
     def size(self) -> int:
-        """Number of components of the state and of all derivatives."""
+        """Number of components of the state and all derivatives."""
         return self.kernels.size * (1 + len(self.unknowns))
 
     def rates(self, parameters: Array, method: str) -> Rates:
-        """The right-hand side of the state and of all derivatives, for a method."""
+        """Return the right-hand side of the state and all derivatives, for a method."""
         kernels, program = self.kernels, self.program()
         rates = Rates(
             program.address("rates"),
@@ -124,8 +124,8 @@ class Variation:
         return replace(rates, recipe=(self.rates, parameters, method))
 
     def series(self) -> Program:
-        """Function ``series`` of (y, s_1, s_2, ...): the coefficients of their motion."""
-        key = ("variation series", tuple(one.name for one in self.unknowns))
+        """Return the function ``series`` of (y, s_1, s_2, ...): the coefficients of their Taylor series."""
+        key = ("variation series", tuple(unknown.name for unknown in self.unknowns))
         programs = self.kernels._programs
         if key not in programs:
             tape, state, inputs, rates, parameters = self._rates()
@@ -133,32 +133,34 @@ class Variation:
         return programs[key]
 
     def _traced(self) -> tuple[Tape, State, list[Any], list[list[Any]], list[Any]]:
-        """Tape, state, y, the s_j, parameters."""
+        """Return tape, state, y, the s_j, parameters."""
         model, tape = self.kernels.model, Tape()
         state = traced_state(model, tape)
         y = [*state.q, *state.u]
         if self.kernels.works:
             y.append(tape.input("work done"))
-        rows = [[tape.input(f"derivative {i} by {one.name}") for i in range(len(y))] for one in self.unknowns]
+        rows = [[tape.input(f"derivative {i} by {x.name}") for i in range(len(y))] for x in self.unknowns]
         return tape, state, y, rows, [state.values[p.symbol] for p in model.parameters]
 
     def _along(
         self, tape: Tape, state: State, y: list[Any], rows: list[list[Any]], outputs: Sequence[Any]
     ) -> list[list[Any]]:
-        """Derivatives of outputs by every unknown."""
+        """Return the derivatives of outputs by every unknown."""
         result = []
-        for one, row in zip(self.unknowns, rows, strict=True):
+        for unknown, row in zip(self.unknowns, rows, strict=True):
             inputs, seeds = list(y), list(row)
-            if one.symbol is not None:
-                inputs.append(state.values[one.symbol])
+            if unknown.symbol is not None:
+                inputs.append(state.values[unknown.symbol])
                 seeds.append(1)
             result.append(forward(tape, outputs, inputs, seeds))
         return result
 
     def program(self) -> Program:
-        """Functions ``rates`` of (y, s_1, s_2, ...), ``energy`` and, of a constrained machine, ``projection``: of y
-        onto the constraints and of the s_j onto the linearized ones."""
-        key = ("variation", tuple(one.name for one in self.unknowns))
+        """Return the functions ``rates`` of (y, s_1, s_2, ...) and ``energy``.
+
+        For constrained machines ``projection`` moves y onto the constraints, and the s_j onto the linearized ones.
+        """
+        key = ("variation", tuple(unknown.name for unknown in self.unknowns))
         programs = self.kernels._programs
         if key not in programs:
             tape, state, inputs, rates, parameters = self._rates()
@@ -179,7 +181,7 @@ class Variation:
         return programs[key]
 
     def _rates(self) -> tuple[Tape, State, list[Any], list[Any], list[Any]]:
-        """Tape, state, (y, s_1, s_2, ...), their rates, parameters."""
+        """Return tape, state, (y, s_1, s_2, ...), their rates, parameters."""
         tape, state, y, rows, parameters = self._traced()
         model = self.kernels.model
         moving = motion(model, state, self.kernels.active)
@@ -187,19 +189,19 @@ class Variation:
         if self.kernels.works:
             rates.append(total_power(model, state, moving))
         along = self._along(tape, state, y, rows, rates)
-        listed = [*y, *(x for row in rows for x in row)]
-        return tape, state, listed, [*rates, *(x for row in along for x in row)], parameters
+        inputs = [*y, *(x for row in rows for x in row)]
+        return tape, state, inputs, [*rates, *(x for row in along for x in row)], parameters
 
     def expression(self, expression: Any) -> Program:
-        """Function ``values``: derivatives of an expression by every unknown."""
-        key = ("variation of", tuple(one.name for one in self.unknowns), expression)
+        """Return the function ``values``: derivatives of an expression by every unknown."""
+        key = ("variation of", tuple(unknown.name for unknown in self.unknowns), expression)
         programs = self.kernels._programs
         if key not in programs:
             tape, state, y, rows, parameters = self._traced()
             value = [state(expression)]
-            given = {"values": [row[0] for row in self._along(tape, state, y, rows, value)]}
+            functions = {"values": [row[0] for row in self._along(tape, state, y, rows, value)]}
             inputs = [*y, *(x for row in rows for x in row)]
-            programs[key] = Program(compile_tape(tape, given, state.t, inputs, parameters))
+            programs[key] = Program(compile_tape(tape, functions, state.t, inputs, parameters))
         return programs[key]
 
 
@@ -209,7 +211,7 @@ METHODS = ("auto", "dop853", "dop54", "gauss", "taylor")
 def sensitive_motion(
     kernels: Kernels,
     numbers: Mapping[str, float],
-    given: Any,
+    unknowns: Any,
     initial: Mapping[Any, Any],
     near: Mapping[Any, Any],
     state: Array,
@@ -218,7 +220,7 @@ def sensitive_motion(
     specs: Sequence[Any],
     expressions: Sequence[Any],
     tolerances: Array,
-    wanted: Any,
+    times: Any,
     samples: int | None,
     *,
     method: str,
@@ -228,7 +230,7 @@ def sensitive_motion(
     project: bool,
     between: Any,
 ) -> SensitiveTrajectory:
-    """The motion with its derivatives; arguments as those of :func:`freebody.simulate`, checked."""
+    """Return the motion with its derivatives; arguments as of :func:`freebody.simulate`, checked."""
     model = kernels.model
     if model.contacts:
         raise SimulationError(
@@ -239,11 +241,11 @@ def sensitive_motion(
         raise SimulationError(
             f"Expected one of {', '.join(map(repr, METHODS))} for sensitivities=, got method={method!r}."
         )
-    variation = Variation(kernels, unknowns_of(model, given, initial, "sensitivities"))
+    variation = Variation(kernels, unknowns_of(model, unknowns, initial, "sensitivities"))
     program, parameters = variation.program(), kernels.parameters(numbers)
     if model.constraints and project:
         raise SimulationError(
-            "Expected a start on the constraints for sensitivities=, got project=True, which moves what was named. "
+            "Expected a start on the constraints for sensitivities=, got project=True, which moves named values. "
             "Name fewer coordinates and speeds: the others follow."
         )
     rows = start_slopes(kernels, variation.unknowns, state, numbers, initial, near, begin)
@@ -263,11 +265,11 @@ def sensitive_motion(
         max_step=math.inf if max_step is None else float(max_step), max_steps=most_steps(max_steps, y.size + 2),
         between=between,
     )  # fmt: skip
-    return SensitiveTrajectory(variation, kernels, numbers, path, specs, tolerances, wanted, samples)
+    return SensitiveTrajectory(variation, kernels, numbers, path, specs, tolerances, times, samples)
 
 
 class SensitiveTrajectory(Trajectory):
-    """A trajectory with its derivatives by parameters and initial values.
+    """A trajectory with derivatives by parameters and initial values.
 
     ``trajectory.sensitivity["theta", "m"]`` is ∂theta/∂m at the output times; the first may be any coordinate, speed or
     expression of the machine's names, whose own dependence on the parameter counts.
@@ -288,7 +290,7 @@ class Sensitivity(Mapping[Any, Array]):
 
     def __init__(self, trajectory: SensitiveTrajectory) -> None:
         self._trajectory = trajectory
-        self.unknowns = tuple(one.name for one in trajectory.variation.unknowns)
+        self.unknowns = tuple(unknown.name for unknown in trajectory.variation.unknowns)
 
     def __getitem__(self, key: Any) -> Array:
         if not isinstance(key, tuple) or len(key) != 2:
@@ -303,7 +305,7 @@ class Sensitivity(Mapping[Any, Array]):
         return self.of(key[0])[:, column]
 
     def of(self, quantity: Any) -> Array:
-        """Derivatives of a quantity by all unknowns, shape (times, unknowns)."""
+        """Return the derivatives of a quantity by all unknowns, shape (times, unknowns)."""
         trajectory = self._trajectory
         model = trajectory.kernels.model
         text = quantity if isinstance(quantity, str) else model.names.texts.get(quantity)

@@ -1,41 +1,49 @@
-"""Arguments of `simulate` that a run can not heed are refused: none is ignored in silence."""
+"""Checks of the arguments of `simulate`. An argument that a run cannot use raises an error; none is silently
+ignored."""
 
 from __future__ import annotations
 
 import math
 import os
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ...errors import SimulationError
+from ...errors import SimulationError, nearest
 from ...model import Model
+from ..kernels.kernels import Kernels
+
+FINEST = 1e-15
+"""Smallest tolerance: below it, double precision has no digits."""
+FINEST_OF_SERIES = 1e-16
+"""Smallest tolerance of "taylor", whose steps are not iterated."""
 
 _REAL = (int, float, np.integer, np.floating)
 
 
 @cache
 def largest_memory() -> float:
-    """Bytes that results may take: most of what this computer has; infinite where it does not tell."""
+    """Return the number of bytes that results may take: 80 % of the computer's memory, infinite if that is unknown."""
     if not hasattr(os, "sysconf"):
         return math.inf
     return 0.8 * os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
 
 
 MOST_STEPS = 10_000_000
-"""Steps of a run for which max_steps= states no other number."""
+"""Maximum number of steps of a run without max_steps=."""
 _MEMORY = 1 << 31
-"""Bytes that the steps of such a run take."""
+"""Maximum number of bytes of the steps of such a run."""
 STORED = 3
-"""Numbers that are stored of a step besides coordinates and speeds: its time, its length and the work."""
+"""Numbers stored per step besides coordinates and speeds: its time, its length and the work."""
 
 
 def most_steps(max_steps: int | None, stored: int) -> int:
-    """Number of steps at which a run ends that stores ``stored`` numbers of each.
+    """Return the maximum number of steps of a run that stores ``stored`` numbers per step.
 
-    For a moment they are stored twice, when the pieces of the run are joined.
+    The pieces of the run are joined at the end, and for a moment all steps are stored twice.
     """
     most, memory = MOST_STEPS, min(float(_MEMORY), largest_memory() / 4)
     if max_steps is not None:
@@ -44,14 +52,14 @@ def most_steps(max_steps: int | None, stored: int) -> int:
 
 
 def check_steps(begin: float, end: float, step: Any, max_step: Any, most: int) -> None:
-    """Refuse a run whose steps are known to be too many, before it starts."""
+    """Raise SimulationError if a run of known step length would take too many steps."""
     for name, length in (("step", step), ("max_step", max_step)):
         if length is not None:
             check_count(abs(end - begin) / length, most, f"{name} = {length:g} s", f"Take a longer {name}=")
 
 
 def check_count(count: float, most: int, what: str, cure: str) -> None:
-    """Refuse what takes more steps than a run may have."""
+    """Raise SimulationError if a number of steps exceeds the maximum of the run."""
     if count > most * (1 + 1e-9):
         raise SimulationError(
             f"Expected a run of at most {most} steps, got {what}, which makes {count:.3g}. {cure}, end earlier, or "
@@ -59,14 +67,14 @@ def check_count(count: float, most: int, what: str, cure: str) -> None:
         )
 
 
-def check_numbers(samples: Any, max_step: Any, max_steps: Any, held: int) -> None:
-    """Whether a number of samples, with ``held`` numbers at each, a longest step and a number of steps are such."""
+def check_numbers(samples: Any, max_step: Any, max_steps: Any, width: int) -> None:
+    """Check the number of samples, of ``width`` numbers each, the longest step and the maximum number of steps."""
     if samples is not None and not (_is_whole(samples) and samples >= 2):
         raise SimulationError(f"Expected a number of samples of at least 2, got {samples!r}.")
-    if samples is not None and 8 * held * samples > largest_memory():
+    if samples is not None and 8 * width * samples > largest_memory():
         raise SimulationError(
             f"Expected samples that fit into memory, got samples={samples}, which take "
-            f"{8 * held * samples / 2**30:.3g} GiB. Ask for fewer; trajectory.at(t) gives the state at any time."
+            f"{8 * width * samples / 2**30:.3g} GiB. Ask for fewer; trajectory.at(t) gives the state at any time."
         )
     if max_step is not None and not (is_number(max_step) and max_step > 0):
         raise SimulationError(f"Expected a longest step greater than 0 s, got max_step={max_step!r}.")
@@ -75,7 +83,7 @@ def check_numbers(samples: Any, max_step: Any, max_steps: Any, held: int) -> Non
 
 
 def check_forwards(begin: float, end: float, what: str, why: str) -> None:
-    """Whether a run that has no way back goes forwards."""
+    """Raise SimulationError if a run that can only go forwards in time ends before it starts."""
     if end < begin:
         raise SimulationError(
             f"Expected until later than start for {what}, got until = {end:g} s and start = {begin:g} s: {why} have no "
@@ -95,7 +103,7 @@ def check_heeded(
     impacts: str,
     indeterminate: str,
 ) -> None:
-    """Refuse what says nothing about the motion of this machine by this method."""
+    """Raise SimulationError for an argument without effect on this machine with this method."""
     if not (isinstance(impacts, str) and isinstance(indeterminate, str)):
         raise SimulationError(
             f"Expected impacts= and indeterminate= as words, got impacts={impacts!r}, indeterminate={indeterminate!r}."
@@ -116,34 +124,89 @@ def check_heeded(
         "tolerance": (tolerance, 1e-9),
         "max_step": (max_step, None),
     }
-    for name, given in of_constraints.items():
-        if given and not model.constraints:
+    for name, value in of_constraints.items():
+        if value and not model.constraints:
             raise SimulationError(
                 f"Expected a machine with constraints for {name}=, but '{model.name}' has none: it starts as initial= "
                 "says. Leave it out."
             )
-    for name, (given, default) in of_contacts.items():
-        if given != default and not model.contacts:
+    for name, (value, default) in of_contacts.items():
+        if value != default and not model.contacts:
             raise SimulationError(
                 f"Expected a machine with contacts for {name}=, but '{model.name}' has none. Leave it out."
             )
-        if given != default and method == "timestepping":
+        if value != default and method == "timestepping":
             raise SimulationError(
-                f'Expected no {name}= for method="timestepping", got {given!r}: it solves all contacts of a step at '
+                f'Expected no {name}= for method="timestepping", got {value!r}: it solves all contacts of a step at '
                 'once, and where several answers hold, takes one. Leave it out, or take method="auto".'
             )
-    for name, (given, default) in of_control.items():
-        if given != default and method == "timestepping":
+    for name, (value, default) in of_control.items():
+        if value != default and method == "timestepping":
             raise SimulationError(
-                f'Expected no {name}= for method="timestepping", got {given!r}: all its steps have the length step=, '
+                f'Expected no {name}= for method="timestepping", got {value!r}: all its steps have the length step=, '
                 "whatever their error. Leave it out."
             )
 
 
 def is_number(value: Any) -> bool:
-    """Whether a value is a real number, and no truth value."""
+    """Return True if a value is a real number and not a bool."""
     return isinstance(value, _REAL) and not isinstance(value, bool)
 
 
 def _is_whole(value: Any) -> bool:
     return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+
+
+def output_times(times: ArrayLike | None, begin: float, end: float) -> Any:
+    """Return the output times of a run as an array, checked; None if none are given."""
+    if times is None:
+        return None
+    try:
+        wanted = np.atleast_1d(np.array(times, dtype=float))
+    except (TypeError, ValueError):
+        raise SimulationError(f"Expected a list of output times [s], got {times!r}.") from None
+    first, last = min(begin, end), max(begin, end)
+    if wanted.ndim != 1 or wanted.size == 0:
+        raise SimulationError(f"Expected a list of output times, got an array of shape {np.shape(times)}.")
+    outside = ~((wanted >= first) & (wanted <= last))
+    if outside.any():
+        raise SimulationError(
+            f"Expected output times from {first:g} to {last:g} s, got {wanted[outside][0]:g}. "
+            "Leave it out, or simulate further."
+        )
+    return wanted
+
+
+def tolerances_of(kernels: Kernels, tolerance: Any, method: str) -> Any:
+    """Return the relative tolerance of each component of the state, from one number or numbers by name."""
+    finest = FINEST_OF_SERIES if method == "taylor" else FINEST
+    if isinstance(tolerance, float) or not isinstance(tolerance, Mapping):
+        return _equal(_tolerance(tolerance, finest), kernels.size)
+    names = kernels.names
+    texts = kernels.model.names.texts
+    by_name = {key if isinstance(key, str) else texts.get(key, str(key)): v for key, v in tolerance.items()}
+    for name in by_name:
+        if name not in names:
+            raise SimulationError(f"Unknown name '{name}' in tolerance; {nearest(name, names)}")
+    return np.array([_tolerance(by_name.get(name, 1e-9), finest) for name in names])
+
+
+@lru_cache(maxsize=64)
+def _equal(number: float, n: int) -> Any:
+    """Return an array of ``n`` equal numbers, which is shared and cannot be written to."""
+    result = np.full(n, number)
+    result.setflags(write=False)
+    return result
+
+
+def _tolerance(value: Any, finest: float) -> float:
+    if isinstance(value, list | tuple) or isinstance(value, np.ndarray) and value.ndim:
+        raise SimulationError(
+            f"Expected one number for tolerance=, or numbers by name, such as {{'theta': 1e-9}}, got {value!r}."
+        )
+    if not is_number(value) or not finest <= value < 1:
+        raise SimulationError(
+            f"Expected a tolerance between {finest:g} and 1, got {value!r}. "
+            "1e-9 suits most purposes; below 1e-14 rounding errors dominate."
+        )
+    return float(value)

@@ -3,12 +3,12 @@
     φ(q) = 0        q ← q + q'(q, δ),    G δ = -φ with |δ| least, no |δ_i| above 1
     ψ = G u + g     u ← u + δ,           G δ = -ψ with δᵀ M δ least
 
-Both are least squares where the conditions contradict each other. They are solved by orthogonal factors,
+If the conditions contradict each other, both are least-squares solutions. They are found from orthogonal factors,
 
     G P = Q [R11 R12; 0 0],    [R11 R12]ᵀ = Z [S; 0]
 
-with Householder's reflections and the longest column first, so that dependent conditions and speeds show as columns in
-which nothing is left.
+with Householder reflections and the longest remaining column first. Dependent conditions and speeds then leave columns
+that are zero but for round-off.
 
 Source: G. H. Golub, C. F. Van Loan, Matrix Computations (4th ed., 2013), sections 5.1, 5.4 and 5.5.
 """
@@ -52,7 +52,8 @@ from ..ode.layout import (
 
 @compiled
 def reflector(a: Reals, m: int, n: int, k: int, d: Reals) -> float:
-    """Of column ``k`` of ``a`` (m, n): v from row k on, in place; a_kk of the triangle in ``d``; 2 / vᵀv."""
+    """Reflector of column ``k`` of ``a`` (m, n): put v in place from row k on, and a_kk of the triangle in ``d``;
+    return 2 / vᵀv."""
     s = 0.0
     for i in range(k, m):
         s += a[i * n + k] * a[i * n + k]
@@ -64,7 +65,7 @@ def reflector(a: Reals, m: int, n: int, k: int, d: Reals) -> float:
 
 @compiled
 def reflect(a: Reals, m: int, n: int, k: int, beta: float, b: Reals, columns: int, column: int) -> None:
-    """Column ``column`` of ``b`` (m, columns) is reflected by v, column ``k`` of ``a``."""
+    """Reflect column ``column`` of ``b`` (m, columns) by v, which is column ``k`` of ``a``."""
     s = 0.0
     for i in range(k, m):
         s += a[i * n + k] * b[i * columns + column]
@@ -75,45 +76,46 @@ def reflect(a: Reals, m: int, n: int, k: int, beta: float, b: Reals, columns: in
 
 @compiled
 def least(a: Reals, m: int, n: int, b: Reals, x: Reals, small: float, room: Reals) -> None:
-    """The shortest ``x`` for which |a x - b| is least; ``a`` (m, n) and ``b`` are overwritten.
+    """Find the shortest ``x`` with least |a x - b|; overwrite ``a`` (m, n) and ``b``.
 
-    A column of which a part below ``small`` of the longest is left, is round-off. ``room`` holds 4 n + n n numbers.
+    A column is round-off if its remaining length is below ``small`` times the length of the longest column. ``room``
+    holds 4 n + n n numbers.
     """
-    order, d, more, rest = room, shifted(room, n), shifted(room, 2 * n), shifted(room, 4 * n)
+    order, d, solution, rest = room, shifted(room, n), shifted(room, 2 * n), shifted(room, 4 * n)
     for j in range(n):
         order[j] = j
-    rank, longest, going = 0, 0.0, True
-    while going and rank < m and rank < n:
-        most, best = -1.0, rank
+    rank, longest, continuing = 0, 0.0, True
+    while continuing and rank < m and rank < n:
+        largest, best = -1.0, rank
         for j in range(rank, n):
             s = 0.0
             for i in range(rank, m):
                 s += a[i * n + j] * a[i * n + j]
-            if s > most:
-                most, best = s, j
+            if s > largest:
+                largest, best = s, j
         if rank == 0:
-            longest = most
-        if most <= small * small * longest:
-            going = False
+            longest = largest
+        if largest <= small * small * longest:
+            continuing = False
         else:
             if best != rank:
                 for i in range(m):
-                    kept = a[i * n + rank]
+                    exchanged = a[i * n + rank]
                     a[i * n + rank] = a[i * n + best]
-                    a[i * n + best] = kept
-                kept = order[rank]
+                    a[i * n + best] = exchanged
+                exchanged = order[rank]
                 order[rank] = order[best]
-                order[best] = kept
+                order[best] = exchanged
             beta = reflector(a, m, n, rank, d)
             for j in range(rank + 1, n):
                 reflect(a, m, n, rank, beta, a, n, j)
             reflect(a, m, n, rank, beta, b, 1, 0)
             rank += 1
-    for j in range(n):  # [R11 R12] transposed, then its own factors: S' w = Q' b, x = P Z [w; 0]
+    for j in range(n):  # factorize [R11 R12]ᵀ, then solve Sᵀ w = Qᵀ b, x = P Z [w; 0]
         for k in range(rank):
             rest[j * rank + k] = 0.0 if j < k else (d[k] if j == k else a[k * n + j])
-        more[j] = 0.0
-    betas = shifted(more, n)
+        solution[j] = 0.0
+    betas = shifted(solution, n)
     for k in range(rank):
         betas[k] = reflector(rest, n, rank, k, d)
         for j in range(k + 1, rank):
@@ -121,17 +123,17 @@ def least(a: Reals, m: int, n: int, b: Reals, x: Reals, small: float, room: Real
     for k in range(rank):
         s = b[k]
         for i in range(k):
-            s -= rest[i * rank + k] * more[i]
-        more[k] = s / d[k]
+            s -= rest[i * rank + k] * solution[i]
+        solution[k] = s / d[k]
     for k in range(rank - 1, -1, -1):
-        reflect(rest, n, rank, k, betas[k], more, 1, 0)
+        reflect(rest, n, rank, k, betas[k], solution, 1, 0)
     for j in range(n):
-        x[whole(order[j])] = more[j]
+        x[whole(order[j])] = solution[j]
 
 
 @compiled
 def cholesky(M: Reals, n: int) -> None:
-    """The lower factor in place of ``M``; not a number where ``M`` is not positive."""
+    """Replace ``M`` by its lower factor, which is nan if ``M`` is not positive definite."""
     for j in range(n):
         for i in range(j, n):
             s = M[i * n + j]
@@ -142,7 +144,7 @@ def cholesky(M: Reals, n: int) -> None:
 
 @compiled
 def inverse_trace(L: Reals, n: int, x: Reals) -> float:
-    """Σ |x|² with L x each unit vector: the trace of (L Lᵀ)⁻¹."""
+    """Return the trace of (L Lᵀ)⁻¹: Σ |x|² over the solutions x of L x = e for all unit vectors e."""
     total = 0.0
     for j in range(n):
         for i in range(j, n):
@@ -156,12 +158,12 @@ def inverse_trace(L: Reals, n: int, x: Reals) -> float:
 
 @compiled
 def independent(
-    G: Reals, M: Reals, m: int, n: int, kept: Integers, poor: float, small: float, basis: Reals
+    G: Reals, M: Reals, m: int, n: int, chosen: Integers, poor: float, small: float, basis: Reals
 ) -> None:  # fmt: skip
-    """Which rows of ``G`` are independent, the earlier ones first, measured by the diagonal of ``M``.
+    """Find the independent rows of ``G``, earlier rows first, measured by the diagonal of ``M``.
 
-    Rows of which a part below ``poor`` is left are kept only where no later one does better; below ``small``, they are
-    dependent. ``basis`` holds n (n + 1) numbers: no more rows than speeds are independent.
+    A row of which less than the part ``poor`` remains is kept only if no later row is better. A row of which less than
+    ``small`` remains is dependent. ``basis`` holds n (n + 1) numbers: at most n rows are independent.
     """
     count, row, largest = 0, shifted(basis, n * n), 0.0
     for i in range(m):
@@ -169,7 +171,7 @@ def independent(
         for j in range(n):
             s += G[i * n + j] * G[i * n + j] / M[j * n + j]
         largest = greater(largest, root(s))
-        kept[i] = 0
+        chosen[i] = 0
     for turn in range(2):
         least_part = poor if turn == 0 else small
         for i in range(m):
@@ -177,8 +179,8 @@ def independent(
             for j in range(n):
                 row[j] = G[i * n + j] / root(M[j * n + j])
                 s += row[j] * row[j]
-            length, left = root(s), 0.0
-            if kept[i] == 0 and length > least_part * largest and count < n:
+            length, remainder = root(s), 0.0
+            if chosen[i] == 0 and length > least_part * largest and count < n:
                 for j in range(n):
                     row[j] /= length
                 for _ in range(2):
@@ -189,43 +191,46 @@ def independent(
                         for j in range(n):
                             row[j] -= s * basis[k * n + j]
                 for j in range(n):
-                    left += row[j] * row[j]
-                left = root(left)
-                # of a short row round-off has any direction: what is left must count beside the largest, too
-                if left > least_part and left * length > small * largest:
+                    remainder += row[j] * row[j]
+                remainder = root(remainder)
+                # the round-off of a short row has any direction: compare the rest with the largest row, too
+                if remainder > least_part and remainder * length > small * largest:
                     for j in range(n):
-                        basis[count * n + j] = row[j] / left
-                    kept[i] = 1
+                        basis[count * n + j] = row[j] / remainder
+                    chosen[i] = 1
                     count += 1
 
 
 @compiled
 def positions(
     conditions: int, moved: int, t: float, y: Reals, n_q: int, n: int, m: int, c: Reals, on_speeds: Integers,
-    held: Integers, quaternions: Integers, nq: int, numbers: Reals, steps: int, room: Reals,
+    immobile: Integers, quaternions: Integers, nq: int, numbers: Reals, steps: int, room: Reals,
 ) -> int:  # fmt: skip
-    """Coordinates, in place of those in ``y``, that satisfy the conditions on coordinates: MET, NOWHERE or FAR."""
-    found = room
-    G = shifted(found, m)
+    """Replace the coordinates in ``y`` by coordinates that satisfy the conditions on coordinates.
+
+    Return MET, NOWHERE or FAR.
+    """
+    residuals = room
+    G = shifted(residuals, m)
     a = shifted(G, m * n)
     b = shifted(a, m * n)
     x = shifted(b, m)
     rates = shifted(x, n)
-    more = shifted(rates, n_q)
+    least_room = shifted(rates, n_q)
     best, stalled = math.inf, 0
     for _ in range(steps):
         for j in range(n):
             y[n_q + j] = 0.0
-        call(conditions, t, y, 0, c, found, 0)
+        call(conditions, t, y, 0, c, residuals, 0)
         rows, columns, size, finite = 0, 0, 0.0, True
         for i in range(m):
             if on_speeds[i] == 0:
-                finite = finite and math.isfinite(found[i])
-                size = greater(size, abs(found[i]))
-                b[rows] = -found[i]
+                finite = finite and math.isfinite(residuals[i])
+                size = greater(size, abs(residuals[i]))
+                b[rows] = -residuals[i]
                 columns = 0
                 for j in range(n):
-                    if held[j] == 0:
+                    if immobile[j] == 0:
                         finite = finite and math.isfinite(G[i * n + j])
                         columns += 1
                 rows += 1
@@ -238,16 +243,16 @@ def positions(
         k = 0
         for i in range(m):
             for j in range(n):
-                if on_speeds[i] == 0 and held[j] == 0:
+                if on_speeds[i] == 0 and immobile[j] == 0:
                     a[k] = G[i * n + j]
                     k += 1
-        least(a, rows, columns, b, x, numbers[DEPENDENT], more)
+        least(a, rows, columns, b, x, numbers[DEPENDENT], least_room)
         length = 1.0
         for j in range(columns):
             length = greater(length, abs(x[j]))
         k = 0
         for j in range(n):
-            if held[j] == 0:
+            if immobile[j] == 0:
                 y[n_q + j] = x[k] / length
                 k += 1
         call(moved, t, y, 0, c, rates, 0)
@@ -260,11 +265,11 @@ def positions(
                 y[i + j] /= length
     for j in range(n):
         y[n_q + j] = 0.0
-    call(conditions, t, y, 0, c, found, 0)
+    call(conditions, t, y, 0, c, residuals, 0)
     size = 0.0
     for i in range(m):
         if on_speeds[i] == 0:
-            size = greater(size, abs(found[i]))
+            size = greater(size, abs(residuals[i]))
     return MET if size < numbers[SMALL] else FAR
 
 
@@ -273,12 +278,15 @@ def speeds(
     u: Reals, G: Reals, psi: Reals, M: Reals, m: int, n: int, fixed: Integers, numbers: Reals, integers: Integers,
     room: Reals,
 ) -> int:  # fmt: skip
-    """Speeds, in place of those in ``u``, that satisfy all conditions, those ``fixed`` unchanged: MET or TORN."""
+    """Replace the speeds in ``u`` by speeds that satisfy all conditions. The ``fixed`` speeds do not change.
+
+    Return MET or TORN.
+    """
     L = room
     a = shifted(L, n * n)
     b = shifted(a, m * n)
     x = shifted(b, m)
-    more = shifted(x, n)
+    least_room = shifted(x, n)
     count, k = 0, 0
     for i in range(n):
         if fixed[i] == 0:
@@ -288,7 +296,7 @@ def speeds(
                     L[k] = M[i * n + j]
                     k += 1
     cholesky(L, count)
-    for i in range(m):  # G L'^-1, by rows
+    for i in range(m):  # G L⁻ᵀ, by rows
         k = 0
         for j in range(n):
             if fixed[j] == 0:
@@ -298,7 +306,7 @@ def speeds(
                 a[i * count + k] = s / L[k * count + k]
                 k += 1
         b[i] = -psi[i]
-    least(a, m, count, b, x, numbers[DEPENDENT], more)
+    least(a, m, count, b, x, numbers[DEPENDENT], least_room)
     for k in range(count - 1, -1, -1):
         s = x[k]
         for p in range(k + 1, count):
@@ -327,42 +335,51 @@ def speeds(
 
 
 @compiled
-def close(told: Integers) -> None:
-    """Coordinates and speeds on the constraints, and which of them are independent there.
+def close(arguments: Integers) -> None:
+    """Move coordinates and speeds onto the constraints, and find which conditions are independent there.
 
-    ``told`` holds addresses of kernels, (φ, G), (ψ, G, M) and q' of (q, u); numbers of coordinates, speeds, conditions
-    and quaternions; addresses of integers and numbers, what is asked and told (`layout`), of memory (`layout.closing`)
-    and of the constants of the kernels.
+    ``arguments`` holds the addresses of three kernels of (q, u), which give (φ, G), (ψ, G, M) and q'; the numbers of
+    coordinates, speeds, conditions and quaternions; and the addresses of the integers and numbers that are passed in
+    and returned (`layout`), of working memory (`layout.closing`) and of the constants of the kernels.
     """
-    conditions, motion, moved, n_q, n, m, nq = told[0], told[1], told[2], told[3], told[4], told[5], told[6]
-    integers, numbers = integers_at(told[7]), reals_at(told[8])
-    room, c = reals_at(told[9]), reals_at(told[10])
+    conditions, motion, moved, n_q, n, m, nq = (
+        arguments[0],
+        arguments[1],
+        arguments[2],
+        arguments[3],
+        arguments[4],
+        arguments[5],
+        arguments[6],
+    )
+    integers, numbers = integers_at(arguments[7]), reals_at(arguments[8])
+    room, c = reals_at(arguments[9]), reals_at(arguments[10])
     on_speeds = shifted(integers, BY_CONDITION)
-    kept = shifted(on_speeds, m)
-    held = shifted(kept, m)
-    fixed = shifted(held, n)
+    chosen = shifted(on_speeds, m)
+    immobile = shifted(chosen, m)
+    fixed = shifted(immobile, n)
     quaternions = shifted(fixed, n)
     t, state, u = numbers[MOMENT], shifted(numbers, COORDINATES), room
-    more = shifted(room, n)
+    after_u = shifted(room, n)
     for j in range(n):
         u[j] = state[n_q + j]
     integers[STATUS] = positions(
-        conditions, moved, t, state, n_q, n, m, c, on_speeds, held, quaternions, nq, numbers, integers[STEPS], more
+        conditions, moved, t, state, n_q, n, m, c, on_speeds, immobile, quaternions, nq, numbers, integers[STEPS],
+        after_u,
     )  # fmt: skip
     for j in range(n):
         state[n_q + j] = u[j]
     if integers[STATUS] != MET:
         return
-    psi = more
+    psi = after_u
     call(motion, t, state, 0, c, psi, 0)
     G = shifted(psi, m)
     M = shifted(G, m * n)
     rest = shifted(M, n * n)
-    # the inverse of the least eigenvalue is the greatest of the inverse, and that is at most the sum of all
+    # 1 / (least eigenvalue) is the greatest eigenvalue of the inverse, which is at most the trace of the inverse
     for i in range(n):
         for j in range(n):
             rest[i * n + j] = M[i * n + j] / root(M[i * n + i] * M[j * n + j])
     cholesky(rest, n)
     integers[HEAVY] = 1 if inverse_trace(rest, n, shifted(rest, n * n)) * numbers[LIGHT] < 1.0 else 0
-    independent(G, M, m, n, kept, numbers[POOR], numbers[DEPENDENT], rest)
+    independent(G, M, m, n, chosen, numbers[POOR], numbers[DEPENDENT], rest)
     integers[STATUS] = speeds(shifted(state, n_q), G, psi, M, m, n, fixed, numbers, integers, rest)

@@ -1,4 +1,4 @@
-"""Where a run begins: names and values of the user become the state (q, u)."""
+"""The initial state: the names and values of the user become the state (q, u)."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from numpy.typing import NDArray
 
 from ...errors import ExpressionError, SimulationError, nearest
 from ...model import Model
-from ...scalar.algebra import floats
+from ...scalar.algebra import Expression, floats
 from ...scalar.expression import evaluate
 from ...scalar.units import quantity
 from ...space.rotation import Rotation
 
 
-def number(model: Model, values: Mapping[str, float], given: Any, what: str) -> float:
-    """A finite number from a number, or an expression or text of the parameters."""
-    if type(given) in _NUMBERS and math.isfinite(given):
-        return float(given) + 0.0  # there is one zero
+def number(model: Model, values: Mapping[str, float], value: Expression, what: str) -> float:
+    """Return a finite number from a number, or from an expression or text of the parameters."""
+    if type(value) in _NUMBERS and math.isfinite(value):
+        return float(value) + 0.0  # -0.0 becomes 0.0
     try:
-        expression = model.names.expression(given, what)
+        expression = model.names.expression(value, what)
     except ExpressionError:
-        refuse_unit(given, what)
+        refuse_unit(value, what)
         raise
     if isinstance(expression, sympy.Basic):
         moving = model.names.depends(expression, "coordinate", "speed", "time")
@@ -40,44 +40,44 @@ def number(model: Model, values: Mapping[str, float], given: Any, what: str) -> 
             expression = evaluate(expression, lookup, floats)
         except (ValueError, ZeroDivisionError, OverflowError) as error:
             raise SimulationError(
-                f"Expected a number for {what}, but '{given}' has no value: {error}."
+                f"Expected a number for {what}, but '{value}' has no value: {error}."
             ) from None
     result = float(expression)
     if not math.isfinite(result):
-        raise SimulationError(f"Expected a finite number for {what}, got {given!r}.")
+        raise SimulationError(f"Expected a finite number for {what}, got {value!r}.")
     return result
 
 
-def refuse_unit(given: Any, what: str) -> None:
-    """Say so where what is no expression is a number with a unit."""
+def refuse_unit(value: Expression, what: str) -> None:
+    """Raise SimulationError if a text that is no expression is a number with a unit."""
     try:
-        value = quantity(given, "", what) if isinstance(given, str) else None
+        amount = quantity(value, "", what) if isinstance(value, str) else None
     except ExpressionError:
         return
-    if isinstance(value, sympy.Basic | int | float):
+    if isinstance(amount, sympy.Basic | int | float):
         raise SimulationError(
-            f"Expected a number, or an expression of parameters, without a unit for {what}, got '{given}'. Write "
-            f"{value} (in m, kg, s and rad), or make it a parameter: units are read in values=."
+            f"Expected a number, or an expression of parameters, without a unit for {what}, got '{value}'. Write "
+            f"{amount} (in m, kg, s and rad), or make it a parameter: units are read in values=."
         )
 
 
 def initial_state(
     model: Model, values: Mapping[str, float], initial: Mapping[Any, Any]
 ) -> NDArray[np.float64]:
-    """The state (q, u), shape (n_q + n_u,), in which what is not named is zero and unturned."""
+    """Return the state (q, u), shape (n_q + n_u,). Everything not named is zero, and every rotation the identity."""
     return np.array(named_numbers(model, values, initial)[0])
 
 
 def named_state(
     model: Model, values: Mapping[str, float], initial: Mapping[Any, Any], where: str = "initial"
 ) -> tuple[NDArray[np.float64], set[int]]:
-    """The state (q, u) and the places in it that were named.
+    """Return the state (q, u) and the indices of its named components.
 
     Parameters
     ----------
     model : Model
     values : mapping of str to float
-        Of all parameters.
+        Values of all parameters.
     initial : mapping
         By name or SymPy atom of a coordinate or speed: a number, or an expression or text of parameters. By
         name of a ball or free joint: its quaternion (w, x, y, z), or a Rotation (parent from child axes).
@@ -87,46 +87,46 @@ def named_state(
     SimulationError
         An unknown name (with the nearest known one), a value given twice, a quaternion of length zero.
     """
-    y, given = named_numbers(model, values, initial, where)
-    return np.array(y), set(given)
+    y, names = named_numbers(model, values, initial, where)
+    return np.array(y), set(names)
 
 
 def named_numbers(
     model: Model, values: Mapping[str, float], initial: Mapping[Any, Any], where: str = "initial"
 ) -> tuple[list[float], dict[int, Any]]:
-    """`named_state` as a list, and the names by their places."""
-    if not isinstance(initial, (dict, Mapping)):  # the first is the quicker to be told
+    """Return the state of `named_state` as a list, and the names by index."""
+    if not isinstance(initial, (dict, Mapping)):  # dict first: it is the faster check
         raise SimulationError(f"Expected {where} values by name, such as {{'theta': 0.1}}, got {initial!r}.")
     places = model.places
     y = list(model.rest)
-    given: dict[int, Any] = {}
+    names: dict[int, Any] = {}
     for key, value in initial.items():
         name = key if isinstance(key, str) else model.names.texts.get(key, str(key))
         i = places.get(name)
-        if i is not None and i not in given and type(value) in _NUMBERS and math.isfinite(value):
-            given[i], y[i] = key, float(value)
+        if i is not None and i not in names and type(value) in _NUMBERS and math.isfinite(value):
+            names[i], y[i] = key, float(value)
             continue
         if i is not None:
             parts = [number(model, values, value, f"the initial value of '{name}'")]
         else:
-            turned = quaternions_by_joint(model)
-            if name not in turned:
+            quaternions = quaternions_by_joint(model)
+            if name not in quaternions:
                 raise SimulationError(
-                    f"Unknown name '{name}' in {where}; {nearest(name, [*places, *turned])}{_cure(name, places)}"
+                    f"Unknown name '{name}' in {where}; {nearest(name, [*places, *quaternions])}{_cure(name, places)}"
                 )
-            i, parts = turned[name], _quaternion(model, values, value, name)
+            i, parts = quaternions[name], _quaternion(model, values, value, name)
         for place, part in enumerate(parts, i):
-            if place in given:
+            if place in names:
                 raise SimulationError(
-                    f"The initial value of '{list(places)[place]}' is given twice, as '{given[place]}' and as '{key}'. "
+                    f"The initial value of '{list(places)[place]}' is given twice, as '{names[place]}' and as '{key}'. "
                     "Leave one out."
                 )
-            given[place], y[place] = key, part
+            names[place], y[place] = key, part
     for start in model.quaternions:
         inside = range(start, start + 4)
-        if given.keys().isdisjoint(inside):
+        if names.keys().isdisjoint(inside):
             continue
-        four = np.array([y[i] if i in given else 0.0 for i in inside])
+        four = np.array([y[i] if i in names else 0.0 for i in inside])
         length = float(np.linalg.norm(four))
         if length == 0:
             raise SimulationError(
@@ -134,43 +134,14 @@ def named_numbers(
                 "zeros. Leave it out for no rotation, or give (1, 0, 0, 0)."
             )
         y[start : start + 4] = (four / length).tolist()
-    return y, given
-
-
-def plain_state(
-    model: Model, initial: dict[Any, Any] | None, read: Mapping[str, float]
-) -> list[float] | None:
-    """The state (q, u), if only numbers, and texts read before, are named, and no part of a quaternion; else None."""
-    y = list(model.rest)
-    if initial is None:
-        return y
-    places = model.single_places
-    value: Any
-    for name, value in initial.items():
-        i = places.get(name)
-        if type(value) is str:
-            value = read.get(value)
-        if i is None or type(value) not in _NUMBERS or not math.isfinite(value):
-            return None
-        y[i] = float(value)
-    return y
-
-
-def texts_read(model: Model, initial: dict[Any, Any], y: Sequence[float]) -> dict[str, float]:
-    """What the texts that name a start stand for."""
-    places = model.single_places
-    return {
-        value: y[places[name]] for name, value in initial.items() if type(value) is str and name in places
-    }
-
-
-def are_single(values: Any) -> bool:
-    """Whether values by name have no axis of lanes, as their types tell."""
-    return type(values) is dict and _SINGLE.issuperset(map(type, values.values()))
+    return y, names
 
 
 def several(value: Any) -> Any:
-    """A list, a tuple, or an array of a range or of any library; None of what is no more than one value."""
+    """Return a value as a list, tuple or array if it has several entries; None if it is a single value.
+
+    Ranges and arrays of any library become NumPy arrays.
+    """
     if isinstance(value, list | tuple):
         return value
     if isinstance(value, range) or (hasattr(value, "__array__") and not isinstance(value, Rotation)):
@@ -180,36 +151,39 @@ def several(value: Any) -> Any:
 
 
 def asks_for_many(model: Model, initial: Any, values: Any) -> bool:
-    """Whether a value of a parameter, or of the start, has an axis of lanes (the components of a quaternion do not)."""
-    given = values if values is not None and isinstance(values, (dict, Mapping)) else {}
+    """Return True if a value of a parameter, or an initial value, has an axis of lanes.
+
+    The components of a quaternion are no axis of lanes.
+    """
+    parameters = values if values is not None and isinstance(values, (dict, Mapping)) else {}
     start = initial if initial is not None and isinstance(initial, (dict, Mapping)) else {}
-    if _SINGLE.issuperset(map(type, chain(given.values(), start.values()))):
+    if _SINGLE.issuperset(map(type, chain(parameters.values(), start.values()))):
         return False
 
-    def many(value: Any, own: int) -> bool:
+    def many(value: Any, own_axes: int) -> bool:
         value = several(value)
         if value is None:
             return False
         if len(value) and isinstance(value[0], Rotation):
             return True
         try:
-            return np.ndim(value) > own
+            return np.ndim(value) > own_axes
         except ValueError:
             return True
 
-    turned = quaternions_by_joint(model)
-    return any(many(value, 0) for value in given.values()) or any(
-        many(value, int(str(key) in turned)) for key, value in start.items()
+    quaternions = quaternions_by_joint(model)
+    return any(many(value, 0) for value in parameters.values()) or any(
+        many(value, int(str(key) in quaternions)) for key, value in start.items()
     )
 
 
 _NUMBERS = frozenset((float, int, np.float64))
 _SINGLE = _NUMBERS | {str}
-"""Types of a value that has no axis."""
+"""Types of a value without an axis."""
 
 
 def quaternions_by_joint(model: Model) -> dict[str, int]:
-    """Place of the quaternion of each ball and free joint among the coordinates."""
+    """Return the index, among the coordinates, of the quaternion of each ball and free joint."""
     return {
         link.joint: link.q + (3 if link.kind == "free" else 0)
         for link in model.links
@@ -217,18 +191,18 @@ def quaternions_by_joint(model: Model) -> dict[str, int]:
     }
 
 
-def _quaternion(model: Model, values: Mapping[str, float], given: Any, joint: str) -> list[float]:
-    if isinstance(given, Rotation):
-        return [float(part) for part in given.as_quaternion()]
-    if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray) or len(given) != 4:
+def _quaternion(model: Model, values: Mapping[str, float], value: Any, joint: str) -> list[float]:
+    if isinstance(value, Rotation):
+        return [float(part) for part in value.as_quaternion()]
+    if isinstance(value, str) or not isinstance(value, Sequence | np.ndarray) or len(value) != 4:
         raise SimulationError(
-            f"Expected a quaternion (w, x, y, z) or a Rotation for joint '{joint}' in initial, got {given!r}. "
+            f"Expected a quaternion (w, x, y, z) or a Rotation for joint '{joint}' in initial, got {value!r}. "
             "For angles: fb.Rotation.euler('ZXZ', psi, theta, phi)."
         )
-    return [number(model, values, part, f"the initial quaternion of joint '{joint}'") for part in given]
+    return [number(model, values, part, f"the initial quaternion of joint '{joint}'") for part in value]
 
 
-def _cure(name: str, place: Mapping[str, int]) -> str:
-    if name.endswith("_dot") and name[:-4] + "'" in place:
+def _cure(name: str, places: Mapping[str, int]) -> str:
+    if name.endswith("_dot") and name[:-4] + "'" in places:
         return f' A speed is written with a prime: "{name[:-4]}\'".'
     return ""

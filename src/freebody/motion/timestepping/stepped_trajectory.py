@@ -24,10 +24,10 @@ from ...dynamics.unilateral import MotionWarning
 from ...errors import SimulationError
 from ..contact.run import Change, shown
 from ..contact.trajectory import ContactMotion, ContactTrajectory, Timeline
-from ..legs.one_sided_limits import Values
 from ..ode.dense_output import Array, Path
 from ..start.initial import number
 from ..trajectory.event import Event, Happening
+from ..trajectory.one_sided_limits import Values
 from ..trajectory.phases import EventList
 from ..trajectory.trajectory import Energy, Reaction, Trajectory, _ByName
 from .stepped_kernels import gaps, mean_reactions, step_motion, stepping
@@ -49,6 +49,8 @@ TURNED = 0.01
 @dataclass(eq=False)
 class Steps(Path):
     """States at the ends of steps, straight between them."""
+
+    curved = False
 
     def sample(self, times: Any, dense: bool = False) -> Array:
         del dense

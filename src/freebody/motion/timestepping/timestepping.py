@@ -26,7 +26,7 @@ from ..contact.newton import eased, polished
 from ..contact.scene import scene_of_layout
 from ..kernels.kernels import Kernels
 from ..legs.blow import Blow, blows_of, call_of, scheduled
-from ..legs.impulse import given_blow
+from ..legs.impulse import resolved_blow
 from ..ode.dense_output import FINISHED, INTERRUPTED, TERMINAL, Array, Crossing, Rates, observe
 from ..start.arguments import STORED, check_count, check_forwards, most_steps
 from ..start.initial import number
@@ -233,7 +233,7 @@ class _Run:
         for one in now:
             options = {key: one.options[key] for key in ("at", "impulse", "moment", "frame")}
             try:
-                told.append((one.name, [given_blow(self.model, state, **options)]))
+                told.append((one.name, [resolved_blow(self.model, state, **options)]))
             except ModelError as error:
                 raise SimulationError(f"The blow '{one.name}' at t = {t:.9g} s can not be: {error}") from None
         loads = blows_on(self.model, state, [blow for _, blows in told for blow in blows])

@@ -1,16 +1,13 @@
-"""A trajectory as an xarray dataset, and that dataset as a netCDF file."""
+"""A trajectory as an xarray dataset."""
 
 from __future__ import annotations
 
 import json
-import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...errors import SimulationError, path_of
 from ...version import VERSION
-from .files import replacing
 from .trajectory import Trajectory, unit_of
 
 if TYPE_CHECKING:
@@ -25,11 +22,11 @@ _ENERGIES = {
 
 
 def dataset(trajectory: Trajectory) -> xarray.Dataset:
-    """Coordinates, speeds, poses, energies and reactions over ``time``; events over ``event``.
+    """Return coordinates, speeds, poses, energies and reactions over ``time``, and events over ``event``.
 
-    The pose of body b is in ``b.position`` (time, axis) and ``b.quaternion`` (time, component), the reaction of
-    joint j in ``j.force`` and ``j.moment`` (time, axis), all in ground axes. Each variable has ``units`` and
-    ``long_name``; values of the parameters, as JSON, and the origin of the data are attributes.
+    The pose of body b is ``b.position`` (time, axis) and ``b.quaternion`` (time, component); the reaction of joint j is
+    ``j.force`` and ``j.moment`` (time, axis); all are in ground axes. Each variable has ``units`` and ``long_name``.
+    Attributes hold the values of the parameters, as JSON, and the origin of the data.
     """
     import xarray
 
@@ -93,7 +90,7 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
             "title": f"Motion of {trajectory.name}",
             "status": trajectory.status,
             "method": getattr(trajectory, "method", "Dormand-Prince 8(5,3), dense output of order 7"),
-            # of a machine with every joint driven nothing is integrated
+            # if every joint is driven, nothing is integrated
             **({"tolerance": float(np.min(trajectory.tolerances))} if len(trajectory.tolerances) else {}),
             "steps": trajectory.steps,
             "parameters": json.dumps(trajectory.values),
@@ -103,7 +100,7 @@ def dataset(trajectory: Trajectory) -> xarray.Dataset:
 
 
 def _of_contact(name: str, motion: Any) -> dict[str, Any]:
-    """Gap, forces, slip, friction-cone margin and mode of a contact."""
+    """Return gap, forces, slip, friction-cone margin and mode of a contact."""
 
     def along(values: Any) -> Any:
         return ("time",) if values.ndim == 1 else ("time", "tangent")
@@ -122,37 +119,3 @@ def _of_contact(name: str, motion: Any) -> dict[str, Any]:
         ),
         f"{name}.mode": ("time", np.array(motion.mode, dtype=object), {"long_name": f"mode {about}"}),
     }  # fmt: skip
-
-
-def save(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
-    """Write a motion to a netCDF-4 file: under another name first, so that no half-written file is left."""
-    import h5py
-
-    from .saved import GROUP, written
-
-    data = trajectory.data
-    target = path_of(path, "a trajectory", SimulationError)
-    if target.suffix.lower() not in (".nc", ".nc4", ".h5"):
-        raise SimulationError(
-            f"Expected a file name that ends in .nc for a trajectory (netCDF), got '{target.name}'. A table "
-            f"is written by trajectory.data[['{next(iter(data.data_vars))}']].to_dataframe().to_csv('table.csv')."
-        )
-    if not target.parent.is_dir():
-        raise SimulationError(
-            f"Can not write '{target}': there is no folder '{target.parent}'. Make it, or choose another path."
-        )
-    texts = sum(
-        sum(len(str(x).encode()) + 64 for x in one.values.flat)
-        for one in data.variables.values()
-        if one.dtype.kind in "OU"
-    )
-    # of HDF5, for each variable and for the file
-    machine = written(trajectory)
-    room = data.nbytes + 2 * texts + (len(data.variables) << 13) + (1 << 17)
-    room += sum(np.asarray(array).nbytes + (1 << 13) for array in machine.values())
-    with replacing(target, room) as new:
-        data.to_netcdf(new, engine="h5netcdf")
-        with h5py.File(new, "r+") as file:
-            group = file.create_group(GROUP)
-            for name, array in machine.items():
-                group[name] = array

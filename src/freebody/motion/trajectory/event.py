@@ -1,4 +1,4 @@
-"""Events: moments at which an expression of the state passes through zero."""
+"""Events: times at which an expression of the state passes through zero."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ class Event:
     Attributes
     ----------
     time : float
-        When [s].
+        Time of the event [s].
     name : str
-        Of the event that was asked for.
+        Name of the event.
     direction : int
         +1 when the expression rose through zero, -1 when it fell.
     state : mapping of str to float
-        Coordinates and speeds at that moment, by name.
+        Coordinates and speeds at that time, by name.
     """
 
     time: float
@@ -54,10 +54,11 @@ class Event:
 
 @dataclass(frozen=True)
 class Happening(Event):
-    """An event that the run itself brought: a blow, an impact, a change of a contact's mode or of the conditions that
-    hold a linkage, a one-sided constraint whose force passes its limit.
+    """An event that the user did not ask for: a blow, an impact, a change of a contact mode or of the active conditions
+    of a linkage, a one-sided constraint whose force passes its limit.
 
-    ``text`` says what happened. The state is that just before. ``warnings`` are of the impulses in it.
+    ``text`` says what happened; ``state`` is the state just before, ``after`` the state just after; ``warnings``
+    concern its impulses.
     """
 
     text: str = ""
@@ -70,22 +71,22 @@ class Happening(Event):
 
 @arguments_named
 def event(expression: Any, name: str | None = None, direction: int = 0, terminal: bool = False) -> EventSpec:
-    """An event to watch for in a simulation: ``expression`` passes through zero.
+    """Return an event to watch for in a simulation: ``expression`` passes through zero.
 
-    A jump from one sign to the other passes through zero, a pole such as that of ``1/theta`` does not. A run does not
-    begin, and stops, where the expression has no value.
+    A jump from one sign to the other passes through zero; a pole such as that of ``1/theta`` does not. A run does not
+    start, and stops, where the expression has no value.
 
     Parameters
     ----------
     expression : SymPy expression or text
-        Of coordinates, speeds, time and parameters, such as ``"theta - pi/2"`` or ``"x'"``.
+        Expression of coordinates, speeds, time and parameters, such as ``"theta - pi/2"`` or ``"x'"``.
     name : str, optional
-        By which it is found again; the expression's text if it is not given.
+        Name of the event in the results; the expression's text if not given.
     direction : {0, 1, -1}
-        Only where the expression rises (+1) or falls (-1) in the direction of the run; both at 0.
+        Only where the expression rises (+1) or falls (-1) in the direction of the run; both if 0.
     terminal : bool
-        Whether the run stops there. An event at the very start of a run is recorded but does not stop it; in a batch
-        only those after the start count, so that the time of the event is that of the end.
+        True to stop the run there. An event at the very start of a run is recorded but does not stop it; in a batch
+        only events after the start count, so that the time of the event is the time of the end.
 
     Returns
     -------
@@ -116,7 +117,7 @@ def event(expression: Any, name: str | None = None, direction: int = 0, terminal
 
 
 def specs_of(events: Any) -> tuple[EventSpec, ...]:
-    """The events asked for; a bare expression stands for an event of its text."""
+    """Return the events of an argument ``events=``; a bare expression becomes an event with its text as name."""
     if isinstance(events, (tuple, list)) and not events:
         return ()
     if events is None or isinstance(events, Mapping):
@@ -125,11 +126,11 @@ def specs_of(events: Any) -> tuple[EventSpec, ...]:
         )
     if isinstance(events, EventSpec | str) or not isinstance(events, Iterable):
         events = [events]
-    return tuple(one if isinstance(one, EventSpec) else event(one) for one in events)
+    return tuple(spec if isinstance(spec, EventSpec) else event(spec) for spec in events)
 
 
 def expressions_of(model: Model, specs: Iterable[EventSpec]) -> tuple[Any, ...]:
-    """The expressions of events, read against the names of the model."""
+    """Return the expressions of events in the names of the model."""
     result = []
     for spec in specs:
         value = model.names.expression(spec.expression, f"event '{spec.name}'")
@@ -145,7 +146,7 @@ def expressions_of(model: Model, specs: Iterable[EventSpec]) -> tuple[Any, ...]:
 def watching(
     kernels: Kernels, parameters: NDArray[np.float64], specs: Sequence[EventSpec], expressions: Sequence[Any]
 ) -> Watch | None:
-    """The compiled functions of events; None if there are none."""
+    """Return the compiled event functions; None if there are none."""
     if not specs:
         return None
     observer = kernels.expressions(tuple(expressions))

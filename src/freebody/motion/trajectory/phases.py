@@ -1,8 +1,8 @@
-"""Motion in phases: a run whose equations, or whose speeds, change at moments.
+"""Motion in phases: a run whose equations or speeds change at certain times.
 
-Each segment has its own machine code and its own start; between two segments the speeds may jump (a blow, an impact)
-and the set of active conditions may change (a contact that sticks, slips or opens). Together they are read as one
-path: at the moment of a jump itself, the state just after.
+Each segment has its own machine code and its own initial state. Between two segments the speeds may jump (a blow, an
+impact) and the active conditions may change (a contact that sticks, slips or opens). Together the segments are read as
+one path; at the time of a jump it gives the state just after.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...dynamics.unilateral import MotionWarning
-from ..legs.one_sided_limits import Values, piece_of
 from ..ode.dense_output import Array, Crossing, Path, Rates, observe
 from .event import Event, Happening
+from .one_sided_limits import Values, piece_of
 from .trajectory import Energy, Trajectory
 
 
@@ -26,12 +26,12 @@ from .trajectory import Energy, Trajectory
 class Segment:
     """One phase of a run.
 
-    ``path``      its states, in which only the events that the user asked for are counted as crossings
-    ``kernels``   programs of its equations (``motion``, ``reactions``)
-    ``impulses``  work of all blows and impacts up to its start [J]
-    ``modes``     of every contact
-    ``loose``     which contact forces the motion does not determine
-    ``parameters``  values of the model's parameters, where they are not those of the whole run
+    ``path``        its states; its crossings are events of the user only
+    ``kernels``     programs of its equations (``motion``, ``reactions``)
+    ``impulses``    work of all blows and impacts up to its start [J]
+    ``modes``       contact modes
+    ``loose``       True for each contact force that the motion does not determine
+    ``parameters``  values of the model's parameters, if they differ from those of the whole run
     """
 
     path: Path
@@ -44,70 +44,81 @@ class Segment:
 
 @dataclass(frozen=True, eq=False)
 class Phases:
-    """Segments one after another, as a :class:`Path` is read."""
+    """Segments one after another, read like a :class:`Path`."""
 
     segments: tuple[Segment, ...]
     status: str
 
     @property
     def rates(self) -> Rates:
+        """Right-hand side in the last segment."""
         return self.segments[-1].path.rates
 
     @property
     def method(self) -> str:
-        """Of the last segment."""
+        """Method in the last segment."""
         return self.segments[-1].path.method
 
     @property
     def stiff(self) -> int:
+        """Number of steps whose length stability limited."""
         return sum(s.path.stiff for s in self.segments)
 
     @property
     def blame(self) -> int:
+        """Component, or event, that stopped the last segment."""
         return self.segments[-1].path.blame
 
     @property
     def start(self) -> float:
+        """Time at which the run starts [s]."""
         return self.segments[0].path.start
 
     @property
     def end(self) -> float:
+        """Time at which the run ends [s]."""
         return self.segments[-1].path.end
 
     @cached_property
     def times(self) -> Array:
+        """Starts of the steps and ends of the segments [s]."""
         return np.concatenate([s.path.times for s in self.segments])
 
     @cached_property
     def states(self) -> Array:
+        """States at :attr:`times`."""
         return np.concatenate([s.path.states for s in self.segments])
 
     @cached_property
     def lengths(self) -> Array:
+        """Lengths of the steps [s]."""
         return np.concatenate([s.path.lengths for s in self.segments])
 
     @property
     def steps(self) -> int:
+        """Number of accepted steps."""
         return sum(s.path.steps for s in self.segments)
 
     @property
     def rejected(self) -> int:
+        """Number of rejected steps."""
         return sum(s.path.rejected for s in self.segments)
 
     @property
     def evaluations(self) -> int:
+        """Number of evaluations of the rates."""
         return sum(s.path.evaluations for s in self.segments)
 
     @cached_property
     def crossings(self) -> tuple[Crossing, ...]:
-        """Events that the user asked for; one that ends a segment is not counted again where the next begins."""
+        """Events of the user; an event that ends a segment is not counted again at the start of the next."""
         result: list[Crossing] = []
         for segment in self.segments:
             begin = segment.path.start
             for crossing in segment.path.crossings:
                 if crossing.time - begin <= 4 * np.finfo(float).eps * max(1.0, abs(begin)) and any(
-                    one.number == crossing.number and abs(one.time - crossing.time) <= 1e-12
-                    for one in result[-8:]
+                    before.number == crossing.number and abs(before.time - crossing.time) <= 1e-12
+                    for before in result[-8:]
                 ):
                     continue
                 result.append(crossing)
@@ -115,39 +126,40 @@ class Phases:
 
     @cached_property
     def starts(self) -> Array:
+        """Starts of the segments [s]."""
         return np.array([s.path.start for s in self.segments])
 
     def places(self, times: ArrayLike) -> Any:
-        """Number of the segment that each time lies in; the last of those that begin there."""
+        """Return the number of the segment in which each time lies; the last, if several segments start then."""
         return np.clip(np.searchsorted(self.starts, times, side="right") - 1, 0, len(self.segments) - 1)
 
     def sample(self, times: ArrayLike, dense: bool = False) -> Array:
-        """States at ``times``; see :meth:`Path.sample`."""
-        wanted = np.atleast_1d(np.ascontiguousarray(times, dtype=float))
-        outside = ~((wanted >= self.start) & (wanted <= self.end))
+        """Return states at ``times``; see :meth:`Path.sample`."""
+        moments = np.atleast_1d(np.ascontiguousarray(times, dtype=float))
+        outside = ~((moments >= self.start) & (moments <= self.end))
         if outside.any():
             raise ValueError(
-                f"Expected times within the run, {self.start:g} to {self.end:g}; got {wanted[outside][0]}. "
+                f"Expected times within the run, {self.start:g} to {self.end:g}; got {moments[outside][0]}. "
                 "Ask for a time inside, or simulate further."
             )
-        result = np.empty((wanted.size, self.rates.size))
-        for k, chosen in self.split(wanted):
-            result[chosen] = self.segments[k].path.sample(wanted[chosen], dense)
+        result = np.empty((moments.size, self.rates.size))
+        for k, chosen in self.split(moments):
+            result[chosen] = self.segments[k].path.sample(moments[chosen], dense)
         return result
 
     def split(self, times: Array) -> Iterable[tuple[int, Any]]:
-        """(segment, which of the times lie in it), for segments that hold any."""
+        """Return (segment, indices of the times in it) of each segment that holds any of the times."""
         places = self.places(times)
         return ((int(k), np.flatnonzero(places == k)) for k in np.unique(places))
 
 
-def parts_of(path: Path | Phases, kernels: Any, impulses: float = 0.0) -> tuple[Segment, ...]:
-    """Segments of a path; one if it has none."""
+def segments_of(path: Path | Phases, kernels: Any, impulses: float = 0.0) -> tuple[Segment, ...]:
+    """Return the segments of a path; a plain path becomes one segment."""
     return path.segments if isinstance(path, Phases) else (Segment(path, kernels, impulses),)
 
 
 class EventList(list[Event]):
-    """Events in their order; printed, a sentence each."""
+    """Events in their order; ``print`` shows a sentence for each."""
 
     def __str__(self) -> str:
         return "\n".join(map(str, self))
@@ -170,59 +182,58 @@ class PhasedTrajectory(Trajectory):
 
     @property
     def warnings(self) -> tuple[MotionWarning, ...]:
-        """As of any trajectory, with those of blows and impacts, one for each limit that these pass."""
+        """Warnings of any trajectory, and those of blows and impacts, one for each limit that they pass."""
         blows: dict[str, MotionWarning] = {}
-        for one in (one for happening in self.happenings for one in happening.warnings):
-            first = blows.setdefault(one.event, one)
-            if first is not one:
-                least, spans = min(first.value, one.value), (*first.spans, *one.spans)
-                blows[one.event] = replace(first, value=least, spans=spans)
-        return tuple(sorted([*super().warnings, *blows.values()], key=lambda one: one.time))
+        for warning in (warning for happening in self.happenings for warning in happening.warnings):
+            first = blows.setdefault(warning.event, warning)
+            if first is not warning:
+                least, spans = min(first.value, warning.value), (*first.spans, *warning.spans)
+                blows[warning.event] = replace(first, value=least, spans=spans)
+        return tuple(sorted([*super().warnings, *blows.values()], key=lambda warning: warning.time))
 
     @cached_property
     def events(self) -> list[Event]:
-        """The events that happened, in their order; ``print`` shows a sentence each."""
-        asked = super().events
-        both = [(event.time, 0, i, event) for i, event in enumerate(asked)]
-        both += [(event.time, 1, i, event) for i, event in enumerate(self.happenings)]
-        return EventList(event for *_, event in sorted(both, key=lambda entry: entry[:3]))
+        """Events that happened, in their order; ``print`` shows a sentence for each."""
+        entries = [(event.time, 0, i, event) for i, event in enumerate(super().events)]
+        entries += [(event.time, 1, i, event) for i, event in enumerate(self.happenings)]
+        return EventList(event for *_, event in sorted(entries, key=lambda entry: entry[:3]))
 
     def _limit_pieces(self) -> Iterator[tuple[Array, Values | None, Array]]:
-        for one in self.path.segments:
-            program = one.kernels.limits()
-            parameters = self._parameters if one.parameters is None else one.parameters
-            yield piece_of(one.path, program, program.constants(parameters))
+        for segment in self.path.segments:
+            program = segment.kernels.limits()
+            parameters = self._parameters if segment.parameters is None else segment.parameters
+            yield piece_of(segment.path, program, program.constants(parameters))
 
     def _observed(self, program: Any, function: str, times: Array, states: Array) -> Array:
-        """With the constants, and for forces the conditions, of each segment."""
+        """Return outputs with the constants of each segment, and for forces with its conditions."""
         segments = self.path.segments
         if all(s.parameters is None and s.kernels is self.kernels for s in segments):
             return super()._observed(program, function, times, states)
         result = np.empty((len(times), program.outputs(function)))
         for k, chosen in self.path.split(times):
-            one, here = segments[k], program
-            if function in ("reactions", "multipliers"):  # other conditions hold in each
-                here = one.kernels.reactions()
+            segment, own_program = segments[k], program
+            if function in ("reactions", "multipliers"):  # segments have different active conditions
+                own_program = segment.kernels.reactions()
             elif function == "rates":
-                here = one.kernels.motion()
-            constants = here.constants(self._parameters if one.parameters is None else one.parameters)
+                own_program = segment.kernels.motion()
+            parameters = self._parameters if segment.parameters is None else segment.parameters
+            constants = own_program.constants(parameters)
             result[chosen] = observe(
-                here.address(function), result.shape[1], times[chosen], states[chosen], constants
+                own_program.address(function), result.shape[1], times[chosen], states[chosen], constants
             )
         return result
 
     @cached_property
     def energy(self) -> Energy:
-        """The energy ledger; ``work`` holds that of blows, impacts and friction, of which ``impulses`` is the part of
-        blows and impacts."""
+        """Energy ledger; ``work`` includes blows, impacts and friction, ``impulses`` only blows and impacts."""
         first = self.path.segments[0]
         times = np.concatenate([[self.path.start], self.t])
         states = np.concatenate([first.path.states[:1], self.states])
-        both = self._observed(self.kernels.motion(), "energy", times, states)
+        energies = self._observed(self.kernels.motion(), "energy", times, states)
         n = self.kernels.model.n_q + self.kernels.model.n_u
         work = states[:, n] if states.shape[1] > n else np.zeros(len(times))
         impulses = np.array([s.impulses for s in self.path.segments])[self.path.places(times)]
         impulses[0] = first.impulses
         work = work + impulses
-        residual = both.sum(axis=1) - both[0].sum() - (work - work[0])
-        return Energy(both[1:, 0], both[1:, 1], work[1:], residual[1:], impulses[1:])
+        residual = energies.sum(axis=1) - energies[0].sum() - (work - work[0])
+        return Energy(energies[1:, 0], energies[1:, 1], work[1:], residual[1:], impulses[1:])

@@ -14,35 +14,35 @@ _PATIENCE = 1.0  # seconds before the bar appears
 
 
 class Progress:
-    """Context in which ``progress(t)`` shows how far a run from ``start`` to ``until`` has come.
+    """Context in which ``progress(t)`` shows how much of a run from ``start`` to ``until`` is done.
 
-    ``wanted`` None shows it on a terminal only; a function is called with the part that is done, 0 to 1.
+    ``display`` None shows a bar on a terminal only; a function is called with the part that is done, 0 to 1.
     """
 
     bar: Any = None
     task: Any = None
 
-    def __init__(self, start: float, until: float, wanted: bool | Callable[[float], Any] | None) -> None:
-        if not (wanted is None or isinstance(wanted, bool) or callable(wanted)):
+    def __init__(self, start: float, until: float, display: bool | Callable[[float], Any] | None) -> None:
+        if not (display is None or isinstance(display, bool) or callable(display)):
             raise SimulationError(
-                f"Expected True, False, or a function of the part that is done for progress=, got {wanted!r}."
+                f"Expected True, False, or a function of the part that is done for progress=, got {display!r}."
             )
-        self.start, self.until, self.wanted, self.clock = start, until, wanted, perf_counter()
+        self.start, self.until, self.display, self.clock = start, until, display, perf_counter()
 
     def __enter__(self) -> Progress:
         return self
 
     @property
     def shown(self) -> bool:
-        """Whether there is a bar, once the run lasts."""
-        if self.wanted is None:
+        """True if a long run shows a bar."""
+        if self.display is None:
             return sys.stderr.isatty()
-        return self.wanted is True
+        return self.display is True
 
     def __call__(self, t: float) -> None:
         part = (t - self.start) / (self.until - self.start)
-        if callable(self.wanted):
-            self.wanted(part)
+        if callable(self.display):
+            self.display(part)
         if perf_counter() - self.clock < _PATIENCE or not self.shown:
             return
         if self.bar is None:
@@ -50,7 +50,7 @@ class Progress:
             from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
             from rich.progress import Progress as Bar
 
-            console = Console(stderr=True, force_terminal=True if self.wanted is True else None)
+            console = Console(stderr=True, force_terminal=True if self.display is True else None)
             columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
             self.bar = Bar(*columns, console=console, transient=True)
             self.bar.start()
@@ -65,6 +65,6 @@ class Progress:
         self.close()
 
     def close(self) -> None:
-        """At the end of the run, however it came."""
+        """Remove the bar."""
         if self.bar is not None:
             self.bar.stop()

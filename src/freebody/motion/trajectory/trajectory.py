@@ -1,4 +1,4 @@
-"""The motion of a machine: what was computed, and everything that follows from it when it is asked for."""
+"""The motion of a machine: the computed path, and all quantities that follow from it, computed when needed."""
 
 from __future__ import annotations
 
@@ -19,9 +19,11 @@ from ...dynamics.state import float_state
 from ...dynamics.unilateral import Limit, MotionWarning, limits
 from ...errors import ExpressionError, SimulationError, nearest
 from ..kernels.kernels import Kernels, Program
-from ..legs.one_sided_limits import NOT_PHYSICAL, Span, Values, piece_of, spans, warnings_of
 from ..ode.dense_output import INTERRUPTED, TERMINAL, Path, observe
 from .event import Event, EventSpec, Happening
+from .file_access import file_module
+from .one_sided_limits import NOT_PHYSICAL, Span, Values, piece_of, spans, warnings_of
+from .outputs import outputs_of, reduction
 
 if TYPE_CHECKING:
     from pathlib import Path as FilePath
@@ -31,16 +33,16 @@ if TYPE_CHECKING:
     from ...describe.system import System
 
 Array = NDArray[np.float64]
-_FEWEST, _MOST = 401, 4001  # output times when none are asked for
+_FEWEST, _MOST = 401, 4001  # number of output times if none are given
 
 
 @dataclass(frozen=True, eq=False)
 class Energy:
     """The energy ledger at the output times, each of shape (n,) [J].
 
-    ``work`` is done since the start by loads without potential and by drives; ``residual`` is what the ledger
-    fails to balance, (T + V) - (T₀ + V₀) - W, zero but for the error of the integration. Blows and impacts do
-    ``impulses`` of the work, friction of contacts ``friction`` (None where there are none).
+    ``work`` is the work done since the start by loads without potential and by drives; ``residual`` is the error of the
+    ledger, (T + V) - (T₀ + V₀) - W, zero except for the error of the integration. ``impulses`` is the part of the work
+    done by blows and impacts, ``friction`` the part done by friction of contacts; each is None if there are none.
     """
 
     kinetic: Array
@@ -57,7 +59,7 @@ class Energy:
 
     @property
     def relative_residual(self) -> float:
-        """Greatest residual, in parts of the greatest kinetic energy, potential energy or work."""
+        """Greatest residual, relative to the greatest kinetic energy, potential energy or work."""
         scale = max(float(np.max(np.abs(part))) for part in (self.kinetic, self.potential, self.work))
         worst = float(np.max(np.abs(self.residual)))
         return worst / scale if scale > 0 else worst
@@ -65,7 +67,7 @@ class Energy:
 
 @dataclass(frozen=True, eq=False)
 class Reaction:
-    """What a joint transmits, at the output times.
+    """Force and moment that a joint transmits, at the output times.
 
     ``force`` [N] and ``moment`` [N m], shape (n, 3), act **on** the body ``on``; the moment is **about** the point
     ``about``; components in the axes of ``frame``.
@@ -80,7 +82,7 @@ class Reaction:
 
 @dataclass(frozen=True, eq=False)
 class BodyPose:
-    """Of a body at the output times: ``position`` (n, 3) of its origin in ground axes [m], ``rotation`` R_NB
+    """Pose of a body at the output times: ``position`` (n, 3) of its origin in ground axes [m], ``rotation`` R_NB
     (n, 3, 3), and the unit ``quaternion`` (n, 4), scalar first, continuous in time."""
 
     position: Array
@@ -88,11 +90,12 @@ class BodyPose:
 
     @cached_property
     def quaternion(self) -> Array:
+        """Unit quaternion (n, 4), scalar first, continuous in time."""
         return quaternions(self.rotation)
 
 
 class StateView(Mapping[str, Any]):
-    """Coordinates and speeds by name, at one time or at several."""
+    """Coordinates and speeds by name, at one time or at several times."""
 
     def __init__(self, trajectory: Trajectory, t: Any, y: Array) -> None:
         model = trajectory.kernels.model
@@ -122,7 +125,7 @@ class Trajectory:
     """The motion of a machine. Made by :func:`freebody.simulate`.
 
     ``trajectory["theta"]``, ``["theta'"]``, or any expression of the machine's names, gives an array over the output
-    times ``t``. Energies, poses and reactions are computed when they are asked for.
+    times ``t``. Energies, poses and reactions are computed on first use.
 
     Attributes
     ----------
@@ -150,16 +153,18 @@ class Trajectory:
         self._asked = times, samples
 
     def __getstate__(self) -> dict[str, Any]:
-        """What was computed, and the values at the output times; what follows from them is left to who asks."""
+        """Keep the path and the states at the output times; all other quantities can be computed again."""
         with suppress(ValueError):  # a failed run may have no values between its steps
             self.states  # noqa: B018
-        made = {
+        computed = {
             name
             for kind in type(self).__mro__
             for name, entry in vars(kind).items()
             if isinstance(entry, cached_property)
         }
-        return {name: x for name, x in self.__dict__.items() if name in ("t", "states") or name not in made}
+        return {
+            name: x for name, x in self.__dict__.items() if name in ("t", "states") or name not in computed
+        }
 
     def __copy__(self) -> Trajectory:
         other = type(self).__new__(type(self))
@@ -179,7 +184,7 @@ class Trajectory:
 
     @property
     def name(self) -> str:
-        """Of the machine."""
+        """Name of the machine."""
         return self.kernels.model.name
 
     @property
@@ -189,13 +194,20 @@ class Trajectory:
 
     @property
     def status(self) -> str:
-        """How the run ended: finished, terminal event, interrupted, or why it failed; with "not physical" where there
-        are :attr:`warnings`."""
+        """How the run ended: finished, terminal event, interrupted, or why it failed.
+
+        "not physical" is added if there are :attr:`warnings`.
+        """
         return f"{self.path.status}, {NOT_PHYSICAL}" if self.warnings else self.path.status
 
     @property
+    def has_work(self) -> bool:
+        """True if the work done is a component of the state."""
+        return self.kernels.works
+
+    @property
     def interrupted(self) -> bool:
-        """Whether the keyboard stopped the run before its end."""
+        """True if Ctrl-C stopped the run before its end."""
         return self.path.status == INTERRUPTED
 
     @property
@@ -209,7 +221,7 @@ class Trajectory:
         return self.path.sample(self.t)
 
     def place(self, name: Any) -> int:
-        """Where a coordinate or speed, by name or SymPy atom, stands in the state."""
+        """Return the index in the state of a coordinate or speed, given by name or SymPy atom."""
         text = self.kernels.model.names.text_of(name)
         if text not in self.names:
             raise SimulationError(f"Unknown name '{text}'; {nearest(text, self.names)}")
@@ -218,8 +230,7 @@ class Trajectory:
     def __getitem__(self, name: Any) -> Any:
         """A coordinate, speed, acceleration or expression (SymPy or text) at the output times.
 
-        ``["max(theta)"]``, and min, initial, final and range, is one number of the whole run, as among the outputs of a
-        batch.
+        ``["max(theta)"]``, and likewise min, initial, final and range, is one number for the whole run, as in a batch.
         """
         if not isinstance(name, str | sympy.Basic | int | float):
             raise SimulationError(f"Expected a coordinate, a speed or an expression of them, got {name!r}.")
@@ -248,27 +259,26 @@ class Trajectory:
         return self._observed(self.kernels.motion(), "rates", self.t, self.states)
 
     def _number(self, name: str) -> float | None:
-        """A number of the whole run, if that is what a text asks for."""
-        from ..batch.alone import extremes
-        from ..batch.outputs import outputs_of, reduction
+        """Return the number for the whole run that a text such as "max(theta)" names, else None."""
+        from .extremes import extremes
 
         if not reduction(name)[0]:
             return None
-        asked = outputs_of(self.kernels.model, [name])
-        return float(asked.number(name, extremes(self, asked.reduced_values)[None])[0])
+        outputs = outputs_of(self.kernels.model, [name])
+        return float(outputs.number(name, extremes(self, outputs.reduced_values)[None])[0])
 
     def at(self, t: ArrayLike) -> StateView:
-        """Coordinates and speeds at any time of the run, as accurate as the steps of the run.
+        """Return coordinates and speeds at any time of the run, as accurate as the steps of the run.
 
         Parameters
         ----------
         t : float or array (k,)
-            Within the run [s].
+            Time within the run [s].
 
         Returns
         -------
         StateView
-            By name, ``["theta"]``; ``.q`` and ``.u`` hold all.
+            Values by name, ``["theta"]``; ``.q`` and ``.u`` hold all of them.
         """
         try:
             times = np.asarray(t, dtype=float)
@@ -283,9 +293,9 @@ class Trajectory:
 
     @cached_property
     def events(self) -> list[Event]:
-        """The events that happened, in their order: those asked for, and where a one-sided constraint passes its limit
+        """Events that happened, in their order: events of the user, and passings of the limit of a one-sided constraint
         (:attr:`warnings`)."""
-        found = [
+        crossings = [
             Event(
                 crossing.time,
                 self.specs[crossing.number].name,
@@ -295,9 +305,9 @@ class Trajectory:
             for crossing in self.path.crossings
         ]
         if not self._passed:
-            return found
+            return crossings
         sense = 1.0 if self.path.end >= self.path.start else -1.0
-        return sorted([*found, *self._passings()], key=lambda event: sense * event.time)
+        return sorted([*crossings, *self._passings()], key=lambda event: sense * event.time)
 
     # -- one-sided constraints ----------------------------------------------------------------------------------
 
@@ -307,7 +317,7 @@ class Trajectory:
 
     @cached_property
     def _passed(self) -> list[Span]:
-        """The parts of the run in which a one-sided constraint has passed its limit."""
+        """Parts of the run in which a one-sided constraint is beyond its limit."""
         return spans(self._limit_pieces(), len(self._limits)) if self._limits else []
 
     def _limit_pieces(self) -> Iterator[tuple[Array, Values | None, Array]]:
@@ -315,51 +325,52 @@ class Trajectory:
         yield piece_of(self.path, program, program.constants(self._parameters))
 
     def _passings(self) -> Iterator[Happening]:
-        for one in self._passed:
-            limit = self._limits[one.limit]
-            state = self.path.sample([one.begin])[0].tolist()
+        for span in self._passed:
+            limit = self._limits[span.limit]
+            state = self.path.sample([span.begin])[0].tolist()
             yield Happening(
-                one.begin, limit.event, -1, dict(zip(self.names, state, strict=False)),
+                span.begin, limit.event, -1, dict(zip(self.names, state, strict=False)),
                 f"{limit.constraint}: from here on {limit.what}",
             )  # fmt: skip
 
     @cached_property
     def warnings(self) -> tuple[MotionWarning, ...]:
-        """Parts of the motion that are not what would happen: a rope that pushes, a plane that pulls a wheel down.
+        """Parts of the motion that are not physical: a rope that pushes, a plane that pulls a wheel down.
 
-        The constraints are kept as they are described; each warning says from when on the answer is therefore not
-        physical, how far it goes, and what to do. They are found when they are asked for, here or by :attr:`events` and
-        :attr:`status`.
+        The run keeps the constraints as they are described. Each warning says from when on the answer is therefore not
+        physical, how far the limit is passed, and what to do. Warnings are computed on first use of this attribute, of
+        :attr:`events` or of :attr:`status`.
         """
         return warnings_of(self._limits, self._passed)
 
-    # -- what follows -------------------------------------------------------------------------------------------
+    # -- derived quantities -------------------------------------------------------------------------------------------
 
     def _observed(self, program: Program, function: str, times: Array, states: Array) -> Array:
+        """Return the outputs of a function of a program at states."""
         constants = program.constants(self._parameters)
         return observe(program.address(function), program.outputs(function), times, states, constants)
 
     @cached_property
     def energy(self) -> Energy:
-        """The energy ledger."""
+        """Energy ledger at the output times."""
         times = np.concatenate([[self.path.start], self.t])
         states = np.concatenate([self.path.states[:1], self.states])
-        both = self._observed(self.kernels.motion(), "energy", times, states)
+        energies = self._observed(self.kernels.motion(), "energy", times, states)
         n = self.kernels.size - 1
         work = states[:, n] if self.kernels.works else np.zeros(len(times))
-        residual = both.sum(axis=1) - both[0].sum() - work
-        return Energy(both[1:, 0], both[1:, 1], work[1:], residual[1:])
+        residual = energies.sum(axis=1) - energies[0].sum() - work
+        return Energy(energies[1:, 0], energies[1:, 1], work[1:], residual[1:])
 
     @cached_property
     def poses(self) -> dict[str, BodyPose]:
         """Position and rotation of every body."""
-        found = self._observed(self.kernels.poses(), "poses", self.t, self.states)
+        poses = self._observed(self.kernels.poses(), "poses", self.t, self.states)
         n = len(self.t)
         return _ByName(
             "body",
             {
                 name: BodyPose(
-                    found[:, 12 * i : 12 * i + 3], found[:, 12 * i + 3 : 12 * i + 12].reshape(n, 3, 3)
+                    poses[:, 12 * i : 12 * i + 3], poses[:, 12 * i + 3 : 12 * i + 12].reshape(n, 3, 3)
                 )
                 for i, name in enumerate(self.kernels.model.bodies)
             },
@@ -367,19 +378,19 @@ class Trajectory:
 
     @cached_property
     def reactions(self) -> dict[str, Reaction]:
-        """What every joint transmits to its child, about the joint's point on the child, in ground axes.
+        """Force and moment of every joint on its child, about the joint's point on the child, in ground axes.
 
-        Joints that close loops and rolling wheels (about the centre of the wheel) are among them. Those that are
-        :attr:`indeterminate` are one of many solutions: the constraints declared last carry nothing, and nothing
-        presses teeth apart whose pressure angle is not given.
+        Joints that close loops and rolling wheels (about the centre of the wheel) are included. Reactions that are
+        :attr:`indeterminate` are one of many solutions: the constraints declared last carry no force, and no force
+        presses teeth apart if their pressure angle is not given.
         """
-        found = self._observed(self.kernels.reactions(), "reactions", self.t, self.states)
+        reactions = self._observed(self.kernels.reactions(), "reactions", self.t, self.states)
         return _ByName(
             "joint",
             {
                 name: Reaction(
-                    found[:, 6 * i : 6 * i + 3],
-                    found[:, 6 * i + 3 : 6 * i + 6],
+                    reactions[:, 6 * i : 6 * i + 3],
+                    reactions[:, 6 * i + 3 : 6 * i + 6],
                     on,
                     about,
                 )
@@ -391,17 +402,18 @@ class Trajectory:
     def multipliers(self) -> dict[str, Array]:
         """Constraint forces by name, shape (n,): components of loop-closing joints, tensions of ropes, forces of
         conditions on coordinates and speeds."""
-        found = self._observed(self.kernels.reactions(), "multipliers", self.t, self.states)
+        multipliers = self._observed(self.kernels.reactions(), "multipliers", self.t, self.states)
         names = [row.name for row in rows(self.kernels.model)]
-        return _ByName("constraint", {name: found[:, i] for i, name in enumerate(names)})
+        return _ByName("constraint", {name: multipliers[:, i] for i, name in enumerate(names)})
 
     @property
     def indeterminate(self) -> tuple[str, ...]:
-        """Reactions that no motion determines, because several constraints do the same, or as gears leave them open.
+        """Names of reactions that the motion does not determine: of redundant constraints, and of gears.
 
-        A planar linkage of rigid parts has them: forces out of its plane depend on how its pins were fitted. Named
-        as in :attr:`multipliers`; of the other joints ``A_z`` is the force of joint A along the ground's z, ``A_Mx``
-        its moment about x. Found by rank at the start. Among :attr:`reactions` they are one of many solutions.
+        A planar linkage of rigid parts has such reactions: forces out of its plane depend on how its pins were fitted.
+        Names are those of :attr:`multipliers`; for other joints ``A_z`` is the force of joint A along the ground's z,
+        ``A_Mx`` its moment about x. They are found by rank at the start. Their values in :attr:`reactions` are one of
+        many solutions.
         """
         model = self.kernels.model
         y = self.path.states[0]
@@ -410,37 +422,35 @@ class Trajectory:
 
     @cached_property
     def data(self) -> xarray.Dataset:
-        """Everything at the output times, with units, as one dataset with the dimension ``time``."""
+        """All quantities at the output times, with units, as one dataset with the dimension ``time``."""
         from .dataset import dataset
 
         return dataset(self)
 
     def save(self, path: str | FilePath) -> None:
-        """Write the motion to a netCDF file, whole or not at all: :attr:`data` as any program reads it, the description
-        of the machine and what was computed. :meth:`load` reads it back."""
-        from .dataset import save
-
-        save(self, path)
+        """Write the motion to a netCDF file, whole or not at all: :attr:`data`, which any program can read, the
+        description of the machine, and the computed path. :meth:`load` reads the motion back."""
+        file_module("save").save(self, path)
 
     @staticmethod
     def load(path: str | FilePath, machine: System | None = None) -> Trajectory:
-        """The motion that :meth:`save` wrote, with all that can be asked of it.
+        """Return the motion that :meth:`save` wrote, with all its quantities.
 
-        Nothing in a file is executed. The file holds the machine; signals, and what controllers set, are in it as
-        parameters that had other values in each part of the run: a loaded motion has neither the signals' names nor the
+        Nothing in a file is executed. The file holds the machine. Signals and the inputs of controllers are stored as
+        parameters with other values in each part of the run: a loaded motion has neither the signals' names nor the
         controllers' functions. Its events have their names, but no expressions to watch for again.
 
         Parameters
         ----------
         path : path
         machine : System, optional
-            Of a motion whose machine could not be written to the file (the error says so), or to have this system's
+            Needed if the machine could not be written to the file (the error says so); useful to have this system's
             own symbols.
 
         Raises
         ------
         SimulationError
-            What is no motion, is damaged, or holds no machine.
+            The file holds no motion, is damaged, or holds no machine.
 
         Examples
         --------
@@ -456,19 +466,18 @@ class Trajectory:
         >>> round(motion.at(1.5)["x"], 12)
         3.0
         """
-        from .restored import load
-
-        return load(path, machine)
+        trajectory: Trajectory = file_module("load").load(path, machine)
+        return trajectory
 
     def plot(self, names: Any = None, *, ax: Any = None, path: str | FilePath | None = None) -> Any:
-        """Coordinates (or any other quantities) over time, a panel for each unit, with the events marked.
+        """Plot coordinates (or other quantities) over time, one panel for each unit, with the events marked.
 
         Parameters
         ----------
         names : name, expression or sequence of them, optional
-            As for ``trajectory[...]``; all coordinates if not given.
+            As in ``trajectory[...]``; all coordinates if not given.
         ax : matplotlib Axes, optional
-            Draw all of them here.
+            Axes for all of them.
         path : path, optional
             Also write the picture to this file.
 
@@ -482,23 +491,24 @@ class Trajectory:
         return axes
 
     def animate(self, path: str | FilePath | None = None, **options: Any) -> Any:
-        """The motion as an animation: a player in a notebook, or a file.
+        """Return the motion as an animation: a player in a notebook, or a file.
 
         Parameters
         ----------
         path : path, optional
-            Also write it: ``.html`` is a page that opens offline, ``.gif`` and ``.mp4`` are made with a browser.
+            Also write it to this file: ``.html`` is a page that opens offline; ``.gif`` and ``.mp4`` are made with a
+            browser.
         **options
-            Of :func:`freebody.picture.page.animate.animate`.
+            Options of :func:`freebody.picture.page.animate.animate`.
 
         Returns
         -------
         Animation
         """
-        made = picture("animate").animate(self, **options)
+        animation = picture("animate").animate(self, **options)
         if path is not None:
-            made.save(path)
-        return made
+            animation.save(path)
+        return animation
 
     def _repr_html_(self) -> str:
         return str(picture("animate").animate(self)._repr_html_())
@@ -511,12 +521,13 @@ class Trajectory:
         ended = self.path.status
         if ended == TERMINAL and crossings:
             ended = f"stopped by '{self.specs[crossings[-1].number].name}'"
-        told = "".join(
-            f"; not physical from t = {one.time:.6g} s on: {one.what} ('{one.name}')" for one in self.warnings
+        warnings = "".join(
+            f"; not physical from t = {warning.time:.6g} s on: {warning.what} ('{warning.name}')"
+            for warning in self.warnings
         )
         return (
             f"Trajectory of '{self.name}': t = {self.path.start:g} to {self.path.end:g} s, "
-            f"{n} coordinate{'s' * (n != 1)}, {events} event{'s' * (events != 1)}, {ended}{told}"
+            f"{n} coordinate{'s' * (n != 1)}, {events} event{'s' * (events != 1)}, {ended}{warnings}"
         )
 
 
@@ -529,7 +540,7 @@ _PRODUCTS = {
 
 
 class _ByName(dict[str, Any]):
-    """A dictionary that offers the nearest name."""
+    """Dictionary whose error for an unknown name offers the nearest one."""
 
     def __init__(self, what: str, items: Mapping[str, Any]) -> None:
         super().__init__(items)
@@ -543,7 +554,7 @@ class _ByName(dict[str, Any]):
 
 
 def _output_times(path: Path, times: Array | None, samples: int | None) -> Array:
-    """Output times within the run: those asked for, or a regular grid with both ends."""
+    """Return the output times: the given times that the run reached, or a regular grid with both ends."""
     if times is not None:
         first, last = min(path.start, path.end), max(path.start, path.end)
         return times[(times >= first) & (times <= last)]
@@ -553,10 +564,10 @@ def _output_times(path: Path, times: Array | None, samples: int | None) -> Array
 
 
 def quaternions(rotation: Array) -> Array:
-    """Unit quaternions (n, 4), scalar first, of rotation matrices (n, 3, 3), without jumps of sign along n.
+    """Return unit quaternions (n, 4), scalar first, of rotation matrices (n, 3, 3), without jumps of sign along n.
 
-    Of the four columns of 4 e eᵀ, whose diagonal is 1 + a R₁₁ + b R₂₂ + c R₃₃, that with the greatest diagonal is
-    taken: none is divided by a small number. Source: Shepperd (1978).
+    Of the four columns of 4 e eᵀ, whose diagonal is 1 + a R₁₁ + b R₂₂ + c R₃₃, the column with the greatest diagonal is
+    used, so that no division is by a small number. Source: Shepperd (1978).
     """
     R = rotation
     x, y, z = R[:, 0, 0], R[:, 1, 1], R[:, 2, 2]
@@ -582,7 +593,7 @@ def quaternions(rotation: Array) -> Array:
 
 
 def unit_of(trajectory: Trajectory, name: str) -> str:
-    """Unit of a coordinate or speed: as described, else that of the joint it moves."""
+    """Unit of a coordinate or speed: as described, else the unit of the joint it moves."""
     return unit_of_name(trajectory.kernels.model, name)
 
 

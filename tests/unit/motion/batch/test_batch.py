@@ -210,7 +210,7 @@ def test_results_do_not_depend_on_threads_and_backward_runs_work() -> None:
 
 
 def test_a_store_goes_on_where_it_was_left(tmp_path, monkeypatch) -> None:
-    from freebody.motion.batch import batch
+    from freebody.motion.batch.lane_loop import LaneLoop
 
     s, many = pendulum(), np.linspace(0.1, 3, 150)
     options = dict(
@@ -234,10 +234,8 @@ def test_a_store_goes_on_where_it_was_left(tmp_path, monkeypatch) -> None:
     assert 0 < done.sum() < 150 and "interrupted" in first.attrs
     first.close()
     run: list[int] = []
-    chunk = batch._Loop.chunk
-    monkeypatch.setattr(
-        batch._Loop, "chunk", lambda self, lanes, m: (run.extend(lanes), chunk(self, lanes, m))
-    )
+    chunk = LaneLoop.chunk
+    monkeypatch.setattr(LaneLoop, "chunk", lambda self, lanes, m: (run.extend(lanes), chunk(self, lanes, m)))
     second = fb.simulate(s, 2, store=path, **options)
     assert sorted(run) == list(np.flatnonzero(~done))
     for name in ("theta", "max(theta)", "event_time", "event_count", "status", "end", "steps"):
@@ -246,7 +244,7 @@ def test_a_store_goes_on_where_it_was_left(tmp_path, monkeypatch) -> None:
     with pytest.raises(SimulationError, match="hold results of the same runs, .* Choose another path"):
         fb.simulate(s, 2, store=path, **{**options, "times": [1.0, 1.5]})
     path.write_text("nothing")
-    with pytest.raises(SimulationError, match="can not be read"):
+    with pytest.raises(SimulationError, match="cannot be read"):
         fb.simulate(s, 2, store=path, **options)
     with pytest.raises(SimulationError, match="there is no folder"):
         fb.simulate(s, 2, store=tmp_path / "no" / "x.nc", **options)
@@ -498,7 +496,7 @@ def test_large_trees_eight_at_a_time_are_runs_alone(monkeypatch: pytest.MonkeyPa
     initial[names[0]][4] = 1e200
     worse = fb.simulate(s, 0.3, initial=initial, **options)
     assert str(worse["status"][4].values) == "not finite"
-    assert "can not be continued" in str(worse["reason"][4].values)
+    assert "cannot be continued" in str(worse["reason"][4].values)
     kept = [k for k in range(11) if k != 4]
     assert np.array_equal(worse[names[0]][kept], data[names[0]][kept])
 
@@ -564,14 +562,13 @@ def test_a_varied_parameter_with_the_name_of_a_result_is_refused() -> None:
 
 
 def test_ends_of_lanes_have_numbers_of_their_own():
-    from freebody.motion.batch.alone import NO_START, REFUSED
-    from freebody.motion.batch.batch import STATUS
+    from freebody.motion.batch.results import NO_START, REFUSED, STATUS
     from freebody.motion.lanes import lanes_layout
     from freebody.motion.ode import layout
 
     names = ("FINISHED", "TERMINAL", "NOT_FINITE", "COLLAPSED", "DIVERGED", "STIFF", "UNDEFINED", "RUNNING")
     ends = [getattr(layout, name) for name in names]
-    ends += [lanes_layout.TOO_MANY, lanes_layout.LEFT, lanes_layout.STUCK]
+    ends += [lanes_layout.TOO_MANY, lanes_layout.CONTRADICTED, lanes_layout.STUCK]
     ends += [lanes_layout.UNPHYSICAL, lanes_layout.STOPPED_UNPHYSICAL, NO_START, REFUSED]
     assert len(set(ends)) == len(ends)
     assert len(set(STATUS.values())) == len(STATUS)

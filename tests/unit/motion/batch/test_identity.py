@@ -28,9 +28,9 @@ from freebody.describe.body import Body
 from freebody.describe.joints.joint import Joint
 from freebody.describe.system import Parameter
 from freebody.errors import SimulationError
-from freebody.motion.batch import identity as module
-from freebody.motion.batch.content import NoContentError, digest
-from freebody.motion.batch.identity import identity, parts
+from freebody.motion.batch import study_identity as module
+from freebody.motion.batch.content_digest import NoContentError, digest
+from freebody.motion.batch.study_identity import identity, parts
 from identities import machines, study
 
 MACHINES = machines()
@@ -199,7 +199,7 @@ def test_the_sources_that_compute_count(monkeypatch, tmp_path) -> None:
     for room in ("motion/batch", "picture"):
         (folder / room).mkdir(parents=True)
         (folder / room / "x.py").write_text("1")
-    monkeypatch.setattr(module, "__file__", str(folder / "motion" / "batch" / "identity.py"))
+    monkeypatch.setattr(module, "__file__", str(folder / "motion" / "batch" / "study_identity.py"))
     first = module.version.__wrapped__()
     (folder / "picture" / "x.py").write_text("2")
     assert module.version.__wrapped__() == first

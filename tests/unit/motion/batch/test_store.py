@@ -24,8 +24,8 @@ import freebody as fb
 from batch_machines import pendulum
 from freebody.errors import SimulationError
 from freebody.gallery.beyond.bouncing_ball import build as ball
-from freebody.motion.batch import batch, store
-from freebody.motion.trajectory import files
+from freebody.motion.batch import batch, job, lane_loop, store
+from freebody.motion.files import replacing as files
 
 BALLS = {
     "initial": {"y": "h"}, "values": {"h": np.linspace(1, 2, 40)}, "samples": 2, "outputs": ["y", "modes"],
@@ -57,7 +57,9 @@ def test_a_disk_that_has_no_room_for_the_results(tmp_path) -> None:
     fb.simulate(pendulum(), 1, initial={"theta": [0.1, 0.2]}, samples=2)  # whatever is compiled
     with no_file_beyond(1 << 15), pytest.raises(SimulationError) as error:
         fb.simulate(pendulum(), 1, store=path, **many)
-    text = f"Can not write '{path}': File too large. Choose a disk that takes files of 0.871 MB, or ask for less."
+    text = (
+        f"Cannot write '{path}': File too large. Choose a disk that takes files of 0.871 MB, or ask for less."
+    )
     assert str(error.value) == text and error.value.__cause__.errno == errno.EFBIG
     assert os.listdir(tmp_path) == []
     path = tmp_path / "motion.nc"
@@ -66,7 +68,7 @@ def test_a_disk_that_has_no_room_for_the_results(tmp_path) -> None:
     before = path.read_bytes()
     with (
         no_file_beyond(1 << 12),
-        pytest.raises(SimulationError, match=f"Can not write '{path}': .* files of"),
+        pytest.raises(SimulationError, match=f"Cannot write '{path}': .* files of"),
     ):
         motion.save(path)
     assert path.read_bytes() == before and os.listdir(tmp_path) == ["motion.nc"]
@@ -112,7 +114,7 @@ def test_a_file_system_that_is_really_full(tmp_path) -> None:
         room = os.statvfs(tmp_path)
         (tmp_path / "fill").write_bytes(bytes(room.f_bavail * room.f_frsize))
         with pytest.raises(
-            SimulationError, match=rf"Can not write '{path}': No space left on device\. The lanes "
+            SimulationError, match=rf"Cannot write '{path}': No space left on device\. The lanes "
         ):
             fb.simulate(ball(), 3, store=path, **BALLS)
         assert (statuses(path)[:5] >= 0).all() and len(path.read_bytes()) == len(before)
@@ -172,10 +174,10 @@ def test_a_folder_that_may_not_be_written() -> None:
     folder.chmod(0o755)
     shutil.rmtree(above)
     assert found.stdout.splitlines() == [
-        f"Can not write '{folder}/x.nc': Permission denied. The lanes that were written before are whole, and the same "
+        f"Cannot write '{folder}/x.nc': Permission denied. The lanes that were written before are whole, and the same "
         "call goes on with the others. Choose a path at which you may write, or change the rights there.",
         "PermissionError",
-        f"Can not write '{folder}/other.nc': Permission denied. Choose a path at which you may write, or change the "
+        f"Cannot write '{folder}/other.nc': Permission denied. Choose a path at which you may write, or change the "
         "rights there.",
         "PermissionError",
         "['x.nc'] True",
@@ -263,14 +265,14 @@ def test_a_process_killed_as_it_writes_texts_costs_these_lanes_only(tmp_path, mo
 # -- Ctrl-C --------------------------------------------------------------------------------------------------
 
 MOMENTS = {
-    "while it is read": (batch, "lanes_of", True),
+    "while it is read": (job, "lanes_of", True),
     "when the file is begun": (store, "_coordinates", True),
     "in the middle of it": (store, "_attributes", True),
     "just before it is there": (os, "replace", True),
     "before the first lane": (batch, "_blocks", False),
-    "when the loop is made": (batch, "batch_program", False),
-    "when lanes are shared out": (batch, "share", False),
-    "between two lanes": (batch._Loop, "chunk", False),
+    "when the loop is made": (job, "batch_program", False),
+    "when lanes are shared out": (lane_loop, "share", False),
+    "between two lanes": (lane_loop.LaneLoop, "chunk", False),
     "when results are written": (store.Store, "write", False),
     "in the middle of writing them": (store, "_runs", False),
     "before they are in their place": (files, "reserve", False),
@@ -346,7 +348,7 @@ def test_lanes_that_ctrl_c_finds_stiff_are_run_again(tmp_path, monkeypatch) -> N
     }  # fmt: skip
     whole = fb.simulate(cart(), 10, **options)
     assert set(whole.status.values) == {"finished"}
-    made, path = batch._Loop.__init__, tmp_path / "x.nc"
+    made, path = lane_loop.LaneLoop.__init__, tmp_path / "x.nc"
 
     def stop(self: Any, job: Any, method: str, *given: Any) -> None:
         if method == "radau":
@@ -355,7 +357,7 @@ def test_lanes_that_ctrl_c_finds_stiff_are_run_again(tmp_path, monkeypatch) -> N
 
     for kept in ({}, {"store": path}):
         with monkeypatch.context() as m:
-            m.setattr(batch._Loop, "__init__", stop)
+            m.setattr(lane_loop.LaneLoop, "__init__", stop)
             data = fb.simulate(cart(), 10, **options, **kept)
         assert set(data.status.values) == {"waiting"} and np.isnan(data["x"]).all()
         data.close()

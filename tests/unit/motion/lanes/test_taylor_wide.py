@@ -283,10 +283,10 @@ def test_what_decays_is_left_to_radau(loops: list[bool]) -> None:
 
 def test_long_runs_tighten_where_a_run_alone_does(monkeypatch: pytest.MonkeyPatch) -> None:
     """After its budget of steps a run with "auto" takes shorter ones."""
-    from freebody.motion.batch import batch
+    from freebody.motion.batch import lane_loop
     from freebody.motion.kernels import methods
 
-    monkeypatch.setattr(batch, "BUDGET", 500)
+    monkeypatch.setattr(lane_loop, "BUDGET", 500)
     monkeypatch.setattr(methods, "BUDGET", 500)
     s, speeds = pendulum(), np.linspace(1.0, 1.4, 9)
     given = {"samples": 3, "tolerance": 1e-10}
@@ -300,7 +300,7 @@ def test_long_runs_tighten_where_a_run_alone_does(monkeypatch: pytest.MonkeyPatc
 
 
 def test_auto_takes_series_of_small_machines_from_a_tolerance_on() -> None:
-    from freebody.motion.batch.batch import job_of
+    from freebody.motion.batch.job import job_of
 
     def first(s: fb.System, tolerance: float, **options: object) -> str:
         given = dict(
@@ -309,7 +309,7 @@ def test_auto_takes_series_of_small_machines_from_a_tolerance_on() -> None:
             times=None,
             samples=None, start=0, max_step=None, max_steps=None, outputs=None, threads=None,
         )  # fmt: skip
-        return job_of(s, 1, tolerance=tolerance, **{**given, **options}).first
+        return job_of(s, 1, tolerance=tolerance, **{**given, **options}).first_method
 
     bent = cart()
     bent.generalized_force("x", "-abs(x)")

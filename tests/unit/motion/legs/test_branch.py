@@ -98,7 +98,7 @@ def test_passing_is_told_with_its_conditions():
     (event,) = motion.events
     level = motion.at(event.time)
     assert abs(np.sin(level["phi0"])) < 1e-3
-    assert "'C1_x' loses its hold" in str(event) and "keeps to its branch" in str(event)
+    assert "'C1_x' becomes dependent" in str(event) and "keeps to its branch" in str(event)
 
 
 @pytest.mark.parametrize(
@@ -191,7 +191,7 @@ def test_what_gauss_can_not_pass_is_refused_by_name():
     machine, start = row(1), upright(1)
     there = fb.simulate(machine, 5.0, initial=start, samples=11)
     end = {k: there.at(5.0)[k] for k in there.names}
-    with pytest.raises(fb.FreebodyError, match="'C1_x' all but loses its hold"):
+    with pytest.raises(fb.FreebodyError, match="'C1_x' becomes dependent"):
         fb.simulate(machine, 0.0, start=5.0, initial=end, method="gauss")
     for tolerance in (1e-4, 1e-5, 1e-6, 1e-7):
         motion = fb.simulate(machine, 5.0, initial=start, method="gauss", tolerance=tolerance, samples=101)

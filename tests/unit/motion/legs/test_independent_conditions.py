@@ -164,7 +164,9 @@ def test_lanes_that_begin_on_other_conditions(linkage):
 
 
 def test_derivatives_do_not_follow(linkage):
-    text = "'D_x', by which it was held from the start, depends on other conditions there, and 'D_z' must take over"
+    text = (
+        "'D_x', active from the start, becomes dependent on other conditions there, and 'D_z' must take over"
+    )
     with pytest.raises(SimulationError, match=text):
         turning(linkage, until=3, sensitivities=["f"])
 

@@ -103,6 +103,6 @@ def test_a_start_that_can_not_follow_is_refused() -> None:
     s = epicyclic()
     held = {"a": 0.2, "b": 0.1, "x": "r1*0.1"}
     with pytest.raises(
-        SimulationError, match=r"can not follow a change of 'b'.*hold what is named in initial"
+        SimulationError, match=r"cannot follow a change of 'b'.*hold what is named in initial"
     ):
         fb.simulate(s, 0.5, sensitivities=["b"], initial={**held, "b": 0.1})

@@ -11,8 +11,8 @@ import xarray
 
 import freebody as fb
 from freebody.errors import FormatError, FreebodyError, SimulationError
-from freebody.motion.trajectory import saved
-from freebody.motion.trajectory.saved import GROUP
+from freebody.motion.files import save
+from freebody.motion.files.save import GROUP
 from motions import MOTIONS, assert_same, ball, driven, pendulum, plain, signalled
 
 
@@ -89,7 +89,7 @@ def test_machine_that_a_file_has_no_words_for(tmp_path, monkeypatch):
         raise FormatError("Expected an expression that a model file can hold, got 'f(x)'.")
 
     motion = plain()
-    monkeypatch.setattr(saved, "toml_text", refuse)
+    monkeypatch.setattr(save, "toml_text", refuse)
     with pytest.warns(
         RuntimeWarning, match=r"not its machine: Expected an expression .*will ask for the machine"
     ):

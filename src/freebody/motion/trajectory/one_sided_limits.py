@@ -1,7 +1,7 @@
-"""Where the force of a one-sided constraint passes its limit along a motion (`dynamics.unilateral`), and what is said.
+"""Times at which the force of a one-sided constraint passes its limit (`dynamics.unilateral`), and the warnings.
 
-The run keeps the constraint as it is described. Its limits are looked at when they are asked for, in points of every
-step and on the dense output between them, as events are.
+The run keeps the constraint as it is described. Its limits are evaluated on first use, at points of every step and on
+the dense output between them, like events.
 """
 
 from __future__ import annotations
@@ -18,15 +18,18 @@ from ..ode.dense_output import Array, observe
 from ..ode.layout import PARTS
 
 _BLOCK = 1 << 15
-"""Moments that are looked at together."""
+"""Number of times that are evaluated together."""
 NOT_PHYSICAL = "not physical"
-"""What is added to the status of a motion that passes a limit."""
+"""Text added to the status of a motion that passes a limit."""
 
 
 @dataclass
 class Span:
-    """A part of a run in which a limit is passed; ``least`` is the least value in it, ``surely`` whether more than
-    round-off is passed. A side without a bracket is where the run, or one of its segments, begins or ends."""
+    """A part of a run beyond a limit.
+
+    ``least`` is the least value in it; ``surely`` is True if the limit is passed by more than round-off. A side without
+    a bracket (``before``, ``after``) is the start or end of the run or of one of its segments.
+    """
 
     limit: int
     begin: float
@@ -38,77 +41,78 @@ class Span:
 
 
 Values = Callable[..., Array]
-"""(times, dense) -> what is left to each limit, and then the same with what is negligible added; by the dense output,
-or as accurate as the steps of the run."""
+"""(times, dense) -> margin to each limit, then the same margins with negligible forces added; from the dense output, or
+as accurate as the steps of the run."""
 
 
 def spans(pieces: Iterable[tuple[Array, Values | None, Array]], count: int) -> list[Span]:
-    """The parts of a run in which one of ``count`` limits is passed, in the order in which they begin.
+    """Return the parts of a run beyond one of ``count`` limits, in the order in which they begin.
 
     Parameters
     ----------
-    pieces               (times, function, its values at them) in the order of the run; without a function nothing is
-                         known between the times
+    pieces               (times, function, its values at the times) in the order of the run; without a function, the
+                         values between the times are unknown
     """
     found: list[Span] = []
     start = math.nan
-    last: dict[int, Span] = {}  # those that reach the end of the piece before
+    last: dict[int, Span] = {}  # spans that reach the end of the previous piece
     for times, function, values in pieces:
         start = float(times[0]) if math.isnan(start) else start
-        goes_on, last = last, {}
+        previous, last = last, {}
         for k in range(count):
             t, v, f = _enriched(times, values[:, k], values[:, count + k], function, k)
-            below = v < 0  # not where it has no value
+            below = v < 0  # False for nan
             edges = np.flatnonzero(np.diff(below, prepend=False, append=False))
             for a, b in zip(edges[::2], edges[1::2], strict=True):
                 least, surely = float(v[a:b].min()), bool((f[a:b] < 0).any())
-                if a == 0 and k in goes_on:
-                    one = goes_on[k]
-                    one.least, one.surely = min(one.least, least), one.surely or surely
+                if a == 0 and k in previous:
+                    span = previous[k]
+                    span.least, span.surely = min(span.least, least), span.surely or surely
                 else:
-                    one = Span(k, float(t[a]), float(t[b - 1]), least, surely)
+                    span = Span(k, float(t[a]), float(t[b - 1]), least, surely)
                     if a > 0 and np.isfinite(v[a - 1]):
-                        one.before = (function, t[a - 1], t[a])
-                    found.append(one)
-                one.end, one.after = float(t[b - 1]), None
+                        span.before = (function, t[a - 1], t[a])
+                    found.append(span)
+                span.end, span.after = float(t[b - 1]), None
                 if b == len(t):
-                    last[k] = one
+                    last[k] = span
                 elif np.isfinite(v[b]):
-                    one.after = (function, t[b - 1], t[b])
-    kept = [one for one in found if one.surely]
-    for one in kept:
-        one.begin, one.end = _zero(one.limit, one.before, one.begin), _zero(one.limit, one.after, one.end)
-        one.before = one.after = None
-    return sorted(kept, key=lambda one: abs(one.begin - start))
+                    span.after = (function, t[b - 1], t[b])
+    result = [span for span in found if span.surely]
+    for span in result:
+        span.begin = _zero(span.limit, span.before, span.begin)
+        span.end = _zero(span.limit, span.after, span.end)
+        span.before = span.after = None
+    return sorted(result, key=lambda span: abs(span.begin - start))
 
 
 def _enriched(
     times: Array, v: Array, f: Array, function: Values | None, k: int
 ) -> tuple[Array, Array, Array]:
-    """Values with the extremes between them that can pass zero: dips by more than what is negligible, and peaks of what
-    is below it."""
+    """Return times and values, with added extremes that may lie beyond zero: minima that pass the limit by more than a
+    negligible amount, and maxima of values beyond it."""
     if function is None or len(times) < 3:
         return times, v, f
     from scipy.optimize import minimize_scalar
 
-    more = []
+    added = []
     with np.errstate(invalid="ignore"):
         before, here, after = v[:-2], v[1:-1], v[2:]
         dips = (here <= before) & (here < after) & (2 * f[1:-1] < np.maximum(f[:-2], f[2:]))
         peaks = (here >= before) & (here > after) & (2 * here > np.minimum(before, after))
         peaks &= (np.minimum(f[:-2], f[2:]) < 0) & (here < 0)
-    for sign, found in ((1.0, dips), (-1.0, peaks)):
-        for i in np.flatnonzero(found):
+    for sign, extremes in ((1.0, dips), (-1.0, peaks)):
+        for i in np.flatnonzero(extremes):
             bounds = sorted((times[i], times[i + 2]))
             x = minimize_scalar(
                 lambda x, sign=sign: sign * _at(function, k, x, True), bounds=bounds, method="bounded",
                 options={"xatol": 1e-9 * (bounds[1] - bounds[0])},
             ).x  # fmt: skip
-            more.append((i + 1 + (abs(x - times[0]) > abs(times[i + 1] - times[0])), x))
-    if not more:
+            added.append((i + 1 + (abs(x - times[0]) > abs(times[i + 1] - times[0])), x))
+    if not added:
         return times, v, f
-    more.sort(key=lambda one: (one[0], abs(one[1] - times[0])))
-    places, moments = [place for place, _ in more], np.array([x for _, x in more])
+    added.sort(key=lambda entry: (entry[0], abs(entry[1] - times[0])))
+    places, moments = [place for place, _ in added], np.array([x for _, x in added])
     new = function(moments, True)
     count = new.shape[1] // 2
     return (
@@ -123,18 +127,18 @@ def _at(function: Values, k: int, x: float, dense: bool) -> float:
 
 
 def _zero(k: int, bracket: Any, otherwise: float) -> float:
-    """The zero in a bracket; ``otherwise``, where there is none.
+    """Return the zero in a bracket, or ``otherwise`` without a bracket.
 
-    It is sought on the dense output, and then beside that among states as accurate as the steps.
+    It is sought on the dense output, and then nearby among states as accurate as the steps.
     """
     if bracket is None or bracket[0] is None:
         return otherwise
     function, a, b = bracket
     near = _root(function, k, a, b, True)
     for reach in (1e-9, 1e-6, 1e-3):
-        some = [min(max(near + sign * reach * abs(b - a), min(a, b)), max(a, b)) for sign in (-1, 1)]
-        if _at(function, k, some[0], False) * _at(function, k, some[1], False) <= 0:
-            return _root(function, k, some[0], some[1], False)
+        left, right = (min(max(near + sign * reach * abs(b - a), min(a, b)), max(a, b)) for sign in (-1, 1))
+        if _at(function, k, left, False) * _at(function, k, right, False) <= 0:
+            return _root(function, k, left, right, False)
     return near
 
 
@@ -151,7 +155,7 @@ def _root(function: Values, k: int, a: float, b: float, dense: bool) -> float:
 
 
 def piece_of(path: Any, program: Any, constants: Array) -> tuple[Array, Values | None, Array]:
-    """A path for :func:`spans`, by the compiled function ``limits``."""
+    """Return a path as a piece for :func:`spans`, with the compiled function ``limits``."""
     address, outputs = program.address("limits"), program.outputs("limits")
 
     def values(times: Array, dense: bool) -> Array:
@@ -165,11 +169,11 @@ def piece_of(path: Any, program: Any, constants: Array) -> tuple[Array, Values |
     return times, values, np.concatenate(blocks)
 
 
-def warnings_of(limits: Sequence[Limit], found: Sequence[Span]) -> tuple[MotionWarning, ...]:
-    """One for each limit that is passed, in the order in which they first are."""
+def warnings_of(limits: Sequence[Limit], passed: Sequence[Span]) -> tuple[MotionWarning, ...]:
+    """Return one warning for each limit that is passed, in the order of their first passing."""
     result: list[MotionWarning] = []
-    for k in dict.fromkeys(one.limit for one in found):
-        mine = [one for one in found if one.limit == k]
-        least = min(one.least for one in mine)
-        result.append(limits[k].passed(least, tuple((one.begin, one.end) for one in mine)))
+    for k in dict.fromkeys(span.limit for span in passed):
+        group = [span for span in passed if span.limit == k]
+        least = min(span.least for span in group)
+        result.append(limits[k].passed(least, tuple((span.begin, span.end) for span in group)))
     return tuple(result)

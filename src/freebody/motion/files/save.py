@@ -1,25 +1,26 @@
-"""A motion as a file: the description of its machine, and what was computed, from which all else follows.
+"""A motion as a file: the description of its machine and the computed path, from which all quantities follow.
 
-A netCDF file (HDF5) holds the table that `dataset` makes, for all programs that read such files, and beside it a group:
+A netCDF file (HDF5) holds the table that `dataset` makes, for all programs that read such files, and a group besides:
 
-    machine    text of a model file (TOML): what follows from the motion needs the machine
-    about      text (JSON): how the run was asked for and how it went, in segments
-    ...        arrays: the steps of all segments, one after another; what stepping did in each step
+    machine    text of a model file (TOML), needed for quantities that follow from the motion
+    about      text (JSON): the arguments of the run, and how it went, in segments
+    ...        arrays: the steps of all segments, one after another; impulses of each time step
 
 Signals and inputs of controllers are parameters with other values in each segment: the machine in the file has these
-parameters in the place of the signals and of Python functions. `restored` reads the file back.
+parameters in place of the signals and of Python functions. `load` reads the file back.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import warnings
 from typing import Any
 
 import numpy as np
 
 from ...describe.description import changes_of, names_of, without_signals
-from ...errors import FreebodyError
+from ...errors import FreebodyError, SimulationError, path_of
 from ...formats.text import expression_text
 from ...formats.toml.write import toml_text
 from ..contact.leaps import Leap
@@ -28,12 +29,13 @@ from ..contact.trajectory import ContactTrajectory
 from ..legs.sensitivity import SensitiveTrajectory
 from ..ode.dense_output import Path
 from ..timestepping.stepped_trajectory import SteppedTrajectory, Steps
-from .phases import PhasedTrajectory, Segment, parts_of
-from .trajectory import Trajectory
+from ..trajectory.phases import PhasedTrajectory, Segment, segments_of
+from ..trajectory.trajectory import Trajectory
+from .replacing import replacing
 
 GROUP = "freebody"
 FORM = 1
-"""Of what stands in the group."""
+"""Version of the contents of the group."""
 
 KINDS: dict[str, type[Trajectory]] = {
     "smooth": Trajectory,
@@ -42,12 +44,44 @@ KINDS: dict[str, type[Trajectory]] = {
     "steps": SteppedTrajectory,
     "sensitivities": SensitiveTrajectory,
 }
-WAYS: dict[str, type[Path]] = {"smooth": Path, "leap": Leap, "steps": Steps}
+PATHS: dict[str, type[Path]] = {"smooth": Path, "leap": Leap, "steps": Steps}
 COUNTS = ("blame", "rejected", "evaluations", "stiff")
 
 
+def save(trajectory: Trajectory, path: str | os.PathLike[str]) -> None:
+    """Write a motion to a netCDF-4 file, first under another name, so that no half-written file remains."""
+    import h5py
+
+    data = trajectory.data
+    target = path_of(path, "a trajectory", SimulationError)
+    if target.suffix.lower() not in (".nc", ".nc4", ".h5"):
+        raise SimulationError(
+            f"Expected a file name that ends in .nc for a trajectory (netCDF), got '{target.name}'. A table "
+            f"is written by trajectory.data[['{next(iter(data.data_vars))}']].to_dataframe().to_csv('table.csv')."
+        )
+    if not target.parent.is_dir():
+        raise SimulationError(
+            f"Cannot write '{target}': there is no folder '{target.parent}'. Make it, or choose another path."
+        )
+    texts = sum(
+        sum(len(str(x).encode()) + 64 for x in variable.values.flat)
+        for variable in data.variables.values()
+        if variable.dtype.kind in "OU"
+    )
+    contents = group_contents(trajectory)
+    # the last terms are for HDF5: for each variable, and for the file
+    room = data.nbytes + 2 * texts + (len(data.variables) << 13) + (1 << 17)
+    room += sum(np.asarray(array).nbytes + (1 << 13) for array in contents.values())
+    with replacing(target, room) as new:
+        data.to_netcdf(new, engine="h5netcdf")
+        with h5py.File(new, "r+") as file:
+            group = file.create_group(GROUP)
+            for name, array in contents.items():
+                group[name] = array
+
+
 def machine_text(motion: Trajectory) -> tuple[str, str]:
-    """Text of the machine of a motion; or no text, and why."""
+    """Return the model file of the machine of a motion; or an empty text, and the reason."""
     system, count = motion.kernels.model.described
     if changes_of(system).count != count:
         return "", f"system '{system.name}' was changed after the run"
@@ -60,8 +94,8 @@ def machine_text(motion: Trajectory) -> tuple[str, str]:
         return "", str(error).rstrip(".")
 
 
-def written(motion: Trajectory) -> dict[str, Any]:
-    """The texts and arrays of the group."""
+def group_contents(motion: Trajectory) -> dict[str, Any]:
+    """Return the texts and arrays of the group."""
     machine, missing = machine_text(motion)
     if missing:
         warnings.warn(
@@ -70,8 +104,8 @@ def written(motion: Trajectory) -> dict[str, Any]:
             RuntimeWarning,
             stacklevel=4,
         )
-    kind = next(name for name, one in KINDS.items() if type(motion) is one)
-    segments = parts_of(motion.path, motion.kernels)
+    kind = next(name for name, cls in KINDS.items() if type(motion) is cls)
+    segments = segments_of(motion.path, motion.kernels)
     times, samples = motion._asked
     accuracies: list[Any] = []
     arrays: dict[str, Any] = {
@@ -100,7 +134,7 @@ def written(motion: Trajectory) -> dict[str, Any]:
         "names": motion.names,
         "values": motion.values,
         "active": motion.kernels.active,
-        "specs": [(one.name, one.direction, one.terminal, str(one.expression)) for one in motion.specs],
+        "specs": [(spec.name, spec.direction, spec.terminal, str(spec.expression)) for spec in motion.specs],
         "samples": samples,
         "status": motion.status,
         "segments": [_segment(s, accuracies) for s in segments],
@@ -114,21 +148,21 @@ def written(motion: Trajectory) -> dict[str, Any]:
         about["changes"] = [(x.contact, x.mode, x.start, x.end, x.why) for x in motion.modes]
         about["unknown"] = motion._unknown
     if isinstance(motion, SensitiveTrajectory):
-        about["unknowns"] = [one.name for one in motion.variation.unknowns]
+        about["unknowns"] = [unknown.name for unknown in motion.variation.unknowns]
     if isinstance(motion, SteppedTrajectory):
-        did, texts = motion.impulses, motion.kernels.model.names.texts
+        impulses, texts = motion.impulses, motion.kernels.model.names.texts
         arrays |= {
-            "contacts": did.contacts,
-            "constraints": did.constraints,
-            "works": did.works,
-            "modes": did.modes,
+            "contacts": impulses.contacts,
+            "constraints": impulses.constraints,
+            "works": impulses.works,
+            "modes": impulses.modes,
         }
         about |= {name: getattr(motion, name) for name in ("step", "residual", "depth", "sweeps")}
         about["blows"] = [
             (step, name, [
                 (point.body.name, [expression_text(x, texts) for x in point.components], P, n) for point, P, n in acting
             ])
-            for step, told in did.blows.items() for name, acting in told
+            for step, blows in impulses.blows.items() for name, acting in blows
         ]  # fmt: skip
     text = json.dumps(about, default=lambda x: x.tolist() if hasattr(x, "tolist") else float(x))
     return {**arrays, "machine": _bytes(machine), "about": _bytes(text)}
@@ -140,7 +174,7 @@ def _segment(segment: Segment, accuracies: list[Any]) -> dict[str, Any]:
     if accuracy not in accuracies:
         accuracies.append(accuracy)
     return {
-        "way": next(name for name, one in WAYS.items() if type(path) is one),
+        "way": next(name for name, cls in PATHS.items() if type(path) is cls),
         "method": path.method,
         "status": path.status,
         "steps": path.steps,

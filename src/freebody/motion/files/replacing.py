@@ -1,7 +1,7 @@
-"""Files of results: what is written takes its place when it is whole, and what can not be written is told in full.
+"""Files of results: a new file replaces the old one when it is whole, and errors name the cause and the cure.
 
 A write that fails leaves HDF5 in a state in which it damages the file that it closes, or ends the process. Room on the
-disk is therefore taken first, by the system's own calls, and HDF5 only fills it.
+disk is therefore reserved first, by calls of the system, and HDF5 only fills it.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ _IN_USE = (errno.EAGAIN, errno.EWOULDBLOCK, errno.EBUSY, errno.ETXTBSY)
 
 @contextmanager
 def replacing(path: Path, size: int) -> Iterator[Path]:
-    """Name of a new file, ``.NAME.PID.new``, that takes the place of ``path`` at the end of the block.
+    """Context with the path of a new file, ``.NAME.PID.new``, which replaces ``path`` at the end of the block.
 
-    A block that fails leaves the old file as it was. New files that killed processes have left are removed.
+    A block that fails leaves the old file as it was. New files left by killed processes are removed.
 
     Parameters
     ----------
     path : Path
     size : int
-        Bytes that are to be written, at most.
+        Greatest number of bytes that are written.
     """
     _clear(path)
     new = path.with_name(f".{path.name}.{os.getpid()}.new")
     try:
-        with told(path, size):
+        with explained(path, size):
             with new.open("wb") as file:
                 _take_room(file, size)
             yield new
@@ -48,19 +48,23 @@ def replacing(path: Path, size: int) -> Iterator[Path]:
 
 
 @contextmanager
-def told(path: Path, size: int = 0, more: str = "") -> Iterator[None]:
-    """Errors of the block as one error about the user's path, with the cause and the cure.
+def explained(path: Path, size: int = 0, more: str = "") -> Iterator[None]:
+    """Context that turns errors of the block into one error about the user's path, with the cause and the cure.
 
     Raises
     ------
     SimulationError
-        A full disk, a folder or file that may not be written, a file in use; ``error.__cause__`` is the system's own.
+        A full disk, a folder or file that may not be written, a file in use; ``error.__cause__`` is the error of the
+        system.
     """
     try:
         yield
     except FreebodyError:
         raise
-    except (OSError, RuntimeError) as error:  # HDF5 closes with the latter what it could not write
+    except (
+        OSError,
+        RuntimeError,
+    ) as error:  # HDF5 raises the latter on closing a file that it could not write
         number, text = _cause(error)
         if number in _FULL:
             room = f"{size / 1e6:.3g} MB" if size else "some room"
@@ -73,16 +77,16 @@ def told(path: Path, size: int = 0, more: str = "") -> Iterator[None]:
             cure = "Close the dataset that was read from it, or wait for the process that writes to it."
         else:
             cure = "Choose another path."
-        raise SimulationError(f"Can not write '{path}': {text}. {more}{cure}") from error
+        raise SimulationError(f"Cannot write '{path}': {text}. {more}{cure}") from error
 
 
 def reserve(path: Path, size: int) -> None:
-    """Take room on the disk behind the end of a file, which HDF5 then writes to or gives back.
+    """Reserve room on the disk behind the end of a file, which HDF5 then fills or frees.
 
     Raises
     ------
     OSError
-        There is no room, and the file is as it was; or another process writes to it.
+        There is no room, and the file is as it was; or another process writes to the file.
     """
     if not size:
         return
@@ -97,19 +101,19 @@ def reserve(path: Path, size: int) -> None:
 
 
 def lock(file: BinaryIO) -> None:
-    """Keep others from a file until it is closed.
+    """Lock a file for this process until it is closed.
 
     Raises
     ------
     BlockingIOError
-        One of them has it.
+        Another process has locked it.
     """
     if _locked(file.fileno()):
         raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
 
 def _take_room(file: BinaryIO, size: int) -> None:
-    """Make a file longer by so many bytes, for which there is then room."""
+    """Extend a file by ``size`` bytes on the disk."""
     if hasattr(os, "posix_fallocate"):
         try:
             os.posix_fallocate(file.fileno(), file.tell(), size)
@@ -124,30 +128,30 @@ def _take_room(file: BinaryIO, size: int) -> None:
 
 
 def _cause(error: BaseException) -> tuple[int | None, str]:
-    """Number and text of the system's error behind one, or behind those that it was raised in the course of."""
-    one: BaseException | None = error
-    while one is not None:
-        number = getattr(one, "errno", None)
-        within = re.search(r"errno = (\d+)", str(one))
-        number = int(within[1]) if number is None and within else number
+    """Return number and text of the system's error that is the cause, or the context, of an error."""
+    cause: BaseException | None = error
+    while cause is not None:
+        number = getattr(cause, "errno", None)
+        match = re.search(r"errno = (\d+)", str(cause))
+        number = int(match[1]) if number is None and match else number
         if number:
             return number, os.strerror(number)
-        one = one.__cause__ or one.__context__
+        cause = cause.__cause__ or cause.__context__
     return None, str(error).rstrip(".")
 
 
 def _clear(path: Path) -> None:
-    """Remove the new files of processes that are no more."""
+    """Remove new files of processes that have ended."""
     pattern = re.compile(re.escape(f".{path.name}.") + r"(\d{1,9})\.new")
     with suppress(OSError):
-        for one in os.listdir(path.parent):
-            found = pattern.fullmatch(one)
-            if found and not _lives(int(found[1])) and not _written(path.parent / one):
-                (path.parent / one).unlink(missing_ok=True)
+        for name in os.listdir(path.parent):
+            match = pattern.fullmatch(name)
+            if match and not _lives(int(match[1])) and not _written(path.parent / name):
+                (path.parent / name).unlink(missing_ok=True)
 
 
 def _lives(process: int) -> bool:
-    """Whether there is such a process on this computer."""
+    """Return True if there is such a process on this computer."""
     if os.name != "posix" or process == os.getpid():
         return True
     try:
@@ -160,7 +164,7 @@ def _lives(process: int) -> bool:
 
 
 def _written(path: Path) -> bool:
-    """Whether a process of another computer, or container, may be writing a file, or it is none."""
+    """Return True if a process of another computer or container may be writing a file, or the path is no file."""
     try:
         file = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOFOLLOW)
     except OSError:
@@ -172,7 +176,7 @@ def _written(path: Path) -> bool:
 
 
 def _locked(file: int) -> bool:
-    """Whether another holds the lock that HDF5 puts on what it reads or writes."""
+    """Return True if another process holds the lock that HDF5 puts on files it reads or writes."""
     if os.name != "posix":
         return False
     import fcntl

@@ -1,4 +1,4 @@
-"""Ctrl-C in a batch that keeps what is done: it ends the lanes, but not the writing of their results."""
+"""Ctrl-C in a batch: it ends the lanes, but not the writing of their results."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from types import FrameType, TracebackType
 class Keyboard:
     """Context in which Ctrl-C raises KeyboardInterrupt once, and only while ``listening``.
 
-    Pressed at another moment, or where Python has to ignore the exception, it is raised by the next :meth:`check`.
-    Threads other than the main one, and programs that handle SIGINT themselves, are left alone.
+    If Ctrl-C is pressed at another moment, or where Python has to ignore the exception, the next :meth:`check` raises
+    it. Nothing changes in threads other than the main one, and in programs that handle SIGINT themselves.
     """
 
     def __init__(self) -> None:
-        self.mine = self.listening = self.pressed = False
+        self.handling = self.listening = self.pressed = False
 
     def __enter__(self) -> Keyboard:
         main = threading.current_thread() is threading.main_thread()
-        self.mine = main and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-        if self.mine:
+        self.handling = main and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        if self.handling:
             signal.signal(signal.SIGINT, self._press)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self.mine:
+        if self.handling:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def _press(self, number: int, frame: FrameType | None) -> None:
@@ -46,7 +46,7 @@ class Keyboard:
 
     @contextmanager
     def held(self) -> Iterator[None]:
-        """A block that Ctrl-C does not interrupt; it is raised behind it, if it was listened to before."""
+        """Context that Ctrl-C does not interrupt; the exception is raised at its end, if it could be raised before."""
         before, self.listening = self.listening, False
         yield
         self.listening = before

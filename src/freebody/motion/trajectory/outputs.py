@@ -1,4 +1,4 @@
-"""What is asked of each lane of a batch: quantities over time, and single numbers such as a greatest value."""
+"""Outputs of a motion: quantities over time, and single numbers for the whole run such as a greatest value."""
 
 from __future__ import annotations
 
@@ -13,22 +13,23 @@ import sympy
 
 from ...errors import ExpressionError, SimulationError, nearest
 from ...model import Model
-from .kernels import ENERGIES
 
+ENERGIES = ("kinetic_energy", "potential_energy", "energy", "work", "work_rate")
+"""Outputs that are no expressions of the machine's names: energies of all bodies [J], and the rate of ``work`` [W]."""
 REDUCTIONS = ("max", "min", "initial", "final", "range")
-"""Of a quantity over the whole run: located to the accuracy of the run, not picked from the output times."""
+"""Numbers of a quantity for the whole run: located to the accuracy of the run, not picked from the output times."""
 OF_CONTACTS = ("gap", "normal", "tangential", "slip", "margin", "mode")
-"""Quantities of a contact, asked for as ``"floor.gap"``; names and units are those of a trajectory's contacts."""
+"""Quantities of a contact, written ``"floor.gap"``; names and units are those of a trajectory's contacts."""
 CONTACT_MODES = ("open", "stick", "slip+", "slip-", "slip")
-"""Modes of a contact; their places are their numbers in results."""
+"""Contact modes; results hold their indices."""
 TIMELINE = "modes"
-"""Output that holds the modes of all contacts from when to when."""
+"""Output that holds the contact modes with their start and end times."""
 _CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*\Z", re.DOTALL)
 
 
 @dataclass(frozen=True)
 class OfContact:
-    """A quantity of contact number ``contact``; of vectors in space one ``component``."""
+    """A quantity of contact number ``contact``; for vectors in space, one ``component``."""
 
     contact: int
     what: str
@@ -37,12 +38,12 @@ class OfContact:
 
 @dataclass(frozen=True)
 class Output:
-    """Outputs of a batch.
+    """Outputs of a motion, or of every lane of a batch.
 
     ``timed``            names of the quantities over time; ``timed_values`` are their expressions
-    ``reduced``          distinct quantities of which single numbers are asked; ``reduced_values`` are their expressions
-    ``numbers``          name -> (reduction, place among ``reduced``)
-    ``timeline``         whether the modes of contacts are kept, from when to when
+    ``reduced``          distinct quantities with single numbers; ``reduced_values`` are their expressions
+    ``numbers``          name -> (reduction, index among ``reduced``)
+    ``timeline``         True if the contact modes are kept, with their start and end times
     """
 
     timed: tuple[str, ...]
@@ -54,11 +55,11 @@ class Output:
 
     @property
     def values(self) -> tuple[Any, ...]:
-        """Everything asked for: expressions, energies by name, quantities of contacts."""
+        """All quantities: expressions, energies by name, quantities of contacts."""
         return (*self.timed_values, *self.reduced_values)
 
     def is_mode(self, name: str) -> bool:
-        """Whether the output of this name is the mode of a contact, kept by its place in `CONTACT_MODES`."""
+        """Return True if an output is a contact mode, stored as its index in `CONTACT_MODES`."""
         value = (
             self.timed_values[self.timed.index(name)]
             if name in self.timed
@@ -67,7 +68,7 @@ class Output:
         return isinstance(value, OfContact) and value.what == "mode"
 
     def number(self, name: str, reduced: Any) -> Any:
-        """The number of this name in every lane, from (lanes, quantities, 4) greatest, smallest, first, last."""
+        """Return a number for every lane, from (lanes, quantities, 4) greatest, smallest, first and last values."""
         how, place = self.numbers[name]
         greatest, smallest, first, last = np.moveaxis(reduced[:, place], -1, 0)
         return {
@@ -76,8 +77,9 @@ class Output:
 
 
 def outputs_of(model: Model, outputs: Any, timeline: bool = False) -> Output:
-    """What the user asks for; all coordinates and speeds if nothing, and the modes of contacts if there is a
-    ``timeline`` of them.
+    """Return the outputs that an argument ``outputs=`` names.
+
+    None stands for all coordinates and speeds, and the contact modes if there is a ``timeline`` of them.
 
     Parameters
     ----------
@@ -87,7 +89,7 @@ def outputs_of(model: Model, outputs: Any, timeline: bool = False) -> Output:
     Raises
     ------
     SimulationError
-        An unknown name, with the nearest; one name for two outputs.
+        An unknown name, with the nearest known one; one name for two outputs.
     """
     if outputs is None:
         outputs = [*model.coordinate_names, *model.speed_names, *([TIMELINE] if timeline else [])]
@@ -102,7 +104,7 @@ def outputs_of(model: Model, outputs: Any, timeline: bool = False) -> Output:
     timed: dict[str, Any] = {}
     reduced: dict[Any, tuple[str, int]] = {}
     numbers: dict[str, tuple[str, int]] = {}
-    asked = False
+    has_timeline = False
     for name, value in items:
         if name in timed or name in numbers:
             raise SimulationError(
@@ -114,15 +116,19 @@ def outputs_of(model: Model, outputs: Any, timeline: bool = False) -> Output:
                     "method='timestepping' keeps no timeline of modes. Ask for the mode at the output times, "
                     f"'{model.contacts[0].name}.mode'."
                 )
-            asked = True
+            has_timeline = True
             continue
         how, inside = reduction(value)
-        found = _of_contact(model, inside)
-        if found and not how:
-            for one in found:
-                timed[f"{name}.{one.component + 1}" if len(found) > 1 else name] = one
+        components = _of_contact(model, inside)
+        if components and not how:
+            for part in components:
+                timed[f"{name}.{part.component + 1}" if len(components) > 1 else name] = part
             continue
-        expression = _one(found, how, name, inside) if found else _expression(model, inside, name)
+        expression = (
+            _single_component(components, how, name, inside)
+            if components
+            else _expression(model, inside, name)
+        )
         if how:
             _, place = reduced.setdefault(expression, (str(inside), len(reduced)))
             numbers[name] = (how, place)
@@ -130,25 +136,25 @@ def outputs_of(model: Model, outputs: Any, timeline: bool = False) -> Output:
             timed[name] = expression
     return Output(
         tuple(timed), tuple(timed.values()), tuple(text for text, _ in reduced.values()), tuple(reduced), numbers,
-        asked,
+        has_timeline,
     )  # fmt: skip
 
 
 def reduction(value: Any) -> tuple[str, Any]:
-    """("max", "theta") of "max(theta)", ("", value) of what is no reduction."""
-    found = _CALL.match(value) if isinstance(value, str) else None
-    if found is None or found[1] not in REDUCTIONS:
+    """Return ("max", "theta") for "max(theta)", and ("", value) for a value that is no reduction."""
+    call = _CALL.match(value) if isinstance(value, str) else None
+    if call is None or call[1] not in REDUCTIONS:
         return "", value
     depth = 0
-    for letter in found[2]:
+    for letter in call[2]:
         depth += (letter == "(") - (letter == ")")
         if depth < 0 or (letter == "," and depth == 0):
             return "", value  # max(a, b), or max(a) + (b)
-    return found[1], found[2].strip()
+    return call[1], call[2].strip()
 
 
 def _of_contact(model: Model, value: Any) -> tuple[OfContact, ...]:
-    """The components of a quantity of a contact, if that is what a text names."""
+    """Return the components of the quantity of a contact that a text names; none for other values."""
     if not isinstance(value, str):
         return ()
     name, _, what = value.strip().rpartition(".")
@@ -160,31 +166,32 @@ def _of_contact(model: Model, value: Any) -> tuple[OfContact, ...]:
     if what not in OF_CONTACTS or not name:
         return ()
     if name not in names:
-        known = nearest(name, names) if names else f"'{model.name}' has no contacts."
-        raise SimulationError(f"Unknown contact '{name}' in output '{value}'; {known}")
+        cure = nearest(name, names) if names else f"'{model.name}' has no contacts."
+        raise SimulationError(f"Unknown contact '{name}' in output '{value}'; {cure}")
     k = names.index(name)
     count = model.contacts[k].tangents if what in ("tangential", "slip") else 1
     if component is not None and not (count > 1 and 0 <= component < count):
         last = f"a component from 1 to {count}" if count > 1 else f"'{name}.{what}', which has no components"
         raise SimulationError(f"Expected {last}, got the output '{value}'.")
-    wanted = range(count) if component is None else (component,)
-    return tuple(OfContact(k, what, i) for i in wanted)
+    components = range(count) if component is None else (component,)
+    return tuple(OfContact(k, what, i) for i in components)
 
 
-def _one(found: tuple[OfContact, ...], how: str, name: str, inside: str) -> OfContact:
-    """The quantity of a contact of which a number is asked."""
-    if len(found) > 1:
+def _single_component(components: tuple[OfContact, ...], how: str, name: str, inside: str) -> OfContact:
+    """Return the quantity of a contact that a reduction takes."""
+    if len(components) > 1:
         raise SimulationError(
             f"Expected one component in '{name}', but '{inside}' is a vector in space: ask for '{how}({inside}.1)'."
         )
-    if found[0].what == "mode" and how not in ("initial", "final"):
+    if components[0].what == "mode" and how not in ("initial", "final"):
         raise SimulationError(
             f"Expected initial() or final() of a mode, got '{name}': modes have no greatest and no smallest one."
         )
-    return found[0]
+    return components[0]
 
 
 def _expression(model: Model, value: Any, name: str) -> Any:
+    """Return the expression of an output, or the name of an energy."""
     if isinstance(value, str) and value in ENERGIES and value not in model.names.atoms:
         return value
     try:

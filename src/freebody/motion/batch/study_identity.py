@@ -1,8 +1,8 @@
 """Identity of a study: a digest of everything that its results depend on, and of nothing else.
 
-It is the content that counts (`content`), not where it is computed: the machine with its constants and controllers, the
-values and starts of all lanes, times, outputs, events, blows and options as they are after reading, and the sources
-that compute. Left out is who computes: threads, executors, processors; and the versions of the libraries below, which
+The content counts (`content_digest`), not where it is computed: the machine with its constants and controllers, the
+values and initial values of all lanes, times, outputs, events, blows and options as they are after reading, and the
+sources that compute. Left out are threads, executors and processors, and the versions of the libraries below, which
 change no result beyond round-off.
 """
 
@@ -26,7 +26,8 @@ from ...describe.joints.joint import Joint
 from ...errors import SimulationError
 from ...model import Model
 from ..start.arguments import is_number
-from .content import NoContentError, digest
+from .content_digest import NoContentError, digest
+from .job import Job
 
 _NAMED = (Body, Joint, Parameter)
 """What the rest of a machine refers to: its content is in the links, its values in those of the lanes."""
@@ -34,12 +35,12 @@ _SHOWING = ("cli", "exact", "formats", "gallery", "picture")
 """Rooms whose sources change no result."""
 
 
-def identity(job: Any) -> str:
+def identity(job: Job) -> str:
     """Digest of a study.
 
     Parameters
     ----------
-    job : batch.Job
+    job : Job
         The study, read and checked.
 
     Raises
@@ -50,9 +51,9 @@ def identity(job: Any) -> str:
     return digest(parts(job))
 
 
-def parts(job: Any) -> dict[str, str]:
+def parts(job: Job) -> dict[str, str]:
     """Digests of what makes up a study, by what it is called."""
-    model, given, alone = job.kernels.model, job.given, job.alone
+    model, lanes, options = job.kernels.model, job.lanes, job.options
     aliases = _aliases(model)
 
     def of(value: Any) -> str:
@@ -66,21 +67,21 @@ def parts(job: Any) -> dict[str, str]:
     machine = [
         getattr(model, x.name) for x in fields(Model) if x.compare and x.name not in ("names", "controllers")
     ]
-    columns = [(aliases.get(name, name), np.array(x, dtype=float)) for name, x in given.columns.items()]
+    columns = [(aliases.get(name, name), np.array(x, dtype=float)) for name, x in lanes.columns.items()]
     events = [(x.name, x.direction, x.terminal) for x in job.specs]
-    starts = [_by_name(model, x) for x in (given.initial, alone["near"])]
-    method = [job.method, job.step, job.longest, job.max_steps, job.tolerances]
+    starts = [_by_name(model, x) for x in (lanes.initial, options["near"])]
+    method = [job.method, job.step, job.max_step, job.max_steps, job.tolerances]
     return {
         "machine": of(machine),
         "controllers": digest([_controller(one, aliases) for one in model.controllers]),
         "signals": of([vars(placed.signal) for placed in model.signals]),
-        "values": of([given.count, given.varied, columns]),
-        "starts": of([*starts, bool(alone["project"])]),
-        "times": of([job.begin, job.end, job.wanted]),
-        "outputs": of(job.asked),
+        "values": of([lanes.count, lanes.varied, columns]),
+        "starts": of([*starts, bool(options["project"])]),
+        "times": of([job.begin, job.end, job.times]),
+        "outputs": of(job.outputs),
         "events": of([events, job.expressions]),
-        "blows": of(alone["impulses"]),
-        "method or tolerance": of([*method, alone["impacts"], alone["indeterminate"]]),
+        "blows": of(options["impulses"]),
+        "method or tolerance": of([*method, options["impacts"], options["indeterminate"]]),
         "version of freebody": version(),
     }
 

@@ -1,0 +1,294 @@
+"""The job of a batch: arguments of `simulate` for many lanes, read and checked."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...dynamics.mobility import check_bodies
+from ...dynamics.unilateral import limits
+from ...errors import ModelError, SimulationError, nearest
+from ...model import Model
+from ...model.values import check_assumptions
+from ...native.registers import WIDTH
+from ...program.large.tree_loop import is_large
+from ..contact.impacts import ORDERS
+from ..kernels.kernels import Kernels, kernels_of
+from ..kernels.methods import FINE, check_method, check_method_of_contacts, first_method
+from ..lanes import lanes_layout as at
+from ..legs.blow import blows_of
+from ..legs.driven import at_time, check_signals
+from ..ode.dense_output import Array
+from ..start.arguments import (
+    STORED,
+    check_heeded,
+    check_numbers,
+    check_steps,
+    largest_memory,
+    most_steps,
+    output_times,
+    tolerances_of,
+)
+from ..start.initial import named_state, number, quaternions_by_joint, several
+from ..trajectory.event import EventSpec, expressions_of, specs_of
+from ..trajectory.outputs import TIMELINE, Output, outputs_of
+from .kernels import BatchProgram, OfLimit, batch_program
+from .results import REASON, WAITING, Results
+from .start import Lanes, lanes_of
+
+METHODS = ("auto", "dop853", "dop54", "gauss", "radau", "taylor")
+"""Methods for which there is a compiled loop over lanes."""
+SAMPLES = 101
+"""Number of output times if none are given."""
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """A batch to run: everything but the memory for its results.
+
+    ``kernels``          programs of the machine, with the conditions that are independent in the first lane
+    ``lanes``            parameters and initial values
+    ``states``           (q, u) at ``begin``, one row per lane, or one row for all
+    ``no_start``         lanes without an initial state, and why
+    ``apart``            lanes in which other conditions are independent
+    ``specs``            events; the last ``limits`` of them are limits of one-sided forces
+    ``expressions``      what they watch; then the limits again, with negligible parts of the forces added
+    ``machine``          the System or Model, and ``options``, arguments of `single_motion` that all lanes share
+    ``looped``           True if the compiled loop runs the lanes; else each runs by `single_motion`
+    """
+
+    kernels: Kernels
+    lanes: Lanes
+    states: Array
+    no_start: Mapping[int, str]
+    apart: tuple[int, ...]
+    begin: float
+    end: float
+    times: Array
+    specs: tuple[EventSpec, ...]
+    expressions: tuple[Any, ...]
+    outputs: Output
+    tolerances: Array
+    method: str
+    step: float | None
+    max_step: float
+    max_steps: int | None
+    threads: int
+    machine: Any
+    options: Mapping[str, Any]
+    looped: bool
+    limits: int
+
+    @property
+    def bytes_per_lane(self) -> int:
+        """Memory for the results of one lane."""
+        timed = len(self.outputs.timed)
+        numbers = 4 * len(self.outputs.reduced) + 3 * len(self.expressions) + 6
+        return 8 * (self.times.size * timed + numbers)
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """Names of the results that are texts."""
+        if self.looped:
+            return ()
+        return (*((TIMELINE,) if self.outputs.timeline else ()), REASON)
+
+    @property
+    def first_method(self) -> str:
+        """The method by which every lane begins; stiff lanes leave it."""
+        if self.begin == self.end:
+            return "dop853" if self.method == "auto" else self.method
+        return first_method(self.kernels, self.method, self.tolerances, batch=True)
+
+    @property
+    def most_steps(self) -> int:
+        """Number of steps at which a lane ends, the same as for a single run."""
+        model = self.kernels.model
+        return most_steps(self.max_steps, STORED + model.n_q + model.n_u)
+
+    @property
+    def over_links(self) -> bool:
+        """True if kernels that loop over links run the lanes (`large_trees`)."""
+        model, outputs, options = self.kernels.model, self.outputs, self.options
+        return (
+            is_large(model, "forward_dynamics")
+            and self.method in ("auto", "dop853")
+            and not (self.method == "auto" and self.tolerances.min() < FINE)
+            and not (model.contacts or model.controllers or model.signals or options["impulses"])
+            and not (self.specs or outputs.reduced or any(isinstance(x, str) for x in outputs.timed_values))
+            and not self.lanes.varied[0]
+            and self.step is None
+            and self.begin != self.end
+        )
+
+    def wide(self, method: str) -> bool:
+        """True if eight lanes run at once: any number of lanes by series, at least eight by stages."""
+        return method == "taylor" or (
+            method == "dop853"
+            and self.kernels.size > 0
+            and self.begin != self.end
+            and self.lanes.count >= WIDTH
+        )
+
+    def program(self, method: str) -> BatchProgram:
+        """Return the machine code of the lanes for a method."""
+        timed, reduced = self.outputs.timed_values, self.outputs.reduced_values
+        return batch_program(self.kernels, timed, reduced, self.expressions, method, self.wide(method))
+
+    def results(self, low: int, high: int) -> Results:
+        """Return empty results of the lanes ``low`` to ``high`` - 1."""
+        n, events, outputs = high - low, len(self.expressions), self.outputs
+        times = self.times.size if outputs.timed else 0
+        outcomes = np.zeros((n, at.OUTCOME_SIZE), dtype=np.int64)
+        outcomes[:, 0] = WAITING
+        return Results(
+            low, high, np.full((n, times, len(outputs.timed)), math.nan),
+            np.full((n, len(outputs.reduced), at.EXTREMES), math.nan), np.full((n, events, 2), math.nan),
+            np.zeros((n, events), dtype=np.int64), outcomes, np.full(n, self.begin),
+            np.full((n, len(self.texts)), "", dtype=object),
+        )  # fmt: skip
+
+
+def job_of(
+    machine: Any,
+    until: Any,
+    *,
+    initial: Mapping[Any, Any] | None,
+    near: Mapping[Any, Any] | None,
+    project: bool,
+    values: Mapping[Any, Any] | None,
+    tolerance: Any,
+    events: Any,
+    impulses: Any,
+    impacts: str,
+    indeterminate: str,
+    method: str,
+    step: Any,
+    times: Any,
+    samples: int | None,
+    start: Any,
+    max_step: float | None,
+    max_steps: int | None,
+    outputs: Any,
+    threads: int | None,
+) -> Job:
+    """Return the job that arguments of :func:`freebody.simulate` ask for."""
+    kernels = kernels_of(machine)
+    model = kernels.model
+    check_method(method, step)
+    if model.contacts and method != "timestepping":
+        check_method_of_contacts(method, step)
+    if impacts not in ORDERS:
+        raise SimulationError(f"Unknown order of impacts {impacts!r}; {nearest(str(impacts), ORDERS)}")
+    blows = blows_of(impulses)
+    check_numbers(samples, max_step, max_steps, 1)
+    check_heeded(
+        model, method, near=near, project=project, tolerance=tolerance, max_step=max_step, max_steps=max_steps,
+        impacts=impacts, indeterminate=indeterminate,
+    )  # fmt: skip
+    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
+        raise SimulationError(f"Expected a number of threads of at least 1, got {threads!r}.")
+    if times is not None and samples is not None:
+        raise SimulationError("Expected times= or samples=, got both. Leave one out.")
+    lanes = lanes_of(model, values or {}, initial or {})
+    _check_near(model, near)
+    begin = _common_time(model, lanes, start, "start")
+    end = _common_time(model, lanes, until, "until")
+    times = output_times(times, begin, end)
+    if times is None:
+        count = SAMPLES if samples is None else samples
+        times = np.linspace(begin, end, count) if begin != end else np.array([begin])
+    if method != "timestepping":
+        check_steps(begin, end, step, max_step, most_steps(max_steps, STORED + model.n_q + model.n_u))
+    specs = specs_of(events)
+    expressions = expressions_of(model, specs)
+    asked_outputs = outputs_of(model, outputs, bool(model.contacts) and method != "timestepping")
+    check_signals(model)
+    lanes = replace(lanes, columns={**lanes.columns, **at_time(model, {}, begin)})
+    _check_bodies(kernels, lanes)
+    tolerances = tolerances_of(kernels, tolerance, method)
+    options = dict(
+        near=near, project=project, tolerance=tolerance, events=specs, impulses=blows, impacts=impacts,
+        indeterminate=indeterminate, method=method, step=step, max_step=max_step, max_steps=max_steps,
+    )  # fmt: skip
+    one_sided = limits(model)
+    specs = (*specs, *(EventSpec(limit.event, limit.event, -1) for limit in one_sided))
+    expressions = (*expressions, *(OfLimit(k) for k in range(2 * len(one_sided))))
+    job = Job(
+        kernels, lanes, np.empty((1, 0)), {}, (), begin, end, times, specs, expressions, asked_outputs, tolerances,
+        method, step, math.inf if max_step is None else float(max_step), max_steps, threads or _processors(), machine,
+        options, False, len(one_sided),
+    )  # fmt: skip
+    if (
+        model.contacts or model.controllers or blows or method not in METHODS or is_large(model)
+        or (method == "taylor" and (begin == end or kernels.size == 0)) or job.over_links
+    ):  # fmt: skip
+        if method == "timestepping" and "work_rate" in asked_outputs.values:
+            raise SimulationError(
+                "Expected outputs other than 'work_rate' for method='timestepping', whose contacts do their work in "
+                "impulses. Ask for 'work'."
+            )
+        named_state(
+            model, lanes.values_of(0), lanes.initial_of(0)
+        )  # refuses names that are unknown in all lanes
+        return job
+    states, no_start, active, apart = lanes.states(near or {}, begin, project, kernels)
+    if model.constraints:
+        kernels = kernels.holding(active)
+    return replace(job, kernels=kernels, states=states, no_start=no_start, apart=apart, looped=True)
+
+
+def _processors() -> int:
+    """Return the number of processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _check_near(model: Model, near: Any) -> None:
+    """Refuse arrays among the guesses, which all lanes share."""
+    for name, value in (near or {}).items() if isinstance(near, Mapping) else ():
+        if str(name) not in quaternions_by_joint(model) and several(value) is not None:
+            raise SimulationError(
+                f"Expected one number for '{name}' in near=, the same for all lanes, got {value!r}. What differs from "
+                "lane to lane goes into initial=."
+            )
+
+
+def _common_time(model: Model, lanes: Lanes, value: Any, what: str) -> float:
+    """Return a time, which must be the same in all lanes."""
+    if np.ndim(value) > 0:
+        raise SimulationError(
+            f"Expected one number for {what}, the same for all lanes, got an array of shape {np.shape(value)}. "
+            "A terminal event ends each lane at a time of its own."
+        )
+    first, *others = (number(model, lanes.values_of(k), value, what) for k in lanes.extremes)
+    if any(x != first for x in others):
+        raise SimulationError(
+            f"Expected {what} to be the same for all lanes, but '{value}' depends on parameters that differ."
+        )
+    return first
+
+
+def _check_bodies(kernels: Kernels, lanes: Lanes) -> None:
+    """Refuse impossible bodies, and values that contradict an assumption, and name the lane."""
+    for lane in lanes.suspects():
+        try:
+            check_bodies(kernels.model, lanes.values_of(lane))
+            check_assumptions(kernels.model, lanes.values_of(lane))
+        except ModelError as error:
+            raise type(error)(f"Lane {lane}: {error}" if lanes.count > 1 else str(error)) from None
+
+
+def check_memory(job: Job) -> None:
+    """Refuse results that this computer cannot hold, before anything is computed."""
+    size = job.bytes_per_lane * job.lanes.count
+    if size > largest_memory():
+        raise SimulationError(
+            f"Expected results that fit into memory, but {job.lanes.count} lanes of {len(job.outputs.timed)} outputs "
+            f'at {job.times.size} times take {size / 2**30:.3g} GiB. Pass store="lanes.nc", which writes them to a '
+            "file as they come, or ask for fewer outputs= or times=."
+        )

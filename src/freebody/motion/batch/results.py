@@ -1,0 +1,78 @@
+"""Results of the lanes of a batch, as arrays, and the ways in which a lane may end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..lanes import lanes_layout as at
+from ..ode import layout
+from ..ode.dense_output import STUCK, Array
+from ..trajectory.one_sided_limits import NOT_PHYSICAL
+
+WAITING, NO_START, REFUSED = -1, 9, 10
+STATUS = {
+    WAITING: "waiting",
+    layout.FINISHED: "finished",
+    layout.TERMINAL: "terminal event",
+    layout.NOT_FINITE: "not finite",
+    layout.COLLAPSED: "step collapsed",
+    layout.DIVERGED: "iteration diverged",
+    layout.UNDEFINED: "event undefined",
+    at.STUCK: STUCK,
+    at.TOO_MANY: "too many steps",
+    at.CONTRADICTED: "constraints contradicted",
+    NO_START: "no start",
+    REFUSED: "refused",
+    at.UNPHYSICAL: f"finished, {NOT_PHYSICAL}",
+    at.STOPPED_UNPHYSICAL: f"terminal event, {NOT_PHYSICAL}",
+}
+"""How a lane may end, by its code."""
+REASON = "reason"
+"""Variable that tells why a lane failed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """Results of the lanes ``low`` to ``high`` - 1, one row per lane.
+
+    ``values``        outputs, (lanes, times, outputs)
+    ``reduced``       greatest, smallest, first and last value of each quantity of the whole run
+    ``event_times``   first and last time of each event
+    ``counts``        how often each event happened
+    ``outcomes``      code of the status, steps, rejected steps, component or event to blame
+    ``end_times``     time at which the run ended
+    ``texts``         what is told in words
+    """
+
+    low: int
+    high: int
+    values: Array
+    reduced: Array
+    event_times: Array
+    counts: NDArray[np.int64]
+    outcomes: NDArray[np.int64]
+    end_times: Array
+    texts: NDArray[Any]
+
+    def take(self, part: Results) -> None:
+        """Copy the results of some of the lanes into their rows."""
+        rows = slice(part.low - self.low, part.high - self.low)
+        for name in ("values", "reduced", "event_times", "counts", "outcomes", "end_times", "texts"):
+            getattr(self, name)[rows] = getattr(part, name)
+
+    def clear(self, rows: Any) -> None:
+        """Make lanes waiting again."""
+        for array in (self.values, self.reduced, self.event_times):
+            array[rows] = np.nan
+        self.texts[rows] = ""
+        self.counts[rows] = 0
+        self.outcomes[rows] = (WAITING, 0, 0, 0)
+
+    @property
+    def waiting(self) -> NDArray[np.bool_]:
+        """True for each lane that was not run."""
+        return self.outcomes[:, 0] == WAITING
