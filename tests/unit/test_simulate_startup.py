@@ -79,7 +79,7 @@ def run(made, oscillator, monkeypatch):
     """Times, states and events of a run with this loop, and values between the steps."""
     with monkeypatch.context() as patch:
         patch.setattr(loops, "functions", lambda *method: made)
-        patch.setattr(loops, "_used", {})
+        patch.setattr(loops, "_loaded", {})
         rates, watch = oscillator
         path = integrate(rates, [1.0, 0.0], 0.0, 20.0, watch=watch, relative=1e-10, absolute=1e-10)
         inside = path.sample(np.linspace(0, 20, 41))

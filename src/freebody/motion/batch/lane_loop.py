@@ -120,7 +120,7 @@ class LaneLoop:
             np.zeros(2 * max(n, 1)),
             np.zeros(_ROOM + 1), np.zeros(_ROOM + 1), np.zeros((_ROOM + 1) * max(n, 1)),
             np.zeros(max(m, 1), dtype=np.int64), np.zeros((layout.PARTS + 3) * (m + 1)), np.zeros(max(m, 1)),
-            np.zeros(max(1, events) * layout.FOUND), np.zeros((_ROOM + events + 1) * layout.LOGGED),
+            np.zeros(max(1, events) * layout.EVENT_SIZE), np.zeros((_ROOM + events + 1) * layout.LOG_SIZE),
             np.zeros((_ROOM + events + 1) * max(n, 1)), np.zeros(max(1, self.times.size) * max(n, 1)),
             np.zeros(largest), np.zeros(layout.REALS), np.zeros(layout.INTEGERS, dtype=np.int64),
             np.zeros(layout.INTEGERS, dtype=np.int64),
@@ -145,7 +145,8 @@ class LaneLoop:
             np.zeros(8 * max(1, hoisted)), _aligned(2 * eight), np.zeros(n), np.zeros(at.WIDE_NUMBERS),
             np.zeros(at.WIDE_COUNTS, dtype=np.int64), np.zeros(8 * max(m, 1), dtype=np.int64),
             np.zeros(8 * (layout.PARTS + 3) * (m + 1)), np.zeros(max(m, 1)),
-            np.zeros(max(1, events) * layout.FOUND), np.zeros((events + 1) * layout.LOGGED), np.zeros((events + 1) * n),
+            np.zeros(max(1, events) * layout.EVENT_SIZE), np.zeros((events + 1) * layout.LOG_SIZE),
+            np.zeros((events + 1) * n),
             np.zeros(layout.INTEGERS, dtype=np.int64),
         )  # fmt: skip
 

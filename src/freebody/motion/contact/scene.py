@@ -139,7 +139,7 @@ class Scene:
 
     @cached_property
     def program(self) -> Program:
-        return self.kernels._program("scene", self._functions)
+        return self.kernels.program("scene", self._functions)
 
     def constants(self, parameters: Array) -> Array:
         """What the kernel needs of the parameters."""
@@ -292,7 +292,7 @@ class Phase(Kernels):
                 found["projection"] = self._projected(state)
             return found
 
-        return self._program("motion", functions)
+        return self.program("motion", functions)
 
     def _motion(self, state: State) -> Motion:
         """The motion; of forces that the conditions leave open, N is least in norm and T in Σ |T|²/N.
@@ -358,7 +358,7 @@ class Phase(Kernels):
 
     def contact(self) -> Program:
         """Functions ``gap`` (E), ``rate``, ``acceleration`` and ``force`` (m) of all contacts."""
-        return self._program("contact", self._quantities)
+        return self.program("contact", self._quantities)
 
     def _elsewhere(self, k: int) -> bool:
         """Whether the foot is on the side that this corner ends, or on a corner of this side."""
@@ -416,7 +416,7 @@ class Phase(Kernels):
             return {"values": values}
 
         key = ("watch", tuple(expressions), dead)
-        program = self._program(key, functions)
+        program = self.program(key, functions)
         if key not in self._endings:
             self._endings[key] = tuple(endings)
         return program, self._endings[key]

@@ -49,7 +49,7 @@ from ...model.contact import Touching
 from ...model.values import check_assumptions
 from ...program.kernels import compile_tape
 from ...program.large.tree_loop import LoopedSet, is_large
-from ...scalar.algebra import divide
+from ...scalar.algebra import Expression, Scalar, divide
 from ...scalar.trace import Tape
 from ..ode.dense_output import Rates
 
@@ -159,9 +159,14 @@ class Kernels:
         """Return the values in the order of the model's parameters."""
         return np.array([values[parameter.name] for parameter in self.model.parameters], dtype=float)
 
-    def _program(
-        self, key: Any, functions: Callable[..., Mapping[str, Sequence[Any]]], inputs: int = 0
+    def program(
+        self, key: Any, functions: Callable[..., Mapping[str, Sequence[Scalar]]], inputs: int = 0
     ) -> Program:
+        """Compile any functions of the state, named lists of outputs, once per key.
+
+        If ``inputs`` is not 0, y holds that many numbers after the state. They are the second argument of
+        ``functions``.
+        """
         if key not in self._programs:
             tape = Tape()
             state = traced_state(self.model, tape)
@@ -187,16 +192,6 @@ class Kernels:
             self._programs["large"] = Program(looped)
         return self._programs["large"]
 
-    def program(
-        self, key: Any, functions: Callable[..., Mapping[str, Sequence[Any]]], inputs: int = 0
-    ) -> Program:
-        """Compile any functions of the state, named lists of outputs, once per key.
-
-        If ``inputs`` is not 0, y holds that many numbers after the state. They are the second argument of
-        ``functions``.
-        """
-        return self._program(key, functions, inputs)
-
     def _motion(self, state: State) -> Motion:
         return motion(self.model, state, self.active)
 
@@ -208,13 +203,13 @@ class Kernels:
         redundant at the start).
         """
 
-        def functions(state: State) -> dict[str, Sequence[Any]]:
+        def functions(state: State) -> dict[str, Sequence[Scalar]]:
             moving = self._motion(state)
             power = total_power(self.model, state, moving)
             self._work = not _is_zero(power)
             rates = [*coordinate_rates(self.model, state), *moving.udot]
             energy = [kinetic_energy(self.model, state), potential_energy(self.model, state)]
-            outputs: dict[str, Sequence[Any]] = {
+            outputs: dict[str, Sequence[Scalar]] = {
                 "rates": [*rates, power] if self._work else rates,
                 "energy": energy,
             }
@@ -225,7 +220,7 @@ class Kernels:
             self._names_dropped = tuple(dropped)
             return {**outputs, "dropped": self._checked_conditions(state, dropped)} if dropped else outputs
 
-        return self._programs.get("motion") or self._large() or self._program("motion", functions)
+        return self._programs.get("motion") or self._large() or self.program("motion", functions)
 
     def at(self, values: Mapping[str, float]) -> tuple[Array, Rates]:
         """Return the parameters in order, and the right-hand side with its constants. The last result is cached."""
@@ -254,7 +249,7 @@ class Kernels:
         conditions, G, and the mass matrix M) and ``moved`` (q').
         """
 
-        def functions(state: State) -> dict[str, Sequence[Any]]:
+        def functions(state: State) -> dict[str, Sequence[Scalar]]:
             linear = linearized(self.model, state)
             matrix = [x for row in linear.matrix for x in row]
             mass = [x for row in mass_matrix(self.model, state) for x in row]
@@ -264,7 +259,7 @@ class Kernels:
                 "moved": list(coordinate_rates(self.model, state)),
             }
 
-        return self._program("closing", functions)
+        return self.program("closing", functions)
 
     @cached_property
     def on_speeds(self) -> tuple[int, ...]:
@@ -277,7 +272,7 @@ class Kernels:
         self.motion()
         return self._names_dropped
 
-    def _dropped(self, state: State) -> dict[str, tuple[Any, Any]]:
+    def _dropped(self, state: State) -> dict[str, tuple[Scalar, Scalar]]:
         linear = linearized(self.model, state)
         return {
             row.name: (linear.residual[i], linear.rate[i])
@@ -285,13 +280,13 @@ class Kernels:
             if i not in self.active and not (_is_zero(linear.residual[i]) and _is_zero(linear.rate[i]))
         }
 
-    def _checked_conditions(self, state: State, dropped: Mapping[str, tuple[Any, Any]]) -> list[Any]:
+    def _checked_conditions(self, state: State, dropped: Mapping[str, tuple[Scalar, Scalar]]) -> list[Scalar]:
         """Return the residuals and rates of the dropped conditions, and a sign.
 
         The sign is 1 if a dropped condition is a large multiple of active conditions, else 0 or -1.
         """
         matrix, kinds = linearized(self.model, state).matrix, rows(self.model)
-        unit: dict[int, list[Any]] = {}
+        unit: dict[int, list[Scalar]] = {}
         for group in alike(self.model):
             square = sum((x * x for i in group for x in matrix[i]), 0)
             size = 1 if _is_zero(square) else state.field.sqrt(square)
@@ -307,7 +302,7 @@ class Kernels:
             state.field.apply("sign", largest_square - LOOSE * LOOSE),
         ]
 
-    def _projected(self, state: State) -> list[Any]:
+    def _projected(self, state: State) -> list[Scalar]:
         """Return (q, u) moved onto the constraints by one Newton step for q, then one for u.
 
         The state after a step is off by the local error. The error of a Newton step is the square of that, so one step
@@ -320,7 +315,7 @@ class Kernels:
     def poses(self) -> Program:
         """Program with the function ``poses``: for each body, position (3) and rotation to ground axes (9, by rows)."""
 
-        def functions(state: State) -> dict[str, Sequence[Any]]:
+        def functions(state: State) -> dict[str, Sequence[Scalar]]:
             postures = poses(self.model, state)
             return {
                 "poses": [
@@ -330,7 +325,7 @@ class Kernels:
                 ]
             }
 
-        return self._large() or self._program("poses", functions)
+        return self._large() or self.program("poses", functions)
 
     @property
     def transmitting(self) -> list[tuple[str, str, str]]:
@@ -354,7 +349,7 @@ class Kernels:
     def reactions(self) -> Program:
         """Program with the functions ``reactions``, for each joint force (3) and moment (3), and ``multipliers``."""
 
-        def functions(state: State) -> dict[str, Sequence[Any]]:
+        def functions(state: State) -> dict[str, Sequence[Scalar]]:
             moving = self._motion(state)
             reactions = all_reactions(self.model, state, moving)
             return {
@@ -366,26 +361,26 @@ class Kernels:
             if "large reactions" not in self._programs:
                 self._programs["large reactions"] = Program(LoopedSet(self.model, "reactions"))
             return self._programs["large reactions"]
-        return self._program("reactions", functions)
+        return self.program("reactions", functions)
 
     def limits(self) -> Program:
         """Program with the function ``limits``: the margin to each limit of a one-sided constraint, then each margin
         plus the part of the forces that is negligible."""
-        return self._program("limits", lambda state: {"limits": self._limits(state, self._motion(state))})
+        return self.program("limits", lambda state: {"limits": self._limits(state, self._motion(state))})
 
-    def _limits(self, state: State, moving: Motion) -> list[Any]:
+    def _limits(self, state: State, moving: Motion) -> list[Scalar]:
         slack = margins(self.model, state, moving.multipliers)
         size = sizes(self.model, state, self.active)
         return [*slack, *(a + NEGLIGIBLE * b for a, b in zip(slack, size, strict=True))]
 
-    def expressions(self, expressions: Sequence[Any]) -> Program:
+    def expressions(self, expressions: Sequence[Expression]) -> Program:
         """Program with the function ``values``: expressions of the model's names."""
-        return self._program(
+        return self.program(
             ("values", tuple(expressions)), lambda state: {"values": [state(e) for e in expressions]}
         )
 
 
-def _is_zero(value: Any) -> bool:
+def _is_zero(value: Scalar) -> bool:
     return isinstance(value, int | Fraction) and value == 0
 
 

@@ -4,8 +4,8 @@
     taylor       coefficients of the Taylor series of the motion through (t, y)
     structure    Hamilton's equations: q', P' of (q, P), P of (q, u), u of (q, P)
 
-For a quaternion e, q' = B u is of degree 1 in e, and all other quantities are of degree 0. So H is the same for (s e, P
-/ s), and e·P is conserved together with |e|².
+For a quaternion e, q' = B u is of degree 1 in e, and all other quantities are of degree 0. So H(s e, P/s) = H(e, P),
+and e·P is conserved together with |e|².
 
 Hamilton's equations follow from the Lagrangian: with u = M⁻¹ p fixed, and p = B(q)ᵀ P,
 
@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -29,7 +28,7 @@ from ...errors import ExpressionError, SimulationError
 from ...model import Model
 from ...program.kernels import compile_tape
 from ...program.large.tree_loop import Directions, LoopedSet, is_large
-from ...scalar.algebra import HALF, divide
+from ...scalar.algebra import HALF, Scalar, divide
 from ...scalar.derivative import forward, transposed
 from ...scalar.trace import ADD, DIV, INPUT, MUL, NAMES, NEG, SUB, Tape, Traced
 from ..ode.layout import padded
@@ -78,7 +77,12 @@ def series(kernels: Kernels) -> Program:
 
 
 def series_of(
-    model: Model, tape: Tape, rates: Sequence[Any], t: Any, y: Sequence[Any], parameters: Sequence[Any]
+    model: Model,
+    tape: Tape,
+    rates: Sequence[Scalar],
+    t: Scalar,
+    y: Sequence[Scalar],
+    parameters: Sequence[Scalar],
 ) -> Program:
     """Return the program with the function ``series`` of (t, y), from the recorded rates."""
     width = {"series": padded(len(rates))}
@@ -106,16 +110,16 @@ def hamilton(kernels: Kernels) -> Program:
 
         # H must not change with the length of a quaternion, or e·P would grow: divide each quaternion by its norm
         q = list(traced.q)
-        norms: dict[int, Any] = {}
+        norms: dict[int, Scalar] = {}
         for i in model.quaternions:
             norm = tape.sqrt(_dot(q[i : i + 4], q[i : i + 4]))
             q[i : i + 4] = [x / norm for x in q[i : i + 4]]
             norms.update(dict.fromkeys(range(i, i + 4), norm))
 
-        def at(u: Sequence[Any]) -> State:
+        def at(u: Sequence[Scalar]) -> State:
             return State(model, tape, traced.t, q, u, traced.values)
 
-        def moved(u: Sequence[Any]) -> list[Any]:
+        def moved(u: Sequence[Scalar]) -> list[Scalar]:
             return [x * norms.get(i, 1) for i, x in enumerate(coordinate_rates(model, at(u)))]
 
         state = at(P[: model.n_u])
@@ -144,9 +148,9 @@ def hamilton(kernels: Kernels) -> Program:
     return kernels._programs["hamilton"]
 
 
-def replaced(tape: Tape, outputs: Sequence[Any], values: Mapping[Traced, Any]) -> list[Any]:
+def replaced(tape: Tape, outputs: Sequence[Scalar], values: Mapping[Traced, Scalar]) -> list[Scalar]:
     """Return the outputs with other scalars in place of inputs."""
-    table: dict[int, Any] = {x.index: value for x, value in values.items()}
+    table: dict[int, Scalar] = {x.index: value for x, value in values.items()}
     for i in tape.used(outputs):
         code, a, b = tape.op[i], tape.a[i], tape.b[i]
         if i in table:
@@ -162,7 +166,7 @@ def replaced(tape: Tape, outputs: Sequence[Any], values: Mapping[Traced, Any]) -
     return [table[x.index] if type(x) is Traced else x for x in outputs]
 
 
-_ARITHMETIC: dict[int, Callable[[Any, Any], Any]] = {
+_ARITHMETIC: dict[int, Callable[[Scalar, Scalar], Scalar]] = {
     ADD: operator.add,
     SUB: operator.sub,
     MUL: operator.mul,
@@ -170,8 +174,8 @@ _ARITHMETIC: dict[int, Callable[[Any, Any], Any]] = {
 }
 
 
-def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
-    total: Any = 0
+def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
+    total: Scalar = 0
     for x, y in zip(a, b, strict=True):
         total = total + x * y
     return total

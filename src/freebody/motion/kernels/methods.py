@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import SimulationError, nearest
 from ...native import loop
-from ..ode.crossing import MOVED, ONTO, OWN, PLACES, RATES, ROOM, SIZE, TURNING
+from ..ode.crossing import CONSTANTS_OF_F, INDICES, N_PROJECTED, N_QUATERNIONS, ONTO, RATES, ROOM, SIZE
 from ..ode.dense_output import FINISHED, INTERRUPTED, STIFF, Path, Rates
 from ..ode.integration import FINEST_OF_SUMS, Halt, Integration, first_halt, integrate
 from .kernels import Kernels, Program
@@ -259,11 +259,11 @@ def _along_branch(rates: Rates) -> Rates:
     n = rates.size
     memory = np.zeros(2 * n)
     function = loop.code("motion.ode.crossing", "along_branch")
-    constants = np.zeros(OWN + rates.constants.size)
+    constants = np.zeros(CONSTANTS_OF_F + rates.constants.size)
     constants[RATES], constants[ONTO], constants[SIZE] = rates.address, rates.projection, n
-    constants[MOVED], constants[TURNING] = rates.projected, len(rates.quaternions)
-    constants[PLACES], constants[ROOM] = loop.address(rates.corrections), loop.address(memory)
-    constants[OWN:] = rates.constants
+    constants[N_PROJECTED], constants[N_QUATERNIONS] = rates.projected, len(rates.quaternions)
+    constants[INDICES], constants[ROOM] = loop.address(rates.corrections), loop.address(memory)
+    constants[CONSTANTS_OF_F:] = rates.constants
     address = ctypes.cast(function.code, ctypes.c_void_p).value
     assert address is not None
     keep = rates, memory, function

@@ -14,13 +14,13 @@ Source: A. F. Filippov, Differential Equations with Discontinuous Righthand Side
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from ...dynamics import State, coordinate_rates
 from ...dynamics.motion import motion
+from ...scalar.algebra import Scalar
 from ...scalar.derivative import forward
 from ...scalar.trace import CODES, Tape, Traced
 from ..ode.dense_output import STUCK, Array, observe
@@ -99,12 +99,12 @@ def switching(kernels: Kernels) -> Switching | None:
 def _recorded(kernels: Kernels) -> Switching | None:
     model, texts = kernels.model, []
 
-    def functions(state: State) -> dict[str, list[Any]]:
+    def functions(state: State) -> dict[str, list[Scalar]]:
         tape = state.field
         assert isinstance(tape, Tape)
         qdot, udot = coordinate_rates(model, state), motion(model, state, kernels.active).udot
         variables, rates = [state.t, *state.q, *state.u], [1, *qdot, *udot]
-        laws: list[Any] = []
+        laws: list[Scalar] = []
         for i in tape.used(udot):
             if tape.op[i] != CODES["sign"]:
                 continue

@@ -1,4 +1,4 @@
-"""Explicit Runge-Kutta of order 8, Dormand and Prince: the step of `dop853` for eight lanes (`lanes_wide`)."""
+"""Explicit Runge-Kutta method of order 8 of Dormand and Prince: the step of `dop853` for eight lanes (`lanes_wide`)."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ _b, _e5, _e3 = (linear(row, lanes=True) for row in (tableau.B, tableau.E5, table
 
 @compiled
 def prepare_wide(kernel: int, wide: Reals, w: int, c: Reals, tolerances: Reals) -> None:
-    """Nothing: the rates at STATE are those at the end of the step before."""
+    """Do nothing: the rates at STATE are those at the end of the step before."""
 
 
 @compiled
 def stage(kernel: int, fraction: float, k: int, wide: Reals, w: int, c: Reals) -> None:
-    """Row k: the rates at row ARGUMENT, at the part ``fraction`` of every lane's step."""
-    more = ROWS * w
+    """Set row k: the rates at row ARGUMENT, at the fraction ``fraction`` of the step of each lane."""
+    places = ROWS * w
     for lane in range(8):
-        wide[more + MOMENTS + lane] = wide[more + TIMES + lane] + fraction * wide[more + STEPS + lane]
-    call_wide(kernel, wide, more + MOMENTS, wide, ARGUMENT * w, c, wide, k * w)
+        wide[places + MOMENTS + lane] = wide[places + TIMES + lane] + fraction * wide[places + STEPS + lane]
+    call_wide(kernel, wide, places + MOMENTS, wide, ARGUMENT * w, c, wide, k * w)
 
 
 @compiled
 def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
-    """One step of each lane from STATE, whose rates are row 0: see `dop853.attempt`."""
+    """Take one step of each lane from STATE, whose rates are row 0 (`dop853.attempt`)."""
     h = ROWS * w + STEPS
     _a1(wide, w, ARGUMENT, STATE, h)
     stage(kernel, _C1, 1, wide, w, c)
@@ -69,7 +69,7 @@ def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
 
 @instruction("Reals", "int", "Reals")
 def _judged(builder: Any, wide: Any, w: Any, tolerances: Any) -> None:
-    """At ERRORS those of the steps: see `dop853.judge`."""
+    """Set ERRORS to the errors of the steps (`dop853.judge`)."""
     v = Memory(builder, wide)
     fifth, third, doubt = (v.variable(0.0) for _ in range(3))
 
@@ -79,10 +79,10 @@ def _judged(builder: Any, wide: Any, w: Any, tolerances: Any) -> None:
     with v.rows(w) as offset:
         new, relative = row(RAW, offset), v.load(builder.add(w, offset), tolerances)
         scale = v.load(offset, tolerances) + relative * abs(row(STATE, offset)).greater(abs(new))
-        one, two = abs(row(ERROR5, offset)) / scale, abs(row(ERROR3, offset)) / scale
-        doubt.become(doubt.now + new * 0.0 + one * 0.0 + two * 0.0)
-        fifth.become(one.greater(fifth.now))
-        third.become(third.now.greater(two))
+        ratio5, ratio3 = abs(row(ERROR5, offset)) / scale, abs(row(ERROR3, offset)) / scale
+        doubt.become(doubt.now + new * 0.0 + ratio5 * 0.0 + ratio3 * 0.0)
+        fifth.become(ratio5.greater(fifth.now))
+        third.become(third.now.greater(ratio3))
     error5, error3 = fifth.now, third.now
     error = error5 * error5 / (error5 * error5 + 0.01 * error3 * error3).root()
     error = error.where(error5.compared("!=", 0.0), 0.0) + doubt.now
@@ -91,13 +91,13 @@ def _judged(builder: Any, wide: Any, w: Any, tolerances: Any) -> None:
 
 @compiled
 def judge_wide(rates: int, n: int, wide: Reals, w: int, c: Reals, tolerances: Reals) -> None:
-    """Errors of the steps in units of their tolerances, nan if they are not finite."""
+    """Set ERRORS to the errors of the steps in units of their tolerances, nan if they are not finite."""
     _judged(wide, w, tolerances)
 
 
 @instruction("Reals", "int")
 def _limited(builder: Any, wide: Any, w: Any) -> None:
-    """At LIMITED 1 or 0: see `stepping._stiff`."""
+    """Set LIMITED to 1 or 0 (`step_control.is_stiff`)."""
     v = Memory(builder, wide)
     above, below, across = (v.variable(0.0) for _ in range(3))
 
@@ -109,35 +109,35 @@ def _limited(builder: Any, wide: Any, w: Any) -> None:
         for total, product in ((above, a * a), (below, b * b), (across, a * b)):
             total.become(total.now + product)
     h = v.load(v.plus(WHOLE(STEPS), WHOLE(0), ROWS, w))
-    some = below.now.compared(">", 0.0)
+    limited = below.now.compared(">", 0.0)
     for less, more in (
         (h * across.now, -0.5 * abs(h) * (above.now * below.now).root()),
         (below.now * (STABLE * STABLE), h * h * above.now),
     ):
-        some = builder.and_(some, less.compared("<", more))
-    v.store(Eight(builder, all_of(1.0)).where(some, 0.0), v.plus(WHOLE(LIMITED), WHOLE(0), ROWS, w))
+        limited = builder.and_(limited, less.compared("<", more))
+    v.store(Eight(builder, all_of(1.0)).where(limited, 0.0), v.plus(WHOLE(LIMITED), WHOLE(0), ROWS, w))
 
 
 @compiled
 def limit_wide(wide: Reals, w: int) -> None:
-    """Which steps are as long as the region of stability allows."""
+    """Mark the steps that are as long as the region of stability allows."""
     _limited(wide, w)
 
 
 @compiled
 def begin_wide(lane: int, n: int, wide: Reals, w: int) -> None:
-    """Nothing is carried from step to step but the state and its rates."""
+    """Do nothing: only the state and its rates are carried from step to step."""
 
 
 @compiled
 def tune_wide(lane: int, n: int, wide: Reals, w: int, tolerances: Reals) -> None:
-    """Nothing follows from the tolerances."""
+    """Do nothing: no quantity of this method depends on the tolerances."""
 
 
 @compiled
-def accept_wide(wide: Reals, w: int, wanted: int) -> None:
-    """The rates at the end are those of the next step."""
-    blend(wide, w, 12 * w, 0, wanted)
+def accept_wide(wide: Reals, w: int, selected: int) -> None:
+    """Make the rates at the end those of the next step."""
+    blend(wide, w, 12 * w, 0, selected)
 
 
 FUNCTIONS = {

@@ -1,7 +1,9 @@
-"""What the compiled loops over eight runs need besides `machine`: instructions on the eight numbers of a register.
+"""Instructions on the eight numbers of a register, which the compiled loops over eight runs need besides
+`instructions`.
 
-Memory holds component i of lane l at 8 i + l of a row; what there is one of per lane, at l of a place. Each function
-does to every lane what its neighbour in `machine`, `stepping` or `taylor` does to one, with the same roundings.
+Memory holds component i of lane l at 8 i + l of a row, and a number that exists once per lane at l of a place. Each
+function does to every lane what its counterpart in `instructions`, `step_control` or `taylor` does to one lane, with
+the same rounding.
 """
 
 from __future__ import annotations
@@ -17,57 +19,60 @@ from ...native.row_arithmetic import Eight, Rows, all_of, arguments_of, bits_of,
 from ...native.translation import REAL, WHOLE, Instruction, counted, instruction, variable
 from ..ode.step_control import _EPS, _TINY
 from .lanes_layout import (
-    AFTER,
+    AFTER_REJECTION,
     AFTERS,
-    BEFORE,
+    EARLIER_STEPS,
     EASY,
     ENDS,
     ERRORS,
-    LAST_TIME,
+    LEG_END,
     LIMITED,
-    NEXT,
+    NEXT_OUTPUT,
     RUN,
+    SELECTED,
     STEPS,
     STRIDE,
     SUSPECT,
     TAKEN,
     TIMES,
-    WANTED,
     WIDE_PLACES,
 )
 
 
 class Memory:
-    """Eight numbers at places of memory, from which formulas are made."""
+    """Eight numbers at places of memory, for use in formulas."""
 
     def __init__(self, builder: Any, memory: Any) -> None:
         self.builder, self.memory = builder, memory
 
-    def _at(self, place: Any, memory: Any) -> Any:
+    def _pointer(self, place: Any, memory: Any) -> Any:
         pointer = self.builder.gep(self.memory if memory is None else memory, [place])
         return self.builder.bitcast(pointer, ir.VectorType(REAL, WIDTH).as_pointer())
 
     def load(self, place: Any, memory: Any = None) -> Eight:
-        return Eight(self.builder, self.builder.load(self._at(place, memory), align=8))
+        """Return the eight numbers at a place."""
+        return Eight(self.builder, self.builder.load(self._pointer(place, memory), align=8))
 
     def store(self, eight: Eight, place: Any) -> None:
-        self.builder.store(eight.value, self._at(place, None), align=8)
+        """Store eight numbers at a place."""
+        self.builder.store(eight.value, self._pointer(place, None), align=8)
 
     def variable(self, number: float) -> _Variable:
+        """Return eight variables with the same initial value."""
         return _Variable(self.builder, number)
 
     def rows(self, w: Any) -> Any:
-        """Goes through the components of a row: `with` gives their places."""
+        """Loop over the components of a row: `with` gives their offsets."""
         return counted(self.builder, w, WIDTH)
 
     def plus(self, place: Any, offset: Any, rows: int = 0, w: Any = None) -> Any:
-        """``place`` + ``offset`` + ``rows`` w."""
+        """Return ``place`` + ``offset`` + ``rows`` w."""
         place = self.builder.add(place, offset)
         return place if rows == 0 else self.builder.add(place, self.builder.mul(WHOLE(rows), w))
 
 
 class _Variable:
-    """Eight numbers that change."""
+    """Eight variables."""
 
     def __init__(self, builder: Any, number: float) -> None:
         self.builder, self.place = builder, variable(builder, all_of(number))
@@ -91,22 +96,23 @@ def call_wide(builder: Any, address: Any, t: Any, i: Any, y: Any, j: Any, c: Any
 
 
 class _Lanes(Rows):
-    """Rows of eight runs side by side; those from ``height`` on stand behind the places of the lanes."""
+    """Rows of eight runs side by side. Rows from ``height`` on follow the places of the lanes."""
 
     def __init__(self, height: int, *memory: Any) -> None:
         super().__init__(*memory)
         self.height = height
 
     def index(self, row: Any) -> Any:
-        found = super().index(row)
-        return self.builder.add(found, WHOLE(WIDE_PLACES)) if row >= self.height else found
+        start = super().index(row)
+        return self.builder.add(start, WHOLE(WIDE_PLACES)) if row >= self.height else start
 
 
 def lanewise(formula: Callable[..., Eight], height: int) -> Any:
-    """Compiled ``(wide, w, result, *more)``: a formula as for `rows.rowwise`, of eight runs side by side.
+    """Return the compiled ``(wide, w, result, *more)``: a formula as for `row_arithmetic.rowwise`, of eight runs side
+    by side.
 
-    ``more`` are places of eight numbers, one for each run, and arrays with one for each component of each run. At
-    ``result`` stands the largest of the results of each run, nan if one of them is.
+    ``more`` are places of eight numbers, one for each run, and arrays with one number for each component of each run.
+    At ``result`` it stores the largest result of each run, nan if one of its results is nan.
     """
 
     def over_lanes(builder: Any, wide: Any, w: Any, result: Any, *more: Any) -> None:
@@ -114,21 +120,21 @@ def lanewise(formula: Callable[..., Eight], height: int) -> Any:
         largest, doubt = v.variable(-math.inf), v.variable(0.0)
         of_runs = {k: v.load(x) for k, x in enumerate(more) if x.type == WHOLE}
         with v.rows(w) as offset:
-            given = [of_runs.get(k) or v.load(offset, x) for k, x in enumerate(more)]
-            found = formula(_Lanes(height, builder, wide, w, offset), *given)
-            largest.become(found.greater(largest.now))
-            doubt.become(found * 0.0 + doubt.now)
+            arguments = [of_runs.get(k) or v.load(offset, x) for k, x in enumerate(more)]
+            results = formula(_Lanes(height, builder, wide, w, offset), *arguments)
+            largest.become(results.greater(largest.now))
+            doubt.become(results * 0.0 + doubt.now)
         v.store(largest.now + doubt.now, result)
 
     return Instruction(over_lanes, "Reals", "int", "int", *arguments_of(formula))
 
 
 def lengths(order: int, terms: int, tiny: float) -> Any:
-    """Compiled ``(wide, w, series, state, tolerances, rates, result)``: see `taylor.given`.
+    """Return the compiled ``(wide, w, series, state, tolerances, rates, result)`` (`taylor.predicted_length`).
 
-    At ``result`` stand the lengths of the steps, infinite for a polynomial, nan where a coefficient is not finite. The
-    coefficients y_0 begin at ``series``; ``tolerances`` are rows of the absolute and the relative ones; at ``rates``
-    stands log₂ r / p.
+    It stores the lengths of the steps at ``result``: infinite for a polynomial, nan if a coefficient is not finite. The
+    coefficients y_0 begin at ``series``. ``tolerances`` are rows of absolute and relative tolerances. ``rates`` is the
+    place of log₂ r / p.
     """
 
     @instruction("Reals", "int", "int", "int", "Reals", "int", "int")
@@ -154,17 +160,18 @@ def lengths(order: int, terms: int, tiny: float) -> Any:
                 log = log + rate * (j - 1.0)
             log = log * (1.0 / (order - j))
             slowest = slowest.greater(log).where(most.now.compared(">", tiny), slowest)
-        found = (slowest * -1.0).power2()
-        found = Eight(builder, all_of(math.inf)).where(slowest.compared("==", none), found)
-        v.store(found.where(total.now.compared("<", math.inf), math.nan), result)
+        steps = (slowest * -1.0).power2()
+        steps = Eight(builder, all_of(math.inf)).where(slowest.compared("==", none), steps)
+        v.store(steps.where(total.now.compared("<", math.inf), math.nan), result)
 
     return lengths
 
 
 def decaying(order: int, bound: float, early: int, grown: float) -> Any:
-    """Compiled ``(wide, w, last, steps, result)``: see `taylor.limited`.
+    """Return the compiled ``(wide, w, last, steps, result)`` (`taylor.limited_by_stability`).
 
-    At ``result`` stands 1 or 0; row ``last`` is y_p."""
+    It stores 1 or 0 at ``result``. Row ``last`` is y_p.
+    """
 
     @instruction("Reals", "int", "int", "int", "int")
     def decaying(builder: Any, wide: Any, w: Any, last: Any, steps: Any, result: Any) -> None:
@@ -180,10 +187,10 @@ def decaying(order: int, bound: float, early: int, grown: float) -> Any:
             _, a, b = terms(offset)
             above.become(a.times_plus(a, above.now))
             below.become(b.times_plus(b, below.now))
-        some = (below.now * (bound * bound)).compared("<", h * h * above.now)
-        some = builder.and_(some, below.now.compared(">", 0.0))
+        mask = (below.now * (bound * bound)).compared("<", h * h * above.now)
+        mask = builder.and_(mask, below.now.compared(">", 0.0))
         v.store(Eight(builder, all_of(0.0)), result)
-        with builder.if_then(any_of(builder, some)):
+        with builder.if_then(any_of(builder, mask)):
             with v.rows(w) as offset:
                 place, a, b = terms(offset)
                 c = v.load(v.plus(place, WHOLE(0), early - order, w))
@@ -196,25 +203,25 @@ def decaying(order: int, bound: float, early: int, grown: float) -> Any:
                 (h * across.now, 0.0),
                 (above.now * below.now, across.now * across.now * 4.0),
             ):
-                some = builder.and_(some, less.compared("<", more))
-            some = builder.and_(some, first.now.root().compared("<=", growth))
-            v.store(Eight(builder, all_of(1.0)).where(some, 0.0), result)
+                mask = builder.and_(mask, less.compared("<", more))
+            mask = builder.and_(mask, first.now.root().compared("<=", growth))
+            v.store(Eight(builder, all_of(1.0)).where(mask, 0.0), result)
 
     return decaying
 
 
 def any_of(builder: Any, mask: Any) -> Any:
-    """Whether one of eight is in a mask."""
+    """Return true if one of eight is in a mask."""
     return builder.icmp_unsigned("!=", builder.bitcast(mask, ir.IntType(WIDTH)), ir.IntType(WIDTH)(0))
 
 
 def _are_all(builder: Any, mask: Any) -> Any:
-    """Whether all of eight are in a mask."""
+    """Return true if all of eight are in a mask."""
     return builder.icmp_unsigned("==", builder.bitcast(mask, ir.IntType(WIDTH)), ir.IntType(WIDTH)(255))
 
 
 class _Lane:
-    """What the loop over eight lanes keeps of them: eight numbers at places, real or whole."""
+    """The numbers that the loop over eight lanes keeps for them: eight at each place, real or integer."""
 
     def __init__(self, builder: Any, wide: Any, more: Any, control: Any, counts: Any) -> None:
         self.builder, self.more = builder, more
@@ -237,7 +244,7 @@ class _Lane:
         self.builder.store(value, self._of_counts(place), align=8)
 
     def all(self, *masks: Any) -> Any:
-        """Those that are in every mask."""
+        """Return the lanes that are in every mask."""
         result = masks[0]
         for mask in masks[1:]:
             result = self.builder.and_(result, mask)
@@ -248,12 +255,10 @@ class _Lane:
 def settled(
     builder: Any, wide: Any, more: Any, length: Any, control: Any, counts: Any, direction: Any, longest: Any
 ) -> Any:  # fmt: skip
-    """Steps, and their ends, of the lanes in which nothing stands in the way of the length at ``length``: no rejected
-    step before, no end of the leg, no output time, not too long or short. EASY is 1 there, else 0.
+    """Set steps and their ends in the lanes in which the length at ``length`` can be taken without further checks.
 
-    Returns
-    -------
-    Whether these are all lanes.
+    These are lanes without a rejected step before, an end of the leg or an output time in the step, and with a length
+    that is neither too long nor too short. EASY becomes 1 there, else 0. Return true if these are all lanes.
     """
     v = _Lane(builder, wide, more, control, counts)
     sign, most = Eight(builder, splat(builder, direction)), Eight(builder, splat(builder, longest))
@@ -263,12 +268,12 @@ def settled(
     after = t + h
     easy = v.all(
         builder.icmp_signed(">=", v.count(RUN), bits_of(0)),
-        builder.icmp_signed("==", v.count(AFTER), bits_of(0)),
+        builder.icmp_signed("==", v.count(AFTER_REJECTION), bits_of(0)),
         size.compared("<=", most),
         size.compared(">", abs(t) * (8.0 * _EPS)),
         size.compared(">=", _TINY),
-        ((t + h * 1.01 - v.control.load(WHOLE(LAST_TIME))) * sign).compared("<", 0.0),
-        ((v.control.load(WHOLE(NEXT)) - after) * sign).compared(">", 0.0),
+        ((t + h * 1.01 - v.control.load(WHOLE(LEG_END))) * sign).compared("<", 0.0),
+        ((v.control.load(WHOLE(NEXT_OUTPUT)) - after) * sign).compared(">", 0.0),
     )
     v.become(STEPS, h.where(easy, old))
     v.become(AFTERS, after.where(easy, v.now(AFTERS)))
@@ -279,12 +284,9 @@ def settled(
 
 @instruction("Reals", "int", "Reals", "Integers", "int", "int")
 def taken(builder: Any, wide: Any, more: Any, control: Any, counts: Any, budget: Any, limit: Any) -> Any:
-    """The steps of `settled` that are good, and after which there is nothing to be done, are taken; EASY is 1 there,
-    else 0.
+    """Take the steps of `settled` that are good and after which nothing else has to be done.
 
-    Returns
-    -------
-    Whether these are all lanes.
+    EASY becomes 1 there, else 0. Return true if these are all lanes.
     """
     v = _Lane(builder, wide, more, control, counts)
     number = builder.add(v.count(TAKEN), bits_of(1))
@@ -298,20 +300,20 @@ def taken(builder: Any, wide: Any, more: Any, control: Any, counts: Any, budget:
         v.now(LIMITED).compared("==", 0.0),
         builder.icmp_signed("==", v.count(SUSPECT), bits_of(0)),
         builder.icmp_signed("!=", number, all_of_them(budget)),
-        builder.icmp_signed("<", builder.add(number, v.count(BEFORE)), all_of_them(limit)),
+        builder.icmp_signed("<", builder.add(number, v.count(EARLIER_STEPS)), all_of_them(limit)),
     )
     one, stride = Eight(builder, all_of(1.0)), v.control.load(WHOLE(STRIDE))
     v.become_count(TAKEN, builder.select(easy, number, v.count(TAKEN)))
     v.control.store(stride.greater(abs(v.now(STEPS))).where(easy, stride), WHOLE(STRIDE))
     v.become(TIMES, v.now(AFTERS).where(easy, v.now(TIMES)))
-    v.become(WANTED, one.where(easy, 0.0))
+    v.become(SELECTED, one.where(easy, 0.0))
     v.become(EASY, one.where(easy, 0.0))
     return _are_all(builder, easy)
 
 
 @instruction("Reals", "int", "int", "int")
 def all_finite(builder: Any, wide: Any, w: Any, row: Any, errors: Any) -> None:
-    """Errors of good steps, <= 1, become nan where one of the numbers of ``row`` is not finite."""
+    """Set errors of good steps, <= 1, to nan if one of the numbers of ``row`` is not finite."""
     v = Memory(builder, wide)
     doubt = v.variable(0.0)
     with v.rows(w) as offset:
@@ -321,10 +323,11 @@ def all_finite(builder: Any, wide: Any, w: Any, row: Any, errors: Any) -> None:
 
 
 def lifted(rows: Iterable[int], height: int) -> Any:
-    """Compiled ``(lane, n, wide, w, work, w1)``: these rows of one lane in a work array of its own.
+    """Return the compiled ``(lane, n, wide, w, work, w1)``: it copies these rows of one lane into a work array of its
+    own.
 
-    Rows from ``height`` on stand behind the places of the lanes. Component by component, with one place in each row:
-    a row alone is shorter than a register, and its eighth numbers are far apart.
+    Rows from ``height`` on follow the places of the lanes. It goes component by component, with one number of each row:
+    one row is shorter than a register, and the numbers of a lane are far apart.
     """
     places = sorted(rows)
 
@@ -346,7 +349,7 @@ def lifted(rows: Iterable[int], height: int) -> Any:
 
 @instruction("Reals", "int")
 def unit_at(builder: Any, wide: Any, place: Any) -> None:
-    """The quaternions at ``place`` divided by their norms: see `stepping.normalise`."""
+    """Divide the quaternions at ``place`` by their norms (`step_control.normalise`)."""
     v = Memory(builder, wide)
     places = [v.plus(place, WHOLE(WIDTH * j)) for j in range(4)]
     a, b, c, d = parts = [v.load(place) for place in places]
@@ -356,25 +359,25 @@ def unit_at(builder: Any, wide: Any, place: Any) -> None:
 
 
 @instruction("Reals", "int", "int", "int", "int")
-def blend(builder: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any) -> None:
-    """Row ``target`` becomes row ``source`` in the lanes in which the number at ``wanted`` is 1, not 0."""
+def blend(builder: Any, wide: Any, w: Any, source: Any, target: Any, selected: Any) -> None:
+    """Copy row ``source`` to row ``target`` in the lanes in which the number at ``selected`` is not 0."""
     v = Memory(builder, wide)
-    some = v.load(wanted).compared("!=", 0.0)
+    mask = v.load(selected).compared("!=", 0.0)
     with v.rows(w) as offset:
         place = v.plus(target, offset)
-        v.store(v.load(v.plus(source, offset)).where(some, v.load(place)), place)
+        v.store(v.load(v.plus(source, offset)).where(mask, v.load(place)), place)
 
 
 @instruction("Reals", "int", "int", "int", "int", "int")
-def moved(builder: Any, wide: Any, w: Any, source: Any, target: Any, wanted: Any, result: Any) -> None:
-    """`blend`; at ``result`` stands the greatest change, relative to 1 + |value|: see `stepping.project`."""
+def moved(builder: Any, wide: Any, w: Any, source: Any, target: Any, selected: Any, result: Any) -> None:
+    """Do as `blend`, and store the greatest change, relative to 1 + |value|, at ``result`` (`step_control.project`)."""
     v = Memory(builder, wide)
-    some = v.load(wanted).compared("!=", 0.0)
-    most = v.variable(0.0)
+    mask = v.load(selected).compared("!=", 0.0)
+    greatest = v.variable(0.0)
     with v.rows(w) as offset:
         place = v.plus(target, offset)
         old, new = v.load(place), v.load(v.plus(source, offset))
         change = abs(new - old) / (abs(new) + 1.0)
-        most.become(most.now.greater(change))
-        v.store(new.where(some, old), place)
-    v.store(most.now, result)
+        greatest.become(greatest.now.greater(change))
+        v.store(new.where(mask, old), place)
+    v.store(greatest.now, result)

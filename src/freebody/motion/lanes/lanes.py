@@ -1,15 +1,16 @@
 """The loop over lanes: many runs of one machine, one after another, without Python between them.
 
-A lane is a run with its own parameters and start. It goes through the loop of `stepping` exactly as a run alone does:
-the same first step, the same control, the same states between steps, to the last bit. What a lane leaves is what was
-asked for: outputs at given times, extremes, first and last times of events, and how it ended; its steps are forgotten.
+A lane is a run with its own parameters and initial state. It goes through the loop of `step_control` exactly as a
+single run does: the same first step, the same control, the same states between steps, to the last bit. A lane leaves
+the requested results only: outputs at given times, extremes, first and last times of events, and its status. Its steps
+are not stored.
 
-Outputs at given times are ends of shorter steps (`stepping.sample`), made in memory of their own, so that they do not
-disturb the run. Where signals have break points, the run goes in legs as a run alone does (`driven`): constants, the
-memory of the step control and the length of the first step are new in each. Extremes are looked for at the start and
-the end of every step and at the zeros of the rate of what is asked for, which are watched as events are.
+Outputs at given times are ends of shorter steps (`step_control.sample`), computed in separate memory so that they do
+not disturb the run. If signals have break points, the run goes in legs as a single run does (`driven`): constants, the
+memory of the step-size control and the length of the first step are new in each leg. Extremes are looked for at the
+start and the end of every step, and at the zeros of the rate of the quantity, which are watched as events are.
 
-The file is longer than others by its list of places; the loop is one function, which no Python may interrupt.
+The file is longer than others because of its list of indices. The loop is one function, which Python may not interrupt.
 """
 
 from __future__ import annotations
@@ -32,22 +33,22 @@ from ...native.instructions import (
 from ...native.loop import module_named
 from ..ode.layout import (
     ACCEPTED,
-    ASKED,
     BLAME,
     EVENTS,
     FINISHED,
     FIXED,
     INTEGERS,
-    LOGGED,
+    LOG_SIZE,
     MAX_STEP,
-    NAMED,
-    OF_ORDER,
+    METHOD_ORDER,
     REALS,
     REJECTED,
+    REQUIRED,
     RUNNING,
     START,
     STATE,
     STEP,
+    STOP_IF_STIFF,
     TAKEN,
     TERMINAL,
     TIME,
@@ -97,7 +98,7 @@ __all__ = ["functions"]
 
 part = Parts()
 
-# what `functions` puts in place: the compiled loop of a method
+# Bound by `functions` to the compiled loop of a method.
 normalise: Any = None
 launch: Any = None
 look: Any = None
@@ -106,21 +107,21 @@ sample: Any = None
 
 
 def functions(method: str) -> dict[str, Compiled]:
-    """The compiled loop over lanes of a method, with the method's own functions."""
-    given = module_named(place(method)).FUNCTIONS
-    return {**given, **part.bound({**globals(), **given})}
+    """Return the compiled loop over lanes of a method, with the method's own functions."""
+    method_functions = module_named(place(method)).FUNCTIONS
+    return {**method_functions, **part.bound({**globals(), **method_functions})}
 
 
 @part
-def tightening(steps: int, done: float, left: float, order: float, least: float) -> float:
-    """What tolerances are multiplied by where a run has used its budget of steps: see `integrate`.
+def tightening(steps: int, behind: float, ahead: float, order: float, least: float) -> float:
+    """Return the factor on the tolerances of a run that has used its budget of steps (`integrate`).
 
-    ``done`` and ``left`` are the times behind and ahead; with ``least`` the smallest relative tolerance is the finest.
+    ``behind`` and ``ahead`` are times. The factor ``least`` gives the smallest admissible tolerance.
     """
-    ahead = steps * left / done
+    steps_ahead = steps * ahead / behind
     factor = 1.0
-    if ahead > steps:
-        factor = (steps / ahead) ** (order / (order - 1.0))
+    if steps_ahead > steps:
+        factor = (steps / steps_ahead) ** (order / (order - 1.0))
     return greater(factor, lesser(1.0, least))
 
 
@@ -128,8 +129,10 @@ def tightening(steps: int, done: float, left: float, order: float, least: float)
 def widen(
     kernel: int, t: float, states: Reals, place: int, c: Reals, spare: Reals, count: int, reduced: Reals, j: int
 ) -> None:  # fmt: skip
-    """Greatest, smallest and last value of each of ``count`` quantities, with those at one more state: nan for good
-    where one has none."""
+    """Update the greatest, smallest and last value of each of ``count`` quantities with their values at one more state.
+
+    A quantity without a value at a state keeps the value nan.
+    """
     call(kernel, t, states, place, c, spare, 0)
     for k in range(count):
         x = spare[k]
@@ -143,25 +146,27 @@ def widen(
 
 @part
 def set_constants(
-    prologue: int, lane: int, leg: int, sizes: Integers, parameters: Reals, legs: Reals, columns: Integers, mine: Reals,
-    c: Reals,
+    prologue: int, lane: int, leg: int, sizes: Integers, parameters: Reals, legs: Reals, columns: Integers,
+    lane_parameters: Reals, c: Reals,
 ) -> None:  # fmt: skip
-    """Constants of a lane in an interval between break points of its signals."""
+    """Set the constants of a lane in an interval between break points of its signals."""
     p, settings = sizes[N_PARAMETERS], sizes[N_SETTINGS]
     for k in range(p):
-        mine[k] = parameters[lane * p + k]
+        lane_parameters[k] = parameters[lane * p + k]
     for k in range(settings):
-        mine[columns[k]] = legs[leg * (LEG + settings) + LEG + k]
-    call(prologue, 0.0, mine, 0, c, c, 0)
+        lane_parameters[columns[k]] = legs[leg * (LEG + settings) + LEG + k]
+    call(prologue, 0.0, lane_parameters, 0, c, c, 0)
 
 
 @part
 def log_event(
     row: int, t: float, start: float, first: float, legs: int, terminal: int, counts: Integers, event_times: Reals
 ) -> None:  # fmt: skip
-    """Event number ``row`` of all lanes, unless it was the end of the leg before; this leg began at ``first``.
+    """Log event number ``row`` of all lanes, unless it was logged at the end of the leg before; this leg began at
+    ``first``.
 
-    A terminal event at the ``start`` of the run ends no run, and is not what ends this one."""
+    A terminal event at the ``start`` of the run does not end a run and is not logged.
+    """
     if terminal != 0 and t == start:
         return
     again = legs > 1 and counts[row] > 0 and abs(event_times[2 * row + 1] - t) <= 1e-12
@@ -177,31 +182,34 @@ def log_event(
 def begun_beyond(
     lane: int, sizes: Integers, t: float, table: Reals, counts: Integers, event_times: Reals
 ) -> None:  # fmt: skip
-    """Limits that a run begins beyond are events of its start; their values stand in the first row of ``table``."""
-    asked = sizes[N_EVENTS]
-    for e in range(asked - sizes[N_LIMITS], asked):
+    """Log an event at the start for each limit that a run begins beyond; the first row of ``table`` holds their
+    values."""
+    user_events = sizes[N_EVENTS]
+    for e in range(user_events - sizes[N_LIMITS], user_events):
         if table[e] < 0.0:
-            log_event(lane * asked + e, t, t, t, 0, 0, counts, event_times)
+            log_event(lane * user_events + e, t, t, t, 0, 0, counts, event_times)
 
 
 @part
 def jumped(
     lane: int, leg: int, kernels: Integers, sizes: Integers, start: float, t: float, work: Reals, parameters: Reals,
-    legs: Reals, columns: Integers, directions: Integers, terminal: Integers, mine: Reals, c: Reals, before: Reals,
-    after: Reals, counts: Integers, event_times: Reals,
+    legs: Reals, columns: Integers, directions: Integers, terminal: Integers, lane_parameters: Reals, c: Reals,
+    before: Reals, after: Reals, counts: Integers, event_times: Reals,
 ) -> int:  # fmt: skip
-    """Functions that jump across zero at the beginning ``t`` of a leg are events; 1 if one of them is terminal.
+    """Log an event for each function that jumps across zero at the beginning ``t`` of a leg; set the constants of the
+    leg.
 
-    The constants become those of the leg."""
-    w, asked, result = sizes[WIDTH_OF_ROW], sizes[N_EVENTS], 0
+    Return 1 if one of these events is terminal.
+    """
+    w, user_events, result = sizes[WIDTH_OF_ROW], sizes[N_EVENTS], 0
     call(kernels[WATCHED], t, work, STATE * w, c, before, 0)
-    set_constants(kernels[PROLOGUE], lane, leg, sizes, parameters, legs, columns, mine, c)
+    set_constants(kernels[PROLOGUE], lane, leg, sizes, parameters, legs, columns, lane_parameters, c)
     call(kernels[WATCHED], t, work, STATE * w, c, after, 0)
-    for e in range(asked):
+    for e in range(user_events):
         if (before[e] < 0.0 < after[e]) or (after[e] < 0.0 < before[e]):
             sign = 1 if after[e] > 0.0 else -1
             if directions[e] == 0 or directions[e] == sign:
-                log_event(lane * asked + e, t, start, t - 1.0, 0, terminal[e], counts, event_times)
+                log_event(lane * user_events + e, t, start, t - 1.0, 0, terminal[e], counts, event_times)
                 if terminal[e] != 0:
                     result = 1
     return result
@@ -211,7 +219,8 @@ def jumped(
 def contradicted(
     kernel: int, residuals: int, t: float, states: Reals, place: int, n: int, c: Reals, spare: Reals
 ) -> int:  # fmt: skip
-    """Whether a condition that was redundant at the start does not hold; or others do better, says the last number."""
+    """Return 1 if a condition that was redundant at the start does not hold, or if, by the last output, other
+    conditions should replace the active ones."""
     size = 0.0
     for i in range(n):
         size = greater(size, abs(states[place + i]))
@@ -225,43 +234,43 @@ def contradicted(
 @part
 def lanes(
     begin: int, end: int, kernels: Integers, sizes: Integers, options: Reals, initial: Reals, parameters: Reals,
-    legs: Reals, columns: Integers, wanted: Reals, quaternions: Integers, relative: Reals, tolerances: Reals,
-    directions: Integers, terminal: Integers, work: Reals, other: Reals, mine: Reals, c: Reals, absolute: Reals,
-    times: Reals, lengths: Reals, states: Reals, last: Integers, table: Reals, g: Reals, found: Reals,
+    legs: Reals, columns: Integers, output_times: Reals, quaternions: Integers, relative: Reals, tolerances: Reals,
+    directions: Integers, terminal: Integers, work: Reals, sampling_work: Reals, lane_parameters: Reals, c: Reals,
+    absolute: Reals, times: Reals, lengths: Reals, states: Reals, last: Integers, table: Reals, g: Reals, zeros: Reals,
     event_log: Reals, event_states: Reals, sampled: Reals, spare: Reals, reals: Reals, integers: Integers,
-    spare_integers: Integers, values: Reals, reduced: Reals, event_times: Reals, counts: Integers, kept: Integers,
+    spare_integers: Integers, values: Reals, reduced: Reals, event_times: Reals, counts: Integers, statuses: Integers,
     ends: Reals,
 ) -> None:  # fmt: skip
-    """Runs ``begin`` to ``end`` - 1.
+    """Compute the runs ``begin`` to ``end`` - 1.
 
     Parameters
     ----------
     kernels, sizes, options      addresses, counts and numbers (`lanes_layout`)
     initial, parameters          rows of each lane: y, and the parameters
     legs                         rows of each interval: start, end, length of all steps or 0, settings of the signals
-    columns                      which parameters these settings are
-    wanted                       output times, in the order of the run
-    quaternions                  as for `stepping.advance`
-    relative, tolerances         of each component; the last of ``tolerances``, of the work, in parts of the energy
+    columns                      indices of the parameters that these settings are
+    output_times                 in the order of the run
+    quaternions                  as in `step_control.advance`
+    relative, tolerances         of each component; the last of ``tolerances``, of the work, is relative to the energy
     directions, terminal         of the events, and of the rates of extremes after them
     work ... spare_integers      memory of this thread; ``absolute`` holds a lane's relative tolerances, too
-    values                       rows of each lane: outputs at each time; nan where it did not come so far
+    values                       rows of each lane: outputs at each time; nan after the end of the lane
     reduced                      rows of each lane: greatest, smallest, first and last value of each quantity
     event_times                  rows of each lane: first and last time of each event
-    counts                       rows of each lane: how often each event happened
-    kept, ends                   rows of each lane: how it ended, steps, rejected steps, component to blame; when
+    counts                       rows of each lane: number of occurrences of each event
+    statuses, ends               rows of each lane: status, steps, rejected steps, component to blame; time of the end
     """
     n, w, nq = sizes[N], sizes[WIDTH_OF_ROW], sizes[N_QUATERNIONS]
-    m, asked = sizes[N_WATCHED], sizes[N_EVENTS]
-    outputs, count, many = sizes[N_OUTPUTS], sizes[N_TIMES], sizes[N_REDUCED]
+    m, user_events = sizes[N_WATCHED], sizes[N_EVENTS]
+    outputs, count, n_reduced = sizes[N_OUTPUTS], sizes[N_TIMES], sizes[N_REDUCED]
     room, prologue = sizes[ROOM], kernels[PROLOGUE]
     rates, start, finish = kernels[RATES], options[T0], options[T1]
     direction = 1.0 if finish >= start else -1.0
-    own = shifted(absolute, n)
+    relative_of_lane = shifted(absolute, n)
     for lane in range(begin, end):
-        given, taken, rejected, blame = 0, 0, 0, 0
+        outputs_done, taken, rejected, blame = 0, 0, 0, 0
         energy, natural = 1.0, 0.0
-        place = lane * many * EXTREMES
+        place = lane * n_reduced * EXTREMES
         code, now = FINISHED, start
         for i in range(n):
             work[STATE * w + i] = initial[lane * n + i]
@@ -270,26 +279,28 @@ def lanes(
                 continue
             row = leg * (LEG + sizes[N_SETTINGS])
             first, until = legs[row], legs[row + 1]
-            if leg > 0 and asked > 0:
+            if leg > 0 and user_events > 0:
                 if jumped(
                     lane, leg, kernels, sizes, start, first, work, parameters, legs, columns, directions, terminal,
-                    mine, c, table, g, counts, event_times,
+                    lane_parameters, c, table, g, counts, event_times,
                 ) != 0:  # fmt: skip
                     code = TERMINAL
-                    set_constants(prologue, lane, leg - 1, sizes, parameters, legs, columns, mine, c)
-                    while given < count and (wanted[given] - now) * direction <= 0.0:
-                        at_now = (lane * count + given) * outputs
-                        call(kernels[OUTPUTS], wanted[given], work, STATE * w, c, values, at_now)
-                        given += 1
+                    set_constants(
+                        prologue, lane, leg - 1, sizes, parameters, legs, columns, lane_parameters, c
+                    )
+                    while outputs_done < count and (output_times[outputs_done] - now) * direction <= 0.0:
+                        at_now = (lane * count + outputs_done) * outputs
+                        call(kernels[OUTPUTS], output_times[outputs_done], work, STATE * w, c, values, at_now)
+                        outputs_done += 1
                     continue
             else:
-                set_constants(prologue, lane, leg, sizes, parameters, legs, columns, mine, c)
+                set_constants(prologue, lane, leg, sizes, parameters, legs, columns, lane_parameters, c)
             for i in range(sizes[N_WORK]):
                 if i < STATE * w or i >= STATE * w + n:
                     work[i] = 0.0
             for i in range(n):
                 absolute[i] = tolerances[i]
-                own[i] = relative[i]
+                relative_of_lane[i] = relative[i]
             normalise(work, STATE * w, quaternions, nq)
             for k in range(INTEGERS):
                 integers[k] = 0
@@ -301,107 +312,109 @@ def lanes(
                     energy = greater(abs(spare[0]), abs(spare[1]))
                 if 0.0 < energy < math.inf:
                     absolute[n - 1] *= energy
-            integers[ASKED], integers[NAMED] = sizes[STIFF_ASKED], asked
+            integers[STOP_IF_STIFF], integers[REQUIRED] = sizes[STIFF_ASKED], user_events
             reals[TIME] = reals[START] = first
-            reals[UNTIL], reals[MAX_STEP], reals[OF_ORDER] = until, options[LONGEST], options[ORDER]
+            reals[UNTIL], reals[MAX_STEP], reals[METHOD_ORDER] = until, options[LONGEST], options[ORDER]
             reals[STEP] = legs[row + 2]
             if reals[STEP] != 0.0:
                 integers[FIXED] = 1
             else:
                 reals[STEP] = natural
-            code = launch(rates, work, w, n, c, own, absolute, reals, integers)
+            code = launch(rates, work, w, n, c, relative_of_lane, absolute, reals, integers)
             if m > 0 and code == RUNNING:
                 code = look(kernels[WATCHED], first, work, w, m, c, table, last, integers)
                 if leg == 0 and code == RUNNING:
                     begun_beyond(lane, sizes, first, table, counts, event_times)
-            if many > 0 and leg == 0:
+            if n_reduced > 0 and leg == 0:
                 call(kernels[REDUCED], first, work, STATE * w, c, spare, 0)
-                for k in range(many):
+                for k in range(n_reduced):
                     for i in range(EXTREMES):
                         reduced[place + EXTREMES * k + i] = spare[k]
-            elif many > 0:
-                widen(kernels[REDUCED], first, work, STATE * w, c, spare, many, reduced, place)
+            elif n_reduced > 0:
+                widen(kernels[REDUCED], first, work, STATE * w, c, spare, n_reduced, reduced, place)
             done = 0
             now, stride = first, 0.0
-            left, budget = sizes[LIMIT] - taken, sizes[BUDGET]
+            remaining_steps, budget = sizes[LIMIT] - taken, sizes[BUDGET]
             if code == FINISHED:
                 for k in range(count):
                     call(kernels[OUTPUTS], start, work, STATE * w, c, values, (lane * count + k) * outputs)
             while code == RUNNING:
-                allowed = room if left > room else left
+                allowed = room if remaining_steps > room else remaining_steps
                 if 0 < budget < allowed:
                     allowed = budget
                 code = advance(
-                    rates, n, c, work, w, quaternions, nq, own, absolute, reals, integers, allowed, times, lengths,
-                    states, kernels[WATCHED], m, c, directions, terminal, last, table, g, found, event_log,
+                    rates, n, c, work, w, quaternions, nq, relative_of_lane, absolute, reals, integers, allowed, times,
+                    lengths, states, kernels[WATCHED], m, c, directions, terminal, last, table, g, zeros, event_log,
                     event_states,
                 )  # fmt: skip
                 done = integers[ACCEPTED]
-                left -= done
+                remaining_steps -= done
                 now = reals[TIME]
                 for k in range(done):
                     stride = greater(stride, abs(lengths[k]))
                 if budget > 0 and done > 0:
                     budget -= done
                     if budget == 0:
-                        finest = own[0]
+                        finest = relative_of_lane[0]
                         for i in range(n):
-                            finest = lesser(own[i], finest)
+                            finest = lesser(relative_of_lane[i], finest)
                         tighter = tightening(
                             sizes[BUDGET], now - first, until - now, options[ORDER], options[FINEST] / finest
                         )
                         for i in range(n):
-                            own[i] *= tighter
+                            relative_of_lane[i] *= tighter
                             absolute[i] *= tighter
                         reals[STEP] *= tighter ** (1.0 / options[ORDER])
                 for k in range(integers[EVENTS]):
-                    e = whole(event_log[LOGGED * k + 1])
-                    if e < asked:
+                    e = whole(event_log[LOG_SIZE * k + 1])
+                    if e < user_events:
                         log_event(
-                            lane * asked + e, event_log[LOGGED * k], start, first, sizes[N_LEGS], terminal[e], counts,
-                            event_times,
+                            lane * user_events + e, event_log[LOG_SIZE * k], start, first, sizes[N_LEGS], terminal[e],
+                            counts, event_times,
                         )  # fmt: skip
-                    if many > 0:
+                    if n_reduced > 0:
                         widen(
-                            kernels[REDUCED], event_log[LOGGED * k], event_states, k * n, c, spare, many, reduced, place
+                            kernels[REDUCED], event_log[LOG_SIZE * k], event_states, k * n, c, spare, n_reduced,
+                            reduced, place,
                         )  # fmt: skip
-                if many > 0:
+                if n_reduced > 0:
                     for k in range(1, done + 1):
-                        widen(kernels[REDUCED], times[k], states, k * n, c, spare, many, reduced, place)
-                reach = given
-                while reach < count and (wanted[reach] - now) * direction <= 0.0:
-                    if wanted[reach] == until and code == FINISHED and leg + 1 < sizes[N_LEGS]:
+                        widen(kernels[REDUCED], times[k], states, k * n, c, spare, n_reduced, reduced, place)
+                reach = outputs_done
+                while reach < count and (output_times[reach] - now) * direction <= 0.0:
+                    if output_times[reach] == until and code == FINISHED and leg + 1 < sizes[N_LEGS]:
                         break  # the break point belongs to the next leg
                     reach += 1
-                if reach > given:
+                if reach > outputs_done:
                     for i in range(sizes[N_WORK]):
-                        other[i] = 0.0
+                        sampling_work[i] = 0.0
                     sample(
-                        rates, n, c, other, w, quaternions, nq, done, times, lengths, states, 0, reach - given,
-                        shifted(wanted, given), sampled, own, absolute, spare_integers,
+                        rates, n, c, sampling_work, w, quaternions, nq, done, times, lengths, states, 0,
+                        reach - outputs_done, shifted(output_times, outputs_done), sampled, relative_of_lane, absolute,
+                        spare_integers,
                     )  # fmt: skip
-                    for k in range(given, reach):
+                    for k in range(outputs_done, reach):
                         call(
-                            kernels[OUTPUTS], wanted[k], sampled, (k - given) * n, c, values,
+                            kernels[OUTPUTS], output_times[k], sampled, (k - outputs_done) * n, c, values,
                             (lane * count + k) * outputs,
                         )  # fmt: skip
-                    given = reach
+                    outputs_done = reach
                 if sizes[N_DROPPED] > 0:
                     for k in range(done + 1):
                         if contradicted(
                             kernels[DROPPED], sizes[N_DROPPED], times[k], states, k * n, n, c, spare
                         ) != 0:  # fmt: skip
                             code = LEFT
-                if code == RUNNING and left <= 0:
+                if code == RUNNING and remaining_steps <= 0:
                     code = TOO_MANY
             natural = stride if integers[TAKEN] > 1 else greater(natural, stride)
             taken += integers[TAKEN]
             rejected += integers[REJECTED]
             blame = integers[BLAME]
-        for i in range(n):  # what is to blame is looked for there
+        for i in range(n):  # Python looks for the cause of a failure at the last state
             initial[lane * n + i] = work[STATE * w + i]
-        kept[KEPT * lane] = code
-        kept[KEPT * lane + 1] = taken
-        kept[KEPT * lane + 2] = rejected
-        kept[KEPT * lane + 3] = blame
+        statuses[KEPT * lane] = code
+        statuses[KEPT * lane + 1] = taken
+        statuses[KEPT * lane + 2] = rejected
+        statuses[KEPT * lane + 3] = blame
         ends[lane] = now

@@ -1,17 +1,18 @@
-"""What the loop over lanes and Python agree on: places of addresses, counts and numbers."""
+"""Layout of the memory that the loop over lanes and Python share: indices of addresses, counts and numbers."""
 
 from __future__ import annotations
 
-# addresses of kernels: constants of the parameters, and functions of (t, y)
+# Addresses of kernels: constants of the parameters, and functions of (t, y).
 PROLOGUE, RATES, ENERGY, OUTPUTS, REDUCED, WATCHED, DROPPED = 0, 1, 2, 3, 4, 5, 6
-# and for eight lanes: rates, or the series of the motion, and what moves states onto the constraints, or 0; beside a
-# series, the rates, or 0 where nothing in them may bend; and where limits alone are watched, these
+# For eight lanes: the rates, or the series of the motion; the projection onto the constraints, or 0; the rates if a
+# series may bend, else 0; and the limits if nothing else is watched.
 WIDE, PROJECTION_WIDE, RATES_WIDE, WATCHED_WIDE = 7, 8, 9, 10
 
-# counts: of components, of numbers in a row of the work array and in all of it, of quaternions, parameters, constants,
-# events asked for, events watched (rates of extremes are the rest), outputs at a time, times, quantities with extremes,
-# steps between two looks at the outputs, steps at most, whether the work is the last component, whether a stiff lane
-# stops, residuals of the conditions that were redundant at the start, steps after which tolerances are tightened, or 0
+# Counts: components; numbers in a row of the work array, and in all of it; quaternions; parameters; constants; events
+# of the user; event functions in all (the others are rates of extremes); outputs at a time; times; quantities with
+# extremes; steps between two checks of the output times; maximum number of steps. Flags: 1 if the work is the last
+# component; 1 if a stiff lane stops. Then the outputs of the kernel of dropped conditions, and the number of steps
+# after which tolerances are tightened, or 0.
 N, WIDTH_OF_ROW, N_WORK, N_QUATERNIONS, N_PARAMETERS, N_CONSTANTS, N_EVENTS, N_WATCHED = (
     0,
     1,
@@ -24,45 +25,47 @@ N, WIDTH_OF_ROW, N_WORK, N_QUATERNIONS, N_PARAMETERS, N_CONSTANTS, N_EVENTS, N_W
 )
 N_OUTPUTS, N_TIMES, N_REDUCED, ROOM, LIMIT, WORKS, STIFF_ASKED, N_DROPPED = 8, 9, 10, 11, 12, 13, 14, 15
 BUDGET = 16
-# number of intervals in which signals are polynomials (1 without signals), and of parameters that differ between them
+# Number of intervals in which signals are polynomials (1 without signals), and of parameters that differ between them.
 N_LEGS, N_SETTINGS = 17, 18
-# how many of the events asked for, the last ones, are limits of one-sided forces, which a run may begin beyond
+# Number of the user's events, the last ones, that are limits of one-sided forces. A run may begin beyond these.
 N_LIMITS = 19
-# of eight lanes, where nothing but limits is watched: the place of their values at the ends of the steps, and of their
-# changes in the steps before; else 0
+# For eight lanes, if only limits are watched: the offset of their values at the ends of the steps, and of their changes
+# in the steps before; else 0.
 SEEN = 20
 SIZES = 21
 
-# numbers of an interval, in a row before its settings: start, end, length of all steps or 0
+# Numbers of an interval, in a row before its settings: start, end, prescribed length of steps or 0.
 LEG = 3
 
-# numbers: start and end of the run, longest step, order of the method, relative tolerance below which none is tightened
+# Numbers: start and end of the run, longest step, order of the method, smallest relative tolerance after tightening.
 T0, T1, LONGEST, ORDER, FINEST = 0, 1, 2, 3, 4
 OPTIONS = 5
 
-EXTREMES = 4  # numbers kept of a quantity: greatest, smallest, first, last
-KEPT = 4  # integers kept of a lane: how it ended, steps, rejected steps, component to blame
+EXTREMES = 4  # numbers stored per quantity: greatest, smallest, first, last
+KEPT = 4  # integers stored per lane: status, steps, rejected steps, component to blame
 
-# how a lane ends, besides what `layout` names
+# Status codes of a lane, besides those in `layout`.
 TOO_MANY, LEFT, STUCK = 7, 8, 14
-# finished, and stopped by a terminal event, beyond the limit of a one-sided force
+# Finished, and stopped by a terminal event, after passing the limit of a one-sided force.
 UNPHYSICAL, STOPPED_UNPHYSICAL = 12, 13
 
-# of eight lanes, integers, eight of each: number of the run (-1: none), steps of this leg, rejected steps, suspicions,
-# calm steps, whether the step before was rejected, outputs given, whether the step reaches the end, leg, steps of the
-# legs before; and the component to blame
-RUN, TAKEN, REJECTED, SUSPECT, CALM, AFTER, DONE, ENDS, AT, BEFORE = range(0, 80, 8)
-BLAMED = 80
+# Integers of eight lanes, eight of each: number of the run (-1: none), steps of this leg, rejected steps, steps
+# suspected stiff, calm steps, 1 if the step before was rejected, outputs computed, 1 if the step reaches the end, leg,
+# steps of the legs before; then the component to blame.
+RUN, TAKEN, REJECTED, SUSPECT, CALM, AFTER_REJECTION, OUTPUTS_DONE, ENDS, LEG_INDEX, EARLIER_STEPS = range(
+    0, 80, 8
+)
+WIDE_BLAME = 80
 WIDE_COUNTS = 88
-# and numbers: error of the step before, longest step of this leg and of those before, start and end of the leg, energy
-# at the start of the run, change by a projection that is allowed, the output time that comes next
-OLDS, STRIDE, NATURAL, FIRST, LAST_TIME, SIZE, ALLOWED, NEXT = range(0, 64, 8)
+# Numbers of eight lanes: error of the step before, longest step of this leg and of those before, start and end of the
+# leg, energy at the start of the run, admissible change by a projection, next output time.
+OLD_ERRORS, STRIDE, PREVIOUS_STRIDE, LEG_START, LEG_END, ENERGY_SCALE, ALLOWED, NEXT_OUTPUT = range(0, 64, 8)
 WIDE_NUMBERS = 64
-# places of eight numbers each after its rows: steps, times and moments of the lanes; errors of the steps; whether
-# stability may limit them; which lanes took theirs, or are still projected; changes by that; of `taylor` the lengths
-# that the series give, log₂ r / p, and parts of the steps; ends of the steps; whether nothing is to be looked at in a
-# step but its error
-STEPS, TIMES, MOMENTS, ERRORS, LIMITED, WANTED, CHANGES, LENGTHS, LOGARITHMS, SPANS, AFTERS, EASY = range(
+# Offsets, after the rows, of eight numbers each: steps, times and moments of the lanes; errors of the steps; 1 if
+# stability may limit a step; 1 for lanes that took their steps, or are still projected; changes by the projection; for
+# `taylor` the lengths from the series, log₂ r / p, and parts of the steps; ends of the steps; 1 if only the error of a
+# step has to be examined.
+STEPS, TIMES, MOMENTS, ERRORS, LIMITED, SELECTED, CHANGES, LENGTHS, LOGARITHMS, SPANS, AFTERS, EASY = range(
     0, 96, 8
 )
 WIDE_PLACES = 96

@@ -1,8 +1,8 @@
 """Taylor series in time: the step of `taylor` for eight lanes (`lanes_wide`).
 
-One kernel (`jet_wide`) fills the coefficients of eight lanes; the length of a step, its end and what its sums
-lose follow from them as they do for one. They stand after the places of the lanes, since the kernel needs room there of
-a length that only it knows.
+One kernel (`jet_wide`) fills the coefficients of eight lanes. The length of a step, its end and the rounding errors of
+its sums follow from them as for one lane. The coefficients are stored after the places of the lanes, since the kernel
+needs memory there whose size only the kernel knows.
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ from .lanes_layout import (
 
 HEIGHT = SERIES
 TINY = 1e-300
-"""A part of the tolerance that counts as nothing."""
+"""Fraction of the tolerance that counts as zero."""
 _lengths, _decaying = lengths(P, TERMS, TINY), decaying(P, BOUND, EARLY, GROWN)
 
 
 def _state(row: Any, h: Any) -> Any:
-    """Row POINT: the series at the time h."""
+    """Set row POINT: the series at the time h."""
     row[POINT] = polynomial([row[SERIES + k] for k in range(P + 1)], h)
     return row[POINT] * 0.0
 
@@ -58,16 +58,16 @@ _added, _summed, _missed = (lanewise(formula, HEIGHT) for formula in (sum_of_ser
 
 @compiled
 def prepare_wide(kernel: int, wide: Reals, w: int, c: Reals, tolerances: Reals) -> None:
-    """The coefficients through STATE, and the lengths of the steps."""
-    more = HEIGHT * w
-    series = more + WIDE_PLACES
-    call_wide(kernel, wide, more + TIMES, wide, STATE * w, c, wide, series)
-    _lengths(wide, w, series, STATE * w, tolerances, more + LOGARITHMS, more + LENGTHS)
+    """Compute the coefficients through STATE, and the lengths of the steps."""
+    places = HEIGHT * w
+    series = places + WIDE_PLACES
+    call_wide(kernel, wide, places + TIMES, wide, STATE * w, c, wide, series)
+    _lengths(wide, w, series, STATE * w, tolerances, places + LOGARITHMS, places + LENGTHS)
 
 
 @compiled
 def blame_wide(lane: int, n: int, wide: Reals, w: int) -> int:
-    """The first component whose last coefficients are not finite."""
+    """Return the first component with a last coefficient that is not finite."""
     for i in range(n):
         for j in range(TERMS):
             if not math.isfinite(wide[(HEIGHT + P - j) * w + WIDE_PLACES + 8 * i + lane]):
@@ -77,65 +77,67 @@ def blame_wide(lane: int, n: int, wide: Reals, w: int) -> int:
 
 @compiled
 def straight_wide(lane: int, n: int, wide: Reals, w: int, tolerances: Reals) -> float:
-    """The series of a lane becomes that of a straight line, as long as the comparison of rates allows, if it has rates:
-    see `taylor.given`. Its length, nan if it has none."""
-    fast, doubt, place = 0.0, 0.0, (HEIGHT + 1) * w + WIDE_PLACES + lane
+    """Replace the series of a lane by that of a straight line, if it has rates (`taylor.predicted_length`).
+
+    Return its length, which the comparison of rates allows, or nan if there are no rates.
+    """
+    greatest_rate, doubt, place = 0.0, 0.0, (HEIGHT + 1) * w + WIDE_PLACES + lane
     for i in range(n):
         k = 8 * i + lane
         size = abs(wide[STATE * w + k])
         rate = abs(wide[place + 8 * i]) / (tolerances[k] + tolerances[w + k] * size)
-        fast = greater(fast, rate)
+        greatest_rate = greater(greatest_rate, rate)
         doubt += 0.0 * rate
-    if not 0.0 < fast + doubt < math.inf:
+    if not 0.0 < greatest_rate + doubt < math.inf:
         return math.nan
     for i in range(n):
         for k in range(1, P):
             wide[place + k * w + 8 * i] = 0.0
-    return BEND / fast
+    return BEND / greatest_rate
 
 
 @compiled
 def attempt_wide(kernel: int, wide: Reals, w: int, c: Reals) -> None:
-    """The states at the ends of the steps; the error of one is 0, or nan if the state is not finite."""
+    """Compute the states at the ends of the steps. The error of a step is 0, or nan if its state is not finite."""
     _added(wide, w, HEIGHT * w + ERRORS, HEIGHT * w + STEPS)
 
 
 @compiled
 def judge_wide(rates: int, n: int, wide: Reals, w: int, c: Reals, tolerances: Reals) -> None:
-    """How far the steps have gone on behind a bend, where there may be one: see `taylor.attempt`."""
+    """Add the errors of steps that continued past a bend, if there may be one (`taylor.attempt`)."""
     if rates != 0:
-        more = HEIGHT * w
+        places = HEIGHT * w
         for k in range(1, 3):
             for lane in range(8):
-                wide[more + SPANS + lane] = 0.5 * k * wide[more + STEPS + lane]
-                wide[more + MOMENTS + lane] = wide[more + TIMES + lane] + wide[more + SPANS + lane]
+                wide[places + SPANS + lane] = 0.5 * k * wide[places + STEPS + lane]
+                wide[places + MOMENTS + lane] = wide[places + TIMES + lane] + wide[places + SPANS + lane]
             place = RAW * w
             if k == 1:
-                _summed(wide, w, more + CHANGES, more + SPANS)
+                _summed(wide, w, places + CHANGES, places + SPANS)
                 place = POINT * w
-            call_wide(rates, wide, more + MOMENTS, wide, place, c, wide, SLOPES * w)
-            _missed(wide, w, more + CHANGES, more + SPANS, shifted(tolerances, w), tolerances)
+            call_wide(rates, wide, places + MOMENTS, wide, place, c, wide, SLOPES * w)
+            _missed(wide, w, places + CHANGES, places + SPANS, shifted(tolerances, w), tolerances)
             for lane in range(8):
-                wide[more + ERRORS + lane] += wide[more + CHANGES + lane]
+                wide[places + ERRORS + lane] += wide[places + CHANGES + lane]
 
 
 @compiled
 def limit_wide(wide: Reals, w: int) -> None:
-    """Which steps are as long as the region of stability allows, with λ of a decay."""
-    more = HEIGHT * w
-    _decaying(wide, w, more + WIDE_PLACES + P * w, more + STEPS, more + LIMITED)
+    """Mark the steps that are as long as the region of stability allows, with λ of a decay."""
+    places = HEIGHT * w
+    _decaying(wide, w, places + WIDE_PLACES + P * w, places + STEPS, places + LIMITED)
 
 
 @compiled
 def begin_wide(lane: int, n: int, wide: Reals, w: int) -> None:
-    """No sum has lost anything yet."""
+    """Clear the rounding errors of the sums of a lane."""
     for i in range(n):
         wide[LOST * w + 8 * i + lane] = 0.0
 
 
 @compiled
 def tune_wide(lane: int, n: int, wide: Reals, w: int, tolerances: Reals) -> None:
-    """log₂ r / p, r the coarsest of the relative tolerances."""
+    """Set log₂ r / p, with r the coarsest relative tolerance."""
     coarsest = 1e-16
     for i in range(n):
         coarsest = greater(coarsest, tolerances[w + 8 * i + lane])
@@ -143,9 +145,9 @@ def tune_wide(lane: int, n: int, wide: Reals, w: int, tolerances: Reals) -> None
 
 
 @compiled
-def accept_wide(wide: Reals, w: int, wanted: int) -> None:
-    """What the sums of this step lost is added to the next."""
-    blend(wide, w, LOSES * w, LOST * w, wanted)
+def accept_wide(wide: Reals, w: int, selected: int) -> None:
+    """Pass the rounding errors of the sums to the next step."""
+    blend(wide, w, LOSES * w, LOST * w, selected)
 
 
 FUNCTIONS = {

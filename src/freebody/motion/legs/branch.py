@@ -57,7 +57,7 @@ def meets(kernels: Kernels, rates: Rates, path: Path) -> bool:
     times, states, room = path.times, path.states, np.empty(1)
     approached = _approached().code(
         kernels.motion().address("hold"), times.size, loop.address(times), loop.address(states), states.shape[1],
-        rates.told[-1], loop.address(room), LIMIT,
+        rates.arguments[-1], loop.address(room), LIMIT,
     )  # fmt: skip
     if not approached:
         return False

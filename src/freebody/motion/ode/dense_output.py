@@ -29,7 +29,7 @@ RELEASED = "other conditions hold"
 CONTRADICTED = "constraints contradicted"
 INTERRUPTED = "interrupted"
 FAILED = (NOT_FINITE, COLLAPSED, DIVERGED, TOO_MANY_STEPS, UNDEFINED, STUCK)
-"""How a run ends that can not be continued."""
+"""Status of a run that cannot be continued."""
 
 
 @dataclass(frozen=True)
@@ -39,15 +39,15 @@ class Rates:
     ``address``      of ``void f(double t, const double *y, const double *c, double *out)``
     ``size``         number of components of y
     ``constants``    c
-    ``quaternions``  places in y where a unit quaternion (four components) begins
-    ``keep``         whatever owns the machine code
+    ``quaternions``  indices in y at which a unit quaternion (four components) begins
+    ``keep``         the owner of the machine code
     ``projection``   address of the kernel that moves a state onto the constraints, with the same constants, or 0
     ``projected``    number of its outputs: the first components of y
-    ``others``       addresses of what else a method needs (`radau`: f'(y) v of (y, v); `structure`: Hamilton's
+    ``others``       addresses of further kernels of a method (`radau`: f'(y) v of (y, v); `structure`: Hamilton's
                      equations; `taylor`: the coefficients of the motion)
-    ``others_constants``  place of their constants among ``constants``
-    ``recipe``       a function and its arguments, that make the same rates in another process
-    ``equipped``     these rates with the others of a method, by its name, once they were made
+    ``others_constants``  offset of their constants in ``constants``
+    ``recipe``       a function and its arguments that make the same rates in another process
+    ``equipped``     cache: these rates with the further kernels of a method, by name of the method
     """
 
     address: int
@@ -63,26 +63,28 @@ class Rates:
     equipped: dict[str, Rates] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __deepcopy__(self, memo: Any) -> Rates:
-        return self  # code and constants, which nobody changes
+        return self  # code and constants never change
 
     @cached_property
-    def told(self) -> tuple[int, int, int, int]:
-        """What a run is told of them, in the order of `layout`."""
+    def arguments(self) -> tuple[int, int, int, int]:
+        """Arguments of a run, in the order of `layout`: address, number of quaternions, addresses of corrections and
+        constants."""
         constants = loop.passed(self.constants, "Reals")
         return self.address, len(self.quaternions), loop.address(self.corrections), constants or 0
 
     @cached_property
     def corrections(self) -> NDArray[np.int64]:
-        """What the compiled loop is told of the corrections of a state."""
+        """Indices of the quaternions, then the projection and the further kernels, as the compiled loop reads them."""
         kernels = (self.projection, self.projected, self.others_constants, *self.others)
         return np.array([*self.quaternions, *kernels], dtype=np.int64)
 
 
 @dataclass(frozen=True)
 class Watch:
-    """Event functions g(t, y, c) as machine code; ``directions`` -1, 0 or +1 and ``terminal`` of each.
+    """Event functions g(t, y, c) as machine code; for each a direction, -1, 0 or +1, and whether it is terminal.
 
-    ``constants`` None: those of the rates. The run stops where one of the first ``named`` (None: of all) has no value.
+    If ``constants`` is None, they are those of the rates. The run stops if one of the first ``named`` functions (None:
+    all) has no value.
     """
 
     address: int
@@ -95,7 +97,7 @@ class Watch:
 
 @dataclass(frozen=True)
 class Crossing:
-    """A located zero of event function ``number``; ``sign`` is that of the function just after it."""
+    """A located zero of event function ``number``; ``sign`` is the sign of the function just after the zero."""
 
     time: float
     number: int
@@ -103,15 +105,15 @@ class Crossing:
     state: Array
 
 
-@dataclass(eq=False)  # not frozen: that takes the time of five steps of a small machine
+@dataclass(eq=False)  # not frozen: freezing costs the time of five steps of a small machine
 class Path:
     """States of a run, one per accepted step, and the dense output between them.
 
-    ``times`` (m + 1) and ``states`` (m + 1, n) hold the starts of the m steps and the end of the run; ``lengths`` (m)
-    are the steps the integrator took (the last may reach beyond a terminal event). ``blame`` is the component, of the
-    status UNDEFINED the event function, of STUCK the law (`switching`), that stopped a failed run. ``method``,
-    ``relative`` and ``absolute`` are those the steps were taken with; ``stiff`` counts the steps whose length the
-    stability of an explicit method limited.
+    ``times`` (m + 1) and ``states`` (m + 1, n) hold the starts of the m steps and the end of the run. ``lengths`` (m)
+    are the steps that the integrator took; the last may reach beyond a terminal event. ``blame`` is the index of the
+    cause of a failed run: of an event function for the status UNDEFINED, of a law (`switching`) for STUCK, else of a
+    component. ``method``, ``relative`` and ``absolute`` are the method and tolerances of the steps. ``stiff`` counts
+    the steps that the stability of an explicit method limited.
     """
 
     rates: Rates
@@ -130,7 +132,7 @@ class Path:
     curved: ClassVar[bool] = True  # False: straight between the ends of steps
 
     def __getstate__(self) -> dict[str, Any]:
-        """Machine code stays in its process: elsewhere it is made when values between steps are asked for."""
+        """Pickle the path without machine code. Another process compiles it when values between steps are needed."""
         state = dict(self.__dict__)
         rates = state.pop("rates", None)
         return {"_recipe": rates.recipe, **state} if rates is not None else state
@@ -144,87 +146,94 @@ class Path:
 
     @property
     def start(self) -> float:
+        """Time of the first state [s]."""
         return float(self.times[0])
 
     @property
     def end(self) -> float:
+        """Time of the last state [s]."""
         return float(self.times[-1])
 
     @property
     def steps(self) -> int:
+        """Number of accepted steps."""
         return self.lengths.size
 
     def sample(self, times: ArrayLike, dense: bool = False) -> Array:
-        """States, shape (k, n), at ``times``, shape (k,), each between the start and the end of the run.
+        """Return the states, shape (k, n), at ``times``, shape (k,), each between the start and the end of the run.
 
-        They are as accurate as the steps, at the price of a step each. ``dense`` takes them from the dense
-        output of order 7: less accurate, and faster where many times lie in one step.
+        Each state costs one step and is as accurate as the steps. With ``dense`` the states come from the dense output,
+        of order 7 for "dop853": less accurate, but faster if many times lie in one step.
 
         Raises
         ------
         ValueError           a time outside the run
-        SimulationError      a method whose iteration does not converge for the part of a step up to a time
+        SimulationError      the iteration of the method does not converge for the shorter step that ends at a time
         """
-        wanted = np.atleast_1d(np.ascontiguousarray(times, dtype=float))
+        moments = np.atleast_1d(np.ascontiguousarray(times, dtype=float))
         first, last = sorted((self.start, self.end))
-        outside = ~((wanted >= first) & (wanted <= last))
+        outside = ~((moments >= first) & (moments <= last))
         if outside.any():
             raise ValueError(
-                f"Expected times within the run, {first:g} to {last:g}; got {wanted[outside][0]}. "
+                f"Expected times within the run, {first:g} to {last:g}; got {moments[outside][0]}. "
                 "Ask for a time inside, or simulate further."
             )
-        result = np.empty((wanted.size, self.rates.size))
+        result = np.empty((moments.size, self.rates.size))
         n, width = self.rates.size, padded(self.rates.size)
         quaternions = self.rates.corrections
         relative, absolute = (np.full(n, 1.0 if x is None else x) for x in (self.relative, self.absolute))
         loops.sample(
             self.method, self.rates.address, n, self.rates.constants, work_room(self.method, n), width,
             quaternions, len(self.rates.quaternions), self.steps, self.times, self.lengths, self.states, int(dense),
-            wanted.size, wanted, result, relative, absolute, np.zeros(INTEGERS, dtype=np.int64),
+            moments.size, moments, result, relative, absolute, np.zeros(INTEGERS, dtype=np.int64),
         )  # fmt: skip
-        lost = ~np.isfinite(result).all(axis=1)
-        if lost.any():  # of a run, whose own states are all finite
+        diverged = ~np.isfinite(result).all(axis=1)
+        if diverged.any():  # the states of the run itself are all finite
             raise SimulationError(
                 f"The iteration of method {self.method!r} does not converge for a step that ends at t = "
-                f"{wanted[lost][0]:g}. Shorter steps do: pass a smaller max_step=, step= or tolerance=, or times= at "
-                "the steps; where bars come into line, take method='auto'."
+                f"{moments[diverged][0]:g}. Shorter steps do: pass a smaller max_step=, step= or tolerance=, or times= "
+                "at the steps; where bars come into line, take method='auto'."
             )
         return result
 
 
 def cut(path: Path, k: int, status: str) -> Path:
-    """The first ``k`` steps of a path."""
+    """Return the first ``k`` steps of a path."""
     direction = 1.0 if path.end >= path.start else -1.0
-    before = (one for one in path.crossings if (path.times[k] - one.time) * direction >= 0)
+    crossings = (crossing for crossing in path.crossings if (path.times[k] - crossing.time) * direction >= 0)
     times, lengths, states = path.times[: k + 1], path.lengths[:k], path.states[: k + 1]
-    return replace(path, times=times, lengths=lengths, states=states, crossings=tuple(before), status=status)
+    return replace(
+        path, times=times, lengths=lengths, states=states, crossings=tuple(crossings), status=status
+    )
 
 
 def projected(rates: Rates, t: float, y: Array) -> Array:
-    """A state near the constraints moved onto them."""
+    """Return a state near the constraints, moved onto them."""
     result = y.copy()
     if rates.projection:
         for _ in range(3):
-            moved = observe(rates.projection, rates.projected, np.array([t]), result[None], rates.constants)[
-                0
-            ]
-            result[: rates.projected] = moved
+            corrected = observe(
+                rates.projection, rates.projected, np.array([t]), result[None], rates.constants
+            )[0]
+            result[: rates.projected] = corrected
             for i in rates.quaternions:
                 result[i : i + 4] /= np.linalg.norm(result[i : i + 4])
     return result
 
 
 def work_room(method: str, n: int) -> Array:
-    """The work array of a method for n components, from the start of a line of the cache: rows that lie across two are
-    read and written in two parts."""
+    """Return the work array of a method for n components, aligned to a cache line.
+
+    A row that lies across two cache lines would be read and written in two parts.
+    """
     size, line = rows(method, n) * padded(n), 64
-    room = np.zeros(size + line // 8)
-    first = -room.ctypes.data % line // 8
-    return room[first : first + size]
+    memory = np.zeros(size + line // 8)
+    first = -memory.ctypes.data % line // 8
+    return memory[first : first + size]
 
 
 def observe(address: int, outputs: int, times: Array, states: Array, constants: Array) -> Array:
-    """Outputs, shape (k, outputs), of the kernel at ``address`` at each of the k times and states."""
+    """Return the outputs, shape (k, outputs), of the kernel at ``address`` at each of the k times and states."""
     result = np.zeros((times.size, outputs))
     if outputs:
         moments, flat = np.ascontiguousarray(times, dtype=float), np.ascontiguousarray(states, dtype=float)

@@ -2,8 +2,9 @@
 
     k_i = f(t + c_i h, y + h Σ_j a_ij k_j),   i = 0 ... 6,        y(t + h) = y + h Σ_j b_j k_j
 
-The error is the difference to the embedded result of order 4; dense output of order 4. Seven evaluations of f make a
-step and an eighth its start, where order 8 takes twelve: below a relative accuracy of about 1e-5 it is the cheaper.
+The error is the difference from the embedded result of order 4. The dense output has order 4. A step needs seven
+evaluations of f, and its start an eighth; a step of order 8 needs twelve. At relative accuracies coarser than about
+1e-5 this method is the cheaper.
 
 Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I (1993), sections II.5 (table 5.2)
 and II.6.
@@ -40,7 +41,7 @@ def attempt(
     rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int,
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> int:  # fmt: skip
-    """One step of length ``h`` from STATE, whose rates are row 0: fills rows 1 to 6, RAW and ERROR5."""
+    """Take one step of length ``h`` from STATE, whose rates are row 0: fill rows 1 to 6, RAW and ERROR5."""
     a = ARGUMENT * w
     _a1(work, w, ARGUMENT, STATE, h)
     call(rates, t + 0.2 * h, work, a, c, work, w)
@@ -62,14 +63,14 @@ def attempt(
 def densify(
     rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int
 ) -> None:
-    """Rows DENSE to DENSE + 3 of the dense output of the step in ``work``."""
+    """Set rows DENSE to DENSE + 3 of the dense output of the step in ``work``."""
     cubic(work, w, h, 6)
     _d(work, w, DENSE + 3, -1, h)
 
 
 @compiled
 def interpolate(x: float, work: Reals, w: int) -> None:
-    """Row POINT: the dense output at the part ``x`` (0 to 1) of the step."""
+    """Set row POINT: the dense output at the fraction ``x`` (0 to 1) of the step."""
     z = 1.0 - x
     d = DENSE * w
     for i in range(w):
@@ -81,16 +82,16 @@ def interpolate(x: float, work: Reals, w: int) -> None:
 def judge(
     n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
 ) -> float:
-    """Error of the attempted step in units of the tolerance, nan if it is not finite."""
+    """Return the error of the attempted step in units of the tolerance, nan if it is not finite."""
     error = 0.0
     for i in range(n):
         new = abs(work[RAW * w + i])
         old = abs(work[STATE * w + i])
-        one = abs(work[ERROR5 * w + i]) / (absolute[i] + relative[i] * (new if new > old else old))
-        if not (math.isfinite(new) and math.isfinite(one)):
+        ratio = abs(work[ERROR5 * w + i]) / (absolute[i] + relative[i] * (new if new > old else old))
+        if not (math.isfinite(new) and math.isfinite(ratio)):
             return math.nan
-        if one > error:
-            error = one
+        if ratio > error:
+            error = ratio
             integers[BLAME] = i
     return error
 

@@ -1,11 +1,11 @@
 """The explicit Runge-Kutta method of order 8(5,3) of Dormand and Prince.
 
-A step, its error and its control follow Hairer, Norsett and Wanner (`tableau`): the estimate
+A step, its error and its control follow Hairer, Norsett and Wanner (`tableau`). The estimate
 
     ε = |h| e5² / sqrt(e5² + e3²/100),   e = max_i |error_i| / (a_i + r_i max(|y_i|, |y_i(t + h)|))
 
-is taken in the greatest component and not in the mean, so that a tolerance holds for every coordinate of a large
-machine. The next step is h · 0.9 ε^-(1/8 - β/5) ε_old^β, between h/3 and 6h. The dense output has order 7.
+uses the greatest component and not the mean, so that a tolerance holds for every coordinate of a large machine. The
+next step is h · 0.9 ε^-(1/8 - β/5) ε_old^β, between h/3 and 6h. The dense output has order 7.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def attempt(
     rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int,
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> int:  # fmt: skip
-    """One step of length ``h`` from STATE, whose rates are row 0: fills rows 1 to 11, RAW, ERROR5 and ERROR3."""
+    """Take one step of length ``h`` from STATE, whose rates are row 0: fill rows 1 to 11, RAW, ERROR5 and ERROR3."""
     a = ARGUMENT * w
     _a1(work, w, ARGUMENT, STATE, h)
     call(rates, t + _C1 * h, work, a, c, work, w)
@@ -66,7 +66,7 @@ def attempt(
 def densify(
     rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int
 ) -> None:
-    """Rows DENSE to DENSE + 6 of the dense output of the step in ``work``, whose row 12 holds the rates at its end."""
+    """Set rows DENSE to DENSE + 6 of the dense output of the step in ``work``; row 12 holds the rates at its end."""
     a = ARGUMENT * w
     _a13(work, w, ARGUMENT, STATE, h)
     call(rates, t + _C13 * h, work, a, c, work, 13 * w)
@@ -83,7 +83,7 @@ def densify(
 
 @compiled
 def interpolate(x: float, work: Reals, w: int) -> None:
-    """Row POINT: the dense output at the part ``x`` (0 to 1) of the step."""
+    """Set row POINT: the dense output at the fraction ``x`` (0 to 1) of the step."""
     z = 1.0 - x
     d = DENSE * w
     for i in range(w):
@@ -97,18 +97,18 @@ def interpolate(x: float, work: Reals, w: int) -> None:
 def judge(
     n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
 ) -> float:
-    """Error of the attempted step in units of the tolerance, nan if it is not finite."""
+    """Return the error of the attempted step in units of the tolerance, nan if it is not finite."""
     error5, error3 = 0.0, 0.0
     for i in range(n):
         new = work[RAW * w + i]
         scale = absolute[i] + relative[i] * greater(abs(work[STATE * w + i]), abs(new))
-        one, two = abs(work[ERROR5 * w + i]) / scale, abs(work[ERROR3 * w + i]) / scale
-        if not (math.isfinite(new) and math.isfinite(one) and math.isfinite(two)):
+        ratio5, ratio3 = abs(work[ERROR5 * w + i]) / scale, abs(work[ERROR3 * w + i]) / scale
+        if not (math.isfinite(new) and math.isfinite(ratio5) and math.isfinite(ratio3)):
             return math.nan
-        if one > error5:
-            error5 = one
+        if ratio5 > error5:
+            error5 = ratio5
             integers[BLAME] = i
-        error3 = greater(error3, two)
+        error3 = greater(error3, ratio3)
     if error5 == 0.0:
         return 0.0
     return error5 * error5 / root(error5 * error5 + 0.01 * error3 * error3)

@@ -1,9 +1,10 @@
-"""Zeros of event functions inside a step: found on the dense output, in order of time.
+"""Zeros of event functions inside a step, located on the dense output, in order of time.
 
-A function is looked at in some points of the step. Where it changes its sign between two, the zero is closed in on
-(method of Chandrupatla, 1997), and told from a pole; where it dips towards zero in between, the dip is followed.
+A function is evaluated at some points of the step. If it changes sign between two of them, the zero is bracketed
+(method of Chandrupatla, 1997) and distinguished from a pole. If it dips towards zero in between, the search follows the
+dip.
 
-Each function becomes one of C, as those of `stepping`, which binds these to a method.
+Each function here becomes a C function. `step_control` binds them to a method.
 """
 
 from __future__ import annotations
@@ -13,29 +14,30 @@ from typing import Any
 
 from ...native.instructions import EPS, Integers, Parts, Reals, call, greater, lesser, root
 from ...native.row_arithmetic import copied
-from .layout import CULPRIT, END, FOUND, MARGIN, PARTS, POINT, REACH
+from .layout import CULPRIT, END, EVENT_SIZE, MARGIN, PARTS, POINT, REACH
 
 part = Parts()
 
-# bound to the one of a method
-inside: Any = None
-"""`stepping.inside`."""
+# bound to the function of a method
+dense_state: Any = None
+"""`step_control.dense_state`."""
 
 
 @part
 def find_events(
     kernel: int, t: float, h: float, work: Reals, w: int, c: Reals, quaternions: Integers, nq: int, n: int,
-    named: int, table: Reals, g: Reals, last: Integers, directions: Integers, found: Reals,
+    named: int, table: Reals, g: Reals, last: Integers, directions: Integers, zeros: Reals,
 ) -> int:  # fmt: skip
-    """Zeros of the event functions in the step in ``work``; their number, described in ``found`` in order of time.
+    """Find the zeros of the event functions in the step in ``work``.
 
-    A change of sign through infinity is no zero. Where one of the first ``named`` functions has no value, the search
-    ends: there REACH of ``found`` is the part of the step up to which they have, and CULPRIT the function.
+    Return their number, and describe them in ``zeros`` in order of time. A change of sign through infinity is no zero.
+    If one of the first ``named`` functions has no value, the search ends there: REACH of ``zeros`` is the fraction of
+    the step up to which all these functions have values, and CULPRIT is the function without a value.
 
-    Row k of ``table`` holds all ``n`` functions at the k-th point of the step, and the part of the step that the point
-    is at; its first row comes from the step before.
-    ``last`` holds the last sign of each that was not zero, 0 until there is one. A function that arrives at zero is
-    recorded there and not again when it leaves; one that begins at zero is recorded when it leaves.
+    Row k of ``table`` holds all ``n`` functions at the k-th point of the step, and the fraction of the step at that
+    point. Its first row comes from the step before. ``last`` holds the last nonzero sign of each function, 0 until
+    there is one. A function that arrives at zero is recorded there, and not again when it leaves. A function that
+    begins at zero is recorded when it leaves.
     """
     points, row, k = PARTS + 2, n + 1, 0
     reach, culprit = 2.0, 0
@@ -46,15 +48,15 @@ def find_events(
             x = 1.0
         else:
             x = MARGIN if k == 1 else (1.0 - MARGIN if k == points - 1 else (k - 1.0) / PARTS)
-            inside(x, work, w, quaternions, nq)
+            dense_state(x, work, w, quaternions, nq)
         call(kernel, t + x * h, work, POINT * w, c, g, 0)
         for e in range(n):
             table[k * row + e] = g[e]
         table[k * row + n] = x
         for e in range(named):
             if table[k * row + e] != table[k * row + e]:
-                x = _valued(kernel, e, table[(k - 1) * row + n], x, t, h, work, w, c, quaternions, nq, g)
-                inside(x, work, w, quaternions, nq)
+                x = last_value(kernel, e, table[(k - 1) * row + n], x, t, h, work, w, c, quaternions, nq, g)
+                dense_state(x, work, w, quaternions, nq)
                 call(kernel, t + x * h, work, POINT * w, c, g, 0)
                 for i in range(n):
                     table[k * row + i] = g[i]
@@ -67,16 +69,16 @@ def find_events(
             xa, xb = table[(k - 1) * row + n], table[k * row + n]
             if b == 0.0:
                 if a != 0.0:
-                    count = _note(found, count, xb, e, -1 if a > 0.0 else 1, directions)
+                    count = record_event(zeros, count, xb, e, -1 if a > 0.0 else 1, directions)
                 continue
             sign = 1 if b > 0.0 else -1
             if a == 0.0:
                 if last[e] == 0:
-                    count = _note(found, count, xa, e, sign, directions)
+                    count = record_event(zeros, count, xa, e, sign, directions)
             elif (a > 0.0) != (b > 0.0):
                 x = _root(kernel, e, xa, xb, a, b, t, h, work, w, c, quaternions, nq, g)
                 if x >= 0.0:
-                    count = _note(found, count, x, e, sign, directions)
+                    count = record_event(zeros, count, x, e, sign, directions)
                 elif x < -1.0 and e < named:
                     reach, culprit = lesser(reach, xa), e
             elif k > 1:
@@ -88,18 +90,18 @@ def find_events(
                     if x >= 0.0:
                         gx = event_value(kernel, e, x, t, h, work, w, c, quaternions, nq, g)
                         if gx == 0.0:
-                            count = _note(found, count, x, e, -sign, directions)
+                            count = record_event(zeros, count, x, e, -sign, directions)
                         else:
                             y = _root(kernel, e, xo, x, o, gx, t, h, work, w, c, quaternions, nq, g)
                             if y >= 0.0:
-                                count = _note(found, count, y, e, -sign, directions)
+                                count = record_event(zeros, count, y, e, -sign, directions)
                             y = _root(kernel, e, x, xb, gx, b, t, h, work, w, c, quaternions, nq, g)
                             if y >= 0.0:
-                                count = _note(found, count, y, e, sign, directions)
+                                count = record_event(zeros, count, y, e, sign, directions)
             last[e] = sign
-    for e in range(n):  # the next step begins where this one ends
+    for e in range(n):  # the values at the end are those at the start of the next step
         table[e] = table[points * row + e]
-    found[REACH], found[CULPRIT] = reach, culprit
+    zeros[REACH], zeros[CULPRIT] = reach, culprit
     return count
 
 
@@ -108,8 +110,8 @@ def event_value(
     kernel: int, e: int, x: float, t: float, h: float, work: Reals, w: int, c: Reals, quaternions: Integers,
     nq: int, g: Reals,
 ) -> float:  # fmt: skip
-    """Event function ``e`` at the part ``x`` of the step."""
-    inside(x, work, w, quaternions, nq)
+    """Return event function ``e`` at the fraction ``x`` of the step."""
+    dense_state(x, work, w, quaternions, nq)
     call(kernel, t + x * h, work, POINT * w, c, g, 0)
     return g[e]
 
@@ -119,14 +121,17 @@ def _root(
     kernel: int, e: int, before: float, after: float, g_before: float, g_after: float, t: float, h: float,
     work: Reals, w: int, c: Reals, quaternions: Integers, nq: int, g: Reals,
 ) -> float:  # fmt: skip
-    """The part of the step where event function ``e`` has just changed its sign (method of Chandrupatla, 1997); -1 if
-    it did so through infinity, -2 if it has no value there.
+    """Return the fraction of the step at which event function ``e`` has just changed its sign (method of Chandrupatla,
+    1997).
 
-    The bracket is closed to a few units in the last place of the time; its later end is returned, so that a run
-    that is started again there does not find the same event once more.
+    Return -1 if it changed sign through infinity, -2 if it has no value there.
 
-    With the width of the bracket the function falls near a zero, grows near a pole, and stays at a jump: it is a pole
-    if it came out greater than at the ends, and fourfold what it is half way, in powers of ten, from there to them.
+    The bracket is narrowed to a few units in the last place of the time. Its later end is returned, so that a run that
+    is started again there does not find the same event once more.
+
+    As the bracket narrows, the function falls near a zero, grows near a pole, and stays constant at a jump. It has a
+    pole if its final values exceed those at the ends of the interval, and are four times the values half-way, on a
+    logarithmic scale, between the bracket and these ends.
     """
     width = 2.0 * EPS * greater(1.0, abs(t / h))
     half, size = root(width * (after - before)), greater(abs(g_before), abs(g_after))
@@ -171,11 +176,12 @@ def _dip(
     kernel: int, e: int, x0: float, x1: float, x2: float, g0: float, g1: float, g2: float, t: float,
     h: float, work: Reals, w: int, c: Reals, quaternions: Integers, nq: int, g: Reals,
 ) -> float:  # fmt: skip
-    """Where between ``x0`` and ``x2`` an event function that dips towards zero at ``x1`` reaches it; -1 if it does
-    not, -2 if it has no value there.
+    """Return the point between ``x0`` and ``x2`` at which an event function that dips towards zero at ``x1`` reaches
+    zero.
 
-    Parabolas and golden sections close in on the extremum. The search ends as soon as the sign changes, or when
-    the parabola through the three points stays well clear of zero.
+    Return -1 if it does not reach zero, -2 if it has no value there. Parabolas and golden sections approach the
+    extremum. The search ends when the sign changes, or when the parabola through the three points stays well clear of
+    zero.
     """
     sign = 1.0 if g1 > 0.0 else -1.0
     for _ in range(60):
@@ -214,11 +220,12 @@ def _dip(
 
 
 @part
-def _valued(
+def last_value(
     kernel: int, e: int, lower: float, upper: float, t: float, h: float, work: Reals, w: int, c: Reals,
     quaternions: Integers, nq: int, g: Reals,
 ) -> float:  # fmt: skip
-    """The last part of the step at which event function ``e``, a number at ``lower`` and none at ``upper``, is one."""
+    """Return the last fraction of the step at which event function ``e`` has a value. It has one at ``lower``, none at
+    ``upper``."""
     for _ in range(52):
         x = 0.5 * (lower + upper)
         gx = event_value(kernel, e, x, t, h, work, w, c, quaternions, nq, g)
@@ -230,22 +237,22 @@ def _valued(
 
 
 @part
-def insert_event(found: Reals, count: int, x: float, e: float, sign: float) -> None:
-    """Put an event among the first ``count``, in order of time."""
+def insert_event(zeros: Reals, count: int, x: float, e: float, sign: float) -> None:
+    """Insert an event into the first ``count`` events, in order of time."""
     k = count
-    while k > 0 and found[FOUND * (k - 1)] > x:
+    while k > 0 and zeros[EVENT_SIZE * (k - 1)] > x:
         for j in range(3):
-            found[FOUND * k + j] = found[FOUND * (k - 1) + j]
+            zeros[EVENT_SIZE * k + j] = zeros[EVENT_SIZE * (k - 1) + j]
         k -= 1
-    found[FOUND * k] = x
-    found[FOUND * k + 1] = e
-    found[FOUND * k + 2] = sign
+    zeros[EVENT_SIZE * k] = x
+    zeros[EVENT_SIZE * k + 1] = e
+    zeros[EVENT_SIZE * k + 2] = sign
 
 
 @part
-def _note(found: Reals, count: int, x: float, e: int, sign: int, directions: Integers) -> int:
-    """Insert an event of this step, if its direction is asked for."""
+def record_event(zeros: Reals, count: int, x: float, e: int, sign: int, directions: Integers) -> int:
+    """Insert an event of this step if its direction is to be reported. Return the number of events."""
     if directions[e] != 0 and directions[e] != sign:
         return count
-    insert_event(found, count, x, e, sign)
+    insert_event(zeros, count, x, e, sign)
     return count + 1

@@ -1,4 +1,4 @@
-"""Compiled loop of an integration method: `step_control` with `dop853` or another method."""
+"""The compiled loop of an integration method: `step_control` with `dop853` or another method."""
 
 from __future__ import annotations
 
@@ -18,36 +18,39 @@ def functions(method: str = "dop853") -> Loop:
 
 
 def place(method: str) -> str:
-    """Name of the module of a method, such as ``"motion.ode.dop853"``."""
+    """Return the name of the module of a method, such as ``"motion.ode.dop853"``."""
     return f"{__name__.partition('.')[2].rpartition('.')[0]}.{method}"
 
 
-_used: dict[str, Callable[[int], int]] = {}
-"""`step_control.run` of the methods whose code is in this process."""
+_loaded: dict[str, Callable[[int], int]] = {}
+"""`step_control.run` of each method whose code is loaded in this process."""
 
 
 def use(method: str) -> Callable[[int], int]:
-    """`step_control.run` of a method, which is loaded before anything else is called: a function of an address."""
-    if method not in _used:
-        _used[method] = functions(method).functions["run"].code
-    return _used[method]
+    """Return `step_control.run` of a method, a function of an address, and load the code of the method.
+
+    Call this before any other function of the method, so that no other method has to be compiled.
+    """
+    if method not in _loaded:
+        _loaded[method] = functions(method).functions["run"].code
+    return _loaded[method]
 
 
 def sample(method: str, *arguments: Any) -> None:
-    """`step_control.sample`: states at given times."""
+    """Compute states at given times by `step_control.sample`."""
     functions(method).functions["sample"](*arguments)
 
 
 def observe(*arguments: Any) -> None:
-    """`step_control.observe`: outputs of a kernel at given states; all methods have it."""
-    functions(next(iter(_used), "dop853")).functions["observe"](*arguments)
+    """Compute outputs of a kernel at given states by `step_control.observe`, which is the same in all methods."""
+    functions(next(iter(_loaded), "dop853")).functions["observe"](*arguments)
 
 
 def observed(kernel: int, outputs: int, t: float, y: Any, constants: int) -> list[float]:
-    """Outputs of the kernel at an address at one state, with the constants at another."""
-    room = np.array([t, *y, *outputs * (0.0,)])
-    time, n = address(room), len(y)
-    state = time + room.itemsize
-    look = functions(next(iter(_used), "dop853")).functions["observe"]
-    look.code(kernel, 1, time, state, n, constants, state + n * room.itemsize, outputs)
-    return list(room[1 + n :].tolist())
+    """Return the outputs of the kernel at an address at one state, with the constants at another address."""
+    memory = np.array([t, *y, *outputs * (0.0,)])
+    time, n = address(memory), len(y)
+    state = time + memory.itemsize
+    observation = functions(next(iter(_loaded), "dop853")).functions["observe"]
+    observation.code(kernel, 1, time, state, n, constants, state + n * memory.itemsize, outputs)
+    return list(memory[1 + n :].tolist())

@@ -2,18 +2,18 @@
 
     Z_i = h Σ_j a_ij f(t + c_j h, y + Z_j),   c = (4 - √6)/10, (4 + √6)/10, 1,        y(t + h) = y + Z_3
 
-Stiffly accurate and stable for every decaying motion (L-stable): a stiff spring with a damper costs no short steps once
-its own motion has died. With A⁻¹ = T Λ T⁻¹ and W = T⁻¹ Z the simplified Newton iteration falls into one real and one
-complex system,
+It is stiffly accurate and stable for every decaying motion (L-stable): a stiff spring with a damper needs no short
+steps once its own motion has decayed. With A⁻¹ = T Λ T⁻¹ and W = T⁻¹ Z the simplified Newton iteration splits into one
+real and one complex system,
 
     (γ/h - J) ΔW_1 = ...,   ((α + iβ)/h - J) (ΔW_2 + iΔW_3) = ...
 
 whose matrices are factorized (LU with partial pivoting) when J or h changes. J = ∂f/∂y is exact: column k is the
-derivative of f along e_k, recorded from f's own trace (`others`). It is evaluated anew unless the last step converged
+derivative of f along e_k, recorded from the trace of f (`others`). It is evaluated again unless the last step converged
 at once.
 
-The error estimate is (γ/h - J)⁻¹ (f(y) + Σ_i e_i Z_i / h), filtered once more where it would reject. Its order is 3, so
-that tolerance r stands for 0.1 r^(2/3). Dense output is the collocation polynomial, of order 3.
+The error estimate is (γ/h - J)⁻¹ (f(y) + Σ_i e_i Z_i / h), filtered once more if it would reject the step. Its order is
+3, so tolerance r stands for 0.1 r^(2/3). The dense output is the collocation polynomial, of order 3.
 
 Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II (1996), section IV.8.
 
@@ -37,7 +37,7 @@ E1, E2, E3 = -(13 + 7 * _ROOT) / 3, (-13 + 7 * _ROOT) / 3, -1 / 3
 
 
 def _transformed() -> tuple[float, float, float, Any, Any]:
-    """γ, α, β, T, T⁻¹ with A⁻¹ = T [[γ, 0, 0], [0, α, -β], [0, β, α]] T⁻¹."""
+    """Return γ, α, β, T, T⁻¹ with A⁻¹ = T [[γ, 0, 0], [0, α, -β], [0, β, α]] T⁻¹."""
     c = np.array([C1, C2, 1.0])
     powers = np.vander(c, 3, increasing=True)
     A = (c[:, None] ** np.arange(1, 4) / np.arange(1, 4)) @ np.linalg.inv(powers)
@@ -52,24 +52,24 @@ GAMMA, ALPHA, BETA_, _T, _TI = _transformed()
 T00, T01, T02, T10, T11, T12, T20, T21, T22 = (float(x) for x in _T.flat)
 I00, I01, I02, I10, I11, I12, I20, I21, I22 = (float(x) for x in _TI.flat)
 
-# Rows of the method, from ROWS on: Z of this step, of the held one and of the one before; W; F; right-hand sides; the
-# state and a direction (two rows); pivots of both factorizations; what is carried; then J by columns, and the factors.
+# Rows of the method, from ROWS on: Z of this step, of the saved one and of the one before; W; F; right-hand sides; the
+# state and a direction (two rows); pivots of both factorizations; carried numbers; then J by columns, and the factors.
 Z, HELD, BEFORE, W, F, ONE, TWO, THREE, PAIR, PIVOTS, PIVOTS_C, CARRIED, MATRICES = (
     0, 3, 6, 9, 12, 15, 16, 17, 18, 20, 21, 22, 24
 )  # fmt: skip
-# of what is carried: length of the step before (0: none), of this one, of the held one, of the factorization (0: none);
-# whether J is that of the start; rate of convergence
+# Indices of the carried numbers: length of the step before (0: none), of this one, of the saved one, of the
+# factorization (0: none); 1 if J is that of the start; rate of convergence; 1 if the last step converged at once.
 LAST_STEP, THIS_STEP, HELD_STEP, FACTORED, FRESH, RATE, GOOD = 0, 1, 2, 3, 4, 5, 6
 
 KAPPA = 1e-2
-"""The iteration ends when what is left is below this part of the tolerance."""
+"""The iteration ends when its remaining error is below this fraction of the tolerance."""
 
 
 @compiled
 def prepare(
     rates: int, t: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int, integers: Integers
 ) -> None:  # fmt: skip
-    """Nothing is known of a step before."""
+    """Clear the carried numbers: there is no step before."""
     carried = (ROWS + CARRIED) * w
     for k in range(GOOD + 1):
         work[carried + k] = 0.0
@@ -79,7 +79,7 @@ def prepare(
 def derivative(
     t: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int, integers: Integers
 ) -> None:
-    """J at STATE, column k in row k of the matrices."""
+    """Compute J at STATE, with column k in row k of the matrices."""
     pair, matrix = (ROWS + PAIR) * w, (ROWS + MATRICES) * w
     kernel = quaternions[nq + KERNELS]
     constants = shifted(c, quaternions[nq + CONSTANTS])
@@ -95,7 +95,8 @@ def derivative(
 
 @compiled
 def factorize(h: float, work: Reals, w: int, n: int) -> None:
-    """LU of γ/h - J and of (α + iβ)/h - J, by rows; zero pivots show as numbers that are not finite."""
+    """Compute γ/h - J and (α + iβ)/h - J and their LU factors, by rows. Zero pivots give numbers that are not
+    finite."""
     J = (ROWS + MATRICES) * w
     R, X, Y = J + n * w, J + 2 * n * w, J + 3 * n * w
     for i in range(n):
@@ -107,14 +108,21 @@ def factorize(h: float, work: Reals, w: int, n: int) -> None:
         work[R + i * w + i] += GAMMA / h
         work[X + i * w + i] += ALPHA / h
         work[Y + i * w + i] = BETA_ / h
-    one, two = (ROWS + PIVOTS) * w, (ROWS + PIVOTS_C) * w
+    factorize_real(work, w, n)
+    factorize_complex(work, w, n)
+
+
+@compiled
+def factorize_real(work: Reals, w: int, n: int) -> None:
+    """Replace γ/h - J by its LU factors."""
+    R, pivots = (ROWS + MATRICES + n) * w, (ROWS + PIVOTS) * w
     for k in range(n):
-        p, most = k, abs(work[R + k * w + k])
+        p, largest = k, abs(work[R + k * w + k])
         for i in range(k + 1, n):
             size = abs(work[R + i * w + k])
-            if size > most:
-                p, most = i, size
-        work[one + k] = p
+            if size > largest:
+                p, largest = i, size
+        work[pivots + k] = p
         if p != k:
             for j in range(n):
                 a = work[R + k * w + j]
@@ -127,13 +135,19 @@ def factorize(h: float, work: Reals, w: int, n: int) -> None:
             if factor != 0.0:
                 for j in range(k + 1, n):
                     work[R + i * w + j] -= factor * work[R + k * w + j]
+
+
+@compiled
+def factorize_complex(work: Reals, w: int, n: int) -> None:
+    """Replace (α + iβ)/h - J by its LU factors."""
+    X, Y, pivots = (ROWS + MATRICES + 2 * n) * w, (ROWS + MATRICES + 3 * n) * w, (ROWS + PIVOTS_C) * w
     for k in range(n):
-        p, most = k, abs(work[X + k * w + k]) + abs(work[Y + k * w + k])
+        p, largest = k, abs(work[X + k * w + k]) + abs(work[Y + k * w + k])
         for i in range(k + 1, n):
             size = abs(work[X + i * w + k]) + abs(work[Y + i * w + k])
-            if size > most:
-                p, most = i, size
-        work[two + k] = p
+            if size > largest:
+                p, largest = i, size
+        work[pivots + k] = p
         if p != k:
             for j in range(n):
                 a, b = work[X + k * w + j], work[Y + k * w + j]
@@ -158,10 +172,10 @@ def factorize(h: float, work: Reals, w: int, n: int) -> None:
 
 @compiled
 def solve_real(work: Reals, w: int, n: int, b: int) -> None:
-    """(γ/h - J) x = b in place."""
-    R, one = (ROWS + MATRICES + n) * w, (ROWS + PIVOTS) * w
+    """Solve (γ/h - J) x = b in place."""
+    R, pivots = (ROWS + MATRICES + n) * w, (ROWS + PIVOTS) * w
     for k in range(n):
-        p = whole(work[one + k])
+        p = whole(work[pivots + k])
         value = work[b + p]
         work[b + p] = work[b + k]
         work[b + k] = value
@@ -179,10 +193,10 @@ def solve_real(work: Reals, w: int, n: int, b: int) -> None:
 
 @compiled
 def solve_complex(work: Reals, w: int, n: int, b: int, d: int) -> None:
-    """((α + iβ)/h - J) x = b + id in place."""
-    X, Y, two = (ROWS + MATRICES + 2 * n) * w, (ROWS + MATRICES + 3 * n) * w, (ROWS + PIVOTS_C) * w
+    """Solve ((α + iβ)/h - J) x = b + id in place."""
+    X, Y, pivots = (ROWS + MATRICES + 2 * n) * w, (ROWS + MATRICES + 3 * n) * w, (ROWS + PIVOTS_C) * w
     for k in range(n):
-        row = whole(work[two + k])
+        row = whole(work[pivots + k])
         x, y = work[b + row], work[d + row]
         work[b + row] = work[b + k]
         work[d + row] = work[d + k]
@@ -210,44 +224,44 @@ def solve_complex(work: Reals, w: int, n: int, b: int, d: int) -> None:
 
 @compiled
 def first(x: float) -> float:
-    """The polynomial of degree 3 that is 1 at c_1 and 0 at 0, c_2 and 1."""
+    """Return the polynomial of degree 3 that is 1 at c_1 and 0 at 0, c_2 and 1."""
     return x * (x - C2) * (x - 1.0) / (C1 * (C1 - C2) * (C1 - 1.0))
 
 
 @compiled
 def second(x: float) -> float:
-    """The one that is 1 at c_2."""
+    """Return the polynomial of degree 3 that is 1 at c_2 and 0 at 0, c_1 and 1."""
     return x * (x - C1) * (x - 1.0) / (C2 * (C2 - C1) * (C2 - 1.0))
 
 
 @compiled
 def third(x: float) -> float:
-    """The one that is 1 at 1."""
+    """Return the polynomial of degree 3 that is 1 at 1 and 0 at 0, c_1 and c_2."""
     return x * (x - C1) * (x - C2) / ((1.0 - C1) * (1.0 - C2))
 
 
 @compiled
 def guess(h: float, work: Reals, w: int, n: int) -> None:
-    """Z from the continued polynomial of the step before, W = T⁻¹ Z."""
-    own = ROWS * w
-    last = work[own + CARRIED * w + LAST_STEP]
+    """Predict Z by continuing the polynomial of the step before, and W = T⁻¹ Z."""
+    block = ROWS * w
+    last = work[block + CARRIED * w + LAST_STEP]
     for s in range(3):
         if last == 0.0:
             for i in range(n):
-                work[own + (Z + s) * w + i] = 0.0
+                work[block + (Z + s) * w + i] = 0.0
         else:
             node = C1 if s == 0 else (C2 if s == 1 else 1.0)
             x = 1.0 + node * h / last
             a, b, d = first(x), second(x), third(x) - 1.0
             for i in range(n):
-                at = own + BEFORE * w + i
-                work[own + (Z + s) * w + i] = a * work[at] + b * work[at + w] + d * work[at + 2 * w]
+                at = block + BEFORE * w + i
+                work[block + (Z + s) * w + i] = a * work[at] + b * work[at + w] + d * work[at + 2 * w]
     for i in range(n):
-        at = own + Z * w + i
+        at = block + Z * w + i
         a, b, d = work[at], work[at + w], work[at + 2 * w]
-        work[own + W * w + i] = I00 * a + I01 * b + I02 * d
-        work[own + (W + 1) * w + i] = I10 * a + I11 * b + I12 * d
-        work[own + (W + 2) * w + i] = I20 * a + I21 * b + I22 * d
+        work[block + W * w + i] = I00 * a + I01 * b + I02 * d
+        work[block + (W + 1) * w + i] = I10 * a + I11 * b + I12 * d
+        work[block + (W + 2) * w + i] = I20 * a + I21 * b + I22 * d
 
 
 @compiled
@@ -255,9 +269,9 @@ def newton(
     rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, relative: Reals, absolute: Reals,
     integers: Integers,
 ) -> int:  # fmt: skip
-    """Iterate Z; 0 if it converged, 1 if not, 2 if f is not finite."""
-    own = ROWS * w
-    carried = own + CARRIED * w
+    """Iterate Z. Return 0 if it converged, 1 if not, 2 if f is not finite."""
+    block = ROWS * w
+    carried = block + CARRIED * w
     guess(h, work, w, n)
     last = 0.0
     rate = 1.0
@@ -265,26 +279,26 @@ def newton(
         for s in range(3):
             node = C1 if s == 0 else (C2 if s == 1 else 1.0)
             for i in range(n):
-                work[ARGUMENT * w + i] = work[STATE * w + i] + work[own + (Z + s) * w + i]
-            call(rates, t + node * h, work, ARGUMENT * w, c, work, own + (F + s) * w)
+                work[ARGUMENT * w + i] = work[STATE * w + i] + work[block + (Z + s) * w + i]
+            call(rates, t + node * h, work, ARGUMENT * w, c, work, block + (F + s) * w)
             for i in range(n):
-                if not math.isfinite(work[own + (F + s) * w + i]):
+                if not math.isfinite(work[block + (F + s) * w + i]):
                     integers[BLAME] = i
                     return 2
         integers[EVALUATED] += 3
         for i in range(n):
-            f, g = own + F * w + i, own + W * w + i
+            f, g = block + F * w + i, block + W * w + i
             a, b, d = work[f], work[f + w], work[f + 2 * w]
             u, v = work[g + w], work[g + 2 * w]
-            work[own + ONE * w + i] = I00 * a + I01 * b + I02 * d - GAMMA / h * work[g]
-            work[own + TWO * w + i] = I10 * a + I11 * b + I12 * d - (ALPHA * u - BETA_ * v) / h
-            work[own + THREE * w + i] = I20 * a + I21 * b + I22 * d - (BETA_ * u + ALPHA * v) / h
-        solve_real(work, w, n, own + ONE * w)
-        solve_complex(work, w, n, own + TWO * w, own + THREE * w)
+            work[block + ONE * w + i] = I00 * a + I01 * b + I02 * d - GAMMA / h * work[g]
+            work[block + TWO * w + i] = I10 * a + I11 * b + I12 * d - (ALPHA * u - BETA_ * v) / h
+            work[block + THREE * w + i] = I20 * a + I21 * b + I22 * d - (BETA_ * u + ALPHA * v) / h
+        solve_real(work, w, n, block + ONE * w)
+        solve_complex(work, w, n, block + TWO * w, block + THREE * w)
         size, round_off = 0.0, 0.0
         for i in range(n):
-            g, z = own + W * w + i, own + Z * w + i
-            a, b, d = work[own + ONE * w + i], work[own + TWO * w + i], work[own + THREE * w + i]
+            g, z = block + W * w + i, block + Z * w + i
+            a, b, d = work[block + ONE * w + i], work[block + TWO * w + i], work[block + THREE * w + i]
             x, y, v = (
                 T00 * a + T01 * b + T02 * d, T10 * a + T11 * b + T12 * d, T20 * a + T21 * b + T22 * d,
             )  # fmt: skip
@@ -299,9 +313,9 @@ def newton(
                 integers[BLAME] = i
                 return 1
             old = abs(work[STATE * w + i])
-            one = change / (absolute[i] + relative[i] * old)
-            if one > size:
-                size = one
+            ratio = change / (absolute[i] + relative[i] * old)
+            if ratio > size:
+                size = ratio
                 integers[BLAME] = i
             round_off = greater(round_off, change / (1.0 + old))
         if turn > 0:
@@ -319,7 +333,8 @@ def newton(
 
 @compiled
 def weight(relative: float) -> float:
-    """Of the estimate, whose order is two below that of the method: tolerance r stands for 0.1 r^(2/3) (Hairer)."""
+    """Return the weight of the estimate, whose order is two below that of the method: tolerance r stands for 0.1
+    r^(2/3) (Hairer)."""
     return lesser(1.0, 10.0 * relative ** (1.0 / 3.0))
 
 
@@ -328,10 +343,10 @@ def attempt(
     rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int,
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> int:  # fmt: skip
-    """One step of length ``h`` from STATE to RAW, its error in ERROR5."""
-    own = ROWS * w
-    carried = own + CARRIED * w
-    found = 1
+    """Take one step of length ``h`` from STATE to RAW, and store its error in ERROR5."""
+    block = ROWS * w
+    carried = block + CARRIED * w
+    failed = 1
     for turn in range(2):
         if work[carried + FRESH] == 0.0 and (turn > 0 or work[carried + GOOD] == 0.0):
             derivative(t, work, w, n, c, quaternions, nq, integers)
@@ -340,23 +355,23 @@ def attempt(
         if work[carried + FACTORED] != h:
             factorize(h, work, w, n)
             work[carried + FACTORED] = h
-        found = newton(rates, t, h, work, w, n, c, relative, absolute, integers)
-        if found == 0 or work[carried + FRESH] != 0.0:
+        failed = newton(rates, t, h, work, w, n, c, relative, absolute, integers)
+        if failed == 0 or work[carried + FRESH] != 0.0:
             break
-    if found == 2:
+    if failed == 2:
         for i in range(n):
             work[RAW * w + i] = math.nan if i == integers[BLAME] else 0.0
         return 0
-    if found != 0:
+    if failed != 0:
         work[carried + RATE] = 1.0
         return 1
     work[carried + THIS_STEP] = h
     for i in range(n):
-        z = own + Z * w + i
+        z = block + Z * w + i
         a, b, d = work[z], work[z + w], work[z + 2 * w]
         work[RAW * w + i] = work[STATE * w + i] + d
-        work[own + ONE * w + i] = (E1 * a + E2 * b + E3 * d) / h
-        work[ERROR5 * w + i] = work[own + ONE * w + i] + work[i]
+        work[block + ONE * w + i] = (E1 * a + E2 * b + E3 * d) / h
+        work[ERROR5 * w + i] = work[block + ONE * w + i] + work[i]
     solve_real(work, w, n, ERROR5 * w)
     error = 0.0
     for i in range(n):
@@ -368,7 +383,7 @@ def attempt(
         call(rates, t, work, ARGUMENT * w, c, work, ERROR5 * w)
         integers[EVALUATED] += 1
         for i in range(n):
-            work[ERROR5 * w + i] += work[own + ONE * w + i]
+            work[ERROR5 * w + i] += work[block + ONE * w + i]
         solve_real(work, w, n, ERROR5 * w)
     return 0
 
@@ -377,24 +392,24 @@ def attempt(
 def judge(
     n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
 ) -> float:
-    """Error of the attempted step in units of the tolerance, nan if it is not finite."""
+    """Return the error of the attempted step in units of the tolerance, nan if it is not finite."""
     error = 0.0
     for i in range(n):
         new, old = abs(work[RAW * w + i]), abs(work[STATE * w + i])
-        one = (
+        ratio = (
             weight(relative[i]) * abs(work[ERROR5 * w + i]) / (absolute[i] + relative[i] * greater(new, old))
         )
-        if not (math.isfinite(new) and math.isfinite(one)):
+        if not (math.isfinite(new) and math.isfinite(ratio)):
             return math.nan
-        if one > error:
-            error = one
+        if ratio > error:
+            error = ratio
             integers[BLAME] = i
     return error
 
 
 @compiled
 def interpolate(x: float, work: Reals, w: int) -> None:
-    """Row POINT: the collocation polynomial at the part ``x`` (0 to 1) of the step."""
+    """Set row POINT: the collocation polynomial at the fraction ``x`` (0 to 1) of the step."""
     a, b, d = first(x), second(x), third(x)
     for i in range(w):
         at = (ROWS + HELD) * w + i
@@ -403,20 +418,20 @@ def interpolate(x: float, work: Reals, w: int) -> None:
 
 @compiled
 def hold(work: Reals, w: int, n: int) -> None:
-    """Keep the stages while parts of the step are tried."""
-    own = ROWS * w
+    """Save the stages while parts of the step are tried."""
+    block = ROWS * w
     for i in range(3 * w):
-        work[own + HELD * w + i] = work[own + Z * w + i]
-    work[own + CARRIED * w + HELD_STEP] = work[own + CARRIED * w + THIS_STEP]
+        work[block + HELD * w + i] = work[block + Z * w + i]
+    work[block + CARRIED * w + HELD_STEP] = work[block + CARRIED * w + THIS_STEP]
 
 
 @compiled
 def accept(work: Reals, w: int, n: int) -> None:
-    """The step becomes the one before; J is old unless the iteration converged at once."""
-    own = ROWS * w
-    carried = own + CARRIED * w
+    """Make the step the previous step. J is out of date unless the iteration converged at once."""
+    block = ROWS * w
+    carried = block + CARRIED * w
     for i in range(3 * w):
-        work[own + BEFORE * w + i] = work[own + HELD * w + i]
+        work[block + BEFORE * w + i] = work[block + HELD * w + i]
     work[carried + LAST_STEP] = work[carried + HELD_STEP]
     work[carried + FRESH] = 0.0
     work[carried + GOOD] = 1.0 if work[carried + RATE] < 1e-3 else 0.0

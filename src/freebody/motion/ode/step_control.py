@@ -1,29 +1,30 @@
-"""The loop around the step of any method: control of its length, projection, located events, output.
+"""The loop around the steps of any method: step-size control, projection, located events, output.
 
     y' = f(t, y, c)
 
-A method (`dop853`, `dop54`, `radau`, `gauss`, `structure`) brings what a step is; the rest is here, once. `functions`
-makes the compiled loop of one method: the functions of this module with the names below bound to that method.
+A method (`dop853`, `dop54`, `radau`, `gauss`, `structure`, `taylor`) defines a step. Everything else is here, once.
+`Functions` makes the compiled loop of one method: the functions of this module, with the names below bound to that
+method.
 
-A step is tried, judged, and taken when its error ε is at most 1. The next is h · 0.9 ε^-(1/k - 3β/4 ...) ε_old^β (a
-proportional-integral control), within bounds that the method states. Steps of a fixed length are taken whatever their
-error.
+A step is attempted, judged, and accepted if its error ε is at most 1. The next step is h · 0.9 ε^-(1/k - 3β/4 ...)
+ε_old^β (proportional-integral control), within bounds that the method states. Steps of fixed length are accepted
+whatever their error.
 
 Unit quaternions are normalised after each accepted step. The correction is of the size of the local error, O(h^(p+1)),
-and f is taken at the corrected state, so that order p is kept. The dense output is the polynomial from the state at
-the start of the step to its uncorrected end, with each quaternion divided by its norm where it is evaluated: it
-meets the corrected state at the end of the step and is continuous.
+and f is evaluated at the corrected state, so that the order p is kept. The dense output is the polynomial from the
+state at the start of the step to its uncorrected end. Each quaternion is divided by its norm where the dense output is
+evaluated, so that it meets the corrected state at the end of the step and is continuous.
 
-The dense output serves to find events (`event_search`). It is not stored, and no result depends on it: steps are
-long, and its error may exceed the tolerance. A state inside a step, of an event or for output (`sample`), is the end of
-a shorter step from the same start: of the order of the method, and at the end of the step the very result of the run.
-So a run keeps n numbers per step.
+The dense output serves to find events (`event_search`). It is not stored, and no result depends on it: steps are long,
+and its error may exceed the tolerance. A state inside a step, of an event or for output (`sample`), is the end of a
+shorter step from the same start. It has the order of the method, and at the end of the step it equals the result of the
+run. So a run stores n numbers per step.
 
-Kernels are called by address (`machine.call`). Arrays are pointers to their first number, so that no step allocates,
-counts references, tests a bound or raises. `loop` compiles it once and keeps it on the disk; this module is imported
-only for that. Each function becomes one of C (`translation`), with arguments of the types it is annotated with.
+Kernels are called by address (`instructions.call`). Arrays are pointers to their first number: no step allocates,
+counts references, tests a bound or raises. `loop` compiles this module once and keeps the result on the disk; the
+module is imported only for that. Each function becomes a C function (`translation`) with the annotated argument types.
 
-The file is longer than others: it is the one loop, which no Python may interrupt.
+The file is longer than others: it is one loop, which Python may not interrupt.
 """
 
 from __future__ import annotations
@@ -53,10 +54,9 @@ from .layout import (
     ACCEPTED,
     AFTER_REJECTION,
     ARGUMENT,
-    ASKED,
     BLAME,
     CALM,
-    CLEARED,
+    CLEARED_ARRAYS,
     COLLAPSED,
     CULPRIT,
     DENSE,
@@ -64,17 +64,16 @@ from .layout import (
     END,
     ERROR5,
     EVALUATED,
+    EVENT_SIZE,
     EVENTS,
     FINISHED,
     FIXED,
-    FOUND,
-    LOGGED,
+    LOG_SIZE,
     MANY,
     MAX_STEP,
-    NAMED,
+    METHOD_ORDER,
     NOT_FINITE,
     NUMBERS,
-    OF_ORDER,
     OLD_ERROR,
     POINT,
     PROJECTED,
@@ -82,12 +81,14 @@ from .layout import (
     RAW,
     REACH,
     REJECTED,
+    REQUIRED,
     RUNNING,
     START,
     STATE,
     STEP,
     STIFF,
     STIFFNESS,
+    STOP_IF_STIFF,
     SUSPECT,
     TAKEN,
     TERMINAL,
@@ -98,64 +99,64 @@ from .layout import (
 
 _EPS, _TINY = EPS, 1e-300
 
-# What a method brings: numbers, and compiled functions (see `dop853` for their arguments).
+# Bound to the numbers and compiled functions of a method (see `dop853`).
 SAFETY, SMALLEST, GREATEST = 0.9, 1.0 / 3.0, 6.0
-"""Of the control: factor on the next step, and bounds of its change."""
+"""Constants of the control: factor on the next step, and bounds of its change."""
 EXPONENT, BETA = 0.125, 0.0
-"""The next step goes with ε^-EXPONENT ε_old^BETA."""
+"""The next step is proportional to ε^-EXPONENT ε_old^BETA."""
 COST, COST_DENSE = 0, 0
-"""Evaluations of f in `attempt` and in `densify`; a method that iterates counts its own."""
+"""Number of evaluations of f in `attempt` and in `densify`; 0 for a method that iterates and counts its own."""
 LAST, LIMIT = 0, 0.0
-"""Row of the last stage of an explicit method, whose time is that of the end, and where its region of stability ends
-on the negative axis; 0: the method is not watched for stiffness."""
+"""Row of the last stage of an explicit method, whose time is that of the end, and the end of its region of stability on
+the negative axis; 0 for a method that is not watched for stiffness."""
 
-WHOLE = 0
-"""1: there is one step, whose error is judged whatever its length, and states inside it are those of the dense output,
-as accurate as its end; else each is the end of a shorter step."""
-GIVEN = 0
-"""1: the lengths of the steps follow from the state at their start, by the method's function of this name, and no
-error is left to be judged; the rates at the end of a step are not needed."""
+SINGLE_STEP = 0
+"""1 if there is only one step. Its error is judged whatever its length, and states inside it come from the dense
+output, which is as accurate as its end. Otherwise a state inside a step is the end of a shorter step."""
+PREDICTED = 0
+"""1 if the lengths of steps follow from the state at their start (`predicted_length`). No error has to be judged then,
+and the rates at the end of a step are not needed."""
 
 prepare: Any = None
-"""(rates, t, work, w, n, c, q, nq, integers): before the first step from a new start."""
-given: Any = None
-"""(t, work, w, n, c, q, nq, relative, absolute, integers) -> length of the next step from STATE, where they are given;
-nan if it has none."""
-limited: Any = None
-"""(work, w, n, h) -> 1 if stability limits the step, where the lengths are given."""
+"""(rates, t, work, w, n, c, q, nq, integers): called before the first step from a new start."""
+predicted_length: Any = None
+"""(t, work, w, n, c, q, nq, relative, absolute, integers) -> length of the next step from STATE, if lengths are
+predicted; nan if there is none."""
+limited_by_stability: Any = None
+"""(work, w, n, h) -> 1 if stability limits the step, if lengths are predicted."""
 attempt: Any = None
-"""(rates, t, h, work, w, n, c, q, nq, relative, absolute, integers) -> 0, or 1 where the iteration diverges: a step
-from STATE, whose rates are row 0, to RAW."""
+"""(rates, t, h, work, w, n, c, q, nq, relative, absolute, integers) -> 0, or 1 if the iteration diverges: one step from
+STATE, whose rates are row 0, to RAW."""
 judge: Any = None
 """(n, work, w, h, relative, absolute, integers) -> error in units of the tolerance, nan if it is not finite."""
 densify: Any = None
 """(rates, t, h, work, w, n, c, q, nq): prepares `interpolate`; row 12 holds the rates at END."""
 interpolate: Any = None
-"""(x, work, w): row POINT at the part x of the step."""
+"""(x, work, w): sets row POINT at the fraction x of the step."""
 hold: Any = None
-"""(work, w, n): the step will be taken; parts of it may be tried before it is."""
+"""(work, w, n): saves an accepted step, since shorter steps may be tried before `accept`."""
 accept: Any = None
-"""(work, w, n): the step was taken, STATE is its end."""
+"""(work, w, n): the step was taken, and STATE is its end."""
 
 
 @compiled
 def nothing_to_prepare(
     rates: int, t: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int, integers: Integers
 ) -> None:  # fmt: skip
-    """`prepare` of a method of one step, which needs the state only."""
+    """Do nothing: `prepare` of a one-step method, which needs only the state."""
 
 
 @compiled
 def nothing_to_densify(
     rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int
 ) -> None:
-    """`densify` of a method whose held stages are the dense output."""
+    """Do nothing: `densify` of a method whose saved stages are the dense output."""
 
 
 @compiled
 def cubic(work: Reals, w: int, h: float, last: int) -> None:
-    """Rows DENSE to DENSE + 2 of the cubic through the states and rates at both ends; row ``last`` are those at the
-    end."""
+    """Set rows DENSE to DENSE + 2 of the cubic through the states and rates at both ends. Row ``last`` holds the rates
+    at the end."""
     for i in range(w):
         difference = work[RAW * w + i] - work[STATE * w + i]
         work[DENSE * w + i] = difference
@@ -165,24 +166,25 @@ def cubic(work: Reals, w: int, h: float, last: int) -> None:
 
 @compiled
 def nothing_to_keep(work: Reals, w: int, n: int) -> None:
-    """`accept` of a method that carries the state only."""
+    """Do nothing: `hold` and `accept` of a method that carries only the state."""
 
 
 part = Parts()
 
 
 class Functions(dict[str, Compiled]):
-    """The compiled loop of a method: these functions, and the method's own."""
+    """The compiled loop of a method: the functions of this module, and the method's own."""
 
     def __init__(self, method: dict[str, Any]) -> None:
         space = {**vars(event_search), **globals(), **method}
-        given = {name: value for name, value in method.items() if isinstance(value, Compiled)}
-        super().__init__({**given, **event_search.part.bound(space), **part.bound(space)})
+        functions = {name: value for name, value in method.items() if isinstance(value, Compiled)}
+        super().__init__({**functions, **event_search.part.bound(space), **part.bound(space)})
         self.method = method
 
 
 @part
 def normalise(work: Reals, row: int, quaternions: Integers, nq: int) -> None:
+    """Divide each quaternion of a row by its norm."""
     for k in range(nq):
         i = row + quaternions[k]
         a, b, c, d = work[i], work[i + 1], work[i + 2], work[i + 3]
@@ -193,10 +195,11 @@ def normalise(work: Reals, row: int, quaternions: Integers, nq: int) -> None:
 
 @part
 def project(t: float, work: Reals, row: int, w: int, quaternions: Integers, nq: int, c: Reals) -> float:
-    """Onto the constraints, if there are any: the kernel whose address follows the places of the quaternions.
+    """Move a row onto the constraints, if there are any. The address of the kernel follows the indices of the
+    quaternions.
 
-    It takes one Newton step, whose error is the square of the change: one below 1e-8 has reached round-off. The
-    result is the change of the first step, relative to 1 + |value|.
+    The kernel takes one Newton step, whose error is the square of the change: after a change below 1e-8 the result has
+    reached round-off. Return the change of the first step, relative to 1 + |value|.
     """
     first = 0.0
     if quaternions[nq + PROJECTION] != 0:
@@ -217,7 +220,7 @@ def project(t: float, work: Reals, row: int, w: int, quaternions: Integers, nq: 
 
 @part
 def _first_not_finite(work: Reals, w: int, n: int, row: int, rows: int) -> int:
-    """The first component that is not finite in the first of ``rows`` rows that has one, or -1."""
+    """Return the first component that is not finite in the first of ``rows`` rows that has one, or -1."""
     for k in range(row, row + rows):
         for i in range(n):
             if not math.isfinite(work[k * w + i]):
@@ -226,24 +229,25 @@ def _first_not_finite(work: Reals, w: int, n: int, row: int, rows: int) -> int:
 
 
 @part
-def inside(x: float, work: Reals, w: int, quaternions: Integers, nq: int) -> None:
-    """Row POINT: the dense output at the part ``x`` (0 to 1) of the step, with unit quaternions."""
+def dense_state(x: float, work: Reals, w: int, quaternions: Integers, nq: int) -> None:
+    """Set row POINT: the dense output at the fraction ``x`` (0 to 1) of the step, with unit quaternions."""
     interpolate(x, work, w)
     normalise(work, POINT * w, quaternions, nq)
 
 
 @part
 def _copy(source: Reals, row: int, target: Reals, place: int, n: int) -> None:
+    """Copy ``n`` numbers."""
     for i in range(n):
         target[place + i] = source[row + i]
 
 
 @part
-def _shorter(
+def shorter_step(
     rates: int, x: float, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int,
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> None:  # fmt: skip
-    """Row POINT: the end of a step of the length x h from the same start."""
+    """Set row POINT: the end of a step of the length x h from the same start."""
     if attempt(rates, t, x * h, work, w, n, c, quaternions, nq, relative, absolute, integers) != 0:
         for i in range(n):
             work[RAW * w + i] = math.nan
@@ -254,28 +258,28 @@ def _shorter(
 
 
 @part
-def _part(
+def state_in_step(
     rates: int, x: float, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int,
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> None:  # fmt: skip
-    """Row POINT: the state at the part ``x`` of the step, by a step of its own from the same start, or, where a step is
-    WHOLE, from the dense output."""
-    if WHOLE != 0:
-        inside(x, work, w, quaternions, nq)
+    """Set row POINT: the state at the fraction ``x`` of the step, by a shorter step from the same start, or, for a
+    SINGLE_STEP, from the dense output."""
+    if SINGLE_STEP != 0:
+        dense_state(x, work, w, quaternions, nq)
     else:
-        _shorter(rates, x, t, h, work, w, n, c, quaternions, nq, relative, absolute, integers)
+        shorter_step(rates, x, t, h, work, w, n, c, quaternions, nq, relative, absolute, integers)
 
 
 @part
-def _refine(
+def refined_event(
     rates: int, events: int, e: int, sign: int, x: float, t: float, h: float, work: Reals, w: int, n: int,
     c: Reals, ce: Reals, quaternions: Integers, nq: int, g: Reals, relative: Reals, absolute: Reals,
     integers: Integers,
 ) -> float:  # fmt: skip
-    """An event at the part ``x`` of the step, moved from the zero on the dense output to that on `_part`.
+    """Move an event at the fraction ``x`` of the step from the zero on the dense output to the zero on `state_in_step`.
 
-    Newton's method with the slope of the dense output; where that is of no use, in a grazing pass, ``x`` stays.
-    The result lies where the sign has changed, so that a run that starts again there does not find it once more.
+    Newton's method uses the slope of the dense output. If the slope is useless, in a grazing pass, ``x`` stays. The
+    sign has changed at the result, so that a run that starts again there does not find the event once more.
     """
     d = lesser(1e-4, lesser(x, 1.0 - x))
     if d <= 0.0:
@@ -288,7 +292,7 @@ def _refine(
     width = 2.0 * _EPS * greater(1.0, abs(t / h))
     best = x
     for k in range(16):
-        _part(rates, best, t, h, work, w, n, c, quaternions, nq, relative, absolute, integers)
+        state_in_step(rates, best, t, h, work, w, n, c, quaternions, nq, relative, absolute, integers)
         call(events, t + best * h, work, POINT * w, ce, g, 0)
         shift = -g[e] / slope
         if k < 6 and abs(shift) > width:
@@ -304,29 +308,30 @@ def _refine(
 
 
 @part
-def _log_events(
+def log_events(
     rates: int, events: int, count: int, t: float, h: float, after: float, start: float, n: int,
-    work: Reals, w: int, c: Reals, ce: Reals, quaternions: Integers, nq: int, g: Reals, found: Reals,
+    work: Reals, w: int, c: Reals, ce: Reals, quaternions: Integers, nq: int, g: Reals, zeros: Reals,
     terminal: Integers, event_log: Reals, event_states: Reals, logged: int, relative: Reals, absolute: Reals,
     integers: Integers,
 ) -> float:  # fmt: skip
-    """Copy the events of a step to the log, up to the first terminal one, whose part of the step is returned (or -1).
+    """Copy the events of a step to the log, up to the first terminal event.
 
-    Events within 1e-12 of the terminal one happen together with it and are kept. A terminal event at the very start
-    does not stop: a motion could not be started again from it. Where a function has no value any more, the step stops
-    as at a terminal event. ``found[3]`` becomes the number of events that was kept.
+    Return the fraction of the step at the terminal event, or -1. Events within 1e-12 of the terminal one count as
+    simultaneous and are kept. A terminal event at the very start does not stop the run: otherwise a motion could not be
+    started again from it. Where a function loses its value, the step stops as at a terminal event. ``zeros[3]`` becomes
+    the number of events kept.
     """
-    reach = found[REACH]
+    reach = zeros[REACH]
     for k in range(count):
-        x, e, sign = found[FOUND * k], found[FOUND * k + 1], found[FOUND * k + 2]
-        x = _refine(
+        x, e, sign = zeros[EVENT_SIZE * k], zeros[EVENT_SIZE * k + 1], zeros[EVENT_SIZE * k + 2]
+        x = refined_event(
             rates, events, whole(e), whole(sign), x, t, h, work, w, n, c, ce, quaternions, nq, g, relative,
             absolute, integers,
         )  # fmt: skip
-        insert_event(found, k, x, e, sign)
-    stop, latest, kept = -1.0, reach, 0
+        insert_event(zeros, k, x, e, sign)
+    stop, latest, logged_count = -1.0, reach, 0
     for k in range(count):
-        x = found[FOUND * k]
+        x = zeros[EVENT_SIZE * k]
         if x > latest:
             break
         moment, row = after, END * w
@@ -334,14 +339,14 @@ def _log_events(
             moment, row = t, STATE * w
         elif x != 1.0:
             moment, row = t + x * h, POINT * w
-            _part(rates, x, t, h, work, w, n, c, quaternions, nq, relative, absolute, integers)
+            state_in_step(rates, x, t, h, work, w, n, c, quaternions, nq, relative, absolute, integers)
         place = logged + k
-        event_log[LOGGED * place] = moment
-        event_log[LOGGED * place + 1] = found[FOUND * k + 1]
-        event_log[LOGGED * place + 2] = found[FOUND * k + 2]
+        event_log[LOG_SIZE * place] = moment
+        event_log[LOG_SIZE * place + 1] = zeros[EVENT_SIZE * k + 1]
+        event_log[LOG_SIZE * place + 2] = zeros[EVENT_SIZE * k + 2]
         _copy(work, row, event_states, place * n, n)
-        kept += 1
-        if stop < 0.0 and terminal[whole(found[FOUND * k + 1])] != 0 and moment != start:
+        logged_count += 1
+        if stop < 0.0 and terminal[whole(zeros[EVENT_SIZE * k + 1])] != 0 and moment != start:
             stop = x
             latest = lesser(latest, x + 1e-12 * greater(1.0, abs(t / h)))
     if stop < 0.0 and reach <= 1.0:
@@ -349,23 +354,23 @@ def _log_events(
     if stop == 0.0:
         _copy(work, STATE * w, work, END * w, w)
     elif 0.0 < stop < 1.0:
-        _part(rates, stop, t, h, work, w, n, c, quaternions, nq, relative, absolute, integers)
+        state_in_step(rates, stop, t, h, work, w, n, c, quaternions, nq, relative, absolute, integers)
         copied(work, w, POINT, END)
-    found[3] = kept
+    zeros[3] = logged_count
     return stop
 
 
 @part
-def _stiff(work: Reals, w: int, n: int, h: float, integers: Integers) -> int:
-    """Whether steps have been as long as the region of stability allows, h |λ| > LIMIT, for 15 steps.
+def is_stiff(work: Reals, w: int, n: int, h: float, integers: Integers) -> int:
+    """Return 1 if steps were as long as the region of stability allows, h |λ| > LIMIT, for 15 steps.
 
-    |λ| is taken from the last stage and the end of the step, two states at one time; λ must be that of a decay, since a
-    vibration that an explicit method can not follow is none for an implicit one either. Six steps without suspicion end
-    it (Hairer and Wanner, section IV.2).
+    |λ| is estimated from the last stage and the end of the step, two states at one time. λ must be that of a decay: a
+    vibration too fast for an explicit method is too fast for an implicit one, too. Six steps without suspicion reset
+    the count (Hairer and Wanner, section IV.2).
     """
     above, below, across = 0.0, 0.0, 0.0
-    if GIVEN != 0:
-        suspect = limited(work, w, n, h) != 0
+    if PREDICTED != 0:
+        suspect = limited_by_stability(work, w, n, h) != 0
     else:
         for i in range(n):
             a = work[12 * w + i] - work[LAST * w + i]
@@ -390,9 +395,10 @@ def first_length(
     rates: int, t: float, direction: float, longest: float, work: Reals, w: int, n: int, c: Reals, relative: Reals,
     absolute: Reals, order: float,
 ) -> float:  # fmt: skip
-    """A length for the first step (Hairer, Norsett, Wanner, section II.4).
+    """Return a length for the first step (Hairer, Norsett, Wanner, section II.4).
 
-    Row STATE holds y, row 0 its rates; rows POINT and 1 are used."""
+    Row STATE holds y, row 0 its rates. Rows POINT and 1 are overwritten.
+    """
     if n == 0:
         return longest
     size, slope = 0.0, 0.0
@@ -429,15 +435,15 @@ def launch(
     rates: int, work: Reals, w: int, n: int, c: Reals, relative: Reals, absolute: Reals, reals: Reals,
     integers: Integers,
 ) -> int:  # fmt: skip
-    """What goes before the first step from STATE: its rates and, where none is given, its length.
+    """Prepare the first step from STATE: compute its rates and, if none is prescribed, its length.
 
-    NOT_FINITE where there are no rates, FINISHED where there is nowhere to go, else RUNNING.
+    Return NOT_FINITE if there are no rates, FINISHED if the run has length zero, else RUNNING.
     """
     t, until = reals[TIME], reals[UNTIL]
     direction = 1.0 if until >= t else -1.0
     longest = lesser(reals[MAX_STEP], abs(until - t))
     reals[OLD_ERROR] = 1e-4
-    if GIVEN == 0:
+    if PREDICTED == 0:
         call(rates, t, work, STATE * w, c, work, 0)
         integers[EVALUATED] += 1
         integers[BLAME] = _first_not_finite(work, w, n, 0, 1)
@@ -446,12 +452,12 @@ def launch(
         integers[BLAME] = 0
     if longest == 0.0:
         return FINISHED
-    if GIVEN == 0 and reals[STEP] == 0.0:
+    if PREDICTED == 0 and reals[STEP] == 0.0:
         reals[STEP] = first_length(
-            rates, t, direction, longest, work, w, n, c, relative, absolute, reals[OF_ORDER]
+            rates, t, direction, longest, work, w, n, c, relative, absolute, reals[METHOD_ORDER]
         )  # fmt: skip
         integers[EVALUATED] += 1
-        for i in range(w):  # rows that only the first step has used
+        for i in range(w):  # clear the rows used above
             work[POINT * w + i] = 0.0
             work[w + i] = 0.0
     reals[STEP] = direction * lesser(reals[STEP], longest)
@@ -462,12 +468,14 @@ def launch(
 def look(
     kernel: int, t: float, work: Reals, w: int, m: int, c: Reals, table: Reals, last: Integers, integers: Integers
 ) -> int:  # fmt: skip
-    """The event functions at STATE, and their signs: what `find_events` begins with. UNDEFINED where one has none, else
-    RUNNING."""
+    """Evaluate the event functions at STATE, and their signs, for the first `find_events`.
+
+    Return UNDEFINED if a required function has no value, else RUNNING.
+    """
     call(kernel, t, work, STATE * w, c, table, 0)
     for e in range(m):
         last[e] = 1 if table[e] > 0.0 else (-1 if table[e] < 0.0 else 0)
-        if e < integers[NAMED] and not math.isfinite(table[e]):
+        if e < integers[REQUIRED] and not math.isfinite(table[e]):
             integers[BLAME] = e
             return UNDEFINED
     return RUNNING
@@ -475,7 +483,7 @@ def look(
 
 @part
 def lengthening(error: float, old: float) -> float:
-    """What a step that was taken is multiplied by."""
+    """Return the factor from an accepted step to the next."""
     if error > 0.0:
         return lesser(GREATEST, greater(SMALLEST, SAFETY * old**BETA / error**EXPONENT))
     return GREATEST
@@ -486,7 +494,7 @@ def advance(
     rates: int, n: int, c: Reals, work: Reals, w: int, quaternions: Integers, nq: int, relative: Reals,
     absolute: Reals, reals: Reals, integers: Integers, room: int, times: Reals, lengths: Reals,
     states: Reals, events: int, m: int, ce: Reals, directions: Integers, terminal: Integers, last: Integers,
-    table: Reals, g: Reals, found: Reals, event_log: Reals, event_states: Reals,
+    table: Reals, g: Reals, zeros: Reals, event_log: Reals, event_states: Reals,
 ) -> int:  # fmt: skip
     """Step until the end, a terminal event, a failure, or until the buffers are full.
 
@@ -494,16 +502,16 @@ def advance(
     ----------
     rates, n, c          address of the kernel, number of components, constants of the kernel
     work, w              rows of length ``w``; row STATE holds y, row 0 its rates
-    quaternions, nq      places of the unit quaternions in y, and their number; two more entries hold the address of
+    quaternions, nq      indices of the unit quaternions in y, and their number; two more entries hold the address of
                          the kernel that moves a state onto the constraints, or 0, and the number of its outputs
     relative, absolute   tolerance of each component
-    reals, integers      what is carried from call to call (`layout`)
-    room                 number of steps the buffers hold, and of events besides those of the last step
+    reals, integers      numbers carried from call to call (`layout`)
+    room                 number of steps that the buffers hold, and of events besides those of the last step
     times, lengths, states   buffers: time, length and state at the start of each accepted step; then time and state of
                          the end of the last
     events, m, ce        address of the event functions, their number, which may be 0, and constants
-    directions, terminal what is asked of each
-    last, table, g, found    room for the search (`find_events`)
+    directions, terminal directions and flags of the events
+    last, table, g, found    memory of the search (`find_events`)
     event_log, event_states  buffers: (time, number, sign) and state of each event
 
     Returns
@@ -522,10 +530,10 @@ def advance(
     for i in range(n):
         allowed = greater(allowed, 1e3 * relative[i])
     if integers[FIXED] != 0:
-        allowed = 0.1  # their error may be any
+        allowed = 0.1  # steps of fixed length may have any error
     while accepted < room and not full:
-        if GIVEN != 0:
-            size = given(t, work, w, n, c, quaternions, nq, relative, absolute, integers)
+        if PREDICTED != 0:
+            size = predicted_length(t, work, w, n, c, quaternions, nq, relative, absolute, integers)
             if size != size:
                 status = NOT_FINITE
                 break
@@ -549,12 +557,12 @@ def advance(
             error = judge(n, work, w, h, relative, absolute, integers)
             copied(work, w, RAW, END)
             normalise(work, END * w, quaternions, nq)
-        if integers[FIXED] != 0 and error > 1.0 and failed == 0 and WHOLE == 0:
+        if integers[FIXED] != 0 and error > 1.0 and failed == 0 and SINGLE_STEP == 0:
             error = 1.0
         if error <= 1.0 and not project(after, work, END * w, w, quaternions, nq, c) <= allowed:
-            error = 1e3  # not the error of a step, but another branch: the constraints end here, or bend too sharply
-        # a state without rates is no state: those at the end must be numbers, too
-        if GIVEN == 0 and error <= 1.0:
+            error = 1e3  # not a step error: another branch, or the constraints end or bend too sharply here
+        # a state without rates is invalid: the rates at the end must be finite, too
+        if PREDICTED == 0 and error <= 1.0:
             call(rates, after, work, END * w, c, work, 12 * w)
             integers[EVALUATED] += 1
             if _first_not_finite(work, w, n, 12, 1) >= 0:
@@ -584,37 +592,37 @@ def advance(
         integers[TAKEN] += 1
         hold(work, w, n)
         if (
-            (LAST != 0 or GIVEN != 0)
-            and _stiff(work, w, n, h, integers) != 0
+            (LAST != 0 or PREDICTED != 0)
+            and is_stiff(work, w, n, h, integers) != 0
             and abs(until - after) > MANY * abs(h)
         ):
             integers[STIFFNESS] += 1
-            if integers[ASKED] != 0:
+            if integers[STOP_IF_STIFF] != 0:
                 status = STIFF
         if m > 0:
             densify(rates, t, h, work, w, n, c, quaternions, nq)
             integers[EVALUATED] += COST_DENSE
             count = find_events(
-                events, t, h, work, w, ce, quaternions, nq, m, integers[NAMED], table, g, last, directions, found
+                events, t, h, work, w, ce, quaternions, nq, m, integers[REQUIRED], table, g, last, directions, zeros
             )  # fmt: skip
-            reach = found[REACH]
-            stop = _log_events(
-                rates, events, count, t, h, after, reals[START], n, work, w, c, ce, quaternions, nq, g, found,
+            reach = zeros[REACH]
+            stop = log_events(
+                rates, events, count, t, h, after, reals[START], n, work, w, c, ce, quaternions, nq, g, zeros,
                 terminal, event_log, event_states, logged, relative, absolute, integers,
             )  # fmt: skip
-            logged += whole(found[3])
+            logged += whole(zeros[3])
             full = logged > room
             if stop >= 0.0:
                 status = TERMINAL
                 if stop == reach:
-                    status, integers[BLAME] = UNDEFINED, whole(found[CULPRIT])
+                    status, integers[BLAME] = UNDEFINED, whole(zeros[CULPRIT])
                 after = after if stop == 1.0 else t + stop * h
         t = after
         copied(work, w, END, STATE)
-        if GIVEN == 0:
+        if PREDICTED == 0:
             copied(work, w, 12, 0)
         accept(work, w, n)
-        stopped = status == TERMINAL or status == UNDEFINED  # "in" would call Python
+        stopped = status == TERMINAL or status == UNDEFINED  # "in" cannot be compiled
         if stopped or (status == STIFF and not ends):
             break
         if ends:
@@ -636,22 +644,34 @@ def advance(
 
 
 @part
-def run(told: Integers) -> int:
-    """A run, or its next part: `advance` with its arguments in memory, numbers or addresses, in the order of `layout`.
+def run(arguments: Integers) -> int:
+    """Compute a run, or its next piece: `advance` with its arguments in memory, numbers or addresses, in the order of
+    `layout`.
 
-    A run that can not begin has its start in the buffers, and no steps. In the buffers the lengths follow upon the
-    times, and the states upon the lengths, without a gap.
+    If a run cannot begin, the buffers hold its start and no steps. In the buffers the lengths follow the times, and the
+    states follow the lengths, without gaps.
     """
-    rates, nq, quaternions, c = told[0], told[1], integers_at(told[2]), reals_at(told[3])
-    events, ce, room, n, m, w = told[4], reals_at(told[5]), told[6], told[7], told[8], told[9]
-    work, last, table = reals_at(told[10]), integers_at(told[11]), reals_at(told[12])
-    g, found, relative = reals_at(told[13]), reals_at(told[14]), reals_at(told[15])
-    absolute, start, reals = reals_at(told[16]), reals_at(told[17]), reals_at(told[18])
-    integers, directions, terminal = integers_at(told[19]), integers_at(told[20]), integers_at(told[21])
-    times, lengths, states = reals_at(told[22]), reals_at(told[23]), reals_at(told[24])
+    rates, nq, quaternions, c = arguments[0], arguments[1], integers_at(arguments[2]), reals_at(arguments[3])
+    events, ce, room, n, m, w = (
+        arguments[4],
+        reals_at(arguments[5]),
+        arguments[6],
+        arguments[7],
+        arguments[8],
+        arguments[9],
+    )
+    work, last, table = reals_at(arguments[10]), integers_at(arguments[11]), reals_at(arguments[12])
+    g, zeros, relative = reals_at(arguments[13]), reals_at(arguments[14]), reals_at(arguments[15])
+    absolute, start, reals = reals_at(arguments[16]), reals_at(arguments[17]), reals_at(arguments[18])
+    integers, directions, terminal = (
+        integers_at(arguments[19]),
+        integers_at(arguments[20]),
+        integers_at(arguments[21]),
+    )
+    times, lengths, states = reals_at(arguments[22]), reals_at(arguments[23]), reals_at(arguments[24])
     status = RUNNING
     if integers[TAKEN] == 0:
-        for i in range((told[NUMBERS + CLEARED] - told[NUMBERS]) // 8):
+        for i in range((arguments[NUMBERS + CLEARED_ARRAYS] - arguments[NUMBERS]) // 8):
             work[i] = 0.0
         _copy(start, 0, work, STATE * w, n)
         normalise(work, STATE * w, quaternions, nq)
@@ -663,7 +683,8 @@ def run(told: Integers) -> int:
     if status == RUNNING:
         status = advance(
             rates, n, c, work, w, quaternions, nq, relative, absolute, reals, integers, room, times, lengths, states,
-            events, m, ce, directions, terminal, last, table, g, found, reals_at(told[25]), reals_at(told[26]),
+            events, m, ce, directions, terminal, last, table, g, zeros, reals_at(arguments[25]),
+            reals_at(arguments[26]),
         )  # fmt: skip
     done = integers[ACCEPTED]
     _copy(lengths, 0, times, done + 1, done)
@@ -674,18 +695,18 @@ def run(told: Integers) -> int:
 @part
 def sample(
     rates: int, n: int, c: Reals, work: Reals, w: int, quaternions: Integers, nq: int, steps: int,
-    times: Reals, lengths: Reals, states: Reals, dense: int, count: int, wanted: Reals, result: Reals,
+    times: Reals, lengths: Reals, states: Reals, dense: int, count: int, moments: Reals, result: Reals,
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> None:  # fmt: skip
-    """States at the times ``wanted``, each within the run.
+    """Compute the states at the times ``moments``, each within the run.
 
-    With ``dense`` 0 each is the end of a shorter step from the start of the step it lies in; otherwise it is taken
-    from the dense output, which is faster where many lie in one step and come in the order of the run.
+    If ``dense`` is 0, each is the end of a shorter step from the start of the step that contains its time. Otherwise it
+    is taken from the dense output, which is faster if many times lie in one step and are in the order of the run.
     """
     direction = 1.0 if times[steps] >= times[0] else -1.0
     current = -1
     for k in range(count):
-        t = wanted[k]
+        t = moments[k]
         low, high = 0, steps  # times[low] <= t < times[high], in the direction of the run
         if current >= 0 and (t - times[current]) * direction >= 0.0 > (t - times[current + 1]) * direction:
             low, high = current, current + 1
@@ -707,17 +728,17 @@ def sample(
             call(rates, start, work, STATE * w, c, work, 0)
             prepare(rates, start, work, w, n, c, quaternions, nq, integers)
         x = (t - start) / h
-        if (dense == 0 and WHOLE == 0) or fresh:
-            _shorter(
-                rates, 1.0 if dense != 0 or WHOLE != 0 else x, start, h, work, w, n, c, quaternions, nq, relative,
+        if (dense == 0 and SINGLE_STEP == 0) or fresh:
+            shorter_step(
+                rates, 1.0 if dense != 0 or SINGLE_STEP != 0 else x, start, h, work, w, n, c, quaternions, nq, relative,
                 absolute, integers,
             )  # fmt: skip
-        if dense != 0 or WHOLE != 0:
+        if dense != 0 or SINGLE_STEP != 0:
             if fresh:
                 call(rates, start + h, work, POINT * w, c, work, 12 * w)
                 densify(rates, start, h, work, w, n, c, quaternions, nq)
                 hold(work, w, n)
-            inside(x, work, w, quaternions, nq)
+            dense_state(x, work, w, quaternions, nq)
         _copy(work, POINT * w, result, k * n, n)
 
 
@@ -725,6 +746,7 @@ def sample(
 def observe(
     kernel: int, count: int, times: Reals, states: Reals, n: int, c: Reals, result: Reals, outputs: int,
 ) -> None:  # fmt: skip
-    """Row k of ``result`` (length ``outputs``): what ``kernel`` gives at ``times[k]`` and row k of ``states``."""
+    """Set row k of ``result`` (length ``outputs``) to the outputs of ``kernel`` at ``times[k]`` and row k of
+    ``states``."""
     for k in range(count):
         call(kernel, times[k], states, k * n, c, result, k * outputs)

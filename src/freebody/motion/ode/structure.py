@@ -1,17 +1,17 @@
-"""Symplectic Gauss collocation of order 6 in steps of one length: the energy of a long run stays, and does not drift.
+"""Symplectic Gauss collocation of order 6 with equal steps: in long runs the energy does not drift.
 
     q' = ∂H/∂P,   P' = -∂H/∂q,        H(q, P) = ½ pᵀ M(q)⁻¹ p + V(q),   p = B(q)ᵀ P,   q' = B(q) u,   u = M⁻¹ p
 
-is integrated in place of (q, u), with the three stages of `collocation`: symplectic, symmetric, of order 6. Of a ball
-or free joint q holds a unit quaternion e and P its four momenta, on which the Hamiltonian system is the lift of the
-motion on the group: |e|² and e·P are quadratic, hence kept by Gauss collocation to round-off, as linear and angular
-momentum are. The quaternion is never normalised on the way. By backward error analysis the computed states are those
-of a machine whose energy differs by O(h⁶), for times that grow exponentially with 1/h. In chaotic motion, where steps
-are long beside its fastest moments, these times are short, and that energy walks at random.
+is integrated in place of (q, u), with the three stages of `collocation`: symplectic, symmetric, of order 6. For a ball
+or free joint q holds a unit quaternion e, and P its four momenta. On these the Hamiltonian system is the lift of the
+motion on the group. |e|² and e·P are quadratic, so Gauss collocation conserves them to round-off, as it does linear and
+angular momentum. The quaternion is never normalised during the run. By backward error analysis the computed states are
+those of a machine whose energy differs by O(h⁶), for times that grow exponentially with 1/h. In chaotic motion, if
+steps are long compared with its fastest moments, these times are short, and that energy walks at random.
 
-The stages are iterated to round-off and the sums compensated: what is left is a random walk of single round-offs.
-(q, P) is carried from step to step; a state in between is the end of a shorter step. Dense output is cubic: it only
-brackets events, which are then found on shorter steps.
+The stages are iterated to round-off and the sums compensated. What remains is a random walk of single round-offs. (q,
+P) is carried from step to step. A state between steps is the end of a shorter step. The dense output is cubic: it only
+brackets events, which are then located on shorter steps.
 
 Source: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration (2006), sections VI.4, VII.2, VIII.6, IX.8.
 """
@@ -31,9 +31,9 @@ _bound = bound_to(STAGES, goal=0.0, most=60)
 forget, step_from, hold_step, pass_step = (
     _bound[name] for name in ("forget", "step_from", "hold_step", "pass_step")
 )
-# Rows of length 2w after those of the collocation: (q, P) at the start, at the end, and at the end of the held step.
+# Rows of length 2w after those of the collocation: (q, P) at the start, at the end, and at the end of the saved step.
 BEGIN, FINAL, HELD = 4 * STAGES + 6, 4 * STAGES + 7, 4 * STAGES + 8
-# Places after KERNELS: Hamilton's equations, (q, u) to P, (q, P) to u, and the number of coordinates.
+# Indices after KERNELS: Hamilton's equations, (q, u) to P, (q, P) to u, and the number of coordinates.
 HAMILTON, MOMENTA, SPEEDS, COORDINATES = 0, 1, 2, 3
 
 
@@ -41,16 +41,16 @@ HAMILTON, MOMENTA, SPEEDS, COORDINATES = 0, 1, 2, 3
 def prepare(
     rates: int, t: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int, integers: Integers
 ) -> None:  # fmt: skip
-    """(q, P) of STATE."""
-    own, v, m = ROWS * w, 2 * w, quaternions[nq + KERNELS + COORDINATES]
+    """Compute (q, P) at STATE."""
+    block, v, m = ROWS * w, 2 * w, quaternions[nq + KERNELS + COORDINATES]
     constants = shifted(c, quaternions[nq + CONSTANTS])
-    begin = own + BEGIN * v
+    begin = block + BEGIN * v
     for i in range(m):
         work[begin + i] = work[STATE * w + i]
     call(quaternions[nq + KERNELS + MOMENTA], t, work, STATE * w, constants, work, begin + m)
-    new = own + (4 * STAGES + NEW_) * v
+    new = block + (4 * STAGES + NEW_) * v
     call(quaternions[nq + KERNELS + HAMILTON], t, work, begin, constants, work, new)
-    forget(work, own, v, 2 * m, 1.0)
+    forget(work, block, v, 2 * m, 1.0)
 
 
 @compiled
@@ -58,13 +58,13 @@ def attempt(
     rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int,
     relative: Reals, absolute: Reals, integers: Integers,
 ) -> int:  # fmt: skip
-    """One step of length ``h`` from STATE to RAW."""
-    own, v, m = ROWS * w, 2 * w, quaternions[nq + KERNELS + COORDINATES]
+    """Take one step of length ``h`` from STATE to RAW."""
+    block, v, m = ROWS * w, 2 * w, quaternions[nq + KERNELS + COORDINATES]
     constants = shifted(c, quaternions[nq + CONSTANTS])
-    final = own + FINAL * v
+    final = block + FINAL * v
     failed = step_from(
-        quaternions[nq + KERNELS + HAMILTON], t, h, work, own + BEGIN * v, final, own, v, 2 * m, constants, relative,
-        absolute, n, integers,
+        quaternions[nq + KERNELS + HAMILTON], t, h, work, block + BEGIN * v, final, block, v, 2 * m, constants,
+        relative, absolute, n, integers,
     )  # fmt: skip
     if failed == 0:
         for i in range(m):
@@ -77,7 +77,7 @@ def attempt(
 def judge(
     n: int, work: Reals, w: int, h: float, relative: Reals, absolute: Reals, integers: Integers
 ) -> float:
-    """0, nan if the state is not finite: the length of the steps is the user's."""
+    """Return 0, or nan if the state is not finite: the user prescribes the length of the steps."""
     for i in range(n):
         if not math.isfinite(work[RAW * w + i]):
             integers[BLAME] = i
@@ -89,13 +89,13 @@ def judge(
 def densify(
     rates: int, t: float, h: float, work: Reals, w: int, n: int, c: Reals, quaternions: Integers, nq: int
 ) -> None:
-    """Rows DENSE to DENSE + 2 of the cubic through the states and rates at both ends."""
+    """Set rows DENSE to DENSE + 2 of the cubic through the states and rates at both ends."""
     cubic(work, w, h, 12)
 
 
 @compiled
 def interpolate(x: float, work: Reals, w: int) -> None:
-    """Row POINT: the cubic at the part ``x`` (0 to 1) of the step."""
+    """Set row POINT: the cubic at the fraction ``x`` (0 to 1) of the step."""
     z = 1.0 - x
     for i in range(w):
         p = work[(DENSE + 1) * w + i] + x * work[(DENSE + 2) * w + i]
@@ -104,20 +104,20 @@ def interpolate(x: float, work: Reals, w: int) -> None:
 
 @compiled
 def hold(work: Reals, w: int, n: int) -> None:
-    """Keep the step while parts of it are tried."""
-    own, v = ROWS * w, 2 * w
-    hold_step(work, own, v, v)
+    """Save the step while shorter steps are tried."""
+    block, v = ROWS * w, 2 * w
+    hold_step(work, block, v, v)
     for i in range(v):
-        work[own + HELD * v + i] = work[own + FINAL * v + i]
+        work[block + HELD * v + i] = work[block + FINAL * v + i]
 
 
 @compiled
 def accept(work: Reals, w: int, n: int) -> None:
-    """The end of the step is the next start."""
-    own, v = ROWS * w, 2 * w
-    pass_step(work, own, v, v)
+    """Make the end of the step the next start."""
+    block, v = ROWS * w, 2 * w
+    pass_step(work, block, v, v)
     for i in range(v):
-        work[own + BEGIN * v + i] = work[own + HELD * v + i]
+        work[block + BEGIN * v + i] = work[block + HELD * v + i]
 
 
 FUNCTIONS = step_control.Functions(

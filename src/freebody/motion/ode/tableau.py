@@ -2,11 +2,11 @@
 
     k_i = f(t + C_i h, y + h Σ_j A_ij k_j),   i = 0 ... 11
     y(t + h) = y + h Σ_j B_j k_j              order 8
-    h Σ_j E5_j k_j, h Σ_j E3_j k_j            differences to embedded results of order 5 and 3
+    h Σ_j E5_j k_j, h Σ_j E3_j k_j            differences from embedded results of order 5 and 3
     k_12 = f(t + h, y(t + h)), k_13 ... k_15  three more stages for dense output of order 7
     h Σ_j D_ij k_j                            rows 3 to 6 of the dense output
 
-A row maps the number of a stage to its coefficient; a stage that is not named has coefficient zero.
+A row maps the number of a stage to its coefficient. A stage that is not listed has the coefficient zero.
 
 Source: E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I: Nonstiff Problems", 2nd
 edition, Springer 1993, section II.5 (method), II.6 (dense output) and the authors' program DOP853.
@@ -16,7 +16,7 @@ from __future__ import annotations
 
 Row = dict[int, float]
 
-STAGES = 12  # of a step; stage 12 is stage 0 of the next step, 13 to 15 are for dense output only
+STAGES = 12  # stages of a step; stage 12 is stage 0 of the next step, 13 to 15 are for dense output only
 
 C: tuple[float, ...] = (
     0.0, 0.05260015195876773, 0.0789002279381516, 0.1183503419072274,

@@ -204,7 +204,7 @@ def independent(
 @compiled
 def positions(
     conditions: int, moved: int, t: float, y: Reals, n_q: int, n: int, m: int, c: Reals, on_speeds: Integers,
-    held: Integers, quaternions: Integers, nq: int, numbers: Reals, steps: int, room: Reals,
+    immobile: Integers, quaternions: Integers, nq: int, numbers: Reals, steps: int, room: Reals,
 ) -> int:  # fmt: skip
     """Replace the coordinates in ``y`` by coordinates that satisfy the conditions on coordinates.
 
@@ -230,7 +230,7 @@ def positions(
                 b[rows] = -residuals[i]
                 columns = 0
                 for j in range(n):
-                    if held[j] == 0:
+                    if immobile[j] == 0:
                         finite = finite and math.isfinite(G[i * n + j])
                         columns += 1
                 rows += 1
@@ -243,7 +243,7 @@ def positions(
         k = 0
         for i in range(m):
             for j in range(n):
-                if on_speeds[i] == 0 and held[j] == 0:
+                if on_speeds[i] == 0 and immobile[j] == 0:
                     a[k] = G[i * n + j]
                     k += 1
         least(a, rows, columns, b, x, numbers[DEPENDENT], least_room)
@@ -252,7 +252,7 @@ def positions(
             length = greater(length, abs(x[j]))
         k = 0
         for j in range(n):
-            if held[j] == 0:
+            if immobile[j] == 0:
                 y[n_q + j] = x[k] / length
                 k += 1
         call(moved, t, y, 0, c, rates, 0)
@@ -355,15 +355,16 @@ def close(arguments: Integers) -> None:
     room, c = reals_at(arguments[9]), reals_at(arguments[10])
     on_speeds = shifted(integers, BY_CONDITION)
     chosen = shifted(on_speeds, m)
-    held = shifted(chosen, m)
-    fixed = shifted(held, n)
+    immobile = shifted(chosen, m)
+    fixed = shifted(immobile, n)
     quaternions = shifted(fixed, n)
     t, state, u = numbers[MOMENT], shifted(numbers, COORDINATES), room
     after_u = shifted(room, n)
     for j in range(n):
         u[j] = state[n_q + j]
     integers[STATUS] = positions(
-        conditions, moved, t, state, n_q, n, m, c, on_speeds, held, quaternions, nq, numbers, integers[STEPS], after_u
+        conditions, moved, t, state, n_q, n, m, c, on_speeds, immobile, quaternions, nq, numbers, integers[STEPS],
+        after_u,
     )  # fmt: skip
     for j in range(n):
         state[n_q + j] = u[j]

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from ...errors import ExpressionError, SimulationError, nearest
 from ...model import Model
-from ...scalar.algebra import floats
+from ...scalar.algebra import Expression, floats
 from ...scalar.expression import evaluate
 from ...scalar.units import quantity
 from ...space.rotation import Rotation
 
 
-def number(model: Model, values: Mapping[str, float], value: Any, what: str) -> float:
+def number(model: Model, values: Mapping[str, float], value: Expression, what: str) -> float:
     """Return a finite number from a number, or from an expression or text of the parameters."""
     if type(value) in _NUMBERS and math.isfinite(value):
         return float(value) + 0.0  # -0.0 becomes 0.0
@@ -48,7 +48,7 @@ def number(model: Model, values: Mapping[str, float], value: Any, what: str) -> 
     return result
 
 
-def refuse_unit(value: Any, what: str) -> None:
+def refuse_unit(value: Expression, what: str) -> None:
     """Raise SimulationError if a text that is no expression is a number with a unit."""
     try:
         amount = quantity(value, "", what) if isinstance(value, str) else None

@@ -47,17 +47,17 @@ def closed_start(
         for i in guessed.keys() - named:
             start[i] = guess[i]
     n_q, n = model.n_q, model.n_u
-    held, fixed = [0] * n, [0] * n
+    immobile, fixed = [0] * n, [0] * n
     if not project:
         for i in named:
             for j in model.moved_by[i] if i < n_q else ():
-                held[j] = 1
+                immobile[j] = 1
             if i >= n_q:
                 fixed[i - n_q] = 1
     search = kernels.cache.pop("closing", None) or _Search(kernels)
     largest = max(map(abs, start[:n_q]), default=0.0)
     search.input_format.pack_into(
-        search.memory, 0, layout.MET, 0, 0, STEPS, *search.on_speeds, *held, *fixed, *model.quaternions,
+        search.memory, 0, layout.MET, 0, 0, STEPS, *search.on_speeds, *immobile, *fixed, *model.quaternions,
         DEPENDENT * (1 + largest), DEPENDENT, POOR, light(n), 0.0, 0.0, t, *start,
     )  # fmt: skip
     search.run(values)

@@ -30,6 +30,7 @@ from ...dynamics.constraints import linearized
 from ...errors import SimulationError
 from ...model import Model
 from ...program.kernels import compile_tape
+from ...scalar.algebra import Scalar
 from ...scalar.derivative import forward
 from ...scalar.trace import Tape
 from ..kernels.kernels import Kernels, Program
@@ -147,7 +148,7 @@ class _Search:
                 for i in range(model.n_u)
             ]
 
-            def along(outputs: list[Any]) -> list[Any]:
+            def along(outputs: list[Scalar]) -> list[Scalar]:
                 result = list(outputs)
                 for unknown, row in zip(self.unknowns, derivatives, strict=True):
                     moving = [] if unknown.symbol is None else [state.values[unknown.symbol]]
@@ -256,6 +257,6 @@ class _Search:
             if not np.abs(row).max(initial=0.0) <= 1e-7 * (1 + np.abs(slope).max(initial=0.0)):
                 raise SimulationError(
                     f"The start cannot follow a change of '{unknown.name}': the constraints of '{self.model.name}' "
-                    f"hold what is named in initial ({', '.join(map(str, initial)) or 'nothing'}). Name less, so that the "
-                    "rest can follow, or use near=."
+                    f"hold what is named in initial ({', '.join(map(str, initial)) or 'nothing'}). Name less, so that "
+                    "the rest can follow, or use near=."
                 )
