@@ -354,7 +354,7 @@ class Store:
             file.attrs[_MARK] = json.dumps(self.parts)
 
     def _size(self) -> int:
-        """Return the greatest number of bytes of the file as it is laid out."""
+        """Return the greatest size of the file before the first lane runs."""
         job = self.job
         sizes = {"lane": job.lanes.count, "time": job.times.size, "event": len(job.specs)}
         variables = _variables(job).values()
