@@ -131,9 +131,7 @@ class Panel:
             arrow.attributes |= self._attributes(mark)
             group.add(arrow)
         if dimensions and self.view.planar:
-            lengths = dimensions_of(
-                self.equations, self.now, self.view, self.scale, self.body, self.placer
-            )
+            lengths = dimensions_of(self.equations, self.now, self.view, self.scale, self.body, self.placer)
             measures += self._add_measures(group, lengths)
         for mark, arrow, anchors in placed:
             color = self._style(mark).stroke or INK

@@ -74,7 +74,11 @@ def charts(
         groups = _alike(trajectory, keys, names)
         for together in groups:
             members = f": {', '.join(together[:3])}{' …' if len(together) > 3 else ''}"
-            put(title + (members if len(groups) > 1 else ""), group, [[f"state {name}", 0, name] for name in together])
+            put(
+                title + (members if len(groups) > 1 else ""),
+                group,
+                [[f"state {name}", 0, name] for name in together],
+            )
     put("Energy", "energy", [[f"energy {name}", 0, name] for name in keys.energy])
     put("Energy: what the ledger leaves unbalanced", "energy", [["energy residual", 0, "residual"]])
     for arrow in keys.arrows:
@@ -90,7 +94,9 @@ def charts(
                 put(f"Contact {name}: force on {contacts[k].feature.body.name}", "contacts", forces)
         else:
             normal_names = [contact.normal_name for contact in contacts]
-            put("Normal forces of contacts", "contacts", [[f"force {name}", 0, name] for name in normal_names])
+            put(
+                "Normal forces of contacts", "contacts", [[f"force {name}", 0, name] for name in normal_names]
+            )
         rough = [contact.name for contact in contacts if not contact.frictionless]
         if rough:
             put("Friction margin: μN - |T|", "contacts", [[f"margin {name}", 0, name] for name in rough])

@@ -25,7 +25,7 @@ MOST_MODES = 2000
 def surface_parts(
     state: State, shape: Any, reach: tuple[float, float], size: float
 ) -> list[Primitive | dict[str, Any]]:
-    """Parts of a surface of the ground, except planes: a side, a round wall, or a line of heights over ``reach`` [m]."""
+    """Parts of a surface of the ground that is no plane: a side, a round wall, or heights over the range ``reach``."""
     kind, thin = kind_of(shape), 0.6 * ROD * size
     if kind == "segment":
         start, end = (np.array([float(state(x)) for x in p]) for p in (shape.start, shape.end))
