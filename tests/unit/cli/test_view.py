@@ -16,8 +16,9 @@ import pytest
 
 from freebody.cli.view import LARGEST_REQUEST, Server, machine
 from freebody.errors import FormatError, ModelError, SimulationError
-from freebody.picture.page.browser import Browser, chromium
+from freebody.picture.page.browser import chromium
 from freebody.picture.page.live import Live, problem
+from page_browser import PageBrowser
 
 TEXT = """name = "swing"
 gravity = [0, "-g", 0]
@@ -257,7 +258,7 @@ def test_it_closes(live):
 
 @pytest.mark.skipif(chromium() is None, reason="no Chromium on this machine")
 def test_sliders_and_text_in_a_browser(server):
-    with Browser(1200, 900) as browser:
+    with PageBrowser(1200, 900) as browser:
         browser.open(server.address)
         assert browser.errors == [] and browser.requests == [server.address]
         browser.value("freebody.seek(1); freebody.show('forces', true)")
@@ -305,7 +306,7 @@ def test_a_start_follows_its_parameter_in_a_browser():
 
     motions = "Number(document.documentElement.dataset.motions)"
     try:
-        with Browser(1200, 900) as browser:
+        with PageBrowser(1200, 900) as browser:
             browser.open(one.address)
             browser.value(move("theta_0", 0.5))
             browser.wait(f"{motions} === 2")

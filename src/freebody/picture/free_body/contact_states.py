@@ -1,4 +1,4 @@
-"""What a free-body diagram says in words of the contacts of its bodies: whether they stick, slip or are open."""
+"""Contact modes of the bodies of a free-body diagram in words: stick, slip or open."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from ...symbolic.printing.latex import latex_name
 from ..machine.configuration import Configuration
 
 MOST_NAMES = 4
-"""Contacts that one line names."""
+"""Most contacts that a line names."""
 
 
 def contact_states(e: Equations, now: Configuration, bodies: Sequence[str]) -> list[str]:
-    """A line for each state in which contacts of these bodies are, with the law that friction keeps there."""
+    """A line of text for each mode of the contacts of these bodies, with the law of friction that holds in it."""
     groups: dict[tuple[str, str], list[Contact]] = {}
     for contact in e.model.contacts:
         if not {contact.feature.body.name, contact.surface.body.name} & set(bodies):
@@ -25,28 +25,27 @@ def contact_states(e: Equations, now: Configuration, bodies: Sequence[str]) -> l
         groups.setdefault(_state(e, contact), []).append(contact)
     lines = []
     for (word, law), contacts in groups.items():
-        names = [one.name for one in contacts]
-        shown = ", ".join(names[:MOST_NAMES]) + (
-            f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
-        )
-        text = f"contact{'s' * (len(names) > 1)} {shown}: {word}"
+        names = [contact.name for contact in contacts]
+        listed = ", ".join(names[:MOST_NAMES])
+        if len(names) > MOST_NAMES:
+            listed += f" and {len(names) - MOST_NAMES} more"
+        text = f"contact{'s' * (len(names) > 1)} {listed}: {word}"
         if law and len(names) == 1 and now.moving and word == "stick":
             text += f", {_margin(e, now, contacts[0])}"
         elif law:
             text += f", ${_named(law, contacts)}$"
-        # a dollar sign would begin a formula
-        lines.append(text.replace("_", " ") if "$" not in text else _plain(text))
+        lines.append(_plain(text))
     return lines
 
 
 def _plain(text: str) -> str:
-    """Underscores of names as spaces, those of the formula kept."""
-    words, sign, formula = text.partition("$")
-    return words.replace("_", " ") + sign + formula
+    """Replace the underscores of names, in front of the formula, by spaces."""
+    words, dollar, formula = text.partition("$")
+    return words.replace("_", " ") + dollar + formula
 
 
 def _state(e: Equations, contact: Contact) -> tuple[str, str]:
-    """A word, and the law of its friction with N and T as they are called."""
+    """Mode of a contact in words, and the law of its friction with N and T for the forces."""
     touching = e.model.constraints.get(contact.name)
     if not isinstance(touching, Touching):
         return "open", ""
@@ -58,20 +57,25 @@ def _state(e: Equations, contact: Contact) -> tuple[str, str]:
 
 
 def _named(law: str, contacts: Sequence[Contact]) -> str:
+    """The law with the names of the forces, if it is for one contact."""
     if len(contacts) > 1:
         return law
-    (one,) = contacts
-    tangent = one.tangent_names[0] if one.tangents == 1 else one.normal_name.replace("N", "T", 1)
-    return law.replace("|T|", f"|{latex_name(tangent)}|").replace(" N", f" {latex_name(one.normal_name)}")
+    (contact,) = contacts
+    tangent, normal = latex_name(_friction_name(contact)), latex_name(contact.normal_name)
+    return law.replace("|T|", f"|{tangent}|").replace(" N", f" {normal}")
+
+
+def _friction_name(contact: Contact) -> str:
+    return contact.tangent_names[0] if contact.tangents == 1 else contact.normal_name.replace("N", "T", 1)
 
 
 def _margin(e: Equations, now: Configuration, contact: Contact) -> str:
-    """|T| beside what friction can hold, at this moment."""
+    """|T| and the greatest friction, with their values at the time of the diagram."""
     N, *T = (
         now.lookup[sympy.Symbol(name, real=True)] for name in (contact.normal_name, *contact.tangent_names)
     )
-    held = sum(x * x for x in T) ** 0.5
+    size = sum(x * x for x in T) ** 0.5
     most = float(now.state(contact.static_friction)) * N
-    tangent = contact.tangent_names[0] if contact.tangents == 1 else contact.normal_name.replace("N", "T", 1)
     mu = latex(e.state(contact.static_friction), e.ring)
-    return rf"$|{latex_name(tangent)}| = {held:.4g} \leq {most:.4g} = {mu} {latex_name(contact.normal_name)}$"
+    tangent, normal = latex_name(_friction_name(contact)), latex_name(contact.normal_name)
+    return rf"$|{tangent}| = {size:.4g} \leq {most:.4g} = {mu} {normal}$"

@@ -1,4 +1,4 @@
-"""One isolated body on paper: its outline, its arrows, and their labels."""
+"""One isolated body on paper: its outline, its arrows and their labels."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ...symbolic.equations import Equations
 from ...symbolic.printing.latex import latex_name
 from ..machine.configuration import Configuration
 from ..machine.force_arrows import Mark
-from ..machine.measures import angle_of, dimensions_of
+from ..machine.measures import Measured, angle_of, dimensions_of
 from ..machine.outlines import outlines, polygon
 from ..machine.shapes import Primitive, attachments
 from ..paper.palette import GREY, INK, KINDS, legible
@@ -25,21 +25,22 @@ from ..paper.view import View
 Array = NDArray[np.float64]
 
 LENGTH, LONGEST, SHORTEST = 46.0, 50.0, 11.0
-"""Length of an arrow in the symbolic mode, of the longest and the shortest to scale [pt]."""
+"""Lengths of an arrow in the symbolic mode, and of the longest and the shortest arrow to scale [pt]."""
 
 LABEL = 11.0
+"""Size of the labels of arrows [pt]."""
 
 LONGER = (1.0, 1.55, 2.1, 2.65, 3.2)
-"""Of arrows on one line from one point, each is longer than the one before; not to scale."""
+"""Lengths that an arrow tries, relative to LENGTH, so that the heads of arrows on one line stay apart; not to scale."""
 
 MANY, WIDER = 8, 0.07
-"""Arrows at one point in space from which on each makes all of them longer by this part, to have room for its label."""
+"""Number of arrows at one point in space above which each further arrow lengthens all by this fraction, for labels."""
 
 ALONG = 0.995
-"""Cosine from which on two arrows lie on one line."""
+"""Cosine above which two arrows lie on one line."""
 
 FAR = 15.0
-"""Distance [pt] from which on a line leads from a label to its arrow."""
+"""Distance of a label from its arrow above which a line joins them [pt]."""
 
 
 @dataclass
@@ -52,11 +53,20 @@ class Panel:
         The model, its configuration, the view and the points per unit of length.
     body : str
     pieces : sequence of Primitive
+        Pieces of the body from the back to the front.
     fill : str
+        Fill colour of the body.
     colors : dict
-        Of the reactions, by joint.
+        Colours of the reactions, by joint.
     unit : float, optional
-        Points per newton of an arrow to scale; None draws all of one length.
+        Points per newton of an arrow to scale; None draws all arrows of one length.
+    block : bool
+        Draw a particle as a block.
+    placer : Placer
+    taken : list
+        Arrows that have their place: point, direction, length, and True if they point away from the body.
+    ends : list
+        Points of all arrows on paper.
     """
 
     equations: Equations
@@ -74,7 +84,7 @@ class Panel:
     ends: list[Array] = field(default_factory=list)
 
     def page(self, point: Any) -> Array:
-        """A point in ground axes on paper."""
+        """Map a point in ground axes to paper [pt]."""
         return self.scale * self.view(point)
 
     def draw(
@@ -86,7 +96,7 @@ class Panel:
         dimensions: bool = False,
         blank: bool = False,
     ) -> Group:
-        """The body with its arrows."""
+        """Return the body with its arrows and labels."""
         group = Group(
             [],
             {
@@ -104,47 +114,44 @@ class Panel:
                 outline.add(item)
                 area = polygon(item)
                 if area is not None:
-                    # an arrow may lie on a disk or a box, but hides a bar
+                    # an arrow may lie on a disk or a box, but it would hide a bar
                     bar = self.view.planar and piece.kind in ("slender_bar", "rod")
                     self.placer.area(area, 1.0 if bar else 0.2)
                 else:
                     self.placer.line(item.points)
         group.add(outline)
         group.add(self._points())
-        measured: list[Any] = []
+        measures: list[Measured] = []
         if angles and self.view.planar:
-            measured += self._measured(
-                group,
-                angle_of(self.equations, self.now, self.view, self.scale, self.body, pieces=self.pieces),
-            )
+            angle = angle_of(self.equations, self.now, self.view, self.scale, self.body, pieces=self.pieces)
+            measures += self._add_measures(group, angle)
         self.ends = [self.page(mark.point) for mark in marks]
         placed = [] if blank else [(mark, *self._arrow(mark)) for mark in self._ordered(marks)]
-        for mark, made, _ in placed:
-            made.attributes |= self._attributes(mark)
-            group.add(made)
+        for mark, arrow, _ in placed:
+            arrow.attributes |= self._attributes(mark)
+            group.add(arrow)
         if dimensions and self.view.planar:
-            found = dimensions_of(self.equations, self.now, self.view, self.scale, self.body, self.placer)
-            measured += self._measured(group, found)
-        for mark, made, anchors in placed:
+            lengths = dimensions_of(self.equations, self.now, self.view, self.scale, self.body, self.placer)
+            measures += self._add_measures(group, lengths)
+        for mark, arrow, anchors in placed:
             color = self._style(mark).stroke or INK
             label = self.placer.label(f"${mark.label}$", anchors, LABEL, legible(color))
-            made.add(label, *self._leader(label, made, color))
-        for _, tex, anchor in measured:
+            arrow.add(label, *self._leader(label, arrow, color))
+        for _, tex, anchor in measures:
             group.add(self.placer.label(tex, [anchor], 10.0, GREY))
-        for name, at in self._named(blank):
+        for name, at in self._point_names(blank):
             group.add(self.placer.label(name, [(at, None)], 9.5, GREY))
         return group
 
-    def _measured(self, group: Group, found: Sequence[Any]) -> Sequence[Any]:
-        for item, _, _ in found:
+    def _add_measures(self, group: Group, measures: list[Measured]) -> list[Measured]:
+        for item, _, _ in measures:
             group.add(item)
             for part in item.items:
                 self.placer.line(part.points)
-        return found
+        return measures
 
     def _leader(self, label: Label, arrow: Group, color: str) -> list[Any]:
-        """A fine line from a label to its arrow, where there was no room beside it: the shortest that crosses no other
-        label."""
+        """Fine line from a label to a distant arrow: the shortest that crosses no other label, if there is any."""
         shafts = [item for item in arrow.items if isinstance(item, Arrow)]
         if not shafts:
             return []
@@ -156,8 +163,8 @@ class Panel:
             return []
         others = [box for box in self.placer.boxes if box != label.box]
         for k in np.argsort(gaps, kind="stable"):
-            way = (nearest[k] - along[k]) / gaps[k]
-            line = np.array([along[k] + 2.0 * way, nearest[k] - 2.0 * way])
+            d = (nearest[k] - along[k]) / gaps[k]
+            line = np.array([along[k] + 2.0 * d, nearest[k] - 2.0 * d])
             if not any(meets(line, box) for box in others):
                 self.placer.line(line)
                 return [Line(line, Style(color, 0.5))]
@@ -166,14 +173,14 @@ class Panel:
     # -- points -------------------------------------------------------------------------------------
 
     def _points(self) -> Group:
-        """The mass centre, and small circles where joints hold the body."""
+        """The symbol of the mass centre, and small circles at the points that joints and loads act on."""
         group = Group([], {"class": "points"})
         center = self._center()
-        for at in self._held():
+        for at in self._attachments():
             group.add(Circle(at, 2.4, Style(INK, 0.9, (), "#ffffff")))
-        if not self._heavy():
+        if not self._has_mass():
             return group
-        # the sign of a mass centre: a circle with two black quarters
+        # the symbol of a mass centre: a circle with two black quarters
         r = 3.4
         group.add(Circle(center, r, Style(INK, 0.8, (), "#ffffff")))
         for start in (0.0, math.pi):
@@ -183,42 +190,41 @@ class Panel:
         self.placer.box((x - r, y - r, x + r, y + r))
         return group
 
-    def _heavy(self) -> bool:
+    def _has_mass(self) -> bool:
         return self.now.model.bodies[self.body].mass != 0
 
     def _center(self) -> Array:
         return self.page(self.now.place(self.body, self.now.model.bodies[self.body].center))
 
-    def _held(self) -> list[Array]:
+    def _attachments(self) -> list[Array]:
+        """Distinct points on paper that joints and loads act on, without the mass centre."""
         R, p = self.now.posture(self.body)
-        found = attachments(self.now.model, self.now.state, self.body)
-        center = self._center()
-        points: list[Array] = []
-        signs = [center] if self._heavy() else []
-        for at in found.values():
+        points: list[Array] = [self._center()] if self._has_mass() else []
+        first = len(points)
+        for at in attachments(self.now.model, self.now.state, self.body).values():
             page = self.page(p + R @ at)
-            if all(float(np.linalg.norm(page - q)) > 1.0 for q in [*signs, *points]):
+            if all(float(np.linalg.norm(page - q)) > 1.0 for q in points):
                 points.append(page)
-        return points
+        return points[first:]
 
-    def _named(self, blank: bool) -> list[tuple[str, Array]]:
+    def _point_names(self, blank: bool) -> list[tuple[str, Array]]:
+        """Labels of points: C for the mass centre; the joints too, in a diagram without arrows."""
         result = []
-        # where a joint is called C, the sign of the mass centre has to do
-        held = {*self.now.model.joints, *self.now.model.constraints}
-        taken = "C" in held
-        if self._heavy() and not taken and not any(piece.kind == "particle" for piece in self.pieces):
+        joints = {*self.now.model.joints, *self.now.model.constraints}
+        # if a joint is called C, the mass centre has only its symbol
+        if self._has_mass() and "C" not in joints and all(piece.kind != "particle" for piece in self.pieces):
             result.append(("$C$", self._center()))
         if blank:
             R, p = self.now.posture(self.body)
             for name, at in attachments(self.now.model, self.now.state, self.body).items():
-                if name in held:
+                if name in joints:
                     result.append((f"${latex_name(name)}$", self.page(p + R @ at)))
         return result
 
     # -- arrows -------------------------------------------------------------------------------------
 
     def _ordered(self, marks: Sequence[Mark]) -> list[Mark]:
-        """Weights first, since they have one natural place, then what has fewest."""
+        """Marks in the order in which they get their places: weights first, reactions after loads, couples last."""
         order = {"weight": 0, "load": 1, "spring": 2, "damper": 2, "motor": 3}
         return sorted(marks, key=lambda mark: (mark.couple, order.get(mark.kind, 5)))
 
@@ -234,20 +240,20 @@ class Panel:
         return max(SHORTEST, self.unit * mark.value)
 
     def _spread(self, at: Array) -> float:
-        """How much longer the arrows at a point are, of which there are many."""
+        """Factor by which the arrows at a point are longer if there are many."""
         count = sum(float(np.linalg.norm(at - end)) < 1.0 for end in self.ends)
         return 1.0 + WIDER * max(0, count - MANY)
 
     def _arrow(self, mark: Mark) -> tuple[Group, list[tuple[Array, Array | None]]]:
-        """The arrow in its place, and where its label may stand."""
+        """Place the arrow of a mark; return its group and the anchors of its label."""
         if mark.couple and self.view.planar:
             return self._bent(mark)
         return self._straight(mark)
 
     def _straight(self, mark: Mark) -> tuple[Group, list[tuple[Array, Array | None]]]:
         at = self.page(mark.point)
-        seen = self.view(mark.direction)
-        share = float(np.linalg.norm(seen))
+        projected = self.view(mark.direction)
+        share = float(np.linalg.norm(projected))
         style = self._style(mark)
         if mark.couple:
             style = Style(style.stroke, style.width, (7.0, 2.0))
@@ -256,30 +262,30 @@ class Panel:
             head = "double"
         group = Group([], {}, self._title(mark))
         if share < 0.08:
-            # towards the reader or away: a circle with a dot or a cross
+            # toward the reader: a circle with a dot; away from the reader: a circle in a circle
             toward = float(np.dot(self.view.toward, mark.direction)) > 0
             group.add(Circle(at, 6.0, Style(style.stroke, 1.3, (), "#ffffff")))
             inner = 1.8 if toward else 5.0
             group.add(Circle(at, inner, Style(style.stroke, 1.0, (), style.stroke if toward else None)))
             self.placer.line(arc(at, 6.0, 0.0, 2 * math.pi))
             return group, [(at, None)]
-        d = seen / share
+        d = projected / share
         length = self._length(mark)
         if not self.view.planar:
             length *= max(0.55, share) * (1.0 if self.unit else self._spread(at))
         choices: list[tuple[float, int, Array, bool]] = []
         for step in range(1 if self.unit is not None and not mark.couple else len(LONGER)):
             for outward in (True, False):
-                way = d if outward else -d
+                side = d if outward else -d
                 cost = 0.3 * step + (0.0 if outward else 0.12)
                 if mark.kind in ("weight", "kinetic") and not mark.couple and not outward:
                     cost += 4.0  # they start at the mass centre
                 reach = length * LONGER[step]
-                near = at + self._edge(at, way) * way
-                points = np.array([near, near + reach * way])[:: 1 if outward else -1]
-                cost += self.placer.crowding(points, at) + self._hidden(at, way, reach, outward)
+                near = at + self._edge(at, side) * side
+                points = np.array([near, near + reach * side])[:: 1 if outward else -1]
+                cost += self.placer.crowding(points, at) + self._hidden(at, side, reach, outward)
                 choices.append((cost, len(choices), points, outward))
-        _, _, points, outward = min(choices, key=lambda one: one[:2])
+        _, _, points, outward = min(choices, key=lambda choice: choice[:2])
         self.taken.append((at, d if outward else -d, float(np.linalg.norm(points[1] - points[0])), outward))
         arrow = Arrow(points, style, head)
         group.add(arrow)
@@ -287,23 +293,22 @@ class Panel:
         far, near = (points[1], points[0]) if outward else (points[0], points[1])
         away = far - near
         away = away / np.linalg.norm(away)
-        side = np.array([-d[1], d[0]])
+        normal = np.array([-d[1], d[0]])
         middle = (points[0] + points[1]) / 2
-        three = points[0] + (0.7 if outward else 0.3) * (points[1] - points[0])
-        return group, [(far, away), (three, side), (three, -side), (middle, side), (middle, -side)]
+        beyond = points[0] + (0.7 if outward else 0.3) * (points[1] - points[0])
+        return group, [(far, away), (beyond, normal), (beyond, -normal), (middle, normal), (middle, -normal)]
 
-    def _hidden(self, at: Array, way: Array, reach: float, outward: bool) -> float:
-        """The cost of an arrow on another one, on the same side of one point: of both heads must be seen where they
-        point."""
+    def _hidden(self, at: Array, d: Array, reach: float, outward: bool) -> float:
+        """Cost of an arrow that lies on another arrow, on the same side of one point, because it may hide its head."""
         cost = 0.0
         for point, other, length, out in self.taken:
-            if float(np.linalg.norm(point - at)) > 1.0 or float(way @ other) < ALONG:
+            if float(np.linalg.norm(point - at)) > 1.0 or float(d @ other) < ALONG:
                 continue
             cost += 0.4 if outward and out and abs(reach - length) > 0.4 * LENGTH else 2.5
         return cost
 
     def _edge(self, at: Array, d: Array) -> float:
-        """How far it is out of a particle, which has no size: its arrows begin at its edge."""
+        """Distance from a particle to the edge of its circle, where its arrows begin; 0 for other bodies."""
         if not all(piece.kind == "particle" for piece in self.pieces):
             return 0.0
         along = at + np.arange(0.0, 40.0, 0.5)[:, None] * d
@@ -313,7 +318,7 @@ class Panel:
         return 0.0 if within.all() else 0.5 * float(np.argmin(within))
 
     def _bent(self, mark: Mark) -> tuple[Group, list[tuple[Array, Array | None]]]:
-        """A couple about the normal of the plane."""
+        """Place the arc of a couple about the normal of the plane; return its group and the anchors of its label."""
         at = self.page(mark.point)
         turn = 1.0 if self.view.turn(mark.direction) > 0 else -1.0
         style = self._style(mark)
@@ -326,7 +331,7 @@ class Panel:
                 points = arc(at, radius, start, start + turn * math.radians(200))
                 cost = self.placer.crowding(points) + 0.22 * rank + 0.002 * k
                 choices.append((cost, len(choices), points))
-        points = min(choices, key=lambda one: one[:2])[2]
+        points = min(choices, key=lambda choice: choice[:2])[2]
         arrow = Arrow(points, style, "open" if mark.kind == "kinetic" else "full")
         group.add(arrow)
         group.attributes["data-turn"] = f"{turn:g}"
@@ -338,12 +343,12 @@ class Panel:
             anchors.append((q, out / np.linalg.norm(out)))
         return group, anchors
 
-    # -- what is read back --------------------------------------------------------------------------
+    # -- attributes by which an arrow is read back --------------------------------------------------
 
     def _title(self, mark: Mark) -> str:
-        what = "couple" if mark.couple else "force"
+        kind = "couple" if mark.couple else "force"
         by = f", {mark.by}" if mark.by else ""
-        return f"{mark.name}: {what} {mark.symbol}{by}"
+        return f"{mark.name}: {kind} {mark.symbol}{by}"
 
     def _attributes(self, mark: Mark) -> dict[str, str]:
         result = {

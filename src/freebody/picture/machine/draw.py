@@ -1,4 +1,4 @@
-"""The drawing of a machine: bodies, joints, springs and loads with the symbols of the field, and its coordinates."""
+"""Drawing of a machine: bodies, joints, springs and loads in the standard symbols of mechanics, and coordinates."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ WIDE = 250.0
 """Length of the machine on paper [pt]."""
 
 CROWD = 2
-"""Joints at one point up to which each has its own label."""
+"""Most joints at one point that have labels of their own."""
 
 
 def draw(
@@ -54,37 +54,37 @@ def draw(
 ) -> Drawing:
     """Draw a machine: bodies, joints, springs, loads, coordinates, axes.
 
-    Planar machines are drawn in their plane, others in an axonometric view.
+    A planar machine is drawn in its plane, any other in an axonometric view.
 
     Parameters
     ----------
     system : System, Model or Equations
     at : mapping or number, optional
-        Coordinates, ``{"theta": "30deg"}``, or the time of ``trajectory`` [s]. Coordinates that are not named get
-        values at which nothing lies in one line.
+        Coordinates, ``{"theta": "30deg"}``, or the time of ``trajectory`` [s]. Coordinates that you do not name get
+        generic values, at which nothing is in line.
     trajectory : Trajectory, optional
         A motion of the system.
     values : mapping, optional
-        Of parameters, in place of their defaults.
+        Values of parameters, in place of their defaults.
     near : mapping, optional
-        Of a machine with loops: coordinates near which it is closed.
+        For machines with loops: an approximate closed configuration.
     modes : mapping, optional
-        Of contacts, ``{"floor": "stick"}``: those that are not open are drawn closed. Without modes, bodies stand on
-        what they may touch.
+        Contact modes, ``{"floor": "stick"}``; contacts that are not open are drawn closed. Without modes, bodies stand
+        on the surfaces that they may touch.
     coordinates, dimensions, names : bool
-        Whether the coordinates, the lengths, and the names of bodies and joints are written.
+        Show the coordinates, the lengths, and the names of bodies and joints.
     axonometric : bool
-        Draw a planar machine in space, too.
+        Draw a planar machine in the axonometric view, too.
 
     Returns
     -------
     Drawing
-        ``.svg``, ``.tikz``, ``.save("x.pdf")``; shows itself in notebooks.
+        ``.svg``, ``.tikz``, ``.save("x.pdf")``; notebooks show it.
 
     Raises
     ------
     ModelError
-        Coordinates that the machine can not have.
+        If the machine cannot have these coordinates.
 
     Examples
     --------
@@ -111,11 +111,11 @@ class Machine:
     e, now, view
         Equations, configuration, view.
     scale : float
-        Points per unit of length.
+        Points per unit of length [pt/m].
     labels : list
-        Labels that are placed when all lines are drawn: text, anchors, size, colour.
+        Labels, placed after all lines are drawn: text, anchors, size, colour.
     arcs : list
-        The points about which angles are drawn.
+        Points about which angles are drawn, on paper.
     """
 
     wide = WIDE
@@ -128,20 +128,18 @@ class Machine:
         self.root = Group()
         self.labels: list[tuple[str, list[tuple[Array, Array | None]], float, str]] = []
         self.arcs: list[Array] = []
-        points = self.extent()
-        seen = view(np.array(points))
-        longest = float(np.ptp(seen, axis=0).max())
+        longest = float(np.ptp(view(np.array(self.extent())), axis=0).max())
         self.scale = WIDE / longest if longest > 0 else 1.0
         self.down = np.array([0.0, -1.0])
         self.joints: dict[str, tuple[str, str, str, Array]] = self._joints()
-        self.drawn = self._from_behind()
+        self.drawn = self._back_to_front()
 
-    def page(self, point: Any) -> Array:
-        """A point in ground axes on paper."""
+    def page(self, point: Array) -> Array:
+        """Map a point in ground axes to paper [pt]."""
         return self.scale * self.view(point)
 
     def sheet(self, coordinates: bool, dimensions: bool, names: bool) -> Sheet:
-        """Everything, from the back to the front."""
+        """Return the sheet with everything, drawn from the back to the front."""
         rolling_planes(self)
         surfaces(self)
         ropes(self)
@@ -174,6 +172,7 @@ class Machine:
     # -- extent and order -----------------------------------------------------------------------------
 
     def extent(self) -> list[Array]:
+        """Points whose box contains the machine, in ground axes [m]."""
         points = []
         for name in self.model.bodies:
             R, p = self.now.posture(name)
@@ -186,10 +185,10 @@ class Machine:
                 points.append(self.now.place("ground", joint.at))
         return points + round_walls(self)
 
-    def _from_behind(self) -> list[str]:
-        """Bodies in the order in which they hide each other: in space by depth, at one depth small ones in front.
+    def _back_to_front(self) -> list[str]:
+        """Names of the bodies in drawing order: in space the far ones first, at equal depth the large ones first.
 
-        In space a body without mass or extent, a link of a joint of several, is not drawn.
+        In space a body without mass or extent, between two primitive motions of a joint, is not drawn.
         """
 
         def order(name: str) -> tuple[float, float]:
@@ -207,21 +206,17 @@ class Machine:
         return sorted((name for name in self.model.bodies if name not in carriers), key=order)
 
     def _joints(self) -> dict[str, tuple[str, str, str, Array]]:
-        """Type, parent, child and place of every joint, those that close loops included."""
-        found = {
-            name: (one.type, one.parent, one.child, self.now.place(one.child, one.to))
-            for name, one in self.model.joints.items()
-            if one.type != "free"
+        """Type, parent, child and position of every joint, those that close loops included."""
+        joints = {
+            name: (joint.type, joint.parent, joint.child, self.now.place(joint.child, joint.to))
+            for name, joint in self.model.joints.items()
+            if joint.type != "free"
         }
-        for name, one in self.model.constraints.items():
-            if isinstance(one, Closure):
-                found[name] = (
-                    one.type,
-                    one.parent.name,
-                    one.child.name,
-                    self.now.place(one.child.name, one.to),
-                )
-        return found
+        for name, closure in self.model.constraints.items():
+            if isinstance(closure, Closure):
+                parent, child = closure.parent.name, closure.child.name
+                joints[name] = (closure.type, parent, child, self.now.place(child, closure.to))
+        return joints
 
     def _slides(self, body: str) -> bool:
         return any(kind == "slider" and child == body for kind, _, child, _ in self.joints.values())
@@ -233,7 +228,8 @@ class Machine:
         fill = self.fill(name)
         group = Group([], {"class": "body", "data-body": name}, name)
         order = sorted(
-            self.pieces[name], key=lambda one: (one.hole, float(self.view.toward @ (p + R @ one.center)))
+            self.pieces[name],
+            key=lambda piece: (piece.hole, float(self.view.toward @ (p + R @ piece.center))),
         )
         for piece in order:
             for item in outlines(piece, R, p, self.view, self.scale, fill, self._slides(name)):
@@ -246,10 +242,11 @@ class Machine:
         self.root.add(group)
 
     def fill(self, name: str) -> str:
+        """Fill colour of a body."""
         return fill_of(self.model, name)
 
     def add(self, items: list[Any], **attributes: str) -> None:
-        """A symbol, with the attributes by which it is found."""
+        """Draw a symbol, as a group with attributes (``class_`` for ``class``, ``data_joint`` for ``data-joint``)."""
         named = {key.replace("_", "-").removesuffix("-"): value for key, value in attributes.items()}
         self.root.add(Group(items, named))
         for item in items:
@@ -265,7 +262,7 @@ class Machine:
         for name, (kind, parent, child, point) in self.joints.items():
             at = self.page(point)
             attributes = {"class_": f"joint {kind}", "data_joint": name}
-            if kind == "planar":  # nothing holds the body in the plane
+            if kind == "planar":  # no point of the body is held
                 continue
             if kind in ("slider", "cylindrical"):
                 if parent != "ground" or kind == "cylindrical" or not self.view.planar:
@@ -285,13 +282,13 @@ class Machine:
                 self.add(symbols.pin(at), **attributes)
 
     def _shaft(self, name: str, at: Array, d: Array) -> list[Any]:
-        """A hinge in space: its axis, and where that is fixed the bearings in which a shaft turns."""
+        """A hinge in space: its axis, and bearings if the axis is fixed in the ground."""
         _, parent, child, _ = self.joints[name]
         on_ground = "ground" in (parent, child)
-        # a bearing stands outside of all that lies about the point
-        about = [one for one in self.drawn if on_ground and self._holds(one, at)]
+        # a bearing stands outside all bodies that contain the point
+        around = [body for body in self.drawn if on_ground and self._holds(body, at)]
         ends = [
-            at + side * (max(self.along(one, at, side * d) for one in (child, *about)) + 13.0) * d
+            at + side * (max(self.along(body, at, side * d) for body in (child, *around)) + 13.0) * d
             for side in (1.0, -1.0)
         ]
         items: list[Any] = [Line(np.array(ends), Style(INK, 0.9, (9.0, 2.0, 1.5, 2.0)))]
@@ -300,24 +297,24 @@ class Machine:
         return [*items, *symbols.pin(at)]
 
     def along(self, body: str, at: Array, d: Array) -> float:
-        """How far from a point the line in a direction leaves a body [pt]."""
-        way = np.arange(0.0, 2 * WIDE, 1.0)
-        inner = np.zeros(len(way), dtype=bool)
+        """Distance from a point at which the line in a direction leaves a body [pt]."""
+        distance = np.arange(0.0, 2 * WIDE, 1.0)
+        within = np.zeros(len(distance), dtype=bool)
         for area in self.areas_of(body):
-            for beside in (-2.0, 2.0):  # an axis may be an edge
-                inner |= inside(area, at + way[:, None] * d + beside * np.array([-d[1], d[0]]))
-        return float(way[inner].max()) if inner.any() else 0.0
+            for beside in (-2.0, 2.0):  # the axis may be an edge of the body
+                within |= inside(area, at + distance[:, None] * d + beside * np.array([-d[1], d[0]]))
+        return float(distance[within].max()) if within.any() else 0.0
 
     def _outward(self, body: str, at: Array) -> Array:
-        """Down, or where the body hangs down from its joint, up: a bracket does not stand in its body."""
+        """Direction of a bracket, outside its body: down, or up if the body hangs down from its joint."""
         center = self.page(self.now.place(body, self.model.bodies[body].center))
-        way = center - at
-        length = float(np.linalg.norm(way))
+        arm = center - at
+        length = float(np.linalg.norm(arm))
         down = self.down
-        return -down if length > 3.0 and float(way @ down) > 0.2 * length else down
+        return -down if length > 3.0 and float(arm @ down) > 0.2 * length else down
 
     def _rail(self, name: str, at: Array) -> None:
-        """The line along which something slides on another body, or in space."""
+        """Draw the line along which a body slides on another body, or in space."""
         d = self.axis(name)
         if d is None:
             return
@@ -325,7 +322,7 @@ class Machine:
         self.add([Line(line, Style(INK, 0.8, (8.0, 2.0, 1.5, 2.0)))], class_="joint slider", data_joint=name)
 
     def axis(self, name: str, index: int = 0) -> Array | None:
-        """Direction of one of a joint's axes on paper, the first if not said."""
+        """Direction on paper of an axis of a joint; None if it points at the reader."""
         joint = self.model.joints.get(name)
         if joint is None:
             return None
@@ -334,68 +331,66 @@ class Machine:
         return d / length if length > 0.05 else None
 
     def axis_in_space(self, link: Link, number: int) -> Array:
-        """The axis of a primitive motion, in ground axes."""
+        """Axis of a link, in ground axes; ``number`` is the number of the link."""
         R = np.array(link_postures(self.model, self.now.state)[number].rotation, dtype=float)
         return R @ np.array([float(self.now.state(x)) for x in link.axis])
 
     def reach(self, body: str, at: Array, d: Array) -> float:
-        """How far a body reaches from a point in a direction [pt]."""
+        """Distance by which a body reaches from a point in a direction [pt]."""
         return max((float(((area - at) @ d).max()) for area in self.areas_of(body)), default=0.0)
 
-    # -- coordinates ----------------------------------------------------------------------------------
-
     def _holds(self, name: str, at: Array) -> bool:
-        """Whether a point on paper lies in a body."""
+        """True if a point on paper lies in a body."""
         return any(inside(area, at[None]).any() for area in self.areas_of(name))
 
     def areas_of(self, name: str) -> list[Array]:
+        """Polygons that a body covers on paper."""
         R, p = self.now.posture(name)
-        found = []
+        areas = []
         for piece in self.pieces[name]:
             for item in outlines(piece, R, p, self.view, self.scale, "#ffffff", self._slides(name)):
                 area = polygon(item)
                 if area is not None:
-                    found.append(area)
-        return found
+                    areas.append(area)
+        return areas
 
-    # -- what stands around ---------------------------------------------------------------------------
+    # -- names ----------------------------------------------------------------------------------------
 
     def _names(self) -> None:
         for name in self.model.bodies:
             if name in self.drawn:
-                self.labels.append((name.replace("_", " "), [(self._seen(name), None)], 10.5, INK))
+                self.labels.append((name.replace("_", " "), [(self._visible_point(name), None)], 10.5, INK))
         points: list[tuple[Array, list[str]]] = []
         for name, (kind, _, _, point) in self.joints.items():
             if kind == "planar":
                 continue
             at = self.page(point)
-            here = next((names for q, names in points if float(np.linalg.norm(q - at)) < 1.0), None)
-            if here is None:
+            together = next((names for q, names in points if float(np.linalg.norm(q - at)) < 1.0), None)
+            if together is None:
                 points.append((at, [name]))
             else:
-                here.append(name)
+                together.append(name)
         for at, names in points:
-            shown = [latex_name(name) for name in names]
+            labels = [latex_name(name) for name in names]
             if len(names) > CROWD:
-                shown = [r",\,".join(shown)]
-            self.labels += [(f"${tex}$", [(at, None)], 9.5, GREY) for tex in shown]
+                labels = [r",\,".join(labels)]
+            self.labels += [(f"${tex}$", [(at, None)], 9.5, GREY) for tex in labels]
 
-    def _seen(self, name: str) -> Array:
-        """The centre of a body, or where others hide that the nearest place that is seen."""
+    def _visible_point(self, name: str) -> Array:
+        """Mass centre of a body on paper; if other bodies hide it, the nearest visible point of the body."""
         center = self.page(self.now.place(name, self.model.bodies[name].center))
         pieces = self.pieces[name]
         if all(piece.kind == "rod" for piece in pieces):
             R, p = self.now.posture(name)
             center = self.page(p + R @ pieces[0].center)
-        above = self.drawn[self.drawn.index(name) + 1 :]
-        if not any(self._holds(one, center) for one in above):
+        in_front = self.drawn[self.drawn.index(name) + 1 :]
+        if not any(self._holds(body, center) for body in in_front):
             return center
-        over = [area for one in above for area in self.areas_of(one)]
         r = np.arange(0.0, WIDE, 6.0)[1:]
         turn = np.radians(np.arange(0.0, 360.0, 15.0))
-        around = center + np.stack([np.outer(r, np.cos(turn)), np.outer(r, np.sin(turn))], axis=-1).reshape(
-            -1, 2
-        )
-        own = np.any([inside(area, around) for area in self.areas_of(name)], axis=0)
-        free = around[own & ~np.any([inside(area, around) for area in over], axis=0)]
-        return free[0] if len(free) else center
+        rays = np.stack([np.outer(r, np.cos(turn)), np.outer(r, np.sin(turn))], axis=-1)
+        around = center + rays.reshape(-1, 2)
+        covered = np.any([inside(area, around) for area in self.areas_of(name)], axis=0)
+        hidden = np.any([inside(area, around) for body in in_front for area in self.areas_of(body)], axis=0)
+        visible = around[covered & ~hidden]
+        return visible[0] if len(visible) else center

@@ -1,4 +1,4 @@
-"""Coordinates, lengths and axes in the drawing of a machine, where they are measured."""
+"""Coordinates, lengths and axes in the drawing of a machine."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...model.model import Link
 from ...symbolic.printing.display import latex
 from ..paper.palette import GREY, PALE
 from ..paper.sheet import Arrow, Line, Style, box_of
-from .measures import angle_of, dimensions_of
+from .measures import Measured, angle_of, dimensions_of
 
 if TYPE_CHECKING:
     from .draw import Machine
@@ -22,27 +22,28 @@ Array = NDArray[np.float64]
 
 
 def mark_coordinates(m: Machine) -> None:
+    """Draw displacements and angles of the joints, and the axes of bodies that turn freely."""
     for name, joint in m.model.joints.items():
         for number in joint.links:
             link = m.model.links[number]
             if link.kind == "slider":
                 _slide(m, name, number, link)
             elif link.kind == "hinge" and not m.view.planar:
-                _turned(m, name, number, link)
+                _turn(m, name, number, link)
         kinds = [m.model.links[i].kind for i in joint.links]
         if "ball" in kinds or "free" in kinds:
-            _own_axes(m, joint.child)
+            _body_axes(m, joint.child)
         if m.view.planar and "hinge" in kinds:
-            found = [
+            angles = [
                 angle_of(m.e, m.now, m.view, m.scale, joint.child, relative) for relative in (False, True)
             ]
-            # the absolute angle, where it is what the coordinate measures
-            best = min((one for one in found if one), key=lambda one: len(one[0][1]), default=[])
-            _measured(m, best)
+            # the angle with the shorter label: the absolute one, if that is what the coordinate measures
+            best = min((angle for angle in angles if angle), key=lambda angle: len(angle[0][1]), default=[])
+            _add_measures(m, best)
 
 
-def _measured(m: Machine, found: list[Any]) -> None:
-    for group, tex, anchor in found:
+def _add_measures(m: Machine, measures: list[Measured]) -> None:
+    for group, tex, anchor in measures:
         m.root.add(group)
         for item in group.items:
             m.placer.line(item.points)
@@ -50,28 +51,28 @@ def _measured(m: Machine, found: list[Any]) -> None:
 
 
 def _slide(m: Machine, name: str, number: int, link: Link) -> None:
-    """A displacement: an arrow from the joint's point on the parent, beside the path."""
-    shown = latex(m.e.state(link.displacement), m.e.ring)
+    """Draw a displacement: an arrow from the point of the joint on the parent, beside the path."""
+    tex = latex(m.e.state(link.displacement), m.e.ring)
     if not m.e.ring.atoms_of(m.e.ring.coerce(m.e.state(link.displacement))):
         return
     value = float(m.now.state(link.displacement))
     axis = m.axis_in_space(link, number)
     end = np.array(link_postures(m.model, m.now.state)[number].position, dtype=float)
     start, end = m.page(end - value * axis), m.page(end)
-    way = end - start
-    length = float(np.linalg.norm(way))
+    path = end - start
+    length = float(np.linalg.norm(path))
     if length < 8.0:
         return
-    d = way / length
+    d = path / length
     far = length > m.wide
-    if far:  # not all the way from a far origin
+    if far:  # the arrow does not start at a distant origin
         start = end - 0.6 * m.wide * d
     side = np.array([-d[1], d[0]])
     choices = []
     for k, (sign, gap) in enumerate((s, g) for g in (24.0, 34.0, 46.0) for s in (1.0, -1.0)):
         line = np.array([start, end]) + sign * gap * side
         choices.append((m.placer.crowding(line) + 0.004 * gap + 0.001 * k, k, sign * gap * side))
-    shift = min(choices, key=lambda one: one[:2])[2]
+    shift = min(choices, key=lambda choice: choice[:2])[2]
     out = shift / np.linalg.norm(shift)
     items = [
         Line(np.array([end + 13 * out, end + shift + 4 * out]), Style(GREY, 0.7)),
@@ -82,11 +83,11 @@ def _slide(m: Machine, name: str, number: int, link: Link) -> None:
     else:
         items.append(Line(np.array([start + 3 * out, start + shift + 4 * out]), Style(GREY, 0.7)))
     m.add(items, class_="coordinate", data_joint=name)
-    m.labels.append((f"${shown}$", [((start + end) / 2 + shift, out)], 10.5, GREY))
+    m.labels.append((f"${tex}$", [((start + end) / 2 + shift, out)], 10.5, GREY))
 
 
-def _turned(m: Machine, name: str, number: int, link: Link) -> None:
-    """An angle in space: an arc about its axis, from where a direction was before the turn."""
+def _turn(m: Machine, name: str, number: int, link: Link) -> None:
+    """Draw an angle in space: an arc about its axis, from a direction before the turn to that direction after it."""
     value = float(m.now.state(link.displacement))
     exact = m.e.state(link.displacement)
     if not m.e.ring.atoms_of(m.e.ring.coerce(exact)):
@@ -96,21 +97,21 @@ def _turned(m: Machine, name: str, number: int, link: Link) -> None:
     n = m.axis_in_space(link, number)
     chain = m.model.joints[name].links
     place = chain.index(number)
-    beside = [chain[place + 1]] if place + 1 < len(chain) else []
-    beside += [chain[place - 1]] if place > 0 else []
-    own = [np.array([float(m.now.state(x)) for x in m.model.links[i].axis]) for i in beside]
-    own += [np.eye(3)[k] for k in range(3)]
+    neighbours = [chain[place + 1]] if place + 1 < len(chain) else []
+    neighbours += [chain[place - 1]] if place > 0 else []
+    candidates = [np.array([float(m.now.state(x)) for x in m.model.links[i].axis]) for i in neighbours]
+    candidates += [np.eye(3)[k] for k in range(3)]
     local = np.array([float(m.now.state(x)) for x in link.axis])
-    r = R @ next(d for d in own if abs(float(d @ local)) < 1e-9)
+    r = R @ next(d for d in candidates if abs(float(d @ local)) < 1e-9)
     before = _about(n, -value) @ r
     point = m.joints[name][3]
-    # arcs about one point lie about each other
-    beside_it = sum(float(np.linalg.norm(m.page(point) - q)) < 1.0 for q in m.arcs)
-    m.arcs.append(m.page(point))
-    radius = (40.0 + 13.0 * beside_it) / m.scale
+    at = m.page(point)
+    # arcs about one point have increasing radii
+    concentric = sum(float(np.linalg.norm(at - q)) < 1.0 for q in m.arcs)
+    m.arcs.append(at)
+    radius = (40.0 + 13.0 * concentric) / m.scale
     count = max(8, int(abs(math.degrees(value)) / 4))
     curve = np.array([m.page(point + radius * (_about(n, a) @ before)) for a in np.linspace(0, value, count)])
-    at = m.page(point)
     fine = Style(GREY, 0.7, (4.0, 2.5))
     items: list[Any] = [
         Line(np.array([at, m.page(point + 1.35 * radius * before)]), fine),
@@ -126,8 +127,8 @@ def _turned(m: Machine, name: str, number: int, link: Link) -> None:
     m.labels.append((f"${latex(exact, m.e.ring)}$", [(middle, out)], 10.5, GREY))
 
 
-def _own_axes(m: Machine, body: str) -> None:
-    """The axes of a body that turns freely, as 1, 2, 3."""
+def _body_axes(m: Machine, body: str) -> None:
+    """Draw the axes of a body that turns freely, as 1, 2, 3."""
     R, p = m.now.posture(body)
     at = m.page(p)
     items = []
@@ -141,30 +142,31 @@ def _own_axes(m: Machine, body: str) -> None:
 
 
 def mark_dimensions(m: Machine) -> None:
+    """Draw the dimensions of the bodies; in a machine of more than three bodies, each expression once."""
     done: set[str] = set()
     for name in m.model.bodies:
-        own = m.placer.about(m.areas_of(name))
-        for group, tex, anchor in dimensions_of(m.e, m.now, m.view, m.scale, name, own, center=False):
+        placer = m.placer.about(m.areas_of(name))
+        for group, tex, anchor in dimensions_of(m.e, m.now, m.view, m.scale, name, placer, center=False):
             if tex in done and len(m.model.bodies) > 3:
                 continue
             done.add(tex)
-            _measured(m, [(group, tex, anchor)])
+            _add_measures(m, [(group, tex, anchor)])
 
 
 def ground_axes(m: Machine) -> None:
-    """The directions of the ground's axes, below to the left."""
+    """Draw the directions of the ground axes, below to the left."""
     x0, y0, _, _ = box_of(m.root)
-    clear = np.array([x0 + 14.0, y0 - 40.0])
+    origin = np.array([x0 + 14.0, y0 - 40.0])
     items = []
     for letter, k in m.view.axes:
         d = m.view.matrix[:, k]
-        tip = clear + 26.0 * d
-        items.append(Arrow(np.array([clear, tip]), Style(GREY, 0.9)))
+        tip = origin + 26.0 * d
+        items.append(Arrow(np.array([origin, tip]), Style(GREY, 0.9)))
         m.labels.append((f"${letter}$", [(tip, d / np.linalg.norm(d))], 10.0, GREY))
     m.add(items, class_="axes")
 
 
 def _about(n: Array, angle: float) -> Array:
-    """The rotation by an angle about a unit vector."""
+    """Rotation matrix of a turn by an angle about a unit vector."""
     K = np.array([[0, -n[2], n[1]], [n[2], 0, -n[0]], [-n[1], n[0], 0]])
     return np.eye(3) + math.sin(angle) * K + (1 - math.cos(angle)) * (K @ K)

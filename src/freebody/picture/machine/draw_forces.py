@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...describe.loads.load import Damper, Force, JointDamper, JointForce, JointSpring, Spring, Torque
+from ...scalar.algebra import Expression
 from ...symbolic.printing.display import latex
 from ..paper import symbols
 from ..paper.palette import INK, VERMILLION
 from ..paper.sheet import Arrow, Style, arc, box_of
-from .force_arrows import Marks
+from .force_arrows import Mark, Marks
 
 if TYPE_CHECKING:
     from .draw import Machine
@@ -25,6 +26,7 @@ FORCE = 42.0
 
 
 def springs(m: Machine) -> None:
+    """Draw springs and dampers, between points and on joints, with the walls that hold them."""
     for name, load in m.model.loads.items():
         if isinstance(load, Spring | Damper):
             a, b = m.page(m.now.point(load.start)), m.page(m.now.point(load.end))
@@ -39,7 +41,7 @@ def springs(m: Machine) -> None:
             _joint_spring(m, name, load)
 
 
-def _spring_label(m: Machine, value: Any, at: Array, along: Array) -> None:
+def _spring_label(m: Machine, value: Expression, at: Array, along: Array) -> None:
     length = float(np.linalg.norm(along))
     side = np.array([-along[1], along[0]]) / length if length > 0 else np.array([0.0, 1.0])
     if side[1] < 0:
@@ -65,7 +67,7 @@ def _joint_spring(m: Machine, name: str, load: JointSpring | JointDamper) -> Non
     normal = np.array([-d[1], d[0]])
     shift = (6.0 if beside == 0 else -6.0) * normal if len(same) > 1 else np.zeros(2)
     half = m.reach(joint[2], at, -d)
-    # on the line of its own axis, where the joint has others
+    # on the line of this axis, if the joint has several
     wall = at + float((base - at) @ d) * d - (half + 60.0) * d
     start, end = wall + shift, at - half * d + shift
     make = symbols.zigzag if isinstance(load, JointSpring) else symbols.dashpot
@@ -76,7 +78,7 @@ def _joint_spring(m: Machine, name: str, load: JointSpring | JointDamper) -> Non
 
 
 def _like(load: JointSpring | JointDamper, other: Any) -> bool:
-    """Whether a load acts along the same axis of the same joint."""
+    """True if the other load is a spring or damper along the same axis of the same joint."""
     return (
         isinstance(other, JointSpring | JointDamper)
         and other.joint is load.joint
@@ -85,14 +87,14 @@ def _like(load: JointSpring | JointDamper, other: Any) -> bool:
 
 
 def _wall(m: Machine, at: Array, toward: Array) -> None:
-    """A piece of hatched wall, its free side toward a direction."""
+    """Draw a piece of hatched wall whose free side faces a direction."""
     d = toward / np.linalg.norm(toward)
     across = np.array([-d[1], d[0]])
     m.add(symbols.hatched(at - 14.0 * across, at + 14.0 * across, -1.0), class_="wall")
 
 
 def loads(m: Machine) -> None:
-    """Applied forces and couples, by name."""
+    """Draw the arrows of applied forces and couples, and label each with its name or value."""
     applied = {
         name: load for name, load in m.model.loads.items() if isinstance(load, Force | Torque | JointForce)
     }
@@ -100,31 +102,29 @@ def loads(m: Machine) -> None:
         return
     marks = Marks(m.e, m.now, m.view.planar)
     style = Style(VERMILLION, 1.8)
-    written: dict[tuple[str, str], list[Any]] = {}
+    anchors_of: dict[tuple[str, str], list[Any]] = {}
     for name, load in applied.items():
-        bodies = [load.point.body.name] if isinstance(load, Force) else []
-        if isinstance(load, Torque):
-            bodies = [load.body.name]
-        elif isinstance(load, JointForce):
-            bodies = [m.model.joints[load.joint.name].child]
-        for body in bodies:
-            if body == "ground":
+        if isinstance(load, JointForce):
+            body = m.model.joints[load.joint.name].child
+        else:
+            body = load.body.name if isinstance(load, Torque) else load.point.body.name
+        if body == "ground":
+            continue
+        free = m.e.free_body(body)
+        for action in free.actions:
+            if action.name != name:
                 continue
-            free = m.e.free_body(body)
-            for action in free.actions:
-                if action.name != name:
-                    continue
-                for vector, couple in ((action.force, False), (action.moment, True)):
-                    if any(not (isinstance(x, int) and x == 0) for x in vector):
-                        for mark in marks._resolved(name, "load", couple, vector, action.at, free):
-                            # of action and reaction one has the name
-                            written.setdefault((name, mark.label), []).append(_load(m, mark, style))
-    for (_, label), anchors in written.items():
+            for vector, couple in ((action.force, False), (action.moment, True)):
+                if any(not (isinstance(x, int) and x == 0) for x in vector):
+                    for mark in marks.resolved(name, "load", couple, vector, action.at, free):
+                        # an action and its reaction share one label
+                        anchors_of.setdefault((name, mark.label), []).append(_load(m, mark, style))
+    for (_, label), anchors in anchors_of.items():
         m.labels.append((f"${label}$", anchors, 11.0, VERMILLION))
 
 
-def _load(m: Machine, mark: Any, style: Style) -> tuple[Array, Array]:
-    """Draws the arrow; where its name may stand, and which way from there."""
+def _load(m: Machine, mark: Mark, style: Style) -> tuple[Array, Array]:
+    """Draw the arrow of a load; return the anchor of its label: (point, direction from it)."""
     at = m.page(mark.point)
     if mark.couple and m.view.planar:
         turn = 1.0 if m.view.turn(mark.direction) > 0 else -1.0
@@ -134,8 +134,8 @@ def _load(m: Machine, mark: Any, style: Style) -> tuple[Array, Array]:
             for a in range(0, 360, 30)
         ]
     else:
-        seen = m.view(mark.direction)
-        d = seen / max(float(np.linalg.norm(seen)), 1e-9)
+        projected = m.view(mark.direction)
+        d = projected / max(float(np.linalg.norm(projected)), 1e-9)
         choices = [np.array([at, at + FORCE * d]), np.array([at - FORCE * d, at])]
     costs = [m.placer.crowding(points, at) + 0.01 * k for k, points in enumerate(choices)]
     points = choices[int(np.argmin(costs))]
@@ -149,6 +149,7 @@ def _load(m: Machine, mark: Any, style: Style) -> tuple[Array, Array]:
 
 
 def gravity(m: Machine) -> None:
+    """Draw the direction of gravity, above to the right."""
     g = m.view.gravity
     if g is None or not g.any():
         return
@@ -160,6 +161,8 @@ def gravity(m: Machine) -> None:
     start = np.array([x1 + 16.0, y1 - 4.0])
     arrow = Arrow(np.array([start, start + 30.0 * d / length]), Style(INK, 1.2))
     m.add([arrow], class_="gravity")
-    live = [c for c in m.model.gravity if not (isinstance(c, int) and c == 0)]
-    tex = latex(m.e.state(live[0]), m.e.ring).removeprefix("-") if len(live) == 1 else r"\mathbf{g}"
+    components = [c for c in m.model.gravity if not (isinstance(c, int) and c == 0)]
+    tex = (
+        latex(m.e.state(components[0]), m.e.ring).removeprefix("-") if len(components) == 1 else r"\mathbf{g}"
+    )
     m.labels.append((f"${tex}$", [(start + 15.0 * d / length, np.array([1.0, 0.0]))], 11.0, INK))

@@ -1,4 +1,4 @@
-"""The ground of a drawing: planes, guides, walls, and what hangs on it: ropes and gear wheels."""
+"""The ground of a drawing: planes, guides and walls; and ropes and gear wheels."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from ...describe.constraints.constraint import Gear, Rolling
 from ...describe.contact_shapes import kind_of
 from ...dynamics.constraints import _arm
 from ...dynamics.contact import touches
+from ...scalar.algebra import Vector
 from ...symbolic.printing.latex import latex_name
 from ..paper import symbols
 from ..paper.palette import GREEN, GREY, INK
@@ -25,23 +26,23 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 ROUND = ("circle", "cylinder", "sphere")
-"""Kinds of surfaces that a plane cuts in a circle."""
+"""Kinds of surfaces whose section with the plane of the machine is a circle."""
 
 
 def rolling_planes(m: Machine) -> None:
-    """The ground on which wheels roll."""
-    wheels = [one for one in m.model.constraints.values() if isinstance(one, Rolling)]
+    """Draw the ground on which wheels roll."""
+    wheels = [rolling for rolling in m.model.constraints.values() if isinstance(rolling, Rolling)]
     if not wheels:
         return
-    feet = []
-    for one in wheels:
-        arm = np.array([float(x) for x in _arm(m.model, m.now.state, one)])
-        feet.append(m.now.point(one.center) + arm)
-    middle = np.mean(feet, axis=0)
+    footpoints = []
+    for wheel in wheels:
+        arm = np.array([float(x) for x in _arm(m.model, m.now.state, wheel)])
+        footpoints.append(m.now.point(wheel.center) + arm)
+    middle = np.mean(footpoints, axis=0)
     if m.view.planar:
         _ground(m, middle, np.array([float(x) for x in wheels[0].normal[1]]))
         return
-    size = max(m.wide / m.scale * 0.42, float(np.ptp(np.array(feet), axis=0).max()) * 0.75)
+    size = max(m.wide / m.scale * 0.42, float(np.ptp(np.array(footpoints), axis=0).max()) * 0.75)
     first = np.array([float(x) for x in wheels[0].first[1]])
     second = np.array([float(x) for x in wheels[0].second[1]])
     corners = [
@@ -49,13 +50,13 @@ def rolling_planes(m: Machine) -> None:
         for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))
     ]
     m.add([Line(np.array(corners), Style(GREY, 0.8, (), "#f4f4f4"), True)], class_="plane")
-    for foot in feet:
+    for foot in footpoints:
         m.add([Circle(m.page(foot), 2.0, Style(INK, 0.8, (), INK))], class_="contact")
 
 
 def round_walls(m: Machine) -> list[Array]:
-    """Four points of each round wall of the ground, in ground axes."""
-    shapes = [shape for one in m.model.contacts for shape in (one.feature, one.surface)]
+    """Four points of each round wall of the ground, in ground axes [m]."""
+    shapes = [shape for contact in m.model.contacts for shape in (contact.feature, contact.surface)]
     return [
         _fixed(m, shape.at) + sign * float(m.now.state(shape.radius)) * across
         for shape in shapes
@@ -66,7 +67,7 @@ def round_walls(m: Machine) -> list[Array]:
 
 
 def surfaces(m: Machine) -> None:
-    """What is fixed in the ground and may be touched: planes, sides, and round walls."""
+    """Draw the surfaces of the ground that bodies may touch: planes, sides, round walls and edges."""
     drawn: list[Any] = []
     for contact in getattr(m.model, "contacts", ()):
         for shape in (contact.feature, contact.surface):
@@ -81,41 +82,41 @@ def surfaces(m: Machine) -> None:
                 _edge(m, start, end, m.view(_fixed(m, shape.normal)))
             elif kind in ROUND and m.view.planar:
                 _wall_round(m, shape)
-            elif kind == "point" and m.view.planar:  # an edge of the ground
+            elif kind == "point" and m.view.planar:  # an edge of the ground, seen along it
                 m.add(symbols.pin_on_ground(m.page(_fixed(m, shape.components)), m.down), class_="plane")
 
 
 def feet(m: Machine) -> None:
-    """The points in which bodies touch."""
+    """Draw the points at which bodies touch."""
     if not m.model.contacts:
         return
     size = m.wide / m.scale
-    for contact, one in zip(m.model.contacts, touches(m.model, m.now.state), strict=True):
-        if abs(float(one.gap)) < NEAR * size and all(float(x) >= -NEAR * size for x in one.reach):
-            at = m.page(np.array([float(x) for x in one.on_feature]))
+    for contact, touch in zip(m.model.contacts, touches(m.model, m.now.state), strict=True):
+        if abs(float(touch.gap)) < NEAR * size and all(float(x) >= -NEAR * size for x in touch.reach):
+            at = m.page(np.array([float(x) for x in touch.on_feature]))
             m.add([Circle(at, 2.2, Style(INK, 0.8, (), INK))], class_="contact", data_contact=contact.name)
 
 
-def _fixed(m: Machine, components: Any) -> Array:
-    """Three expressions of parameters, in numbers."""
+def _fixed(m: Machine, components: Vector) -> Array:
+    """Values of three expressions of parameters."""
     return np.array([float(m.now.state(x)) for x in components])
 
 
 def _edge(m: Machine, start: Array, end: Array, up: Array) -> None:
-    """The edge of the ground, hatched on the side that ``up`` points away from."""
-    way = end - start
-    side = 1.0 if float(np.array([way[1], -way[0]]) @ up) < 0 else -1.0
+    """Draw an edge of the ground, hatched on the side that ``up`` points away from."""
+    along = end - start
+    side = 1.0 if float(np.array([along[1], -along[0]]) @ up) < 0 else -1.0
     m.add(symbols.hatched(start, end, side), class_="plane")
 
 
 def _ground(m: Machine, point: Array, normal: Array) -> None:
-    """A plane, under the whole machine."""
-    seen = [m.page(p) for p in m.extent()]
+    """Draw a plane of the ground, under the whole machine."""
+    machine = [m.page(p) for p in m.extent()]
     if m.view.planar:
         up = m.view(normal)
         along = np.array([-up[1], up[0]]) / np.linalg.norm(up)
         foot = m.page(point)
-        reach = [float((q - foot) @ along) for q in seen]
+        reach = [float((q - foot) @ along) for q in machine]
         start, end = (foot + s * along for s in (min(reach) - 20.0, max(reach) + 20.0))
         _edge(m, start, end, up)
         return
@@ -146,7 +147,7 @@ def _wall_round(m: Machine, shape: Any) -> None:
 
 
 def guides(m: Machine) -> None:
-    """Ground beside what slides on it, in a plane."""
+    """Draw the ground beside the bodies that slide on it, in a planar machine."""
     if not m.view.planar:
         return
     for name, (kind, parent, child, point) in m.joints.items():
@@ -161,13 +162,14 @@ def guides(m: Machine) -> None:
         base = m.page(m.now.place("ground", m.model.joints[name].at)) if name in m.model.joints else at
         s = sorted((0.0, float((base - at) @ d)))
         gap = m.reach(child, at, np.array([d[1], -d[0]]))
-        # not all the way to a far origin
+        # a guide does not reach all the way to a distant origin
         reach = (max(s[0] - 34.0, -110.0), min(s[1] + 34.0, 110.0))
         items = symbols.guide(at, d, reach, gap, 1.0)
         m.add(items, class_="joint slider", data_joint=name)
 
 
 def ropes(m: Machine) -> None:
+    """Draw ropes, and the pulleys and the ceiling that they hang on."""
     for name, points in ropes_of(m.model).items():
         pages = [m.page(m.now.point(point)) for point in points]
         visits: dict[tuple[float, float], list[int]] = {}
@@ -177,40 +179,40 @@ def ropes(m: Machine) -> None:
         items: list[Any] = []
         total = len(pages) - 1
         for k, (a, b) in enumerate(zip(pages, pages[1:], strict=False)):
-            # parts that run side by side are drawn side by side
-            twins = [
+            # strands between the same two points are drawn side by side
+            parallel = [
                 j
                 for j, (c, d) in enumerate(zip(pages, pages[1:], strict=False))
                 if (np.allclose(a, c) and np.allclose(b, d)) or (np.allclose(a, d) and np.allclose(b, c))
             ]
-            way = b - a if (b - a)[1] > 0 or ((b - a)[1] == 0 and (b - a)[0] > 0) else a - b
-            length = float(np.linalg.norm(way))
-            n = np.array([way[1], -way[0]]) / length if length > 0 else np.zeros(2)
-            offset = 7.0 * (twins.index(k) - (len(twins) - 1) / 2)
+            along = b - a if (b - a)[1] > 0 or ((b - a)[1] == 0 and (b - a)[0] > 0) else a - b
+            length = float(np.linalg.norm(along))
+            n = np.array([along[1], -along[0]]) / length if length > 0 else np.zeros(2)
+            offset = 7.0 * (parallel.index(k) - (len(parallel) - 1) / 2)
             items.append(Line(np.array([a, b]) + offset * n, Style(GREEN, 1.3)))
         m.add(items, class_="rope", data_constraint=name)
         wheels: list[Any] = []
         for k, (point, q) in enumerate(zip(points, pages, strict=True)):
             if point.body.is_ground and 0 < k < total + 1:
                 wheels += symbols.pulley(q, 4.0 + 3.5 * (strands > 2))
-        high = [q for point, q in zip(points, pages, strict=True) if point.body.is_ground]
-        if high and m.view.planar:
-            x0, x1 = min(q[0] for q in high) - 22.0, max(q[0] for q in high) + 22.0
-            y = max(q[1] for q in high) + 12.0
+        fixed = [q for point, q in zip(points, pages, strict=True) if point.body.is_ground]
+        if fixed and m.view.planar:
+            x0, x1 = min(q[0] for q in fixed) - 22.0, max(q[0] for q in fixed) + 22.0
+            y = max(q[1] for q in fixed) + 12.0
             wheels += symbols.hatched(np.array([x0, y]), np.array([x1, y]), -1.0)
-            wheels += [Line(np.array([q, (q[0], y)]), symbols.FINE) for q in high]
+            wheels += [Line(np.array([q, (q[0], y)]), symbols.FINE) for q in fixed]
         m.add(wheels, class_="pulleys", data_constraint=name)
         middle = (pages[-1] + pages[-2]) / 2
         m.labels.append((f"${latex_name(name)}$", [(middle, np.array([1.0, 0.0]))], 10.0, GREEN))
 
 
 def gears(m: Machine) -> None:
-    """Teeth that mesh, on wheels that have a round solid."""
-    for name, one in m.model.constraints.items():
-        if not isinstance(one, Gear) or not m.view.planar:
+    """Draw the meshing teeth of gear wheels whose bodies have a round solid."""
+    for name, gear in m.model.constraints.items():
+        if not isinstance(gear, Gear) or not m.view.planar:
             continue
         wheels = []
-        for joint in (one.first, one.second):
+        for joint in (gear.first, gear.second):
             child = joint.child.name
             R, p = m.now.posture(child)
             wheels += [
@@ -223,8 +225,8 @@ def gears(m: Machine) -> None:
         smallest = min(radius for _, radius, _ in wheels)
         pitch = 2 * math.pi * smallest / max(8, round(2 * math.pi * smallest / 12.0))
         for k, (center, radius, fill) in enumerate(wheels):
-            way = wheels[1 - k][0] - center
+            across = wheels[1 - k][0] - center
             count = max(8, round(2 * math.pi * radius / pitch))
-            phase = math.atan2(way[1], way[0]) + (math.pi / count if k else 0.0)
+            phase = math.atan2(across[1], across[0]) + (math.pi / count if k else 0.0)
             items = symbols.teeth(center, radius, count, phase, fill)
             m.add(items, class_="gear", data_constraint=name)

@@ -1,4 +1,4 @@
-"""Angles and dimensions of a body on paper, with the expressions of the model."""
+"""Angles and dimensions of a body on paper, labelled with the expressions of the model."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...describe.constraints.constraint import Rolling
 from ...model.model import GROUND
+from ...scalar.algebra import Scalar, Vector
 from ...symbolic.equations import Equations
 from ...symbolic.printing.display import latex
 from ..paper.palette import GREY
@@ -27,10 +28,10 @@ THIN = Style(GREY, 0.7)
 DASHED = Style(GREY, 0.7, (4.0, 2.5))
 
 ROUND = ("disk", "ring", "cylinder", "sphere", "spherical_shell", "tube")
-"""Solids that have a radius."""
+"""Kinds of solids that have a radius."""
 
 Measured = tuple[Group, str, tuple[Array, Array | None]]
-"""What is drawn, its label, and (where the label belongs, on which side)."""
+"""A measure: its lines, its label, and the anchor of the label (point, direction from it)."""
 
 
 def angle_of(
@@ -42,36 +43,35 @@ def angle_of(
     relative: bool = False,
     pieces: Sequence[Primitive] = (),
 ) -> list[Measured]:
-    """The angle of a body in a planar machine, from where it points when its coordinates are zero.
+    """Angle of a body in a planar machine, from its direction at zero coordinates; empty if there is none to show.
 
-    ``relative`` measures the coordinate of its own joint, from where it points when that one is zero. Where ``pieces``
-    of the body are given and none holds the joint, the angle stands at the mass centre.
+    With ``relative``, the angle is that of the body's own joint, from the direction at zero of that coordinate alone.
+    If no piece in ``pieces`` contains the joint, the angle is drawn at the mass centre.
     """
     model, state = e.model, e.state
-    link = model.bodies[body].link
     if view.normal is None:
         return []
-    total: Any = 0
+    total: Scalar = 0
     angle = 0.0
-    i = link
+    i = model.bodies[body].link
     while i != GROUND:
-        one = model.links[i]
-        if one.kind == "hinge":
-            sign = 1.0 if float(now.state(one.axis[view.normal])) * view.toward[view.normal] > 0 else -1.0
-            exact_sign = 1 if float(now.state(one.axis[view.normal])) > 0 else -1
-            total = total + exact_sign * state(one.displacement)
-            angle += sign * float(now.state(one.displacement))
+        link = model.links[i]
+        if link.kind == "hinge":
+            sign = 1.0 if float(now.state(link.axis[view.normal])) * view.toward[view.normal] > 0 else -1.0
+            exact_sign = 1 if float(now.state(link.axis[view.normal])) > 0 else -1
+            total = total + exact_sign * state(link.displacement)
+            angle += sign * float(now.state(link.displacement))
             if relative:
                 break
-        elif one.kind in ("ball", "free", "screw"):
+        elif link.kind in ("ball", "free", "screw"):
             return []
-        i = one.parent
+        i = link.parent
     shown = latex(total, e.ring)
     if not e.ring.atoms_of(e.ring.coerce(total)):
         return []
     if shown.startswith("-"):
         shown = latex(-total, e.ring)
-    joint = next(one for one in model.joints.values() if one.child == body)
+    joint = next(joint for joint in model.joints.values() if joint.child == body)
     base = now.place(body, joint.to)
     start = scale * view(base)
     ends = [scale * view(now.place(body, model.bodies[body].center))]
@@ -113,7 +113,7 @@ def dimensions_of(
     placer: Placer,
     center: bool = True,
 ) -> list[Measured]:
-    """Distances between the points of a body along its length (its mass centre among them), and a wheel's radius."""
+    """Distances between points of a body along its length (with its mass centre), and the radius of a round body."""
     result = _radius(e, now, view, scale, body, placer)
     points = _points_of(e, body)
     if not center:
@@ -126,10 +126,10 @@ def _shape(e: Equations, body: str) -> Any:
     return None if properties is None else properties.shape
 
 
-def _points_of(e: Equations, body: str) -> dict[str, Any]:
-    """What holds or pulls a body, and the ends of a bar: points in body axes, as expressions, by name."""
+def _points_of(e: Equations, body: str) -> dict[str, Vector]:
+    """Points of joints, loads and constraints on a body, and the ends of a bar: expressions in body axes, by name."""
     model = e.model
-    named: dict[str, Any] = {"C": model.bodies[body].center}
+    named: dict[str, Vector] = {"C": model.bodies[body].center}
     for name, joint in model.joints.items():
         if joint.child == body and joint.type != "free":
             named[name] = joint.to
@@ -140,13 +140,13 @@ def _points_of(e: Equations, body: str) -> dict[str, Any]:
             point = getattr(load, end, None)
             if point is not None and point.body.name == body:
                 named[f"{load.name} {end}"] = point.components
-    for name, one in model.constraints.items():
-        for side, place_on in (("child", "to"), ("parent", "at")):
-            holder = getattr(one, side, None)
+    for name, constraint in model.constraints.items():
+        for side, point_name in (("child", "to"), ("parent", "at")):
+            holder = getattr(constraint, side, None)
             if holder is not None and holder.name == body:
-                named[name] = getattr(one, place_on)
-        if isinstance(one, Rolling) and one.center.body.name == body:
-            named[name] = one.center.components
+                named[name] = getattr(constraint, point_name)
+        if isinstance(constraint, Rolling) and constraint.center.body.name == body:
+            named[name] = constraint.center.components
     shape = _shape(e, body)
     if shape is not None and shape.kind == "slender_bar" and shape.parts == ():
         half = shape["length"] / 2
@@ -162,7 +162,7 @@ def _points_of(e: Equations, body: str) -> dict[str, Any]:
 def _radius(
     e: Equations, now: Configuration, view: View, scale: float, body: str, placer: Placer
 ) -> list[Measured]:
-    """The radius of what is round."""
+    """Radius of a round body, along the least crowded direction; empty for other bodies."""
     shape = _shape(e, body)
     if shape is None or shape.kind not in ROUND:
         return []
@@ -174,7 +174,7 @@ def _radius(
         t = math.radians(30 * j + 20)
         line = np.array([middle, middle + r * np.array([math.cos(t), math.sin(t)])])
         choices.append((placer.crowding(line), j, line))
-    line = min(choices, key=lambda one: one[:2])[2]
+    line = min(choices, key=lambda choice: choice[:2])[2]
     tex = latex(e.state(radius), e.ring)
     group = Group([Arrow(line, Style(GREY, 0.8))], {"class": "dimension", "data-symbol": tex}, "radius")
     d = (line[1] - line[0]) / max(r, 1e-9)
@@ -188,9 +188,9 @@ def _lengths(
     scale: float,
     body: str,
     placer: Placer,
-    named: dict[str, Any],
+    named: dict[str, Vector],
 ) -> list[Measured]:
-    """One chain of dimensions, along the body axis in which the points lie furthest apart."""
+    """One chain of dimensions, along the body axis on which the points lie farthest apart."""
     exact = {name: tuple(e.state(x) for x in v) for name, v in named.items()}
     points = {name: np.array([float(now.state(x)) for x in v]) for name, v in named.items()}
     if not points:
@@ -213,10 +213,10 @@ def _lengths(
         edge = max((float((area @ normal).max()) for area in placer.areas), default=0.0)
         for gap in (24.0, 36.0, 48.0):
             line = np.array([q + (edge + gap - float(q @ normal)) * normal for q in (pages[0], pages[-1])])
-            # below rather than above
+            # better below than above
             cost = placer.crowding(line) + 0.1 * float(normal[1] > 0) + 0.003 * gap + 0.001 * rank
             choices.append((cost, len(choices), normal, edge + gap))
-    _, _, normal, level = min(choices, key=lambda one: one[:2])
+    _, _, normal, level = min(choices, key=lambda choice: choice[:2])
     result: list[Measured] = []
     for first, second, a, b in zip(stops, stops[1:], pages, pages[1:], strict=False):
         tex = latex(exact[second][k] - exact[first][k], e.ring)

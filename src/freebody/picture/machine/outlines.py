@@ -1,4 +1,4 @@
-"""The outline of a body on paper: what a draughtsman shows of bars, disks, boxes and other pieces."""
+"""Outlines of bodies on paper, as a draughtsman draws bars, disks, boxes and other pieces."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from .shapes import Primitive
 Array = NDArray[np.float64]
 
 BAR, ROD, THIN = 8.0, 4.5, 5.0
-"""Widths on paper of slender bars, of rods, and of what is seen edge-on [pt]."""
+"""Widths on paper of slender bars, of rods, and of thin pieces seen edge-on [pt]."""
 
 PARTICLE, NOTHING = 9.0, 4.0
-"""Radius on paper of a particle, and of a body that has no mass and no size [pt]."""
+"""Radius on paper of a particle, and of a body without mass and size [pt]."""
 
 _LINE = 1.1
 
@@ -29,7 +29,7 @@ def outlines(
 ) -> list[Any]:
     """Lines and circles of one piece of a body with the posture ``R, p``, on paper [pt].
 
-    ``block`` draws a particle as the block that slides on a guide in the plane.
+    With ``block``, a particle of a planar machine is drawn as a block that slides on a guide.
     """
     style = Style(INK, _LINE, (), "#ffffff" if piece.hole else fill)
     A = R @ piece.axes
@@ -65,12 +65,10 @@ def outlines(
         silhouette = _ellipse(middle, M)
         equator = page([(d["a"] * math.cos(t), d["b"] * math.sin(t), 0.0) for t in _turns()])
         lines = [Line(silhouette, style, True)]
-        near = equator[np.array([_depth(A, view, d, t) >= 0 for t in _turns()])]
-        return (
-            lines
-            if len(near) < 2 or view.planar
-            else [*lines, Line(_unbroken(equator, A, view, d), Style(INK, 0.7))]
-        )
+        near = np.array([_depth(A, view, d, t) >= 0 for t in _turns()])
+        if near.sum() < 2 or view.planar:
+            return lines
+        return [*lines, Line(_unbroken(equator, near), Style(INK, 0.7))]
     if kind in ("cylinder", "tube"):
         r, half = d["outer" if kind == "tube" else "radius"], d["length"] / 2
         ends = [page(_circle(r, z)) for z in (-half, half)]
@@ -97,14 +95,14 @@ def outlines(
 
 
 def polygon(item: Any) -> Array | None:
-    """The area that an outline covers, for the placing of arrows and labels."""
+    """Polygon that an outline covers, for placing arrows and labels; None for an open line."""
     if isinstance(item, Circle):
         return item.center + item.radius * np.array([(math.cos(t), math.sin(t)) for t in _turns(32)])
     return item.points if item.closed else None
 
 
 def hull(points: Array) -> Array:
-    """The convex hull of points on paper, counter-clockwise."""
+    """Convex hull of points on paper, counter-clockwise."""
     order = sorted({(round(float(x), 6), round(float(y), 6)) for x, y in points})
     if len(order) < 3:
         return np.array(order)
@@ -124,6 +122,7 @@ def hull(points: Array) -> Array:
 
 
 def _turns(n: int = 60) -> Array:
+    """``n`` angles, evenly over a full turn [rad]."""
     return np.linspace(0.0, 2 * math.pi, n, endpoint=False)
 
 
@@ -133,30 +132,29 @@ def _circle(r: float, z: float) -> Array:
 
 
 def _ellipse(middle: Array, M: Array) -> Array:
-    """The silhouette of the image of the unit sphere under a 2 x 3 matrix."""
+    """Silhouette of the image of the unit sphere under a 2 x 3 matrix."""
     w, V = np.linalg.eigh(M @ M.T)
     t = _turns(72)
     return middle + np.column_stack([np.cos(t), np.sin(t)]) * np.sqrt(np.maximum(w, 0.0)) @ V.T
 
 
 def _depth(A: Array, view: View, d: Any, t: float) -> float:
-    """Whether a point of an ellipsoid's equator is on the side of the reader."""
+    """Component toward the reader of the normal at a point of an ellipsoid's equator."""
     normal = A @ np.array([math.cos(t) / d["a"], math.sin(t) / d["b"], 0.0])
     return float(normal @ view.toward)
 
 
-def _unbroken(equator: Array, A: Array, view: View, d: Any) -> Array:
-    """The half of the equator that is seen, in one piece."""
-    seen = np.array([_depth(A, view, d, t) >= 0 for t in _turns()])
-    if seen.all():
-        return np.vstack([equator, equator[:1]])
-    start = next(i for i in range(len(seen)) if seen[i] and not seen[i - 1])
-    order = [(start + k) % len(seen) for k in range(int(seen.sum()))]
-    return equator[order]
+def _unbroken(curve: Array, near: Array) -> Array:
+    """The points of a closed curve that are ``near``, in one piece."""
+    if near.all():
+        return np.vstack([curve, curve[:1]])
+    start = next(i for i in range(len(near)) if near[i] and not near[i - 1])
+    order = [(start + k) % len(near) for k in range(int(near.sum()))]
+    return curve[order]
 
 
 def _capsule(a: Array, b: Array, width: float) -> Array:
-    """A bar with round ends that reach a little beyond its points."""
+    """A bar with round ends, which reach half its width beyond its points."""
     d = b - a
     length = float(np.linalg.norm(d))
     angle = math.atan2(d[1], d[0]) if length > 0 else 0.0
@@ -172,9 +170,7 @@ def _round(page: Any, r: float, view: View, A: Array, style: Style, hollow: bool
     center = page((0.0, 0.0, 0.0))
     facing = abs(float(A[:, 2] @ view.toward))
     if facing < 0.05:
-        spread = rim - center
-        far = spread[int(np.argmax(np.linalg.norm(spread, axis=1)))]
-        return [Line(_capsule(center - far, center + far, THIN), style, True)]
+        return [_edge_on(rim, center, style)]
     if hollow:
         return [
             Line(rim, Style(INK, 6.5), True),
@@ -191,10 +187,15 @@ def _face(corners: Array, style: Style) -> list[Any]:
         )
     )
     if area < 1.0:
-        spread = corners - corners.mean(axis=0)
-        far = spread[int(np.argmax(np.linalg.norm(spread, axis=1)))]
-        return [Line(_capsule(corners.mean(axis=0) - far, corners.mean(axis=0) + far, THIN), style, True)]
+        return [_edge_on(corners, corners.mean(axis=0), style)]
     return [Line(corners, style, True)]
+
+
+def _edge_on(points: Array, center: Array, style: Style) -> Line:
+    """A thin piece seen edge-on: a bar as long as its points are spread about the centre."""
+    spread = points - center
+    far = spread[int(np.argmax(np.linalg.norm(spread, axis=1)))]
+    return Line(_capsule(center - far, center + far, THIN), style, True)
 
 
 def _box(page: Any, piece: Primitive, view: View, A: Array, style: Style) -> list[Any]:

@@ -1,10 +1,10 @@
-"""What the bodies of a model look like: primitives in body axes, from solids, wheels and the points that joints need.
+"""Shapes of the bodies of a model: primitives in body axes, from solids, wheels and the points of joints.
 
-The solid a body was made from is drawn as it is. Where a joint takes hold beside the solid, as a gyroscope's pivot
-does, a rod leads there. A body that was given by numbers alone is drawn by what is known of it: the wheel that rolls,
-rods between the points of its joints, or else the ellipsoid of its inertia.
+A body made from a solid is drawn as that solid. If a joint lies beside the solid, as the pivot of a gyroscope does, a
+rod leads to it. A body described by numbers alone is drawn as the wheel that rolls or the round surface that touches,
+as rods between the points of its joints, or as the ellipsoid of its inertia.
 
-The file is longer than others: what is drawn of a body depends on what is drawn of its joints.
+This file is longer than others because the shape of a body depends on the places of its joints, loads and contacts.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from ...dynamics.state import State, float_state
 from ...errors import ModelError
 from ...model.closure import Closure
 from ...model.model import Model, Place
-from ...scalar.algebra import floats
+from ...scalar.algebra import Vector, floats
 from ...scalar.expression import evaluate
 from ...space.shape import Shape
 from ..paper.palette import BODY_FILLS, pale
@@ -34,12 +34,13 @@ from ..paper.palette import BODY_FILLS, pale
 Array = NDArray[np.float64]
 
 PARTICLE = 0.045
-"""Radius of a particle, in parts of the size of the machine."""
+"""Radius of a particle, relative to the size of the machine."""
 
 ROD = 0.012
-"""Radius of a rod that has none, in parts of the size of the machine."""
+"""Radius of a rod without one of its own, relative to the size of the machine."""
 
 AXIAL = ("slender_bar", "disk", "ring", "cylinder", "tube", "cone", "torus", "plate", "rod", "revolved")
+"""Kinds of pieces with a symmetry axis or a normal."""
 
 
 @dataclass(frozen=True)
@@ -58,14 +59,15 @@ class Primitive:
     dimensions : dict
         Numbers [m].
     center : array (3,)
-        From the body's origin, in body axes [m]; the mass centre of the piece, but for ``revolved`` and ``mesh``.
+        Position from the body's origin, in body axes [m]: the mass centre of the piece, except for ``revolved`` and
+        ``mesh``.
     axes : array (3, 3)
-        Columns are the piece's own axes in body axes; the third one is the symmetry axis of an axial piece, from base
-        to apex of a cone. A plate has its edges a and b along the first and second.
+        Columns are the axes of the piece in body axes. The third is the symmetry axis of an axial piece, from base to
+        apex of a cone. The edges a and b of a plate lie along the first and second.
     hole : bool
-        Whether the piece is taken away.
+        True if the piece is cut out of the body.
     solid : bool
-        Whether it carries the mass; rods that only lead to a joint do not.
+        True if the piece has mass; rods that only lead to a joint have none.
     """
 
     kind: str
@@ -80,16 +82,16 @@ class Primitive:
 
     @property
     def axis(self) -> Array:
-        """The symmetry axis (or normal), in body axes."""
+        """Symmetry axis (or normal), in body axes."""
         return self.axes[:, 2]
 
     def points(self) -> Array:
-        """Points in body axes whose convex hull holds the piece, shape (n, 3) [m]."""
+        """Points in body axes whose convex hull contains the piece, shape (n, 3) [m]."""
         local = self["vertices"] if self.kind == "mesh" else list(product(*zip(*self.box(), strict=True)))
         return self.center + np.asarray(local, dtype=float) @ self.axes.T
 
     def box(self) -> tuple[Array, Array]:
-        """Least and greatest components along the piece's own axes, from ``center`` [m]."""
+        """Least and greatest components along the axes of the piece, from ``center`` [m]."""
         d = self.dimensions
         if self.kind == "mesh":
             vertices = np.asarray(d["vertices"], dtype=float)
@@ -105,12 +107,12 @@ class Primitive:
 
     @property
     def middle(self) -> Array:
-        """Of its box, in body axes: a mesh or a solid of revolution may lie beside its ``center``."""
+        """Middle of the box, in body axes: a mesh or a solid of revolution may lie beside its ``center``."""
         low, high = self.box()
         return np.asarray(self.center + self.axes @ ((low + high) / 2))
 
     def half(self) -> tuple[float, float, float]:
-        """Half of the extent along the piece's own axes [m]."""
+        """Half of the extent along the axes of the piece [m]."""
         d = self.dimensions
         if self.kind in ("particle", "sphere", "spherical_shell"):
             return (d["radius"],) * 3
@@ -132,15 +134,16 @@ class Primitive:
 def shapes(
     model: Model, values: Mapping[Any, Any] | None = None, size: float | None = None
 ) -> dict[str, tuple[Primitive, ...]]:
-    """The pieces of every body by name, at values of the parameters.
+    """Pieces of every body by name, in body axes, at values of the parameters.
 
     Parameters
     ----------
     model : Model
     values : mapping, optional
-        Of parameters, in place of their defaults.
+        Values of parameters, in place of their defaults.
     size : float, optional
-        Length that particles and rods without a thickness are drawn in parts of [m]; that of the machine if not given.
+        Length that the radius of particles and rods without thickness is relative to [m]; by default the size of the
+        machine.
 
     Examples
     --------
@@ -158,34 +161,34 @@ def shapes(
 
 
 def colors(model: Model) -> dict[str, str]:
-    """The colours that were chosen for bodies, by name."""
-    found = {}
+    """Colours that the user chose for bodies, by name of the body."""
+    result = {}
     for name, place in model.bodies.items():
         shape = place.properties.shape if place.properties is not None else None
         if shape is not None and shape.color:
-            found[name] = shape.color
-    return found
+            result[name] = shape.color
+    return result
 
 
 def fill_of(model: Model, body: str) -> str:
-    """What a body is filled with in a line drawing: a pale one of the colour chosen, or of its place in the model."""
+    """Fill of a body in a line drawing: a pale tone of the chosen colour, or the colour of its place in the model."""
     chosen = colors(model)
     place = list(model.bodies).index(body)
     return pale(chosen[body]) if body in chosen else BODY_FILLS[place % len(BODY_FILLS)]
 
 
 def machine_size(model: Model, values: Mapping[Any, Any] | None = None) -> float:
-    """A length that is typical of the machine: the greatest distance of its joints or extent of its solids [m]."""
+    """Typical length of the machine: the greatest distance of its joints or extent of its solids [m]."""
     state = float_state(model, values=values)
     longest = 0.0
     for name, place in model.bodies.items():
-        at = [p for p in attachments(model, state, name).values()]
+        points = list(attachments(model, state, name).values())
         shape = place.properties.shape if place.properties is not None else None
         if shape is not None and shape.kind != "particle":
             for piece in _pieces(state, shape, 0.0):
-                at += list(piece.points())
-        if at:
-            span = np.ptp(np.array([*at, np.zeros(3)]), axis=0)
+                points += list(piece.points())
+        if points:
+            span = np.ptp(np.array([*points, np.zeros(3)]), axis=0)
             longest = max(longest, float(np.linalg.norm(span)))
     for joint in model.joints.values():
         if joint.parent == "ground":
@@ -194,64 +197,60 @@ def machine_size(model: Model, values: Mapping[Any, Any] | None = None) -> float
 
 
 def attachments(model: Model, state: State, body: str) -> dict[str, Array]:
-    """Points of a body, in its axes from its origin, that joints, ropes, springs and forces take hold of, by name."""
-    found: dict[str, Array] = {}
-
-    def put(name: str, components: Any) -> None:
-        found[name] = np.array([float(x) for x in state.vector(components)])
-
+    """Points of a body that joints, wheels, ropes, springs and forces act on, by name, in body axes [m]."""
+    components: dict[str, Vector] = {}
     for name, joint in model.joints.items():
         if joint.type not in ("free", "planar"):  # these hold no point of the body
             if joint.child == body:
-                put(name, joint.to)
+                components[name] = joint.to
             elif joint.parent == body:
-                put(name, joint.at)
-    for name, one in model.constraints.items():
-        if isinstance(one, Closure):
-            if one.child.name == body:
-                put(name, one.to)
-            elif one.parent.name == body:
-                put(name, one.at)
-        elif isinstance(one, Rolling) and one.center.body.name == body:
-            put(name, one.center.components)
-    for name, points in ropes_of(model).items():
-        for k, point in enumerate(points):
-            if point.body.name == body:
-                put(f"{name} {k}", point.components)
+                components[name] = joint.at
+    for name, constraint in model.constraints.items():
+        if isinstance(constraint, Closure):
+            if constraint.child.name == body:
+                components[name] = constraint.to
+            elif constraint.parent.name == body:
+                components[name] = constraint.at
+        elif isinstance(constraint, Rolling) and constraint.center.body.name == body:
+            components[name] = constraint.center.components
+    ends = {f"{name} {k}": point for name, rope in ropes_of(model).items() for k, point in enumerate(rope)}
+    components |= {name: point.components for name, point in ends.items() if point.body.name == body}
     for name, load in model.loads.items():
-        ends: tuple[Any, ...] = (load.point,) if isinstance(load, Force) else ()
-        if isinstance(load, Spring | Damper):
-            ends = (load.start, load.end)
-        for point in ends:
+        for point in _ends(load):
             if point.body.name == body:
-                put(name, point.components)
-    return found
+                components[name] = point.components
+    return {name: np.array([float(x) for x in state.vector(point)]) for name, point in components.items()}
+
+
+def _ends(load: Any) -> tuple[Point, ...]:
+    """Points that a load acts at."""
+    if isinstance(load, Spring | Damper):
+        return load.start, load.end
+    return (load.point,) if isinstance(load, Force) else ()
 
 
 def ropes_of(model: Model) -> dict[str, tuple[Point, ...]]:
-    """The points of every rope, of those that may go slack too, by name."""
-    result = {name: one.points for name, one in model.constraints.items() if isinstance(one, Rope)}
+    """Points of every rope by name, including the ropes that may go slack."""
+    result = {name: rope.points for name, rope in model.constraints.items() if isinstance(rope, Rope)}
     for contact in model.contacts:
         if isinstance(contact.surface, Tether):
-            result[contact.name] = (
-                Point(contact.surface.body, contact.surface.at),
-                contact.feature,
-            )
+            result[contact.name] = (Point(contact.surface.body, contact.surface.at), contact.feature)
     return result
 
 
 def _body(model: Model, state: State, name: str, place: Place, size: float) -> list[Primitive]:
+    """Pieces of one body."""
     shape = place.properties.shape if place.properties is not None else None
-    at = attachments(model, state, name)
+    points = list(attachments(model, state, name).values())
     center = np.array([float(x) for x in state.vector(place.center)])
     pieces = [] if shape is None else _pieces(state, shape, size)
     if not pieces:
         pieces = _wheels(model, state, name) or _skins(model, state, name)
     if not pieces:
-        return _unknown(state, place, center, list(at.values()), size)
+        return _unknown(state, place, center, points, size)
     solid = [piece for piece in pieces if not piece.hole]
     pieces += _bridges(solid, size)
-    for point in _distinct(list(at.values()), size):
+    for point in _distinct(points, size):
         if not any(holds(piece, point, 0.02 * size) for piece in (*solid, *pieces)):
             near = min(solid, key=lambda piece: float(np.linalg.norm(piece.middle - point)))
             pieces.append(rod(near.middle, point, ROD * size))
@@ -263,23 +262,23 @@ def _body(model: Model, state: State, name: str, place: Place, size: float) -> l
 
 
 def _bridges(solid: list[Primitive], size: float) -> list[Primitive]:
-    """Rods between particles of one body and its next piece."""
+    """Rods between the particles of a body and its next pieces."""
     return [
-        rod(one.middle, other.middle, ROD * size)
-        for one, other in zip(solid, solid[1:], strict=False)
-        if "particle" in (one.kind, other.kind) and not holds(one, other.middle, 0.02 * size)
+        rod(a.middle, b.middle, ROD * size)
+        for a, b in zip(solid, solid[1:], strict=False)
+        if "particle" in (a.kind, b.kind) and not holds(a, b.middle, 0.02 * size)
     ]
 
 
 def _nearest(piece: Primitive, point: Array) -> Array:
-    """The point of a piece's box that is nearest to a point."""
+    """Point of the box of a piece that is nearest to a point."""
     return np.asarray(
         piece.center + piece.axes @ np.clip(piece.axes.T @ (point - piece.center), *piece.box())
     )
 
 
 def _feet(model: Model, state: State, body: str) -> list[Array]:
-    """Points of a body that touch others: feet, axles, hangers."""
+    """Points of a body that touch other bodies: feet, axles, hangers."""
     return [
         np.array([float(x) for x in state.vector(shape.components)])
         for contact in model.contacts
@@ -289,6 +288,13 @@ def _feet(model: Model, state: State, body: str) -> list[Array]:
 
 
 def _pieces(state: State, shape: Shape, size: float) -> list[Primitive]:
+    """Pieces of a solid.
+
+    Raises
+    ------
+    ModelError
+        If a dimension is not positive and finite.
+    """
     if shape.kind == "compound":
         return [piece for part in shape.parts for piece in _pieces(state, part, size)]
     if shape.kind == "revolved":
@@ -296,8 +302,8 @@ def _pieces(state: State, shape: Shape, size: float) -> list[Primitive]:
     else:
         dimensions = {name: _number(state, value) for name, value in shape.dimensions}
     for name, value in dimensions.items():
-        least = value if isinstance(value, float) and name != "inner" else 1.0
-        if not (least > 0 and math.isfinite(least)):
+        checked = value if isinstance(value, float) and name != "inner" else 1.0
+        if not (checked > 0 and math.isfinite(checked)):
             raise ModelError(
                 f"Expected positive dimensions to draw a {shape.kind.replace('_', ' ')}, got {name} = {value:g}. Give "
                 f"other values to the parameters it depends on."
@@ -305,14 +311,14 @@ def _pieces(state: State, shape: Shape, size: float) -> list[Primitive]:
     if shape.kind == "particle":
         dimensions["radius"] = PARTICLE * size
     R = np.array([[float(x) for x in row] for row in state.matrix(shape.axes)])
-    own = np.eye(3)
+    axes = np.eye(3)
     if shape.kind == "plate":
         k = int(np.argmax(np.abs([float(state(x)) for x in shape.axis])))
-        own = np.eye(3)[:, [(k + 1) % 3, (k + 2) % 3, k]]
+        axes = np.eye(3)[:, [(k + 1) % 3, (k + 2) % 3, k]]
     elif shape.kind in AXIAL:
-        own = turned_to(np.array([float(x) for x in state.vector(shape.axis)]))
+        axes = axes_along(np.array([float(x) for x in state.vector(shape.axis)]))
     center = np.array([float(x) for x in state.vector(shape.center)])
-    return [Primitive(shape.kind, dimensions, center, R @ own, shape.hole)]
+    return [Primitive(shape.kind, dimensions, center, R @ axes, shape.hole)]
 
 
 def _revolved(state: State, shape: Shape) -> dict[str, Any]:
@@ -328,6 +334,7 @@ def _revolved(state: State, shape: Shape) -> dict[str, Any]:
 
 
 def _number(state: State, value: Any) -> Any:
+    """Value of a dimension: a float, or an array."""
     if isinstance(value, np.ndarray):
         return value
     if isinstance(value, list | tuple):
@@ -336,45 +343,45 @@ def _number(state: State, value: Any) -> Any:
 
 
 def _wheels(model: Model, state: State, body: str) -> list[Primitive]:
-    """A body that rolls is a disk (a sphere, where its contact has no axis) of the radius of its contact."""
-    found = []
-    for one in model.constraints.values():
-        if isinstance(one, Rolling) and one.center.body.name == body:
-            at = np.array([float(x) for x in state.vector(one.center.components)])
-            radius = {"radius": float(state(one.radius))}
-            if one.axis is None:
-                found.append(Primitive("sphere", radius, at))
+    """Wheels of a body that rolls: disks of the radius of rolling, or spheres if the rolling has no axis."""
+    wheels = []
+    for rolling in model.constraints.values():
+        if isinstance(rolling, Rolling) and rolling.center.body.name == body:
+            at = np.array([float(x) for x in state.vector(rolling.center.components)])
+            radius = {"radius": float(state(rolling.radius))}
+            if rolling.axis is None:
+                wheels.append(Primitive("sphere", radius, at))
             else:
-                axes = turned_to(np.array([float(x) for x in state.vector(one.axis)]))
-                found.append(Primitive("disk", radius, at, axes))
-    return found
+                axes = axes_along(np.array([float(x) for x in state.vector(rolling.axis)]))
+                wheels.append(Primitive("disk", radius, at, axes))
+    return wheels
 
 
 def _skins(model: Model, state: State, body: str) -> list[Primitive]:
-    """A body that touches with something round is as round as that."""
-    found: dict[Any, Primitive] = {}
+    """Round surfaces of a body that touch other bodies: spheres, ellipsoids and disks."""
+    skins: dict[Any, Primitive] = {}
     for contact in model.contacts:
         for shape in (contact.feature, contact.surface):
             kind = kind_of(shape)
-            if shape.body.name != body or kind not in ("sphere", "ellipsoid", "circle") or shape in found:
+            if shape.body.name != body or kind not in ("sphere", "ellipsoid", "circle") or shape in skins:
                 continue
             at = np.array([float(x) for x in state.vector(shape.at)])
             if kind == "ellipsoid":
                 a, b, c = (float(state(x)) for x in shape.half_axes)
-                found[shape] = Primitive(kind, {"a": a, "b": b, "c": c}, at)
+                skins[shape] = Primitive(kind, {"a": a, "b": b, "c": c}, at)
             elif not shape.inside:
                 radius = {"radius": float(state(shape.radius))}
-                round_about = (0, 0, 1) if kind == "sphere" else state.vector(shape.axis)
-                axes = turned_to(np.array([float(x) for x in round_about]))
-                found[shape] = Primitive("sphere" if kind == "sphere" else "disk", radius, at, axes)
-    return list(found.values())
+                axis = (0, 0, 1) if kind == "sphere" else state.vector(shape.axis)
+                axes = axes_along(np.array([float(x) for x in axis]))
+                skins[shape] = Primitive("sphere" if kind == "sphere" else "disk", radius, at, axes)
+    return list(skins.values())
 
 
-def _unknown(state: State, place: Place, center: Array, at: list[Array], size: float) -> list[Primitive]:
-    """Rods between the points of the joints and the mass centre; of less than two points the ellipsoid of inertia."""
+def _unknown(state: State, place: Place, center: Array, points: list[Array], size: float) -> list[Primitive]:
+    """Rods between the points of the joints and the mass centre; the ellipsoid of inertia for fewer than two points."""
     mass = float(state(place.mass))
     inertia = np.array([[float(x) for x in row] for row in state.matrix(place.inertia)])
-    points = _distinct(at, size)
+    points = _distinct(points, size)
     if len(points) < 2 and mass > 0:
         moments, axes = np.linalg.eigh((inertia + inertia.T) / 2)
         # m (b² + c²)/5 about the first axis, and so on
@@ -390,27 +397,26 @@ def _unknown(state: State, place: Place, center: Array, at: list[Array], size: f
                 rod(center, p, ROD * size) for p in points if not holds(result[0], p, 0.02 * size)
             ]
     hub = center if mass > 0 else points[0] if points else np.zeros(3)
-    ends = _distinct(points, size)
-    pieces = [rod(hub, p, ROD * size) for p in ends if float(np.linalg.norm(p - hub)) > 1e-9 * size]
-    pieces += [rod(a, b, ROD * size) for a, b in zip(ends, ends[1:], strict=False)]
+    pieces = [rod(hub, p, ROD * size) for p in points if float(np.linalg.norm(p - hub)) > 1e-9 * size]
+    pieces += [rod(a, b, ROD * size) for a, b in zip(points, points[1:], strict=False)]
     return pieces or [Primitive("particle", {"radius": PARTICLE * size}, center, solid=mass > 0)]
 
 
 def rod(start: Array, end: Array, radius: float) -> Primitive:
-    """A round rod between two points, which carries no mass."""
+    """A round rod without mass between two points."""
     along = np.asarray(end, dtype=float) - start
     length = float(np.linalg.norm(along))
     return Primitive(
         "rod",
         {"length": length, "radius": radius},
         (np.asarray(start) + end) / 2,
-        turned_to(along),
+        axes_along(along),
         solid=False,
     )
 
 
-def turned_to(axis: Array) -> Array:
-    """A rotation matrix whose third column lies along ``axis``."""
+def axes_along(axis: Array) -> Array:
+    """Return a rotation matrix whose third column lies along ``axis``."""
     n = axis / np.linalg.norm(axis)
     helper = np.eye(3)[int(np.argmin(np.abs(n)))]
     first = np.cross(helper, n)
@@ -419,6 +425,7 @@ def turned_to(axis: Array) -> Array:
 
 
 def _distinct(points: list[Array], size: float) -> list[Array]:
+    """The points without repetitions."""
     result: list[Array] = []
     for p in points:
         if all(float(np.linalg.norm(p - q)) > 1e-6 * size for q in result):
@@ -427,7 +434,7 @@ def _distinct(points: list[Array], size: float) -> list[Array]:
 
 
 def holds(piece: Primitive, point: Array, slack: float) -> bool:
-    """Whether a point of a body, in its axes, lies in a piece, or on it."""
+    """True if a point, in body axes, lies in a piece or within ``slack`` of it."""
     x, y, z = piece.axes.T @ (point - piece.center)
     if piece.kind == "mesh":
         low, high = piece.box()

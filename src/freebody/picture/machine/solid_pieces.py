@@ -1,7 +1,7 @@
-"""The pieces of bodies in one configuration: their solids, and where no solid shows them the sides that others touch
-and the rods that others slide along.
+"""Pieces of bodies in one configuration: solids, sides that other bodies touch, rods that other bodies slide along.
 
-A plane has no end. It is drawn as far as the contact, and to where the body's other planes begin.
+Sides and rods are drawn only if no solid shows them. A plane has no end: it is drawn as far as the contact, and to
+where the other planes of the body begin.
 """
 
 from __future__ import annotations
@@ -13,28 +13,31 @@ from numpy.typing import NDArray
 
 from ...describe.contact_shapes import kind_of
 from ...dynamics.contact import touches
+from ...scalar.algebra import Vector
 from .configuration import Configuration
 from .shapes import ROD, Primitive, holds, machine_size, rod, shapes
 
 Array = NDArray[np.float64]
 
 BEYOND = 0.15
-"""Of a plane what is drawn beyond the contact, in parts of the size of the machine."""
+"""Length of a plane that is drawn beyond the contact, relative to the size of the machine."""
 
 
 def pieces_of(now: Configuration, planar: bool) -> dict[str, tuple[Primitive, ...]]:
-    """Pieces by body, in its axes."""
-    found = shapes(now.model, now.values)
+    """Pieces of every body by name, in body axes."""
+    pieces = shapes(now.model, now.values)
     size = machine_size(now.model, now.values)
     sides: dict[str, list[tuple[Any, Array]]] = {}
-    for contact, one in zip(now.model.contacts, touches(now.model, now.state), strict=True):
-        for shape, place in ((contact.feature, one.on_feature), (contact.surface, one.on_surface)):
+    for contact, touch in zip(now.model.contacts, touches(now.model, now.state), strict=True):
+        for shape, place in ((contact.feature, touch.on_feature), (contact.surface, touch.on_surface)):
             name = shape.body.name
             if kind_of(shape) not in ("plane", "segment") or shape.body.is_ground:
                 continue
             R, p = now.posture(name)
             foot = R.T @ (np.array([float(x) for x in place]) - p)
-            if not any(piece.kind != "particle" and holds(piece, foot, 0.02 * size) for piece in found[name]):
+            if not any(
+                piece.kind != "particle" and holds(piece, foot, 0.02 * size) for piece in pieces[name]
+            ):
                 sides.setdefault(name, []).append((shape, foot))
     for joint in now.model.joints.values():
         if joint.type != "slider" or joint.parent == "ground":
@@ -42,15 +45,17 @@ def pieces_of(now: Configuration, planar: bool) -> dict[str, tuple[Primitive, ..
         R, p = now.posture(joint.parent)
         start, end = _numbers(now, joint.at), R.T @ (now.place(joint.child, joint.to) - p)
         far = float(np.linalg.norm(end - start)) > 0.02 * size
-        if far and not any(holds(piece, end, 0.02 * size) for piece in found[joint.parent]):
-            found[joint.parent] += (rod(start, end, ROD * size),)
+        if far and not any(holds(piece, end, 0.02 * size) for piece in pieces[joint.parent]):
+            pieces[joint.parent] += (rod(start, end, ROD * size),)
     for name, touched in sides.items():
         starts = [_numbers(now, shape.at) for shape, _ in touched if kind_of(shape) == "plane"]
-        found[name] += tuple(_side(now, shape, foot, starts, size, planar) for shape, foot in touched)
-    return found
+        pieces[name] += tuple(_side(now, shape, foot, starts, size, planar) for shape, foot in touched)
+    return pieces
 
 
-def _side(now: Configuration, shape: Any, foot: Array, starts: list[Array], size: float, planar: bool) -> Any:
+def _side(
+    now: Configuration, shape: Any, foot: Array, starts: list[Array], size: float, planar: bool
+) -> Primitive:
     if kind_of(shape) == "segment":
         return rod(_numbers(now, shape.start), _numbers(now, shape.end), ROD * size)
     at, normal = _numbers(now, shape.at), _numbers(now, shape.normal)
@@ -64,11 +69,11 @@ def _side(now: Configuration, shape: Any, foot: Array, starts: list[Array], size
         float((start - at) @ along) for start in starts if abs(float((start - at) @ normal)) < 1e-9 * size
     ]
     reach = float((foot - at) @ along)
-    # beyond the contact, but not beyond where planes meet
+    # beyond the contact, but not beyond the line where planes meet
     low = reach - BEYOND * size if reach <= min(ends) else min(ends)
     high = reach + BEYOND * size if reach >= max(ends) else max(ends)
     return rod(at + low * along, at + high * along, ROD * size)
 
 
-def _numbers(now: Configuration, components: Any) -> Array:
+def _numbers(now: Configuration, components: Vector) -> Array:
     return np.array([float(now.state(x)) for x in components])

@@ -1,1 +1,1 @@
-"""What an animation shows at each moment: poses, forces, contacts."""
+"""Data of an animation at each moment: poses, forces, contacts."""

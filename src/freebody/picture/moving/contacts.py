@@ -1,4 +1,4 @@
-"""Contacts of a motion as a page shows them: forces, gaps, and where the bodies touch."""
+"""Contacts of a motion as a page shows them: forces, gaps, and the points where the bodies touch."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from ...dynamics.contact import contact_layout, touches
 from ...dynamics.state import State
 from ...motion.ode.dense_output import observe
 from ...motion.start.initial import number
+from ...scalar.algebra import Scalar
 
 if TYPE_CHECKING:
     from ...motion.trajectory.trajectory import Trajectory
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 FRAME = 13
-"""Numbers of a contact's geometry: gap, normal, two tangents, place."""
+"""Count of the numbers that describe a contact: gap (1), normal (3), two tangents (6), place (3)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,15 +31,15 @@ class Touched:
     Attributes
     ----------
     names : tuple of str
-        Of the contacts.
+        Names of the contacts.
     forces : list of ndarray (n, 1 + tangents)
-        N and the components of T [N]. Those that no motion determines are least in norm.
+        For each contact N and the components of T [N]; least in norm where the motion does not determine them.
     gap : ndarray (n, contacts)
-        [m]
+        Gaps [m].
     normal, place : ndarray (n, contacts, 3)
-        In ground axes; the place is the point of the feature.
+        Normal, and point of the feature [m], in ground axes.
     tangents : ndarray (n, contacts, 2, 3)
-        The second is zero in a planar machine.
+        Tangents in ground axes; the second is zero in a planar machine.
     static : ndarray (contacts,)
         Coefficients of static friction.
     """
@@ -52,21 +53,21 @@ class Touched:
     static: Array
 
     def force(self, k: int, friction: bool) -> Array:
-        """N n or the friction T on the feature, in ground axes, shape (n, 3)."""
-        found = self.forces[k]
+        """Normal force N n, or friction T, on the feature of contact k, in ground axes, shape (n, 3) [N]."""
+        components = self.forces[k]
         if not friction:
-            return np.asarray(found[:, :1] * self.normal[:, k])
-        width = found.shape[1] - 1
-        return np.asarray(np.einsum("ij,ijk->ik", found[:, 1:], self.tangents[:, k, :width]))
+            return np.asarray(components[:, :1] * self.normal[:, k])
+        width = components.shape[1] - 1
+        return np.asarray(np.einsum("ij,ijk->ik", components[:, 1:], self.tangents[:, k, :width]))
 
     def margin(self, k: int) -> Array:
-        """μ_s N - |T|, what friction has left [N]."""
-        found = self.forces[k]
-        return np.asarray(self.static[k] * found[:, 0] - np.linalg.norm(found[:, 1:], axis=1))
+        """Friction margin μ_s N - |T| of contact k, shape (n,) [N]."""
+        components = self.forces[k]
+        return np.asarray(self.static[k] * components[:, 0] - np.linalg.norm(components[:, 1:], axis=1))
 
 
 class Contacts:
-    """What a trajectory says of its contacts at any moment."""
+    """Forces and geometry of the contacts of a trajectory at any time."""
 
     def __init__(self, trajectory: Trajectory) -> None:
         self.trajectory = trajectory
@@ -79,12 +80,12 @@ class Contacts:
         self.rows = len(layout)
         self.widths = [1 + contact.tangents for contact in model.contacts]
 
-        def frames(state: State) -> dict[str, Sequence[Any]]:
-            found: list[Any] = []
-            for one in touches(model, state):
-                second = one.tangents[1] if len(one.tangents) > 1 else (0, 0, 0)
-                found += [one.gap, *one.normal, *one.tangents[0], *second, *one.on_feature]
-            return {"frames": found}
+        def frames(state: State) -> dict[str, Sequence[Scalar]]:
+            numbers: list[Scalar] = []
+            for touch in touches(model, state):
+                second = touch.tangents[1] if len(touch.tangents) > 1 else (0, 0, 0)
+                numbers += [touch.gap, *touch.normal, *touch.tangents[0], *second, *touch.on_feature]
+            return {"frames": numbers}
 
         self.program = kernels.program("contact frames", frames)
         self.constants = self.program.constants(kernels.parameters(trajectory.values))
@@ -92,9 +93,9 @@ class Contacts:
     def forces(self, phase: Any, times: Array, states: Array) -> Array:
         """Forces of all contacts in the order of :func:`contact_layout`, shape (n, rows)."""
         stepped: Any = self.trajectory
-        if not phase.modes:  # steps of a given length, or a motion without phases
+        if not phase.modes:  # time-stepping, or a motion without phases
             return np.asarray(stepped.mean_forces(times))
-        if type(phase.path).__name__ == "Leap":  # its start has no direction of slip yet
+        if type(phase.path).__name__ == "Leap":  # at its start, slip has no direction yet
             times, states = times * 0 + phase.path.end, np.repeat(phase.path.states[-1:], len(times), axis=0)
         program = phase.kernels.contact()
         constants = program.constants(phase.kernels.parameters(self.trajectory.values))
@@ -107,7 +108,7 @@ class Contacts:
         )
 
     def touched(self, forces: Array, geometry: Array) -> Touched:
-        """Both together."""
+        """Return forces and geometry of all contacts at these moments together."""
         frame = geometry.reshape(len(geometry), len(self.widths), FRAME)
         static = [
             number(self.model, self.trajectory.values, contact.static_friction, "a coefficient of friction")

@@ -1,4 +1,4 @@
-"""Arrows of a machine: the loads and the reactions that act on its bodies, each with the point it is drawn at."""
+"""Arrows of a machine in motion: the loads and reactions on its bodies, each with the point it is drawn at."""
 
 from __future__ import annotations
 
@@ -34,21 +34,22 @@ class Arrow:
     Attributes
     ----------
     name : str
-        Of the load or joint; of a weight that of the body.
+        Name of the load or joint; for a weight, the name of the body.
     group : str
         ``force`` (loads and weights) or ``reaction``.
     role : str
-        ``weight``, ``load``, ``spring``, ``damper``, ``motor``, ``reaction``, ``contact`` or ``friction``; its colour.
+        ``weight``, ``load``, ``spring``, ``damper``, ``motor``, ``reaction``, ``contact`` or ``friction``; it sets the
+        colour.
     kind : str
         ``force`` [N] or ``moment`` [N m].
     body : str
-        What it acts on.
+        Body that it acts on.
     at : 3 entries
-        Where it is drawn, in body axes from the body's origin [m], numbers or expressions.
+        Point at which it is drawn, in body axes from the body's origin [m], numbers or expressions.
     number : int
-        Of the two ends of a spring and the like.
+        0 and 1 for the two ends of a spring, damper or torque between bodies.
     wheel : Rolling, optional
-        Of the force of a rolling contact, which is drawn where the wheel touches.
+        The rolling contact whose force it is, drawn where the wheel touches.
     contact : int, optional
         Number of the contact whose normal force or friction it is, drawn where the bodies touch.
     """
@@ -65,50 +66,48 @@ class Arrow:
 
     @property
     def key(self) -> str:
-        """What tells it from the others."""
+        """Unique name of the arrow."""
         return f"{self.group} {self.kind} {self.name} {self.number}"
 
 
 def arrows(kernels: Kernels) -> tuple[Arrow, ...]:
-    """All arrows of a machine: its loads in the order of :func:`applied`, its reactions, the forces of its contacts."""
+    """All arrows of a machine: loads in the order of :func:`applied`, then reactions, then forces of contacts."""
     model = kernels.model
     result = [arrow for arrow, _ in _loads(model, None)]
-    for name, on, _ in kernels.transmitting:
-        held = model.constraints.get(name)
-        if isinstance(held, Rolling):
-            result.append(Arrow(name, "reaction", "force", on, held.center.components, "contact", 0, held))
+    for name, body, _ in kernels.transmitting:
+        constraint = model.constraints.get(name)
+        if isinstance(constraint, Rolling):
+            center = constraint.center.components
+            result.append(Arrow(name, "reaction", "force", body, center, "contact", 0, constraint))
             continue
-        at = held.to if isinstance(held, Closure) else model.joints[name].to
-        if not isinstance(held, Closure) and model.joints[name].type == "free":
+        at = constraint.to if isinstance(constraint, Closure) else model.joints[name].to
+        if not isinstance(constraint, Closure) and model.joints[name].type == "free":
             continue
-        result += [Arrow(name, "reaction", kind, on, at, "reaction") for kind in ("force", "moment")]
+        result += [Arrow(name, "reaction", kind, body, at, "reaction") for kind in ("force", "moment")]
     for k, contact in enumerate(model.contacts):
-        on = contact.feature.body.name
+        body = contact.feature.body.name
         names = [(contact.normal_name, "reaction")]
-        if not contact.frictionless:  # two components in space make one arrow
-            only = len(contact.tangent_names) == 1
-            names.append((contact.tangent_names[0] if only else f"T_{contact.name}", "friction"))
+        if not contact.frictionless:  # the two components of friction in space make one arrow
+            planar = len(contact.tangent_names) == 1
+            names.append((contact.tangent_names[0] if planar else f"T_{contact.name}", "friction"))
         for name, role in names:
-            result.append(Arrow(name, "reaction", "force", on, (0, 0, 0), role, contact=k))
+            result.append(Arrow(name, "reaction", "force", body, (0, 0, 0), role, contact=k))
     return tuple(result)
 
 
 def applied(model: Model, state: State) -> list[tuple[Arrow, Vector]]:
-    """Every load that acts at a point of a body or on a body, with its value in ground axes [N] or [N m]."""
+    """Arrow of every load on a body, with its value in ground axes [N] or [N m]."""
     return _loads(model, state)
 
 
 def _loads(model: Model, state: State | None) -> list[tuple[Arrow, Any]]:
-    found: list[tuple[Arrow, Any]] = []
+    """Arrow of every load, with its value; without a state the values are None."""
+    result: list[tuple[Arrow, Any]] = []
     if any(component != 0 for component in model.gravity):
         for name, place in model.bodies.items():
             if place.mass != 0:
-                found.append(
-                    (
-                        Arrow(name, "force", "force", name, place.center, "weight"),
-                        state and weight(model, state, place.mass),
-                    )
-                )
+                arrow = Arrow(name, "force", "force", name, place.center, "weight")
+                result.append((arrow, state and weight(model, state, place.mass)))
     for name, load in model.loads.items():
         if isinstance(load, GeneralizedForce):  # it acts along a coordinate, not at a point
             continue
@@ -119,30 +118,31 @@ def _loads(model: Model, state: State | None) -> list[tuple[Arrow, Any]]:
             for k, (point, value) in enumerate(zip(points, values, strict=False)):
                 if not point.body.is_ground:
                     arrow = Arrow(name, "force", "force", point.body.name, point.components, role, k)
-                    found.append((arrow, value))
+                    result.append((arrow, value))
         elif isinstance(load, Torque):
-            pairs = [load.body] if load.reaction_on is None else [load.body, load.reaction_on]
+            bodies = [load.body] if load.reaction_on is None else [load.body, load.reaction_on]
             moments = [moment for _, moment in couples(model, state, load)] if state else [None, None]
-            for k, (body, moment) in enumerate(zip(pairs, moments, strict=False)):
+            for k, (body, moment) in enumerate(zip(bodies, moments, strict=False)):
                 if not body.is_ground:
                     center = model.bodies[body.name].center
-                    found.append((Arrow(name, "force", "moment", body.name, center, "load", k), moment))
+                    result.append((Arrow(name, "force", "moment", body.name, center, "load", k), moment))
         elif isinstance(load, JointForce | JointSpring | JointDamper):
             joint = model.joints[load.joint.name]
             number = joint.links[load.index]
             link = model.links[number]
-            if link.kind not in ("hinge", "slider"):  # of a screw it is both
+            if link.kind not in ("hinge", "slider"):  # on a screw it is a force and a moment
                 continue
             value = None
             if state:
                 axis = apply(rotation(model, state, number), state.vector(link.axis))
                 value = scale(joint_force(model, state, load), axis)
             kind = "moment" if link.kind == "hinge" else "force"
-            found.append((Arrow(name, "force", kind, joint.child, joint.to, _role(load)), value))
-    return found
+            result.append((Arrow(name, "force", kind, joint.child, joint.to, _role(load)), value))
+    return result
 
 
 def _role(load: Any) -> str:
+    """Role of a spring, a damper or a joint force."""
     if isinstance(load, Spring | JointSpring):
         return "spring"
     return "damper" if isinstance(load, Damper | JointDamper) else "motor"

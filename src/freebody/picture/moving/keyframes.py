@@ -1,10 +1,10 @@
-"""Moments of a motion between which a page interpolates: as many as its accuracy takes, and no more.
+"""Keyframes: the moments of a motion between which a page interpolates, as many as the tolerance takes and no more.
 
-Positions and vectors go in straight lines between two moments. A body goes on with the mean of its angular velocities
-at both, so that the turns of a fast rotor are counted, and what that misses at the end is turned off evenly on the way.
-An interval is halved while the true motion in its middle is farther from that than the tolerance. Where speeds jump (a
-blow, an impact) or the forces do (a contact that closes, sticks or slips) there are two moments at one time, before
-and after, and nothing is interpolated between them.
+Between two moments, positions and vectors are interpolated linearly. A body turns with the mean of its angular
+velocities at both, so that the turns of a fast rotor are counted; the remaining error at the end is spread evenly over
+the interval. An interval is halved while the true motion at its middle differs from the interpolation by more than the
+tolerance. Where speeds jump (a blow, an impact) or forces do (a contact closes, sticks or slips) there are two moments
+at one time, before and after, and nothing is interpolated between them.
 """
 
 from __future__ import annotations
@@ -32,26 +32,32 @@ Array = NDArray[np.float64]
 Places = NDArray[Any]
 
 TOLERANCE = 2e-3
-"""Of the interpolation: of positions in parts of the size of the motion, of angles in rad, of all else in parts of its
-greatest value."""
+"""Tolerance of the interpolation: of positions relative to the extent of the motion, of angles in rad, of all other
+quantities relative to their greatest value."""
 
 FEWEST = 61
+"""Fewest moments of a motion."""
+
 ROUNDS = 14
+"""Most times that an interval is halved."""
+
 MOST = 2**14
 """Moments beyond which a finer interpolation is not worth the size of the page."""
+
 LOOSEST = 0.05
+"""Largest tolerance that is used to stay below ``MOST``."""
 
 
 @dataclass(frozen=True, eq=False)
 class Keyframes:
-    """Everything that a page shows of a motion, at n moments.
+    """Everything that a page shows of a motion at n moments.
 
     Attributes
     ----------
     t : ndarray (n,)
-        [s]
+        Times [s].
     position : ndarray (n, bodies, 3)
-        Of the origins of the bodies, in ground axes [m].
+        Positions of the origins of the bodies, in ground axes [m].
     quaternion : ndarray (n, bodies, 4)
         Ground from body, scalar first, continuous in time.
     spin : ndarray (n, bodies, 3)
@@ -59,19 +65,20 @@ class Keyframes:
     arrows : tuple of Arrow
         Forces and moments, loads first.
     vectors : dict of ndarray (n, 3)
-        Of every arrow by its key, in ground axes [N] or [N m].
+        Value of every arrow by its key, in ground axes [N] or [N m].
     states : ndarray (n, ...)
         Coordinates and speeds.
     energy : dict of ndarray (n,)
-        ``kinetic``, ``potential``, ``total`` and, where loads without potential or drives do work, ``work`` [J].
+        ``kinetic``, ``potential``, ``total``; also ``work`` if loads without potential or drives do work, and
+        ``heat of friction`` if there is any [J].
     residual : ndarray (n,)
-        What the energy ledger fails to balance [J].
+        Imbalance of the energy ledger [J].
     part : ndarray of int (n,)
         Number of the phase that each moment belongs to; between two phases the motion jumps.
     touched : Touched or None
-        Of machines with contacts: forces, gaps and places of all contacts.
+        Forces, gaps and places of all contacts of a machine with contacts.
     tolerance : float
-        Of the interpolation.
+        Tolerance of the interpolation.
     """
 
     t: Array
@@ -89,20 +96,20 @@ class Keyframes:
 
     @property
     def breaks(self) -> list[int]:
-        """Numbers of the first moments of phases, but for the first of all."""
+        """Numbers of the first moments of all phases except the first."""
         return [int(k) + 1 for k in np.flatnonzero(np.diff(self.part))]
 
 
 def keyframes(trajectory: Trajectory, tolerance: float = TOLERANCE) -> Keyframes:
-    """The moments of a motion that a page needs, with all that it shows at them.
+    """Return the moments of a motion that a page needs, with everything that it shows at them.
 
     Parameters
     ----------
     trajectory : Trajectory
     tolerance : float
-        Greatest error of the interpolation in the middle between two moments: of positions in parts of the extent of
-        the motion, of rotations in rad, of forces, coordinates and energies in parts of their greatest value. It is
-        doubled, and `Keyframes.tolerance` says so, while it takes more than `MOST` moments, up to `LOOSEST`.
+        Greatest error of the interpolation in the middle between two moments: of positions relative to the extent of
+        the motion, of rotations in rad, of forces, coordinates and energies relative to their greatest value. While it
+        takes more than `MOST` moments, it is doubled, up to `LOOSEST`; `Keyframes.tolerance` is the final value.
 
     Returns
     -------
@@ -110,77 +117,81 @@ def keyframes(trajectory: Trajectory, tolerance: float = TOLERANCE) -> Keyframes
     """
     source = _Source(trajectory)
     first = source(*source.start())
-    found = _refined(source, first, tolerance)
-    while len(first.t) < len(found.t) > MOST and 2 * tolerance <= LOOSEST:
+    sample = _refined(source, first, tolerance)
+    while len(first.t) < len(sample.t) > MOST and 2 * tolerance <= LOOSEST:
         tolerance *= 2
-        found = _refined(source, first, tolerance)
-    return source.finished(found, tolerance)
+        sample = _refined(source, first, tolerance)
+    return source.finished(sample, tolerance)
 
 
-def _refined(source: _Source, found: _Sample, tolerance: float) -> _Sample:
-    """With the middles of intervals in which the interpolation is not within the tolerance."""
-    span = float(found.t[-1] - found.t[0])
-    unsure = np.ones(len(found.t) - 1, dtype=bool)
+def _refined(source: _Source, sample: _Sample, tolerance: float) -> _Sample:
+    """The sample with further moments, so that the interpolation is within the tolerance."""
+    span = float(sample.t[-1] - sample.t[0])
+    unchecked = np.ones(len(sample.t) - 1, dtype=bool)  # intervals
     for _ in range(ROUNDS):
-        unsure &= (np.diff(found.t) > 1e-6 * span) & (np.diff(found.part) == 0)
-        if not unsure.any():
+        unchecked &= (np.diff(sample.t) > 1e-6 * span) & (np.diff(sample.part) == 0)
+        if not unchecked.any():
             break
-        at = np.flatnonzero(unsure)
-        middle = source((found.t[at] + found.t[at + 1]) / 2, found.part[at])
-        wrong = at[source.error(found, at, middle) > tolerance]
-        found = found.joined(middle, wrong + 1, np.isin(at, wrong))
-        unsure = np.zeros(len(found.t) - 1, dtype=bool)
-        left = wrong + np.arange(len(wrong))
-        unsure[left] = unsure[left + 1] = True
-    return found
+        at = np.flatnonzero(unchecked)
+        middle = source((sample.t[at] + sample.t[at + 1]) / 2, sample.part[at])
+        wrong = at[source.error(sample, at, middle) > tolerance]
+        sample = sample.joined(middle, wrong + 1, np.isin(at, wrong))
+        unchecked = np.zeros(len(sample.t) - 1, dtype=bool)
+        halves = wrong + np.arange(len(wrong))
+        unchecked[halves] = unchecked[halves + 1] = True
+    return sample
 
 
 def interpolated(a: Array, b: Array, turn: Array, part: float | Array) -> Array:
-    """Unit quaternions (n, 4) at the ``part`` s (n, 1) of the way from a to b, with the turn φ (n, 3) on it [rad].
+    """Unit quaternions (n, 4) at the ``part`` s (n, 1) of an interval from a to b with the turn φ (n, 3) [rad].
 
     q(s) = dˢ ∘ e(s φ) ∘ a,    d = b ∘ (e(φ) ∘ a)*,    e(φ) = (cos |φ|/2, φ/|φ| sin |φ|/2)
     """
     spun = quaternion_product(_turned(turn), _components(a))
     w, *v = quaternion_product(_components(b), quaternion_conjugate(spun))
     sine = np.sqrt(v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
-    # of d and -d, the same rotation, that with the smaller angle; v over its length, 0 over 0 is 0
+    # d and -d are the same rotation: take the smaller angle; v over its length, with 0 over 0 as 0
     angle = 2 * np.arctan2(sine, np.abs(w)) * np.where(w < 0, -1, 1)
-    rest = np.stack(v, axis=1) * (angle / np.where(sine > 0, sine, 1))[:, None]
-    here = quaternion_product(_turned(part * turn), _components(a))
-    return np.stack(quaternion_product(_turned(part * rest), here), axis=1)
+    remainder = np.stack(v, axis=1) * (angle / np.where(sine > 0, sine, 1))[:, None]
+    turned = quaternion_product(_turned(part * turn), _components(a))
+    return np.stack(quaternion_product(_turned(part * remainder), turned), axis=1)
 
 
 def _components(q: Array) -> Quaternion:
+    """Components w, x, y, z of quaternions (n, 4)."""
     w, x, y, z = q.T
     return w, x, y, z
 
 
 def _turned(turn: Array) -> Quaternion:
-    """Of rotation vectors (n, 3); sin(x/2)/x is ½ sinc."""
+    """Quaternions of rotation vectors (n, 3); sin(x/2)/x is ½ sinc(x/2π)."""
     angle = np.linalg.norm(turn, axis=1)
     x, y, z = turn.T * np.sinc(angle / (2 * np.pi)) / 2
     return np.cos(angle / 2), x, y, z
 
 
-def _moments(path: Any, events: Array, fewest: float, resolved: bool) -> Array:
-    """The steps of a phase, which resolve its motion, no farther apart than ``fewest``, and its events."""
+def _moments(path: Any, events: Array, longest: float, resolve: bool) -> Array:
+    """First moments of a phase: times at most ``longest`` apart, events, and steps if they ``resolve`` its motion."""
     first, last = min(path.start, path.end), max(path.start, path.end)
     if last == first:
         return np.array([first, first + 1e-9 * max(1.0, abs(first))])
-    count = max(2, 1 + int(np.ceil((last - first) / fewest))) if fewest > 0 else 2
-    known = [np.linspace(first, last, count), events[(events >= first) & (events <= last)]]
-    if resolved:
-        known.append(path.times)
-    t: Array = np.unique(np.clip(np.concatenate(known), first, last))
-    near = np.concatenate([[True], np.diff(t) > 1e-9 * (last - first)])
-    near[-1] = True
-    return np.asarray(t[near])
+    count = max(2, 1 + int(np.ceil((last - first) / longest))) if longest > 0 else 2
+    times = [np.linspace(first, last, count), events[(events >= first) & (events <= last)]]
+    if resolve:
+        times.append(path.times)
+    t: Array = np.unique(np.clip(np.concatenate(times), first, last))
+    distinct = np.concatenate([[True], np.diff(t) > 1e-9 * (last - first)])
+    distinct[-1] = True
+    return np.asarray(t[distinct])
 
 
 @dataclass(frozen=True, eq=False)
 class _Sample:
-    """Values at some moments; ``rest`` holds all that is interpolated in straight lines, but for positions; ``extra``
-    what is shown and not asked how straight it is."""
+    """Values at some moments.
+
+    ``linear`` holds all values, except positions, whose linear interpolation is checked against the tolerance;
+    ``extra`` holds values that are shown but not checked.
+    """
 
     t: Array
     part: Places
@@ -188,21 +199,21 @@ class _Sample:
     position: Array
     rotation: Array
     spin: Array
-    rest: Array
+    linear: Array
     extra: Array
 
     def joined(self, other: _Sample, places: Places, chosen: Places) -> _Sample:
-        """With those chosen of the other inserted."""
+        """The sample with the ``chosen`` moments of another sample inserted at ``places``."""
         return _Sample(
             *(
                 np.insert(getattr(self, name), places, getattr(other, name)[chosen], axis=0)
-                for name in ("t", "part", "states", "position", "rotation", "spin", "rest", "extra")
+                for name in ("t", "part", "states", "position", "rotation", "spin", "linear", "extra")
             )
         )
 
 
 class _Source:
-    """What a trajectory says at any moment."""
+    """Values of a trajectory at any time."""
 
     def __init__(self, trajectory: Trajectory) -> None:
         self.trajectory = trajectory
@@ -214,26 +225,25 @@ class _Source:
         self.count = len(model.bodies)
         self.phases = phases_of(trajectory)
         self.contacts = Contacts(trajectory) if model.contacts else None
-        # of steps of a given length, forces are means over a step: they jump from each to the next
+        # in time-stepping, forces are means over a step: they jump from step to step
         self.stepped = not hasattr(trajectory.path, "segments") and self.contacts is not None
 
         def scene(state: State) -> dict[str, Any]:
-            found = poses(model, state)
             pose = [
                 x
-                for name in model.bodies
-                for x in (*found[name].position, *(x for row in found[name].rotation for x in row))
+                for posture in poses(model, state).values()
+                for x in (*posture.position, *(x for row in posture.rotation for x in row))
             ]
             spins = [x for name in model.bodies for x in angular_velocity(model, state, Named(name))]
             loads = [x for _, vector in applied(model, state) for x in vector]
             return {"pose": pose, "spin": spins, "loads": loads}
 
         self.scene = kernels.program("keyframes", scene)
-        # 3 components of each reaction's force and moment; arrows take them from here
+        # number of each reaction, whose force and moment have 3 components each
         self.joints = {name: i for i, (name, _, _) in enumerate(kernels.transmitting)}
 
     def start(self) -> tuple[Array, Places]:
-        """Moments to begin with, and the phases that they belong to."""
+        """First moments, and the numbers of the phases that they belong to."""
         path = self.trajectory.path
         events = np.array([event.time for event in self.trajectory.events], dtype=float)
         longest = abs(path.end - path.start) / (FEWEST - 1)
@@ -241,7 +251,7 @@ class _Source:
             _moments(phase.path, events if len(self.phases) == 1 else events[:0], longest, not self.stepped)
             for phase in self.phases
         ]
-        return np.concatenate(times), np.repeat(np.arange(len(times)), [len(one) for one in times])
+        return np.concatenate(times), np.repeat(np.arange(len(times)), [len(t) for t in times])
 
     def __call__(self, t: Array, part: Places) -> _Sample:
         kernels = self.trajectory.kernels
@@ -261,12 +271,12 @@ class _Source:
                 touched, extra = forces[:, :0], np.concatenate([reactions, forces, extra], axis=1)
                 reactions = reactions[:, :0]
         n = self.model.n_q + self.model.n_u
-        rest = np.concatenate([loads, reactions, energy, ledger, states[:, :n], touched], axis=1)
+        linear = np.concatenate([loads, reactions, energy, ledger, states[:, :n], touched], axis=1)
         rotation = pose[:, :, 3:].reshape(len(t), self.count, 3, 3)
-        return _Sample(t, part, states, pose[:, :, :3], rotation, spin, rest, extra)
+        return _Sample(t, part, states, pose[:, :, :3], rotation, spin, linear, extra)
 
     def _of_phase(self, k: int, t: Array, part: Places) -> tuple[Any, ...]:
-        """(which moments, states, reactions, work and heat, contact forces) of those in a phase."""
+        """(numbers, states, reactions, work and heat, contact forces) of the moments in phase k."""
         trajectory = self.trajectory
         chosen = np.flatnonzero(part == k)
         phase = self.phases[k]
@@ -297,43 +307,41 @@ class _Source:
         constants = program.constants(self.parameters)
         return observe(program.address(function), program.outputs(function), t, states, constants)
 
-    def error(self, found: _Sample, at: Places, middle: _Sample) -> Array:
-        """Of the interpolation in the middles, after each of the moments ``at``, in parts of what is allowed as 1."""
-        p = found.position
+    def error(self, sample: _Sample, at: Places, middle: _Sample) -> Array:
+        """Relative error of the interpolation at the middle of the interval after each of the moments ``at``."""
+        p = sample.position
         extent = max(float(np.ptp(p.reshape(-1, 3), axis=0).max(initial=0.0)), 1e-12) if p.size else 1.0
-        off = (
-            np.linalg.norm((p[at] + p[at + 1]) / 2 - middle.position, axis=2).max(axis=1, initial=0.0)
-            / extent
-        )
-        turn = np.zeros(len(at))
-        lasting = np.diff(found.t)[at][:, None]
+        distance = np.linalg.norm((p[at] + p[at + 1]) / 2 - middle.position, axis=2)
+        position_error = distance.max(axis=1, initial=0.0) / extent
+        turn_error = np.zeros(len(at))
+        duration = np.diff(sample.t)[at][:, None]
         for i in range(self.count):
-            a, b = (quaternions(found.rotation[j, i]) for j in (at, at + 1))
+            a, b = (quaternions(sample.rotation[j, i]) for j in (at, at + 1))
             m = quaternions(middle.rotation[:, i])
-            w_a, w_b = found.spin[at, i], found.spin[at + 1, i]
+            w_a, w_b = sample.spin[at, i], sample.spin[at + 1, i]
             mean = (w_a + w_b) / 2
-            half = interpolated(a, b, mean * lasting, 0.5)
-            away = np.minimum(np.linalg.norm(half - m, axis=1), np.linalg.norm(half + m, axis=1))
-            # of a spin with a bend, mean + 4 s (1 - s) δ, the error δ Δt (s - 3 s² + 2 s³) 2/3 is 0 in the middle
-            bend = np.linalg.norm((middle.spin[:, i] - mean) * lasting, axis=1) * math.sqrt(3) / 27
-            # and where its axis moves by an angle, the body goes round the mean axis in place of the axes on the way
-            size = np.maximum(np.linalg.norm(mean, axis=1), 1e-150)  # its square is no zero
-            rounds = np.minimum(1, size * lasting[:, 0] / (2 * np.pi))
-            sway = np.linalg.norm(np.cross(w_a, w_b), axis=1) / size**2 * rounds
-            turn = np.max([turn, 2 * away, bend, sway], axis=0)
-        scale = np.abs(found.rest).max(axis=0, initial=0.0)
+            half = interpolated(a, b, mean * duration, 0.5)
+            at_middle = np.minimum(np.linalg.norm(half - m, axis=1), np.linalg.norm(half + m, axis=1))
+            # a spin mean + 4 s (1 - s) δ has the error δ Δt (s - 3 s² + 2 s³) 2/3, which is 0 at the middle
+            bend = np.linalg.norm((middle.spin[:, i] - mean) * duration, axis=1) * math.sqrt(3) / 27
+            # if the axis of the spin moves, the body turns about the mean axis instead of the axes on the way
+            size = np.maximum(np.linalg.norm(mean, axis=1), 1e-150)  # so that its square is not zero
+            turns = np.minimum(1, size * duration[:, 0] / (2 * np.pi))
+            sway = np.linalg.norm(np.cross(w_a, w_b), axis=1) / size**2 * turns
+            turn_error = np.max([turn_error, 2 * at_middle, bend, sway], axis=0)
+        scale = np.abs(sample.linear).max(axis=0, initial=0.0)
         scale = np.maximum(scale, 1e-9 * max(1.0, float(scale.max(initial=0.0))))
-        bent = (np.abs((found.rest[at] + found.rest[at + 1]) / 2 - middle.rest) / scale).max(
-            axis=1, initial=0.0
-        )
-        return np.asarray(np.maximum(np.maximum(off, turn), bent))
+        difference = np.abs((sample.linear[at] + sample.linear[at + 1]) / 2 - middle.linear)
+        linear_error = (difference / scale).max(axis=1, initial=0.0)
+        return np.asarray(np.maximum(np.maximum(position_error, turn_error), linear_error))
 
-    def finished(self, found: _Sample, tolerance: float) -> Keyframes:
+    def finished(self, sample: _Sample, tolerance: float) -> Keyframes:
+        """Return the keyframes of a sample."""
         n_loads, n_joints = 3 * len(self.loads), 6 * len(self.joints)
-        loads, reactions = found.rest[:, :n_loads], found.rest[:, n_loads : n_loads + n_joints]
+        loads, reactions = sample.linear[:, :n_loads], sample.linear[:, n_loads : n_loads + n_joints]
         if self.stepped:
-            reactions, n_joints = found.extra[:, :n_joints], 0
-        T, V, W, heat = found.rest[:, n_loads + n_joints : n_loads + n_joints + 4].T
+            reactions, n_joints = sample.extra[:, :n_joints], 0
+        T, V, W, heat = sample.linear[:, n_loads + n_joints : n_loads + n_joints + 4].T
         vectors = {arrow.key: loads[:, 3 * i : 3 * i + 3] for i, arrow in enumerate(self.loads)}
         for arrow in self.arrows:
             if arrow.group == "reaction" and arrow.contact is None:
@@ -347,25 +355,25 @@ class _Source:
         touched = None
         if self.contacts is not None:
             width = self.contacts.rows
-            extra = found.extra[:, 6 * len(self.joints) * self.stepped :]
-            forces = extra[:, :width] if self.stepped else found.rest[:, -width:]
+            extra = sample.extra[:, 6 * len(self.joints) * self.stepped :]
+            forces = extra[:, :width] if self.stepped else sample.linear[:, -width:]
             touched = self.contacts.touched(forces, extra[:, width * self.stepped :])
             for arrow in self.arrows:
                 if arrow.contact is not None:
                     vectors[arrow.key] = touched.force(arrow.contact, arrow.role == "friction")
-        shape = (len(found.t), self.count, 4)
-        turns = [quaternions(found.rotation[:, i]) for i in range(self.count)]
+        shape = (len(sample.t), self.count, 4)
+        turns = [quaternions(sample.rotation[:, i]) for i in range(self.count)]
         return Keyframes(
-            found.t,
-            found.position,
+            sample.t,
+            sample.position,
             np.stack(turns, axis=1) if turns else np.zeros(shape),
-            found.spin,
+            sample.spin,
             tuple(self.arrows),
             vectors,
-            found.states,
+            sample.states,
             energy,
             T + V - (T[0] + V[0]) - (W - W[0]),
-            found.part,
+            sample.part,
             touched,
             tolerance,
         )
@@ -382,19 +390,19 @@ class Phase:
 
 
 def phases_of(trajectory: Trajectory) -> list[Phase]:
-    """The phases of a motion, without those too short to be seen."""
+    """Phases of a motion, without the ones too short to see."""
     path: Any = trajectory.path
     segments = getattr(path, "segments", None)
     if segments is None:
         return [Phase(path, trajectory.kernels)]
     least = 1e-9 * abs(path.end - path.start)
-    long = [one for one in segments if abs(one.path.end - one.path.start) > least] or segments[-1:]
-    return [Phase(one.path, one.kernels, one.impulses, tuple(one.modes)) for one in long]
+    long = [s for s in segments if abs(s.path.end - s.path.start) > least] or segments[-1:]
+    return [Phase(s.path, s.kernels, s.impulses, tuple(s.modes)) for s in long]
 
 
 @dataclass(frozen=True)
 class Named:
-    """A body by its name alone, as the algorithms ask for it."""
+    """A body by its name alone: all that the algorithms of motion need of it."""
 
     name: str
     is_ground: bool = False

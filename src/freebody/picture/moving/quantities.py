@@ -1,4 +1,4 @@
-"""Quantities of a motion over time as the data of a page, and which of them are plotted together."""
+"""Quantities of a motion over time as the data of a page, and the charts that plot them together."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ if TYPE_CHECKING:
     from ...motion.trajectory.trajectory import Trajectory
 
 APART = 15
-"""Quantities whose greatest values are so many times apart have charts of their own."""
+"""Ratio of the greatest values of two quantities above which they have separate charts."""
 
 LEAST = 1e-9
-"""Variation, in parts of the size of the machine (of other units, of 1), that is round-off."""
+"""Variation that is round-off, relative to the size of the machine."""
 
 CURVES = 6
 """Most curves in one chart of the page."""
 
 
 def channels(trajectory: Trajectory, keys: Keyframes, acting: set[str]) -> dict[str, dict[str, Any]]:
-    """Quantities over time by a key: their values, n times ``width`` numbers, and their unit."""
+    """Quantities over time by key: their unit, and their values as n times ``width`` numbers."""
     result: dict[str, dict[str, Any]] = {}
     for arrow in keys.arrows:
         if arrow.key not in acting:
@@ -32,13 +32,9 @@ def channels(trajectory: Trajectory, keys: Keyframes, acting: set[str]) -> dict[
         unit = "N" if arrow.kind == "force" else "N m"
         result[arrow.key] = {"unit": unit, "width": 3, "values": base64_floats(keys.vectors[arrow.key])}
     for i, name in enumerate(trajectory.names):
-        result[f"state {name}"] = {
-            "unit": unit_of(trajectory, name),
-            "width": 1,
-            "values": base64_floats(keys.states[:, i]),
-        }
+        result[f"state {name}"] = _scalar(unit_of(trajectory, name), keys.states[:, i])
     for name, values in keys.energy.items():
-        result[f"energy {name}"] = {"unit": "J", "width": 1, "values": base64_floats(values)}
+        result[f"energy {name}"] = _scalar("J", values)
     if keys.touched is not None:
         for k, name in enumerate(keys.touched.names):
             result[f"gap {name}"] = _scalar("m", keys.touched.gap[:, k])
@@ -46,14 +42,14 @@ def channels(trajectory: Trajectory, keys: Keyframes, acting: set[str]) -> dict[
                 result[f"force {force}"] = _scalar("N", keys.touched.forces[k][:, i])
             if not trajectory.kernels.model.contacts[k].frictionless:
                 result[f"margin {name}"] = _scalar("N", keys.touched.margin(k))
-    result["energy residual"] = {"unit": "J", "width": 1, "values": base64_floats(keys.residual)}
+    result["energy residual"] = _scalar("J", keys.residual)
     return result
 
 
 def charts(
     trajectory: Trajectory, keys: Keyframes, acting: set[str], size: float = 1.0
 ) -> list[dict[str, Any]]:
-    """What is plotted together: a title, the least range, and curves as (key, component, label)."""
+    """Charts: each has a title, a group, a least range, and curves as [key, component, label]."""
     model = trajectory.kernels.model
     charts: list[dict[str, Any]] = []
 
@@ -66,7 +62,7 @@ def charts(
                     "title": title + more,
                     "group": group,
                     "curves": curves[k * CURVES : (k + 1) * CURVES],
-                    # a quantity that varies by less is shown as a straight line, not as its round-off
+                    # a quantity that varies by less is drawn as a straight line, so that round-off is not magnified
                     "least": 0.0 if "unbalanced" in title else LEAST * size,
                 }
             )
@@ -77,10 +73,12 @@ def charts(
     ):
         groups = _alike(trajectory, keys, names)
         for together in groups:
-            which = (
-                f": {', '.join(together[:3])}{' …' if len(together) > 3 else ''}" if len(groups) > 1 else ""
+            members = f": {', '.join(together[:3])}{' …' if len(together) > 3 else ''}"
+            put(
+                title + (members if len(groups) > 1 else ""),
+                group,
+                [[f"state {name}", 0, name] for name in together],
             )
-            put(title + which, group, [[f"state {name}", 0, name] for name in together])
     put("Energy", "energy", [[f"energy {name}", 0, name] for name in keys.energy])
     put("Energy: what the ledger leaves unbalanced", "energy", [["energy residual", 0, "residual"]])
     for arrow in keys.arrows:
@@ -90,16 +88,16 @@ def charts(
             put(f"{arrow.kind.capitalize()} of {arrow.name} on {arrow.body}", "reactions", curves)
     if keys.touched is not None:
         names, contacts = keys.touched.names, model.contacts
-        for k, name in enumerate(names if len(names) <= CURVES else ()):
-            forces = [[f"force {force}", 0, force] for force in _force_names(trajectory, k)]
-            put(f"Contact {name}: force on {contacts[k].feature.body.name}", "contacts", forces)
-        if len(names) > CURVES:
+        if len(names) <= CURVES:
+            for k, name in enumerate(names):
+                forces = [[f"force {force}", 0, force] for force in _force_names(trajectory, k)]
+                put(f"Contact {name}: force on {contacts[k].feature.body.name}", "contacts", forces)
+        else:
+            normal_names = [contact.normal_name for contact in contacts]
             put(
-                "Normal forces of contacts",
-                "contacts",
-                [[f"force {one.normal_name}", 0, one.normal_name] for one in contacts],
+                "Normal forces of contacts", "contacts", [[f"force {name}", 0, name] for name in normal_names]
             )
-        rough = [name for name, one in zip(names, contacts, strict=True) if not one.frictionless]
+        rough = [contact.name for contact in contacts if not contact.frictionless]
         if rough:
             put("Friction margin: μN - |T|", "contacts", [[f"margin {name}", 0, name] for name in rough])
         put("Gaps of contacts", "contacts", [[f"gap {name}", 0, name] for name in names])
@@ -107,22 +105,24 @@ def charts(
 
 
 def _force_names(trajectory: Trajectory, k: int) -> tuple[str, ...]:
+    """Names of the normal force and of the friction components of contact k."""
     contact = trajectory.kernels.model.contacts[k]
     return (contact.normal_name, *(() if contact.frictionless else contact.tangent_names))
 
 
 def _scalar(unit: str, values: Any) -> dict[str, Any]:
+    """A quantity of one number at each moment."""
     return {"unit": unit, "width": 1, "values": base64_floats(values)}
 
 
 def _alike(trajectory: Trajectory, keys: Keyframes, names: Any) -> list[list[str]]:
-    """Names of one unit and of ranges that one chart can show."""
+    """Groups of names, each of one unit and of ranges that one chart can show."""
     groups: list[tuple[str, float, list[str]]] = []
     for name in names:
         unit = unit_of(trajectory, name)
         size = float(np.abs(keys.states[:, trajectory.names.index(name)]).max(initial=0.0))
-        for known, scale, group in groups:
-            if known == unit and (not (size > 0 and scale > 0) or 1 / APART < size / scale < APART):
+        for group_unit, scale, group in groups:
+            if group_unit == unit and (not (size > 0 and scale > 0) or 1 / APART < size / scale < APART):
                 group.append(name)
                 break
         else:
@@ -131,5 +131,5 @@ def _alike(trajectory: Trajectory, keys: Keyframes, names: Any) -> list[list[str
 
 
 def base64_floats(values: Any) -> str:
-    """Numbers as 32-bit floats in base64."""
+    """Encode numbers as 32-bit floats in base64."""
     return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode("ascii")

@@ -1,4 +1,4 @@
-"""Contacts in the animation: the surfaces on the ground, the modes over time, and where bodies touch."""
+"""Contacts in an animation: surfaces of the ground, contact modes over time, and the points where bodies touch."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ...dynamics.state import State
 from ...motion.trajectory.trajectory import quaternions
 from ...scalar.algebra import floats
 from ...scalar.expression import evaluate
-from ..machine.shapes import ROD, Primitive, rod, turned_to
+from ..machine.shapes import ROD, Primitive, axes_along, rod
 from .keyframes import Keyframes
 from .quantities import base64_floats
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from ...motion.trajectory.trajectory import Trajectory
 
 MOST_MODES = 2000
-"""Changes of mode that a page holds."""
+"""Most changes of mode that a page holds."""
 
 
 def surface_parts(
     state: State, shape: Any, reach: tuple[float, float], size: float
 ) -> list[Primitive | dict[str, Any]]:
-    """What may be touched on the ground, other than planes: sides, round walls, the line of heights in ``reach``."""
+    """Parts of a surface of the ground that is no plane: a side, a round wall, or heights over the range ``reach``."""
     kind, thin = kind_of(shape), 0.6 * ROD * size
     if kind == "segment":
         start, end = (np.array([float(state(x)) for x in p]) for p in (shape.start, shape.end))
@@ -44,7 +44,7 @@ def surface_parts(
     r = float(state(shape.radius))
     if kind == "sphere":
         return [] if shape.inside else [{"kind": "ellipsoid", "radii": [r] * 3, "at": at.tolist()}]
-    turn = quaternions(turned_to(np.array([float(state(x)) for x in shape.axis]))[None])[0].tolist()
+    turn = quaternions(axes_along(np.array([float(state(x)) for x in shape.axis]))[None])[0].tolist()
     h = 2 * thin if kind == "circle" else 0.3 * size
     wide = r + (thin if shape.inside else -thin)
     profile = [[r, -h], [wide, -h], [wide, h], [r, h], [r, -h]]
@@ -52,30 +52,30 @@ def surface_parts(
 
 
 def distinct(planes: list[dict[str, Any]], size: float) -> list[dict[str, Any]]:
-    """Planes, each once, though several wheels or feet stand on it."""
+    """The planes without repetitions: several wheels or feet may stand on one plane."""
     result: list[dict[str, Any]] = []
-    for one in planes:
-        n, at = np.array(one["normal"]), np.array(one["at"])
+    for plane in planes:
+        n, at = np.array(plane["normal"]), np.array(plane["at"])
         if not any(
             float(n @ np.array(other["normal"])) > 1 - 1e-9
             and abs(float((at - np.array(other["at"])) @ n)) < 1e-9 * size
             for other in result
         ):
-            result.append(one)
+            result.append(plane)
     return result
 
 
 def modes(trajectory: Trajectory) -> list[dict[str, Any]]:
-    """Of every contact its modes: when each began and ended, and why."""
-    found: dict[str, list[list[Any]]] = {}
+    """Modes of every contact: for each span of time the mode, start, end and reason."""
+    spans_of: dict[str, list[list[Any]]] = {}
     for change in list(getattr(trajectory, "modes", ()))[:MOST_MODES]:
         end = trajectory.path.end if change.end is None else change.end
-        found.setdefault(change.contact, []).append([change.mode, change.start, end, str(change)])
-    return [{"contact": name, "spans": spans} for name, spans in found.items()]
+        spans_of.setdefault(change.contact, []).append([change.mode, change.start, end, str(change)])
+    return [{"contact": name, "spans": spans} for name, spans in spans_of.items()]
 
 
 def touching(keys: Keyframes) -> list[dict[str, Any]]:
-    """Where each contact is, and whether it is closed, at every moment."""
+    """Path of each contact, and 1 or 0 at every moment for closed or open."""
     touched = keys.touched
     if touched is None:
         return []

@@ -1,1 +1,1 @@
-"""Offline HTML page: report, animation, live view."""
+"""Offline HTML pages: report, animation, live view."""

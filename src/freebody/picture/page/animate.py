@@ -1,4 +1,4 @@
-"""The animation alone: in a notebook, as a page, or as a film."""
+"""The animation of a motion by itself: in a notebook, as a page, or as a film."""
 
 from __future__ import annotations
 
@@ -11,45 +11,48 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...errors import SimulationError, path_of
+from ...errors import FreebodyError, SimulationError, path_of
 from ...formats.files import replacing
 from ..moving.keyframes import TOLERANCE
 from .animation import animation
+from .browser import Browser, chromium
 from .page import page
 
 if TYPE_CHECKING:
     from ...motion.trajectory.trajectory import Trajectory
 
 SWITCHES = ("trails", "frames", "names", "forces", "reactions", "cones", "follow", "repeat")
+"""Names of what an animation can show from its beginning."""
+
 MOST = 2000
-"""Most pictures of a film."""
+"""Most frames of a film."""
 
 
 def animate(
     trajectory: Trajectory, *, tolerance: float = TOLERANCE, height: int = 520, **shown: bool
 ) -> Animation:
-    """The motion of a machine as an animation.
+    """Return a motion as an animation.
 
     Parameters
     ----------
     trajectory : Trajectory
     tolerance : float
-        Of the interpolation between keyframes; see :func:`freebody.picture.moving.keyframes.keyframes`.
+        Tolerance of the interpolation between keyframes; see :func:`freebody.picture.moving.keyframes.keyframes`.
     height : int
-        Of the player in a notebook [pixels].
+        Height of the player in a notebook [pixels].
     **shown : bool
-        What is shown from the start: ``trails``, ``frames``, ``names``, ``forces``, ``reactions``, ``cones``,
-        ``follow``, ``repeat``.
+        Show from the beginning ``trails``, ``frames``, ``names``, ``forces``, ``reactions``, ``cones``; ``follow`` the
+        machine; ``repeat`` the motion.
 
     Returns
     -------
     Animation
-        It shows itself in a notebook; ``.save(path)`` writes ``.html``, ``.gif`` or ``.mp4``.
+        Notebooks show it; ``.save(path)`` writes ``.html``, ``.gif`` or ``.mp4``.
 
     Raises
     ------
     SimulationError
-        An unknown switch.
+        If a switch is unknown.
 
     Examples
     --------
@@ -68,7 +71,7 @@ def animate(
 
 
 class Animation:
-    """A motion to look at. Made by :func:`animate` and :meth:`freebody.Trajectory.animate`.
+    """An animation, made by :func:`animate` and :meth:`freebody.Trajectory.animate`.
 
     Attributes
     ----------
@@ -90,7 +93,7 @@ class Animation:
         return page(self.trajectory.name, scene, '<div id="player"></div>', bare=True)
 
     def _repr_html_(self) -> str:
-        # a frame of its own: neither its script nor its style meets those of the notebook
+        # in a frame of its own, its script and style do not meet those of the notebook
         return (
             f'<iframe sandbox="allow-scripts" srcdoc="{escape(self.html)}" '
             f'style="width:100%;height:{int(self.height)}px;border:1px solid #d6d9de;border-radius:6px"></iframe>'
@@ -114,20 +117,20 @@ class Animation:
         Parameters
         ----------
         path : path
-            ``.html``, ``.gif`` (with Pillow) or ``.mp4`` (with ffmpeg); films are drawn by a Chromium without a window.
+            ``.html``, ``.gif`` (with Pillow) or ``.mp4`` (with ffmpeg). A headless Chromium draws the films.
         fps : float
-            Pictures a second of the film.
+            Frames per second of the film.
         speed : float
-            Seconds of the motion in a second of the film.
+            Seconds of the motion per second of the film.
         width, height : int
-            Of the film [pixels].
+            Size of the film [pixels].
 
         Raises
         ------
         SimulationError
-            Another ending; a film of too many pictures.
+            If the file name has another ending, or the film has too many frames.
         FreebodyError
-            What the film needs is not there.
+            If a program that the film needs is missing.
         """
         target = path_of(path, "an animation", SimulationError)
         kind = target.suffix.lower()
@@ -144,25 +147,25 @@ class Animation:
         count = max(2, round((end - start) / speed * fps) + 1)
         if count > MOST:
             raise SimulationError(
-                f"Expected a film of at most {MOST} pictures, but {end - start:g} s at {fps:g} pictures a second and "
+                f"Expected a film of at most {MOST} frames, but {end - start:g} s at {fps:g} frames per second and "
                 f"speed {speed:g} makes {count}. Raise speed=, lower fps=, or write .html."
             )
         times = [start + (end - start) * i / (count - 1) for i in range(count)]
         with replacing(target) as new, tempfile.TemporaryDirectory() as folder:
-            files = self._pictures(Path(folder), times, width + width % 2, height + height % 2)
+            # video codecs need even sizes
+            files = self._frames(Path(folder), times, width + width % 2, height + height % 2)
             (_gif if kind == ".gif" else _mp4)(files, new, fps)
         return target
 
-    def _pictures(self, folder: Path, times: list[float], width: int, height: int) -> list[Path]:
-        from .browser import Browser
-
+    def _frames(self, folder: Path, times: list[float], width: int, height: int) -> list[Path]:
+        """Write a PNG of the page at each time; return the files."""
         source = folder / "film.html"
         source.write_text(self.html, encoding="utf-8")
         files = []
         with Browser(width, height) as browser:
             browser.open(source)
             browser.value("document.body.classList.add('film')")
-            # twice round the browser's own clock, so that the picture at a time is the one that is taken
+            # wait for two animation frames, so that the picture is that of the time
             ready = "new Promise(r => requestAnimationFrame(() => requestAnimationFrame(() => r(1))))"
             browser.value(ready)
             for i, t in enumerate(times):
@@ -173,18 +176,16 @@ class Animation:
 
 
 def _check_tools(kind: str) -> None:
-    from ...errors import FreebodyError
-    from .browser import chromium
-
+    """Raise if a program that a film needs is missing."""
     missing = []
     if chromium() is None:
-        missing.append("a Chromium or Chrome, which draws the pictures")
+        missing.append("a Chromium or Chrome, which draws the frames")
     if kind == ".mp4" and shutil.which("ffmpeg") is None:
         missing.append("ffmpeg, which joins them")
     if missing:
         raise FreebodyError(
-            f"Writing {kind} needs {' and '.join(missing)}; not found here. Install it, or write .html, which "
-            "needs nothing."
+            f"Writing {kind} needs {' and '.join(missing)}; not found on this machine. Install it, or write .html, "
+            "which needs nothing."
         )
 
 
@@ -200,6 +201,6 @@ def _mp4(files: list[Path], target: Path, fps: float) -> None:
         "ffmpeg", "-y", "-loglevel", "error", "-framerate", f"{fps:g}", "-i", str(files[0].parent / "%05d.png"),
         "-pix_fmt", "yuv420p", "-f", "mp4", str(target),
     ]  # fmt: skip
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise SimulationError(f"ffmpeg could not write '{target.name}': {done.stderr.strip()[-300:]}")
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    if result.returncode:
+        raise SimulationError(f"ffmpeg could not write '{target.name}': {result.stderr.strip()[-300:]}")

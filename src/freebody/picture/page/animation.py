@@ -21,7 +21,7 @@ from ...errors import SimulationError
 from ...model.closure import Closure
 from ...model.model import Model
 from ...motion.trajectory.trajectory import quaternions
-from ..machine.shapes import ROD, Primitive, machine_size, rod, ropes_of, shapes, turned_to
+from ..machine.shapes import ROD, Primitive, axes_along, machine_size, rod, ropes_of, shapes
 from ..moving.forces import Arrow
 from ..moving.keyframes import TOLERANCE, Keyframes, keyframes
 from ..moving.quantities import base64_floats, channels, charts
@@ -251,7 +251,7 @@ def _pins(model: Model, state: State, size: float) -> dict[str, list[dict[str, A
 def _pin(at: list[float], axis: Array, size: float) -> dict[str, Any]:
 
     r, h = 0.018 * size, 0.035 * size
-    turn = quaternions(turned_to(axis)[None])[0].tolist()
+    turn = quaternions(axes_along(axis)[None])[0].tolist()
     return {
         "kind": "lathe",
         "profile": [[0, -h], [r, -h], [r, h], [0, h]],

@@ -1,7 +1,7 @@
-"""A page that opens offline: one HTML file, whose own policy lets no request leave it.
+"""A page that opens offline: one HTML file whose content policy allows no request.
 
-The policy names the page's one script by its SHA-256 and nothing else, so that a script that came in with a name or a
-title would not run, if ever one got past the escaping.
+The policy allows only the script of the page, by its SHA-256. If a name or a title with a script in it ever got past
+the escaping, that script would not run.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ SCRIPTS = (
     "player.js",
     "page.js",
 )
-"""Files of the folder ``page`` that make the page's script, in this order."""
+"""Files of the folder ``page`` whose texts, in this order, are the script of a page."""
 
 LIVE = (*SCRIPTS[:-1], "live.js")
-"""Those of the live page."""
+"""Files of the script of the live page."""
 
 
 @cache
 def script(names: tuple[str, ...] = SCRIPTS) -> str:
-    """The script of a page."""
+    """Return the script of a page."""
     folder = files(__package__)
     parts = [(folder / name).read_text(encoding="utf-8").replace('"use strict";\n', "", 1) for name in names]
     return "(() => {\n" + '"use strict";\n' + "\n".join(parts) + "})();\n"
@@ -42,12 +42,12 @@ def script(names: tuple[str, ...] = SCRIPTS) -> str:
 
 @cache
 def style() -> str:
-    """The style sheet of the page."""
+    """Return the style sheet of all pages."""
     return (files(__package__) / "page.css").read_text(encoding="utf-8")
 
 
 def policy(text: str, connect: str = "") -> str:
-    """The content policy of a page with one script: no request (but to ``connect``), no other script.
+    """Return the content policy of a page with one script: no other script, no requests except to ``connect``.
 
     >>> policy("alert()").split("; ")[0]
     "default-src 'none'"
@@ -61,7 +61,7 @@ def policy(text: str, connect: str = "") -> str:
 
 
 def embedded(data: Mapping[str, Any]) -> str:
-    """Data as JSON that can stand in a script element, whatever texts it holds.
+    """Return data as JSON that a script element can hold, whatever texts are in it.
 
     >>> embedded({"name": "</script><b>"})
     '{"name":"\\\\u003c/script\\\\u003e\\\\u003cb\\\\u003e"}'
@@ -71,21 +71,21 @@ def embedded(data: Mapping[str, Any]) -> str:
 
 
 def page(title: str, scene: Mapping[str, Any], body: str, *, bare: bool = False, live: bool = False) -> str:
-    """A whole HTML document.
+    """Return a whole HTML document.
 
     Parameters
     ----------
     title : str
         Plain text; it is escaped.
     scene : mapping
-        Of :func:`freebody.picture.page.animation.animation`.
+        Data from :func:`freebody.picture.page.animation.animation`.
     body : str
-        HTML, with an element ``id="player"`` and, where charts shall stand, elements ``data-chart="0"`` and so on
-        inside of ``details``.
+        HTML with an element ``id="player"``, and with an element ``data-chart="0"`` and so on inside ``details`` for
+        each chart.
     bare : bool
-        Whether the player fills the window.
+        Let the player fill the window.
     live : bool
-        Whether it is the page of ``freebody view``, which asks the server that it came from, and no other.
+        Return the page of ``freebody view``, which sends requests to its own server only.
     """
     code = script(LIVE if live else SCRIPTS)
     allowed = policy(code, "'self'" if live else "")

@@ -1,4 +1,4 @@
-"""A finished drawing: shown by notebooks, saved as SVG, PDF, PNG or TikZ."""
+"""A finished drawing: notebooks show it, and it is saved as SVG, PDF, PNG or TikZ."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FORMATS = (".svg", ".pdf", ".png", ".tex")
 
 
 class Drawing:
-    """A drawing of a model. Made by :func:`freebody.draw` and :func:`freebody.free_body_diagram`.
+    """A drawing of a model, made by :func:`freebody.draw` and :func:`freebody.free_body_diagram`.
 
     Attributes
     ----------
@@ -32,12 +32,12 @@ class Drawing:
 
     @cached_property
     def svg(self) -> str:
-        """The drawing as SVG text: without scripts and fonts, so that it can stand in any page."""
+        """SVG text of the drawing, without scripts and fonts, so that any page can hold it."""
         return svg(self.sheet)
 
     @cached_property
     def tikz(self) -> str:
-        """The drawing as a LaTeX document with TikZ, to be edited."""
+        """LaTeX document of the drawing, in TikZ, ready to edit."""
         return tikz(self.sheet)
 
     @property
@@ -47,12 +47,12 @@ class Drawing:
         return (x1 - x0, y1 - y0)
 
     def save(self, path: str | Path, dpi: float = 200) -> None:
-        """Write the drawing to a file; its ending says how: ``.svg``, ``.pdf``, ``.png`` or ``.tex`` (TikZ).
+        """Write the drawing to a file in the format of its ending: ``.svg``, ``.pdf``, ``.png`` or ``.tex`` (TikZ).
 
         Raises
         ------
         FormatError
-            Another ending; a place that can not be written.
+            If the file name has another ending, or the file cannot be written.
         """
         path = Path(path)
         ending = path.suffix.lower()
@@ -69,7 +69,7 @@ class Drawing:
                 self.figure().savefig(new, dpi=dpi, format=ending[1:])
 
     def figure(self) -> Any:
-        """The drawing as a matplotlib Figure of its true size, the same outlines as in the SVG."""
+        """Matplotlib Figure of the drawing in its true size, with the same outlines as the SVG."""
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
         from matplotlib.patches import Circle as Round

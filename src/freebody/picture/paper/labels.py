@@ -1,6 +1,6 @@
-"""Formulas as outlines of their letters, so that they look the same in a browser, on paper and in a measuring routine.
+"""Formulas as outlines of their letters: they look the same in every browser and on paper, and can be measured.
 
-matplotlib's mathtext sets them, in STIX letters that come with it; one em is 1.
+matplotlib's mathtext sets them in the STIX letters that it ships. The unit of length is one em.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """Of a line of text with its left end of the baseline at the origin, y upwards, in em.
+    """Outline of a line of text [em]; the origin is the left end of the baseline, y points up.
 
-    ``vertices`` and ``codes`` as in a matplotlib Path; ``box`` is (left, bottom, right, top) of what is inked.
+    ``vertices`` and ``codes`` are those of a matplotlib Path; ``box`` is (left, bottom, right, top) of the ink.
     """
 
     vertices: Array
@@ -32,7 +32,7 @@ class Outline:
 
 @cache
 def outline(tex: str) -> Outline:
-    r"""The outline of a line in which formulas stand between dollar signs.
+    r"""Return the outline of a line of text with formulas between dollar signs.
 
     >>> left, bottom, right, top = outline("$m g$").box
     >>> right - left > 1 and bottom < 0
@@ -41,7 +41,7 @@ def outline(tex: str) -> Outline:
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
-    # mathtext sets no space before a function, as TeX does
+    # TeX sets a space before a function, mathtext does not
     tex = re.sub(r"(?<![-+=(]) (\\(?:sin|cos|tan|operatorname))", r" \, \1", tex)
     font = FontProperties(family=["STIXGeneral"], math_fontfamily="stix")
     math = "$" in tex
@@ -58,6 +58,6 @@ def outline(tex: str) -> Outline:
 
 
 def size_of(tex: str, size: float) -> tuple[float, float]:
-    """Width and height of what is inked [pt]."""
+    """Width and height of the ink of a line of text [pt]."""
     left, bottom, right, top = outline(tex).box
     return ((right - left) * size, (top - bottom) * size)

@@ -1,4 +1,4 @@
-"""Colours that tell apart for every eye, and line styles that tell apart without colour.
+"""Colours that every eye can tell apart, and line styles that differ without colour.
 
 Source of the colours: Okabe & Ito, Color Universal Design (2008).
 """
@@ -17,17 +17,17 @@ BLUE, VERMILLION, GREEN, ORANGE, SKY, PURPLE = (
 )
 
 PAIRS = (BLUE, VERMILLION, PURPLE, GREEN, ORANGE, SKY)
-"""Of reactions, one per joint; the first three, which most machines need, differ in grey, too."""
+"""Colours of reactions, one per joint. The first three, enough for most machines, also differ in grey."""
 
 CONTRAST = 4.5
-"""Of letters to a white page, at least: criterion 1.4.3 of [WCAG2018]."""
+"""Least contrast of letters with a white page: criterion 1.4.3 of [WCAG2018]."""
 
 BODY_FILLS = ("#dfe8f0", "#f3e6d8", "#dcefe6", "#f2e3ec", "#f7efd2", "#e2f1fa")
-"""Pale fills of bodies, in their order."""
+"""Pale fills of bodies, in the order of the bodies."""
 
 
 def pale(color: str) -> str:
-    """A colour mixed with white, so that black lines on it stand out.
+    """Mix a colour with white, so that black lines stand out on it.
 
     >>> pale("#0072B2")
     '#b8d8e9'
@@ -37,7 +37,7 @@ def pale(color: str) -> str:
 
 
 def luminance(color: str) -> float:
-    """Relative luminance of a colour, white is 1, as [WCAG2018] defines it.
+    """Relative luminance of a colour as [WCAG2018] defines it; white is 1.
 
     >>> round(luminance("#ffffff"), 3), round(luminance("#0072B2"), 3)
     (1.0, 0.152)
@@ -48,7 +48,7 @@ def luminance(color: str) -> float:
 
 
 def legible(color: str) -> str:
-    """A colour dark enough for letters on white, of the same hue.
+    """Darken a colour, without changing its hue, until letters in it can be read on white.
 
     >>> legible("#0072B2"), legible("#E69F00")
     ('#0072B2', '#996a00')

@@ -1,13 +1,12 @@
-"""Where arrows and labels go, so that they do not lie on one another: the cheapest of a fixed list of places.
+"""Places for arrows and labels, so that they do not overlap: the cheapest of a fixed list of places.
 
-Everything is tried in the same order every time: the same model gives the same drawing.
+The places are tried in the same order every time, so the same model gives the same drawing.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,16 +20,19 @@ CLEAR = 2.0
 """Gap around a label [pt]."""
 
 _ANGLES = [math.radians(15 * k) for k in range(24)]
-_AT_ONCE = 120
-_AWAY = (3.0, 6.0, 10.0, 15.0, 22.0, 30.0, 42.0, 56.0, 74.0, 95.0, 120.0, 150.0)
+_BLOCK = 120
+"""Places of a label whose cost is computed at once."""
+
+_DISTANCES = (3.0, 6.0, 10.0, 15.0, 22.0, 30.0, 42.0, 56.0, 74.0, 95.0, 120.0, 150.0)
+"""Distances of a label from its anchor [pt]."""
 
 _AROUND = np.array([(math.cos(angle), math.sin(angle)) for angle in _ANGLES])
 _SIGNS = np.where(np.abs(_AROUND) < 0.2, 0.0, np.sign(_AROUND))
-"""Which corner or side of a box is nearest to its anchor, in each direction."""
+"""Corner or side of a label's box that is nearest to its anchor, in each direction."""
 
 
 class Placer:
-    """The sheet as it fills up."""
+    """Areas, lines and boxes that are on the sheet so far, which arrows and labels avoid."""
 
     def __init__(self) -> None:
         self.boxes: list[Box] = []
@@ -39,34 +41,35 @@ class Placer:
         self._ink: list[Array] = []
 
     def area(self, polygon: Array, weight: float = 1.0) -> None:
-        """An area that arrows should leave (the more, the greater ``weight``), and on whose edge no label lies."""
+        """Add an area that arrows avoid (more, the greater ``weight``) and on whose edge no label lies."""
         self.areas.append(polygon)
         self._weights.append(weight)
         self.line(np.vstack([polygon, polygon[:1]]))
 
     def about(self, areas: Sequence[Array]) -> Placer:
-        """The same sheet, of which only some areas are to be avoided."""
+        """Return a placer for the same sheet that avoids only these areas."""
         other = Placer()
         other.boxes, other._ink = self.boxes, [self.ink]
         other.areas, other._weights = list(areas), [1.0] * len(areas)
         return other
 
     def line(self, points: Array) -> None:
-        """A line that labels should not lie on."""
+        """Add a line that labels avoid."""
         self._ink.append(sampled(points, 2.0))
 
     def box(self, box: Box) -> None:
-        """A box that nothing should lie on."""
+        """Add a box that everything avoids."""
         self.boxes.append(box)
 
     @property
     def ink(self) -> Array:
+        """Points along all lines of the sheet, shape (n, 2) [pt]."""
         if len(self._ink) > 1:
             self._ink = [np.vstack(self._ink)]
         return self._ink[0] if self._ink else np.zeros((0, 2))
 
     def crowding(self, points: Array, at: Array | None = None) -> float:
-        """How much an arrow along these points would lie on areas, other lines and labels, except close to ``at``."""
+        """Cost of an arrow along these points: its overlap with areas, lines and labels, except close to ``at``."""
         along = sampled(points, 3.0)
         if at is not None:
             along = along[((along - at) ** 2).sum(axis=1) > 8.0**2]
@@ -77,7 +80,7 @@ class Placer:
             cost += weight * float(inside(area, along).mean())
         ink = self.ink
         if at is not None and len(ink):
-            # a head upon another one, on the same line
+            # its head on the head of another arrow, on the same line
             close = sampled(points, 1.0)
             close = close[np.abs(np.linalg.norm(close - at, axis=1) - 5.0) < 2.5]
             if len(close):
@@ -106,33 +109,33 @@ class Placer:
         size: float = 11.0,
         color: str = "#1a1a1a",
     ) -> Label:
-        """A label near the first of the anchors that has room: (point, preferred direction from it)."""
+        """Place a label near the first anchor that has room; an anchor is (point, preferred direction from it)."""
         w, h = size_of(tex, size)
-        # each box touches a circle of radius `away` about its anchor
-        shape = _AROUND * np.array(_AWAY)[:, None, None] + _SIGNS * np.array([w / 2, h / 2])
-        near = np.repeat(0.8 * np.array(_AWAY), len(_ANGLES))
+        # each box touches a circle about its anchor, with one of the distances as its radius
+        offsets = _AROUND * np.array(_DISTANCES)[:, None, None] + _SIGNS * np.array([w / 2, h / 2])
+        distance_cost = np.repeat(0.8 * np.array(_DISTANCES), len(_ANGLES))
         places, costs = [], []
         for rank, (point, toward) in enumerate(anchors):
-            places.append(point + shape.reshape(-1, 2))
-            turned = 0.0 if toward is None else np.tile(7.0 * (1 - _AROUND @ toward), len(_AWAY))
-            costs.append(near + 4.0 * rank + turned)
+            places.append(point + offsets.reshape(-1, 2))
+            turn_cost = 0.0 if toward is None else np.tile(7.0 * (1 - _AROUND @ toward), len(_DISTANCES))
+            costs.append(distance_cost + 4.0 * rank + turn_cost)
         centers, base = np.vstack(places), np.concatenate(costs)
         order = np.argsort(base, kind="stable")
         best, least = centers[order[0]], np.inf
-        for k in range(0, len(order), _AT_ONCE):
-            part = order[k : k + _AT_ONCE]
-            if base[part[0]] >= least:  # the rest costs more by itself
+        for k in range(0, len(order), _BLOCK):
+            block = order[k : k + _BLOCK]
+            if base[block[0]] >= least:  # without any overlap, all further places cost more
                 break
-            total = base[part] + self._lying(centers[part], w, h)
+            total = base[block] + self._overlap_cost(centers[block], w, h)
             lowest = int(np.argmin(total))
             if total[lowest] < least:
-                best, least = centers[part[lowest]], float(total[lowest])
+                best, least = centers[block[lowest]], float(total[lowest])
         label = Label(tex, best - np.array([w, h]) / 2, size, color)
         self.box(label.box)
         return label
 
-    def _lying(self, centers: Array, w: float, h: float) -> Array:
-        """Cost of what boxes of one size about the centres lie on."""
+    def _overlap_cost(self, centers: Array, w: float, h: float) -> Array:
+        """Cost of what boxes of width ``w`` and height ``h`` would cover, for each of their centres."""
         x0, x1 = centers[:, 0] - w / 2 - CLEAR, centers[:, 0] + w / 2 + CLEAR
         y0, y1 = centers[:, 1] - h / 2 - CLEAR, centers[:, 1] + h / 2 + CLEAR
         cost = np.zeros(len(centers))
@@ -158,7 +161,7 @@ class Placer:
         return cost
 
     def arrow(self, arrow: Arrow) -> None:
-        """An arrow that has its place."""
+        """Add an arrow that has its place."""
         self.line(arrow.points)
         for head in arrow.heads():
             self.line(np.vstack([head, head[:1]]))
@@ -166,20 +169,20 @@ class Placer:
 
 def sampled(points: Array, step: float) -> Array:
     """Points along a polyline, at most ``step`` apart."""
-    way = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)))])
-    at = np.linspace(0.0, way[-1], max(2, int(np.ceil(way[-1] / step)) + 1))
-    return np.column_stack([np.interp(at, way, points[:, 0]), np.interp(at, way, points[:, 1])])
+    lengths = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)))])
+    at = np.linspace(0.0, lengths[-1], max(2, int(np.ceil(lengths[-1] / step)) + 1))
+    return np.column_stack([np.interp(at, lengths, points[:, 0]), np.interp(at, lengths, points[:, 1])])
 
 
 def meets(line: Array, box: Box) -> bool:
-    """Whether a polyline goes through a box, or past it within half the gap of a label."""
+    """True if a polyline crosses a box, or passes it within half the gap of a label."""
     along, gap = sampled(line, 0.5), CLEAR / 2
     low, high = np.array(box[:2]) - gap, np.array(box[2:]) + gap
     return bool(((along > low) & (along < high)).all(axis=1).any())
 
 
-def inside(polygon: Array, points: Array) -> Any:
-    """Which points lie inside a polygon, by crossings of a ray."""
+def inside(polygon: Array, points: Array) -> NDArray[np.bool_]:
+    """Truth value for each point: it lies inside a polygon (odd number of crossings of a ray)."""
     x, y = points[:, 0], points[:, 1]
     result = np.zeros(len(points), dtype=bool)
     for (ax, ay), (bx, by) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):

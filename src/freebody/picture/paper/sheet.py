@@ -1,6 +1,6 @@
-"""What is drawn, before it is written in any format: lines, circles, arrows and labels on a sheet, in points.
+"""Contents of a drawing before it is written in any format: lines, circles, arrows and labels on a sheet, in points.
 
-x to the right, y upwards. Groups carry the attributes by which a drawing is read back.
+x points right, y up. Groups carry the attributes by which a drawing is read back.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ Array = NDArray[np.float64]
 Box = tuple[float, float, float, float]
 
 HEAD = (8.0, 2.7)
-"""Length and half width of an arrow's head [pt], for a line of 1.5 pt."""
+"""Length and half width of the head of an arrow whose line is 1.5 pt wide [pt]."""
 
 
 @dataclass(frozen=True)
 class Style:
-    """Colour and width [pt] of a line, its dashes, and what fills it."""
+    """Colour, width [pt] and dashes of a line, and the fill inside it."""
 
     stroke: str | None = INK
     width: float = 1.0
@@ -53,7 +53,7 @@ class Circle:
 
 @dataclass(frozen=True, eq=False)
 class Arrow:
-    """A polyline with a head at its end: "full", "open" (hollow), "double" (of a couple's vector) or "both" ends."""
+    """A polyline with a head: "full", "open" (hollow), "double" (vector of a couple) or "both" (one at each end)."""
 
     points: Array
     style: Style = Style(width=1.5)
@@ -61,10 +61,11 @@ class Arrow:
 
     @property
     def tip(self) -> Array:
+        """Last point of the arrow."""
         return self.points[-1]
 
     def heads(self) -> list[Array]:
-        """The triangles of the heads."""
+        """Corners of each head."""
         scale = self.size
         result = [_head(self.points[-1], self._direction(), scale)]
         if self.head == "double":
@@ -77,7 +78,7 @@ class Arrow:
         return result
 
     def shaft(self) -> Array:
-        """The line without what the heads cover."""
+        """The line without the part that the heads cover."""
         scale = self.size
         points = shortened(self.points, 0.8 * HEAD[0] * scale)
         if self.head == "both":
@@ -86,13 +87,13 @@ class Arrow:
 
     @property
     def size(self) -> float:
-        """Of the heads, for the width of the line; less on a short arrow."""
+        """Scale of the heads: it follows the width of the line, and is smaller on a short arrow."""
         length = float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
         room = length / HEAD[0] / (2.4 if self.head in ("double", "both") else 1.4)
         return min(max(0.62, self.style.width / 1.5), room)
 
     def _direction(self) -> Array:
-        # of a curve the chord under the head
+        # on a curve, the chord under the head
         short = shortened(self.points, HEAD[0])
         d = self.points[-1] - short[-1]
         return d / np.linalg.norm(d)
@@ -100,7 +101,7 @@ class Arrow:
 
 @dataclass(frozen=True, eq=False)
 class Label:
-    """A line of text, formulas between dollar signs; ``at`` is the lower left corner of what is inked."""
+    """A line of text with formulas between dollar signs; ``at`` is the lower left corner of its ink."""
 
     tex: str
     at: Array
@@ -109,6 +110,7 @@ class Label:
 
     @property
     def box(self) -> Box:
+        """(left, bottom, right, top) of the ink [pt]."""
         left, bottom, right, top = outline(self.tex).box
         x, y = self.at
         return (x, y, x + (right - left) * self.size, y + (top - bottom) * self.size)
@@ -123,12 +125,13 @@ class Group:
     title: str = ""
 
     def add(self, *items: Any) -> None:
+        """Append items."""
         self.items.extend(items)
 
 
 @dataclass(eq=False)
 class Sheet:
-    """A drawing: its items, and what it says of itself."""
+    """A drawing: its items, its title and its attributes."""
 
     root: Group
     title: str
@@ -137,14 +140,14 @@ class Sheet:
 
     @property
     def box(self) -> Box:
-        """What is drawn, and a margin."""
+        """(left, bottom, right, top) of all items, with the margin [pt]."""
         x0, y0, x1, y1 = box_of(self.root)
         m = self.margin
         return (x0 - m, y0 - m, x1 + m, y1 + m)
 
 
 def flat(group: Group) -> Iterator[Any]:
-    """All items, without their groups."""
+    """Yield all items of a group and of the groups in it, but no group."""
     for item in group.items:
         if isinstance(item, Group):
             yield from flat(item)
@@ -153,9 +156,9 @@ def flat(group: Group) -> Iterator[Any]:
 
 
 def box_of(item: Any) -> Box:
-    """(left, bottom, right, top) of an item."""
+    """(left, bottom, right, top) of an item [pt]."""
     if isinstance(item, Group):
-        boxes = [box_of(one) for one in item.items]
+        boxes = [box_of(part) for part in item.items]
         return union(boxes) if boxes else (0.0, 0.0, 0.0, 0.0)
     if isinstance(item, Label):
         return item.box
@@ -172,7 +175,7 @@ def box_of(item: Any) -> Box:
 
 
 def union(boxes: Sequence[Box]) -> Box:
-    """The smallest box that holds all."""
+    """Return the smallest box that contains all boxes."""
     return (
         min(b[0] for b in boxes),
         min(b[1] for b in boxes),
@@ -182,9 +185,9 @@ def union(boxes: Sequence[Box]) -> Box:
 
 
 def moved(item: Any, by: Array) -> Any:
-    """An item, displaced; a group is a new one."""
+    """Return a displaced copy of an item."""
     if isinstance(item, Group):
-        return Group([moved(one, by) for one in item.items], dict(item.attributes), item.title)
+        return Group([moved(part, by) for part in item.items], dict(item.attributes), item.title)
     if isinstance(item, Label):
         return replace(item, at=item.at + by)
     if isinstance(item, Circle):
@@ -193,14 +196,14 @@ def moved(item: Any, by: Array) -> Any:
 
 
 def overlap(a: Box, b: Box) -> float:
-    """Area that two boxes share."""
+    """Area of the overlap of two boxes."""
     w = min(a[2], b[2]) - max(a[0], b[0])
     h = min(a[3], b[3]) - max(a[1], b[1])
     return w * h if w > 0 and h > 0 else 0.0
 
 
 def arc(center: Array, radius: float, start: float, end: float) -> Array:
-    """Points on a circle from one angle to another [rad]."""
+    """Points on a circle from the angle ``start`` to the angle ``end`` [rad]."""
     n = max(3, int(abs(end - start) / math.radians(4)) + 1)
     angles = np.linspace(start, end, n)
     return center + radius * np.column_stack([np.cos(angles), np.sin(angles)])
@@ -214,15 +217,14 @@ def _head(tip: Array, d: Array, scale: float) -> Array:
 
 
 def shortened(points: Array, by: float) -> Array:
-    """A polyline without its last stretch."""
-    kept = list(points)
-    left = by
-    while len(kept) > 1:
-        d = kept[-1] - kept[-2]
+    """Return a polyline without its last stretch, of length ``by``."""
+    result = list(points)
+    while len(result) > 1:
+        d = result[-1] - result[-2]
         length = float(np.linalg.norm(d))
-        if length > left or len(kept) == 2:
-            kept[-1] = kept[-1] - d * min(0.999, left / length if length > 0 else 0.0)
+        if length > by or len(result) == 2:
+            result[-1] = result[-1] - d * min(0.999, by / length if length > 0 else 0.0)
             break
-        left -= length
-        kept.pop()
-    return np.array(kept)
+        by -= length
+        result.pop()
+    return np.array(result)

@@ -1,4 +1,4 @@
-"""A sheet as SVG text: no scripts, no fonts, nothing that is fetched."""
+"""A sheet as SVG text: no scripts, no fonts, no requests."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _LETTERS = {1: "M", 2: "L", 3: "Q", 4: "C"}
 
 
 def svg(sheet: Sheet) -> str:
-    """The sheet as one ``svg`` element; lengths in points, y downwards as SVG has it."""
+    """Return the sheet as one ``svg`` element; lengths in points, y points down as always in SVG."""
     x0, y0, x1, y1 = sheet.box
     width, height = x1 - x0, y1 - y0
     data = "".join(f' {key}="{escape(value)}"' for key, value in sheet.attributes.items())
     writer = _Writer(x0, y1)
-    body = "\n".join(writer.item(one) for one in sheet.root.items)
+    body = "\n".join(writer.item(item) for item in sheet.root.items)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.2f}pt" height="{height:.2f}pt" '
         f'viewBox="0 0 {width:.2f} {height:.2f}" role="img" data-origin="{-x0:.4f} {y1:.4f}"{data}>\n'

@@ -1,4 +1,7 @@
-"""Standard symbols of mechanics: pins, guides, ground, springs, dampers, spirals, walls."""
+"""Standard symbols of mechanics: hinges, bearings, guides, ground, springs, dampers, gear wheels, pulleys.
+
+Each function returns the lines and circles of one symbol; points and lengths are in points of the sheet.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ THIN, FINE = Style(INK, 1.1), Style(INK, 0.7)
 
 
 def hatched(start: Array, end: Array, side: float = 1.0) -> list[Any]:
-    """The edge of the ground from start to end, hatched on the right of it (on the left for side -1)."""
+    """Edge of the ground from start to end, hatched on its right (on its left for side -1)."""
     d = end - start
     length = float(np.linalg.norm(d))
     d = d / length
@@ -31,7 +34,7 @@ def hatched(start: Array, end: Array, side: float = 1.0) -> list[Any]:
 
 
 def pin_on_ground(at: Array, down: Array) -> list[Any]:
-    """A hinge on the ground: a bracket that stands on hatched ground, away to ``down``."""
+    """A hinge on the ground: a bracket that stands on hatched ground, in the direction ``down`` from the hinge."""
     across = np.array([-down[1], down[0]])
     foot = at + 15.0 * down
     bracket = np.array([foot + 9.0 * across, at + 3.4 * across, at - 3.4 * across, foot - 9.0 * across])
@@ -40,7 +43,7 @@ def pin_on_ground(at: Array, down: Array) -> list[Any]:
 
 
 def bearing(at: Array, along: Array, down: Array) -> list[Any]:
-    """A shaft's bearing: a stroke on both sides of the axis, hatched ground behind one of them."""
+    """Bearing of a shaft: a stroke on each side of the axis, hatched ground behind one of them."""
     normal = np.array([-along[1], along[0]])
     normal = normal if float(normal @ down) >= 0 else -normal
     low, high = at + 4.0 * normal, at - 4.0 * normal
@@ -60,7 +63,7 @@ def ball_on_ground(at: Array, down: Array) -> list[Any]:
 
 
 def guide(at: Array, along: Array, reach: tuple[float, float], gap: float, side: float) -> list[Any]:
-    """The hatched edge on which a block slides, ``gap`` beside its middle."""
+    """The hatched edge on which a block slides, at a distance ``gap`` from its middle."""
     normal = side * np.array([along[1], -along[0]])
     start, end = (at + s * along + gap * normal for s in reach)
     return hatched(start, end, side)
@@ -85,7 +88,7 @@ def zigzag(start: Array, end: Array, width: float = 5.5) -> list[Any]:
 
 
 def dashpot(start: Array, end: Array) -> list[Any]:
-    """A damper: a piston in a pot that is open towards the end."""
+    """A damper: a piston in a pot that is open toward the end."""
     d = end - start
     length = float(np.linalg.norm(d))
     if length < 4.0:
@@ -112,7 +115,7 @@ def spiral(at: Array, radius: float = 13.0) -> list[Any]:
 
 
 def teeth(center: Array, radius: float, count: int, phase: float, fill: str) -> list[Any]:
-    """A gear wheel: its teeth, one of them at the angle ``phase``, and its pitch circle."""
+    """A gear wheel: its teeth, with one at the angle ``phase`` [rad], and its pitch circle."""
     depth = min(3.4, 0.24 * 2 * math.pi * radius / count)
     points = []
     for k in range(count):

@@ -1,4 +1,4 @@
-r"""A sheet as TikZ source that compiles by itself, with lines, arrows and formulas to edit."""
+r"""A sheet as TikZ source that compiles by itself; its lines, arrows and formulas can be edited."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import Any
 from .sheet import HEAD, Arrow, Circle, Group, Label, Line, Sheet, Style, flat, shortened
 
 NARROW = 0.92
-"""Of Computer Modern, the size at which it is about as wide as the letters that labels are placed by."""
+"""Size of Computer Modern relative to STIX at which both are about equally wide: labels are placed for STIX."""
 
 WIDE = 60.0
-"""Width from which on a label is a line of text [pt]."""
+"""Width above which a label counts as a line of text [pt]."""
 
 
 def tikz(sheet: Sheet) -> str:
-    """The sheet as a LaTeX document of the class ``standalone``; one unit is a point."""
+    """Return the sheet as a LaTeX document of the class ``standalone``; the unit is a point."""
     colors: dict[str, str] = {}
     for item in flat(sheet.root):
         for color in (item.color,) if isinstance(item, Label) else (item.style.stroke, item.style.fill):
@@ -47,7 +47,7 @@ def _items(group: Group, colors: dict[str, str], indent: str) -> list[str]:
         elif isinstance(item, Label):
             x0, y0, x1, y1 = item.box
             size = NARROW * item.size
-            # a line of text is held at its beginning, a symbol in its middle
+            # a line of text is anchored at its beginning, a symbol at its middle
             anchor, x = ("west", x0) if x1 - x0 > WIDE else ("center", (x0 + x1) / 2)
             lines.append(
                 rf"{indent}\node[anchor={anchor},inner sep=0pt,text={colors[item.color]},"
@@ -68,7 +68,7 @@ def _items(group: Group, colors: dict[str, str], indent: str) -> list[str]:
 
 
 def _arrow(arrow: Arrow, colors: dict[str, str]) -> list[tuple[str, str]]:
-    """Options and points: one path with its heads; of a curve the shaft, and a straight end that bears the head."""
+    """Options and points of the paths of an arrow: one path with heads; for a curve its shaft and a straight end."""
     length, half = HEAD[0] * arrow.size, HEAD[1] * arrow.size
     fill = ",line width=0.8pt,fill=white" if arrow.head == "open" else ""
     tip = f"Stealth[length={length:.3g}pt,width={2 * half:.3g}pt,inset={0.22 * length:.3g}pt{fill}]"

@@ -1,4 +1,4 @@
-"""From space to paper: the plane of a planar machine, or an axonometric view."""
+"""The map from space to paper: the plane of a planar machine, or an axonometric view."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ...symbolic.free_body.planar import normal_of
 Array = NDArray[np.float64]
 
 AZIMUTH, ELEVATION = math.radians(32), math.radians(22)
-"""Where the reader stands: a right-handed set of axes points to him on the left, to the right, and upwards."""
+"""Position of the reader: x points toward the reader and left, y right, z up."""
 
 AXONOMETRIC = np.array(
     [
@@ -33,10 +33,10 @@ AXONOMETRIC = np.array(
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A linear map of ground axes to paper: ``page = matrix @ point``, y upwards.
+    """A linear map of ground axes to paper: ``page = matrix @ point``, y upward.
 
-    ``normal`` is the number of the ground axis that a planar machine turns about, or None in space; ``toward`` points
-    to the reader.
+    ``normal`` is the number of the ground axis at right angles to the plane of a planar machine, or None in space;
+    ``toward`` points to the reader; ``gravity`` is the acceleration of gravity in ground axes [m/s²].
     """
 
     matrix: Array
@@ -46,25 +46,25 @@ class View:
 
     @property
     def planar(self) -> bool:
-        """Whether the machine is drawn in its plane."""
+        """True if the machine is drawn in its plane."""
         return self.normal is not None
 
     def __call__(self, points: Any) -> Array:
-        """Points in ground axes, (3,) or (n, 3), on paper in units of length."""
+        """Map points in ground axes, shape (3,) or (n, 3), to paper, in units of length."""
         return np.asarray(points, dtype=float) @ self.matrix.T
 
     @property
     def axes(self) -> tuple[tuple[str, int], ...]:
-        """Letters and numbers of the ground axes that are seen."""
+        """Letters and numbers of the ground axes that the view shows."""
         return tuple(("xyz"[k], k) for k in range(3) if k != self.normal)
 
     def turn(self, moment: Any) -> float:
-        """Counter-clockwise part of a moment as the reader sees it."""
+        """Component of a moment toward the reader, who sees it turn counter-clockwise if positive."""
         return float(np.dot(self.toward, np.asarray(moment, dtype=float)))
 
 
 def view_of(model: Model, equations: Any, values: dict[str, float], axonometric: bool = False) -> View:
-    """The view in which a model is drawn: in its plane, if it has one, with gravity downwards where it can."""
+    """Return the view in which a model is drawn: its plane, if it has one, and gravity downward where possible."""
     numbers = {p.symbol: values[p.name] for p in model.parameters}
     g = np.array([float(evaluate(c, numbers, floats)) for c in model.gravity])
     up = 2 if not g.any() else int(np.argmax(np.abs(g)))
@@ -78,7 +78,7 @@ def view_of(model: Model, equations: Any, values: dict[str, float], axonometric:
         matrix[0, wide] = 1.0
         matrix[1, high] = sign if high == up and g.any() else 1.0
         return View(matrix, np.cross(matrix[0], matrix[1]), n, g)
-    # a right-handed set with the third axis upwards
+    # a right-handed set whose third axis points up
     i, j = (up + 1) % 3, (up + 2) % 3
     if sign < 0:
         i, j = j, i

@@ -1,4 +1,4 @@
-"""Linear against nonlinear motion from the same start: how far the linear equations can be trusted."""
+"""Linear and nonlinear motion from the same initial values: the difference shows how far linear equations hold."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def compare_linear(
     samples: int = 501,
     tolerance: float = 10**-10,
 ) -> Comparison:
-    """The linear and the nonlinear motion from one start, and their difference.
+    """Compare the linear and the nonlinear motion from the same initial values.
 
     Parameters
     ----------
@@ -42,29 +42,29 @@ def compare_linear(
     about : mapping or steady motion, optional
         The equilibrium or steady motion, as for :func:`freebody.linearize`.
     initial : mapping
-        Initial deviations from it, by the names of the linear equations (those of their coordinates and rates).
-        Where constraints hold, all else follows from them.
+        Initial deviations from it, by the names of coordinates and rates in the linear equations. With constraints,
+        all other initial values follow from them.
     until : float
-        [s]
+        Length of the motion [s].
     values, where : mapping, optional
-        As for :func:`freebody.linearize`; parameters not given have their default value.
+        As for :func:`freebody.linearize`; by default parameters have their default values.
     independent : names of coordinates, optional
         As for :func:`freebody.linearize`.
     samples : int
-        Number of times, at equal distances.
+        Number of evenly spaced times.
     tolerance : float
-        Of the simulation.
+        Tolerance of the simulation.
 
     Returns
     -------
     Comparison
-        Of the coordinates of the linear equations: turns and displacements of ball and free joints are those from
-        the motion linearised about, in the child's axes there.
+        For the coordinates of the linear equations. Turns and displacements of ball and free joints are measured
+        from the steady motion, in the axes of its child.
 
     Raises
     ------
     ModelError
-        What :func:`freebody.linearize` refuses; a joint whose own motion is not at constant speeds.
+        As :func:`freebody.linearize`; or if the speeds of a ball or free joint change along the steady motion.
 
     Examples
     --------
@@ -83,7 +83,7 @@ def compare_linear(
     _check_reference(linear)
     response: Any = linear.response(initial)
     t = np.linspace(0, until, samples)
-    found = response(t)
+    motion = response(t)
     first = response(0)
     deviation = [first[name] for name in (*linear.coordinates, *linear.carried)]
     q, u = start_of(linear, deviation, [first[name] for name in linear.rates])
@@ -92,21 +92,21 @@ def compare_linear(
     q0 = [linear.point[name] for name in model.coordinate_names]
     u0 = [linear.point[name] for name in model.speed_names]
     steady = np.array([along(model, floats, q0, u0, float(x), {}) for x in t]).reshape(len(t), -1)
-    moved = np.stack([trajectory[name] for name in model.coordinate_names], axis=-1)
-    measured = deviations(model, steady, moved)
-    names = tangent_names(model)
-    shown = (*linear.coordinates, *linear.carried)
+    coordinates = np.stack([trajectory[name] for name in model.coordinate_names], axis=-1)
+    nonlinear = deviations(model, steady, coordinates)
+    columns = tangent_names(model)
+    names = (*linear.coordinates, *linear.carried)
     return Comparison(
         linear,
         trajectory,
         t,
-        {name: found[name] for name in shown},
-        {name: measured[:, names.index(name)] for name in shown},
+        {name: motion[name] for name in names},
+        {name: nonlinear[:, columns.index(name)] for name in names},
     )
 
 
 def _check_reference(linear: LinearModel) -> None:
-    """Refuse ball and free joints whose motion is not one of constant speeds: it has no closed form to measure from."""
+    """Raise if the speeds of a ball or free joint change along the steady motion: it then has no closed form."""
     model = linear.model
     udot = linear.canonical.get("udot")
     fast = max((abs(linear.point[name]) for name in model.speed_names), default=0)
@@ -117,12 +117,12 @@ def _check_reference(linear: LinearModel) -> None:
         if changing.max() > SMALL * (1 + fast**2):
             raise ModelError(
                 f"The speeds of joint '{link.joint}' of '{model.name}' change along the motion to compare with. "
-                "Use sliders and a gimbal in place of it, whose angles turn at constant rates."
+                "Use sliders and a gimbal instead, whose angles turn at constant rates."
             )
 
 
 class Comparison(Lines):
-    """Deviations from an equilibrium or a steady motion, by the linear and by the nonlinear equations.
+    """Deviations from an equilibrium or a steady motion by the linear and the nonlinear equations.
 
     Attributes
     ----------
@@ -130,10 +130,11 @@ class Comparison(Lines):
     trajectory : Trajectory
         The nonlinear motion.
     t : ndarray (n,)
+        Times [s].
     linear_motion, nonlinear_motion : dict of ndarray (n,)
         Deviations by coordinate.
     difference : dict of ndarray (n,)
-        Linear less nonlinear.
+        Linear minus nonlinear.
     """
 
     def __init__(
@@ -157,7 +158,7 @@ class Comparison(Lines):
         return {name: float(np.max(np.abs(x))) for name, x in self.difference.items()}
 
     def plot(self, path: Any = None) -> Any:
-        """Deviations of each coordinate by both equations, and their difference below.
+        """Plot the deviations of each coordinate by both equations, and their difference below.
 
         Parameters
         ----------
@@ -169,8 +170,8 @@ class Comparison(Lines):
         matplotlib Figure
         """
         names = list(self.difference)
-        drawn = figure(8, 0.8 + 2.6 * len(names))
-        panels = drawn.subplots(
+        plot = figure(8, 0.8 + 2.6 * len(names))
+        panels = plot.subplots(
             2 * len(names), 1, sharex=True, squeeze=False, height_ratios=[2, 1] * len(names)
         )[:, 0]
         for k, name in enumerate(names):
@@ -193,8 +194,8 @@ class Comparison(Lines):
         panels[0].set_title(f"Linear against nonlinear motion of '{self.linear.model.name}'")
         panels[-1].set_xlabel("time [s]")
         if path is not None:
-            drawn.savefig(path)
-        return drawn
+            plot.savefig(path)
+        return plot
 
     def _lines(self) -> list[list[Any]]:
         lines: list[list[Any]] = [

@@ -1,4 +1,4 @@
-"""The cones that the angular velocity of a body draws: the one in space, and the one in the body that rolls on it."""
+"""Cones that the angular velocity of a body draws: the space cone, and the body cone, which rolls on it."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def cones(
     title: str | None = None,
     view: tuple[float, float] = (18.0, -58.0),
 ) -> Any:
-    """The space cone and the body cone of a body, at a time: they touch along the angular velocity.
+    """Space cone and body cone of a body at one time; they touch along the angular velocity.
 
-    Without slip the body cone rolls on the space cone: any motion of a body about a point is such a rolling (Poinsot).
+    The body cone rolls without slip on the space cone: any motion of a body about a point is such a rolling (Poinsot).
     Both are drawn with a slant height of 1.
 
     Parameters
@@ -37,10 +37,10 @@ def cones(
     body : str
     ax : Axes3D, optional
     at : float, optional
-        The time at which the body cone is drawn [s]; the start if not given. The output time next to it is taken.
+        Time at which the body cone is drawn [s], rounded to the nearest output time; by default the start.
     title : str, optional
     view : (elevation, azimuth)
-        [deg]
+        Direction of view [deg].
 
     Returns
     -------
@@ -49,7 +49,7 @@ def cones(
     Raises
     ------
     SimulationError
-        An unknown body; one that does not turn.
+        If the body is unknown, or its angular velocity vanishes.
     """
     w = angular_velocity(trajectory, body)
     rotation = body_rotation(trajectory, body)
@@ -57,10 +57,10 @@ def cones(
     if not speed.min() > 1e-9 * speed.max():
         raise SimulationError(
             f"Expected a body that turns all the time, but the angular velocity of '{body}' is zero at "
-            f"t = {trajectory.t[int(np.argmin(speed))]:g} s, where its direction is none."
+            f"t = {trajectory.t[int(np.argmin(speed))]:g} s, where it has no direction."
         )
     space = w / speed[:, None]
-    own = np.einsum("nji,nj->ni", rotation, space)
+    in_body = np.einsum("nji,nj->ni", rotation, space)
     start = trajectory.t[0] if at is None else at
     if not trajectory.t[0] <= start <= trajectory.t[-1]:
         raise SimulationError(
@@ -70,7 +70,7 @@ def cones(
     ax = _axes(ax, view)
     _frame(ax)
     _cone(ax, space, COLORS[4])
-    _cone(ax, own @ rotation[k].T, COLORS[0])
+    _cone(ax, in_body @ rotation[k].T, COLORS[0])
     ax.plot(*np.array([np.zeros(3), 1.12 * space[k]]).T, color=COLORS[1], linewidth=2.4, zorder=TEXT)
     ax.text(*(1.2 * space[k]), r"$\omega$", fontsize=14, color=COLORS[1], zorder=TEXT)
     from matplotlib.patches import Patch
@@ -87,10 +87,10 @@ def cones(
 
 
 def _cone(ax: Any, rim: Array, color: str) -> None:
-    """A cone from the origin to a line of unit vectors, with its rim."""
+    """Draw a cone from the origin to a curve of unit vectors, and the curve."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    # as many facets as a picture shows
+    # no more facets than a picture can show
     step = max(1, len(rim) // 720)
     few = np.concatenate([rim[:-1:step], rim[-1:]])
     facets = [np.array([np.zeros(3), a, b]) for a, b in zip(few, few[1:], strict=False)]

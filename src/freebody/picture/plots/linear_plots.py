@@ -1,4 +1,4 @@
-"""Plots of linear and of steady motions: mode shapes, root loci along a parameter, bifurcations."""
+"""Plots of linear and steady motions: mode shapes, root loci along a parameter, bifurcations."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError, nearest
 from ...symbolic.linear.linear_model import LinearModel
-from ...symbolic.linear.modes import Modes
+from ...symbolic.linear.modes import Mode, Modes
 from ...symbolic.steady.continuation import Branch
-from .plots import COLORS, INK, PALE, _grid, _title, figure
+from .plots import COLORS, INK, PALE, _grid, _title, color_map, figure
 
 Array = NDArray[Any]
 
@@ -24,17 +24,17 @@ LINES: dict[str, dict[str, Any]] = {
 
 
 def mode_shapes(of: LinearModel | Modes, ax: Any = None, *, title: str | None = None) -> Any:
-    """The shape of every mode: a panel each, a bar for each coordinate in parts of the largest.
+    """Mode shapes: a panel for each mode, with a bar for each coordinate relative to the largest.
 
-    The components of a mode with damping or gyroscopic terms are out of phase: the outline shows their size, the bar
-    the part in phase with the largest, and the angle is written beside it.
+    With damping or gyroscopic terms, the components of a mode are out of phase: the outline shows their size, the bar
+    the part in phase with the largest, and the phase angle is written beside it.
 
     Parameters
     ----------
     of : LinearModel or Modes
-        In numbers.
+        Linear equations in numbers, or their modes.
     ax : Axes or sequence of Axes, optional
-        One for each mode.
+        Axes for each mode.
     title : str, optional
 
     Returns
@@ -44,7 +44,7 @@ def mode_shapes(of: LinearModel | Modes, ax: Any = None, *, title: str | None = 
     Raises
     ------
     ModelError
-        Not as many axes as modes; a linear model in symbols.
+        If there are not as many axes as modes, or the linear model has symbols.
     """
     if isinstance(of, LinearModel) and of.symbolic:
         raise ModelError(
@@ -70,10 +70,10 @@ def mode_shapes(of: LinearModel | Modes, ax: Any = None, *, title: str | None = 
                 panel.barh(
                     y, np.copysign(abs(x), x.real), height=0.55, fill=False, edgecolor=color, linestyle="--"
                 )
-                gap, side_of = (4, "left") if x.real >= 0 else (-4, "right")
+                gap, alignment = (4, "left") if x.real >= 0 else (-4, "right")
                 panel.annotate(
                     f"{np.rad2deg(np.angle(x)):.0f}°", (np.copysign(abs(x), x.real), y), xytext=(gap, 0),
-                    textcoords="offset points", va="center", ha=side_of, fontsize=9, color=INK,
+                    textcoords="offset points", va="center", ha=alignment, fontsize=9, color=INK,
                 )  # fmt: skip
         panel.axvline(0, color=INK, linewidth=0.9)
         panel.set_yticks(place, names)
@@ -88,7 +88,8 @@ def mode_shapes(of: LinearModel | Modes, ax: Any = None, *, title: str | None = 
     return panels
 
 
-def _described(mode: Any) -> str:
+def _described(mode: Mode) -> str:
+    """Kind of a mode with its frequency and damping ratio, or its rate."""
     if mode.kind == "oscillation":
         damping = f", damping ratio {float(mode.damping_ratio):.3g}" if abs(mode.damping_ratio) > 1e-9 else ""
         return f"oscillation at {float(mode.frequency):.4g} rad/s{damping}"
@@ -111,15 +112,16 @@ def root_locus(
     Parameters
     ----------
     of : LinearModel, or function of a number
-        Linear equations in symbols, the parameter among them, or in numbers at these values; or what gives linear
-        equations in numbers, or eigenvalues, for a value of it.
+        Linear equations with the parameter as a symbol, or in numbers at these values; or a function that returns
+        linear equations in numbers, or eigenvalues, for a value of the parameter.
     parameter : str
-        Its name.
+        Name of the parameter.
     values : sequence of numbers
-        Of the parameter, ascending or descending.
+        Values of the parameter, ascending or descending.
     ax : Axes, optional
     over : "plane" or "parameter"
-        In the complex plane, coloured by the parameter; or real parts (lines) and imaginary parts (dashed) over it.
+        Draw in the complex plane, coloured by the parameter; or real parts (lines) and imaginary parts (dashed) over
+        the parameter.
     title : str, optional
 
     Returns
@@ -129,7 +131,7 @@ def root_locus(
     Raises
     ------
     ModelError
-        A parameter that the equations do not hold; less than two values.
+        If the equations do not contain the parameter, or there are fewer than two values.
 
     Examples
     --------
@@ -170,11 +172,12 @@ def root_locus(
 
 
 def _roots(of: Any, parameter: str, value: float) -> Array:
+    """Eigenvalues at one value of the parameter."""
     if isinstance(of, LinearModel):
         if not of.symbolic:
             raise ModelError(
-                f"Expected linear equations that hold '{parameter}' as a symbol, got numbers. Linearize without "
-                f"values, or at these: fb.linearize(..., values={{'{parameter}': ...}}); or give a function of "
+                f"Expected linear equations with '{parameter}' as a symbol, got numbers. Linearize without values, or "
+                f"at these values: fb.linearize(..., values={{'{parameter}': ...}}); or pass a function of "
                 f"{parameter}."
             )
         known = [p.name for p in of.model.parameters]
@@ -189,14 +192,14 @@ def _roots(of: Any, parameter: str, value: float) -> Array:
         of = of(value)
     else:
         raise ModelError(
-            f"Expected linear equations or a function of '{parameter}' that gives them, got {of!r}."
+            f"Expected linear equations or a function of '{parameter}' that returns them, got {of!r}."
         )
-    found = of.eigenvalues() if isinstance(of, LinearModel) else of
-    return np.atleast_1d(np.asarray(found, dtype=complex))
+    eigenvalues = of.eigenvalues() if isinstance(of, LinearModel) else of
+    return np.atleast_1d(np.asarray(eigenvalues, dtype=complex))
 
 
 def _joined(rows: Sequence[Array]) -> Array:
-    """Eigenvalues, each column one that goes on: of all ways to join the next ones, that with the least way in all."""
+    """Eigenvalues with a continuous root in each column: each row is ordered for the least total distance."""
     from scipy.optimize import linear_sum_assignment
 
     result = [np.asarray(rows[0])]
@@ -204,7 +207,7 @@ def _joined(rows: Sequence[Array]) -> Array:
         if len(row) != len(result[-1]):
             raise ModelError("Expected as many eigenvalues at every value of the parameter.")
         last = result[-1]
-        # where they would be if they went on as they do
+        # extrapolate the last step
         ahead = 2 * last - result[-2] if len(result) > 1 else last
         cost = np.abs(ahead[:, None] - row[None, :]) + np.abs(last[:, None] - row[None, :])
         _, order = linear_sum_assignment(cost)
@@ -213,12 +216,12 @@ def _joined(rows: Sequence[Array]) -> Array:
 
 
 def _in_plane(ax: Any, parameter: str, p: Array, roots: Array) -> None:
-    from matplotlib import colormaps
+    """Draw roots in the complex plane, coloured by the parameter."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.collections import LineCollection
-    from matplotlib.colors import ListedColormap, Normalize
+    from matplotlib.colors import Normalize
 
-    shades = ListedColormap(colormaps["plasma"](np.linspace(0, 0.88, 256)))
+    shades = color_map()
     norm = Normalize(float(p.min()), float(p.max()))
     ax.axvline(0, color=INK, linewidth=0.9)
     ax.axhline(0, color=PALE, linewidth=0.9)
@@ -250,14 +253,14 @@ def bifurcation(
     *,
     title: str | None = None,
 ) -> Any:
-    """Steady motions along a parameter: stable ones as lines, the others dashed, folds and bifurcations marked.
+    """Steady motions along a parameter: stable branches as lines, other branches dashed, folds and bifurcations marked.
 
     Parameters
     ----------
     branches : Branch or sequence of Branch
-        Of ``fb.steady_motions(s).continuation(parameter, span)``.
+        From ``fb.steady_motions(s).continuation(parameter, span)``.
     unknown : str, optional
-        What is drawn upward; the first unknown if not given.
+        Unknown on the vertical axis; by default the first.
     ax : Axes, optional
     title : str, optional
 
@@ -268,7 +271,7 @@ def bifurcation(
     Raises
     ------
     ModelError
-        No branch; an unknown name.
+        If there is no branch, or the name is unknown.
     """
     from matplotlib.lines import Line2D
 
@@ -286,18 +289,18 @@ def bifurcation(
         for kind, chosen in (("stable", stable), ("not stable", ~stable)):
             if not chosen.any():
                 continue
-            # a piece between two points is as stable as its first point
-            drawn = chosen | np.concatenate([[False], chosen[:-1]])
-            ax.plot(branch.parameters, np.where(drawn, branch.values[name], np.nan), **LINES[kind])
+            # a segment between two points has the stability of its first point
+            points = chosen | np.concatenate([[False], chosen[:-1]])
+            ax.plot(branch.parameters, np.where(points, branch.values[name], np.nan), **LINES[kind])
             kinds.setdefault(kind, Line2D([], [], label=kind, **LINES[kind]))
-        for one in branch.special:
-            marker = "s" if one.kind == "fold" else "o"
+        for point in branch.special:
+            marker = "s" if point.kind == "fold" else "o"
             style: dict[str, Any] = {
                 "linestyle": "none", "marker": marker, "markersize": 6.5, "markerfacecolor": "white",
                 "markeredgecolor": INK,
             }  # fmt: skip
-            ax.plot(one.parameter, one.values[name], zorder=4, **style)
-            kinds.setdefault(one.kind, Line2D([], [], label=one.kind, **style))
+            ax.plot(point.parameter, point.values[name], zorder=4, **style)
+            kinds.setdefault(point.kind, Line2D([], [], label=point.kind, **style))
     ax.set_xlabel(listed[0].parameter)
     ax.set_ylabel(name)
     _grid(ax)

@@ -3,16 +3,16 @@
     history           quantities over time, events marked           (trajectory.plot)
     phase             a coordinate against its rate
     reaction          force of a joint over time
-    friction_margin   what friction has left at each contact; contact_forces, contact_gaps
-    energy            the energy ledger; energy_residual: what it leaves unbalanced
+    friction_margin   friction margin of each contact; contact_forces, contact_gaps
+    energy            the energy ledger; energy_residual: its imbalance
     axis_path         path of a body axis on the unit sphere
-    polhode           path of the angular velocity on the ellipsoid of its energy
+    polhode           path of the angular velocity on the energy ellipsoid
     cones             the body cone on the space cone
-    mode_shapes       of linear equations
+    mode_shapes       mode shapes of linear equations
     root_locus        eigenvalues along a parameter
     bifurcation       steady motions along a parameter
 
-Each gives matplotlib axes and draws into those of ``ax=``; nothing opens a window.
+Each function returns matplotlib axes, and draws into the axes ``ax=`` if given; nothing opens a window.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""Plots of a motion: quantities over time, reactions, the energy ledger, paths of directions in space.
+"""Plots of a motion: quantities over time, reactions, the energy ledger, the phase plane.
 
-Every function takes a trajectory and gives matplotlib axes; ``ax=`` draws into axes that exist. Nothing is shown or
-saved: ``axes.figure.savefig(path)`` does that. Figures are made without pyplot, so that no window opens and no
-figure is kept alive.
+Every function takes a trajectory and returns matplotlib axes; ``ax=`` draws into existing axes. Nothing is shown or
+saved: use ``axes.figure.savefig(path)``. Figures are made without pyplot, so that no window opens and no figure stays
+in memory.
 
-The file is longer than others: every plot of a motion is here, and they share how axes are finished.
+This file is longer than others: these plots share the way they mark events and finish axes.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ Array = NDArray[np.float64]
 COLORS = ("#1f5fa8", "#c8452d", "#3a8f5c", "#7b4ca0", "#b58a1b", "#3b8ea5")
 INK, PALE = "0.25", "0.75"
 MOST_MARKS = 80
-"""Events that a plot of a quantity over time has room for."""
+"""Most events that a plot of a quantity over time has room for."""
 
 
 def figure(width: float, height: float) -> Any:
-    """A new figure of so many inches, without a window."""
+    """Return a new figure without a window; its size is in inches."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -42,13 +42,21 @@ def figure(width: float, height: float) -> Any:
 
 
 def saved(draw: Callable[[], Any], dpi: int = 150) -> Callable[[Any], None]:
-    """A function that draws to a path, whatever ``draw`` gives axes of."""
+    """Return a function that writes the axes that ``draw`` returns to a path, as PNG."""
 
     def write(path: Any) -> None:
         axes = np.ravel(np.asarray(draw(), dtype=object))[0]
         axes.figure.savefig(path, dpi=dpi, format="png")
 
     return write
+
+
+def color_map() -> Any:
+    """Return a colour map without the brightest yellow, which cannot be seen on white."""
+    from matplotlib import colormaps
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(colormaps["plasma"](np.linspace(0, 0.88, 256)))
 
 
 def history(
@@ -65,17 +73,17 @@ def history(
     ----------
     trajectory : Trajectory
     names : name, expression or sequence of them, optional
-        As for ``trajectory[...]``; all coordinates if not given. Those of one unit share a panel.
+        As for ``trajectory[...]``; by default all coordinates. Quantities of one unit share a panel.
     ax : Axes, optional
-        Draw all quantities here.
+        Axes for all quantities.
     title : str, optional
     events : bool
-        Whether the events are marked on the curves, where there is room for so many.
+        Mark the events on the curves, unless there are too many.
 
     Returns
     -------
-    Axes, or array of Axes when there are several panels
-        An angle has a second scale, in degrees, on the right.
+    Axes, or array of Axes if there are several panels
+        An angle has a second scale on the right, in degrees.
     """
     listed = _listed(trajectory, names)
     groups: dict[str, list[Any]] = {}
@@ -91,25 +99,14 @@ def history(
     for panel, group in zip(panels, groups.values(), strict=True):
         handles = []
         for name in group:
-            values, shade = trajectory[name], next(color)
-            for k, chosen in enumerate(pieces(trajectory, name)):
-                (curve,) = panel.plot(
-                    trajectory.t[chosen],
-                    values[chosen],
-                    color=shade,
-                    linewidth=1.6,
-                    label=_text(trajectory, name) if k == 0 else "_nolegend_",
-                )
-                if k == 0:
-                    handles.append(curve)
+            shade = next(color)
+            label = _text(trajectory, name)
+            handles.append(_curve(panel, trajectory, trajectory[name], shade, label, name=name))
             _mark(panel, trajectory, name, kinds, shade)
         units = {_unit(trajectory, name) for name in group}
         _finish(panel, _text(trajectory, group[0]) if len(group) == 1 else "", units)
-        _legend(
-            panel,
-            (handles if len(group) > 1 else [])
-            + (_event_handles(kinds, trajectory) if panel is panels[0] else []),
-        )
+        handles = handles if len(group) > 1 else []
+        _legend(panel, handles + (_event_handles(kinds, trajectory) if panel is panels[0] else []))
     panels[-1].set_xlabel("time [s]")
     if title:
         _title(panels[0], title)
@@ -117,18 +114,18 @@ def history(
 
 
 def pieces(trajectory: Trajectory, name: Any = None) -> list[Any]:
-    """Numbers of the output times between which a quantity does not jump; a coordinate never does.
+    """Numbers of the output times in pieces within which a quantity does not jump; a coordinate never jumps.
 
-    At a blow or an impact speeds jump, where a contact changes its mode accelerations and forces do.
+    Speeds jump at a blow or an impact; accelerations and forces also jump where a contact changes its mode.
     """
     path: Any = trajectory.path
-    whole = [np.arange(len(trajectory.t))]
+    numbers = np.arange(len(trajectory.t))
     segments = getattr(path, "segments", None)
     if segments is None or name in trajectory.kernels.model.coordinate_names:
-        return whole
+        return [numbers]
     places = path.places(trajectory.t)
     if name is not None and _text(trajectory, name) in trajectory.names:
-        # of speeds only the moments at which they jump
+        # a speed: only the times at which it jumps
         k = trajectory.place(name)
         jumps = [
             i + 1
@@ -138,7 +135,7 @@ def pieces(trajectory: Trajectory, name: Any = None) -> list[Any]:
         ]
         places = np.searchsorted(jumps, places, side="right")
     cuts = np.flatnonzero(np.diff(places)) + 1
-    return [chosen for chosen in np.split(whole[0], cuts) if len(chosen)]
+    return [piece for piece in np.split(numbers, cuts) if len(piece)]
 
 
 def reaction(trajectory: Trajectory, joint: str, ax: Axes | None = None, *, axes: str = "xyz") -> Any:
@@ -150,32 +147,24 @@ def reaction(trajectory: Trajectory, joint: str, ax: Axes | None = None, *, axes
     joint : str
     ax : Axes, optional
     axes : str
-        Which components, such as "xy".
+        Components to draw, such as "xy".
 
     Returns
     -------
     Axes
     """
-    found = trajectory.reactions[joint]
+    joint_reaction = trajectory.reactions[joint]
     ax = figure(8, 4).subplots() if ax is None else ax
     for axis, color in zip(axes, COLORS, strict=False):
-        for k, chosen in enumerate(pieces(trajectory)):
-            ax.plot(
-                trajectory.t[chosen],
-                found.force[chosen, "xyz".index(axis)],
-                color=color,
-                linewidth=1.6,
-                label=f"{joint}_{axis}" if k == 0 else "_nolegend_",
-            )
-    _finish(ax, f"force on {found.on}", {"N"})
-    _legend(ax, ax.get_legend_handles_labels()[0] if len(axes) > 1 else [])
-    ax.set_xlabel("time [s]")
-    _title(ax, f"Reaction of joint {joint}, on {found.on}")
+        values = joint_reaction.force[:, "xyz".index(axis)]
+        _curve(ax, trajectory, values, color, f"{joint}_{axis}")
+    on = joint_reaction.on
+    _over_time(ax, f"force on {on}", {"N"}, f"Reaction of joint {joint}, on {on}", legend=len(axes) > 1)
     return ax
 
 
 def energy_residual(trajectory: Trajectory, ax: Axes | None = None) -> Any:
-    """What the energy ledger fails to balance, (T + V) - (T₀ + V₀) - W, relative to the greatest of T, V and W.
+    """Imbalance of the energy ledger over time, (T + V) - (T₀ + V₀) - W, relative to the greatest of T, V and W.
 
     Returns
     -------
@@ -196,9 +185,9 @@ def energy_residual(trajectory: Trajectory, ax: Axes | None = None) -> Any:
 
 
 def energy(trajectory: Trajectory, ax: Axes | None = None) -> Any:
-    """The energy ledger over time: kinetic and potential energy, their sum, and the work that has been done.
+    """Energy ledger over time: kinetic and potential energy, their sum, and the work done.
 
-    Without loads that do work the sum is a straight line; :func:`energy_residual` shows how straight.
+    Without loads that do work, the sum is constant; :func:`energy_residual` shows how exactly.
 
     Parameters
     ----------
@@ -215,15 +204,8 @@ def energy(trajectory: Trajectory, ax: Axes | None = None) -> Any:
         curves["work W"] = ledger.work
     ax = figure(8, 4).subplots() if ax is None else ax
     for (label, values), color, dashes in zip(curves.items(), COLORS, ("-", "-", "--", ":"), strict=False):
-        for k, chosen in enumerate(pieces(trajectory)):
-            name = label if k == 0 else "_nolegend_"
-            ax.plot(
-                trajectory.t[chosen], values[chosen], color=color, linewidth=1.6, linestyle=dashes, label=name
-            )
-    _finish(ax, "energy", {"J"})
-    _legend(ax, ax.get_legend_handles_labels()[0])
-    ax.set_xlabel("time [s]")
-    _title(ax, "Energy ledger")
+        _curve(ax, trajectory, values, color, label, dashes)
+    _over_time(ax, "energy", {"J"}, "Energy ledger")
     return ax
 
 
@@ -235,41 +217,41 @@ def phase(
     *,
     title: str | None = None,
 ) -> Any:
-    """A quantity against another, its own rate if not said otherwise: the path of the motion in the phase plane.
+    """Path of the motion in the phase plane: a quantity against another, by default against its rate.
 
     Parameters
     ----------
     trajectory : Trajectory
     name : name or expression, optional
-        Across; the first coordinate if not given.
+        Horizontal; by default the first coordinate.
     against : name or expression, optional
-        Upward; the rate of ``name`` if not given.
+        Vertical; by default the rate of ``name``.
     ax : Axes, optional
     title : str, optional
 
     Returns
     -------
     Axes
-        With the start as a circle, the end as a dot, and the events marked.
+        The start is a circle, the end a dot; events are marked.
 
     Raises
     ------
     SimulationError
-        A quantity whose rate has no name, such as an expression.
+        If ``against`` is not given and the rate of ``name`` has no name, as for an expression.
     """
-    chosen = _listed(trajectory, name)[0]
-    text = _text(trajectory, chosen)
+    quantity = _listed(trajectory, name)[0]
+    text = _text(trajectory, quantity)
     if against is None:
         against = f"{text}'"
         if against not in trajectory.names:
             raise SimulationError(
-                f"Expected a coordinate whose rate is a speed of the machine, got '{text}'. Say what goes upward, such "
-                f"as phase(trajectory, {text!r}, 't')."
+                f"Expected a coordinate whose rate is a speed of the machine, got '{text}'. Name the vertical "
+                f"quantity, such as phase(trajectory, {text!r}, 't')."
             )
-    x, y = trajectory[chosen], trajectory[against]
+    x, y = trajectory[quantity], trajectory[against]
     ax = figure(5.6, 5).subplots() if ax is None else ax
-    for chosen in pieces(trajectory, against):
-        ax.plot(x[chosen], y[chosen], color=COLORS[0], linewidth=1.4)
+    for piece in pieces(trajectory, against):
+        ax.plot(x[piece], y[piece], color=COLORS[0], linewidth=1.4)
     for i, face in ((0, "white"), (-1, COLORS[0])):
         ax.plot(
             x[i], y[i], marker="o", markersize=6.5, markerfacecolor=face, markeredgecolor=COLORS[0], zorder=3
@@ -278,15 +260,15 @@ def phase(
     kinds = _event_kinds(trajectory) if len(trajectory.events) <= MOST_MARKS else {}
     if text in trajectory.names and other in trajectory.names:
         for kind, marker in kinds.items():
-            found = [event.state for event in trajectory.events if event.name == kind]
+            states = [event.state for event in trajectory.events if event.name == kind]
             ax.plot(
-                [state[text] for state in found], [state[other] for state in found], linestyle="none", marker=marker,
+                [state[text] for state in states], [state[other] for state in states], linestyle="none", marker=marker,
                 markersize=5, markerfacecolor="white", markeredgecolor=INK, zorder=3,
             )  # fmt: skip
         _legend(ax, _event_handles(kinds, trajectory))
-    for label, put in ((text, ax.set_xlabel), (other, ax.set_ylabel)):
+    for label, set_label in ((text, ax.set_xlabel), (other, ax.set_ylabel)):
         unit = _unit(trajectory, label)
-        put(f"{label} [{unit}]" if unit and unit != "1" else label, fontsize=11)
+        set_label(f"{label} [{unit}]" if unit and unit != "1" else label, fontsize=11)
     _grid(ax)
     _title(ax, title or f"Phase plane of {text}")
     return ax
@@ -295,7 +277,36 @@ def phase(
 # -- parts of the plots ---------------------------------------------------------------------------------------
 
 
+def _curve(
+    ax: Any,
+    trajectory: Trajectory,
+    values: Array,
+    color: str,
+    label: str | None,
+    style: str = "-",
+    name: Any = None,
+) -> Any:
+    """Draw a quantity over time, interrupted at its jumps; return its first line, which has the label."""
+    lines = [
+        ax.plot(
+            trajectory.t[piece], values[piece], color=color, linewidth=1.6, linestyle=style,
+            label=label if k == 0 and label else "_nolegend_",
+        )[0]
+        for k, piece in enumerate(pieces(trajectory, name))
+    ]  # fmt: skip
+    return lines[0]
+
+
+def _over_time(ax: Any, label: str, units: set[str], title: str, *, legend: bool = True) -> None:
+    """Finish a panel of quantities over time: labels, legend and title."""
+    _finish(ax, label, units)
+    _legend(ax, ax.get_legend_handles_labels()[0] if legend else [])
+    ax.set_xlabel("time [s]")
+    _title(ax, title)
+
+
 def _listed(trajectory: Trajectory, names: Any) -> list[Any]:
+    """Quantities as a list; all coordinates for None."""
     if names is None:
         return list(trajectory.kernels.model.coordinate_names)
     if isinstance(names, str) or not isinstance(names, Sequence):
@@ -308,23 +319,26 @@ def _listed(trajectory: Trajectory, names: Any) -> list[Any]:
 
 
 def _text(trajectory: Trajectory, name: Any) -> str:
+    """Name of a quantity as text."""
     if not isinstance(name, Hashable):
         raise SimulationError(f"Expected a name or an expression to plot, got {name!r}.")
     return name if isinstance(name, str) else trajectory.kernels.model.names.texts.get(name, str(name))
 
 
 def _unit(trajectory: Trajectory, name: Any) -> str:
+    """Unit of a quantity; empty for an expression."""
     text = _text(trajectory, name)
     return unit_of(trajectory, text) if text in trajectory.names else ""
 
 
 def _grid(ax: Any) -> None:
-    """A pale grid behind the curves."""
+    """Draw a pale grid behind the curves."""
     ax.grid(color="0.9", linewidth=0.8)
     ax.set_axisbelow(True)
 
 
 def _finish(ax: Any, label: str, units: set[str]) -> None:
+    """Label the vertical axis with its unit, if there is one, and a second scale in degrees for radians."""
     unit = units.pop() if len(units) == 1 else ""
     ax.set_ylabel(f"{label} [{unit}]".lstrip() if unit and unit != "1" else label, fontsize=11)
     _grid(ax)
@@ -338,12 +352,12 @@ def _finish(ax: Any, label: str, units: set[str]) -> None:
 
 
 def _title(ax: Any, title: str) -> None:
-    """Above the panel, and above its legend where it has one."""
+    """Set the title, above the legend of the panel if it has one."""
     ax.set_title(title, loc="left", fontsize=12, fontweight="bold", pad=30 if ax.get_legend() else 10)
 
 
 def _legend(ax: Any, handles: list[Any]) -> None:
-    """One row above the panel, where it covers no curve."""
+    """Add a legend in one row above the panel, where it covers no curve."""
     if handles:
         ax.legend(
             handles=handles, loc="lower left", bbox_to_anchor=(0, 1), ncols=6, frameon=False, borderaxespad=0.2,
@@ -355,26 +369,27 @@ _MARKS = "ovsD^P"
 
 
 def _event_kinds(trajectory: Trajectory) -> dict[str, str]:
-    """Mark of the events of each name."""
+    """Marker of the events of each name."""
     names = dict.fromkeys(event.name for event in trajectory.events)
     return {name: _MARKS[i % len(_MARKS)] for i, name in enumerate(names)}
 
 
 def _mark(ax: Any, trajectory: Trajectory, name: Any, kinds: dict[str, str], color: str) -> None:
-    """A mark on the curve at each event."""
+    """Draw a marker on the curve at each event."""
     text = _text(trajectory, name)
     if text not in trajectory.names:
         return
     for kind, marker in kinds.items():
-        found = [event for event in trajectory.events if event.name == kind]
+        events = [event for event in trajectory.events if event.name == kind]
         ax.plot(
-            [event.time for event in found], [event.state[text] for event in found],
+            [event.time for event in events], [event.state[text] for event in events],
             linestyle="none", marker=marker, markersize=5, markerfacecolor="white",
             markeredgecolor=color, markeredgewidth=1.2, clip_on=False, zorder=3,
         )  # fmt: skip
 
 
 def _event_handles(kinds: dict[str, str], trajectory: Trajectory) -> list[Any]:
+    """Legend entries of the events."""
     from matplotlib.lines import Line2D
 
     style: dict[str, Any] = {

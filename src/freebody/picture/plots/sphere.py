@@ -1,4 +1,4 @@
-"""Paths on closed surfaces in 3-D: the axis of a body on the unit sphere, the angular velocity on its ellipsoid."""
+"""Paths on closed surfaces in 3-D: a body axis on the unit sphere, the angular velocity on the energy ellipsoid."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import SimulationError
-from .plots import COLORS, INK, body_rotation, figure
+from .plots import COLORS, INK, body_rotation, color_map, figure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,9 +17,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-MAP = "plasma"
 BACK = 0.22
-"""Opacity of what lies on the far side."""
+"""Opacity of lines on the far side."""
 
 
 def axis_path(
@@ -33,9 +32,9 @@ def axis_path(
     title: str | None = None,
     view: tuple[float, float] = (24.0, -58.0),
 ) -> Any:
-    """Path of a body axis on the unit sphere, coloured by time; pale on the far side.
+    """Path of a body axis on the unit sphere, coloured by time and pale on the far side.
 
-    The dashed circles are the smallest and the largest angle that the axis makes with a fixed direction.
+    The dashed circles mark the smallest and the largest angle between the axis and a fixed direction.
 
     Parameters
     ----------
@@ -45,12 +44,12 @@ def axis_path(
     axis : 'x', 'y' or 'z'
         Body axis.
     about : three numbers
-        The direction from which the angle is taken, in ground axes, of any length.
+        The fixed direction, in ground axes, of any length.
     about_name : str
-        What to call it; its last word stands in the picture.
+        Its name; the last word of the name is written in the picture.
     title : str, optional
     view : (elevation, azimuth)
-        Where it is seen from [deg].
+        Direction of view [deg].
 
     Returns
     -------
@@ -59,7 +58,7 @@ def axis_path(
     Raises
     ------
     SimulationError
-        An unknown body or axis.
+        If the body or axis is unknown.
     """
     if axis not in ("x", "y", "z"):
         raise SimulationError(f"Expected the body axis 'x', 'y' or 'z', got {axis!r}.")
@@ -70,8 +69,8 @@ def axis_path(
     _frame(ax)
     angles = np.arctan2(np.linalg.norm(np.cross(points, n), axis=1), points @ n)
     smallest, largest = float(angles.min()), float(angles.max())
-    one = largest - smallest < 1e-6
-    for angle in (largest,) if one else (smallest, largest):
+    constant = largest - smallest < 1e-6
+    for angle in (largest,) if constant else (smallest, largest):
         _circle(ax, n, angle)
     if n[2] < 1:
         _stick(ax, n, about_name.split()[-1])
@@ -80,10 +79,10 @@ def axis_path(
     crowded = min(np.linalg.norm(points[0] - other) for other in (points[-1], n, *np.eye(3))) < 0.35
     _tip(ax, points[0], "" if crowded else "start", hollow=True)
     _tip(ax, points[-1], f"{axis} axis of {body}", below=bool(points[-1] @ n > 0.9))
+    low, high = f"{np.rad2deg(smallest):.4g}°", f"{np.rad2deg(largest):.4g}°"
     remark = (
-        f"{np.rad2deg(largest):.4g}°" if one else f"{np.rad2deg(smallest):.4g}° to {np.rad2deg(largest):.4g}°"
+        f"{high if constant else f'{low} to {high}'} from {about_name}{'; circle: start' if crowded else ''}"
     )
-    remark = f"{remark} from {about_name}; circle: start" if crowded else f"{remark} from {about_name}"
     _heading(ax, title or f"Path of the {axis} axis of {body}", remark)
     return ax
 
@@ -97,22 +96,22 @@ def polhode(
     title: str = "Polhode: path of the angular velocity in the body",
     view: tuple[float, float] = (20.0, 40.0),
 ) -> Any:
-    """Path of a torque-free body's angular velocity on the ellipsoid of its energy, 2 T = Σ I_i w_i².
+    """Polhode: path of the angular velocity of a torque-free body on its energy ellipsoid, 2 T = Σ I_i w_i².
 
-    The thin lines are the paths of other motions of the same energy; the dashed ones pass through the middle axis and
-    part those that circle the axis of the largest moment from those that circle that of the smallest.
+    The thin lines are the paths of other motions of the same energy. The dark lines pass through the middle axis; they
+    separate the paths around the axis of the largest moment from the paths around the axis of the smallest.
 
     Parameters
     ----------
     trajectory : Trajectory
     body : str, or three names of speeds
-        The body; or its angular velocity along the principal axes x, y, z.
+        The body; or the components of its angular velocity along the principal axes x, y, z.
     moments : three numbers
-        With names of speeds: the principal moments of inertia about the mass centre [kg m²].
+        Principal moments of inertia about the mass centre [kg m²]; only with names of speeds.
     ax : Axes3D, optional
     title : str, optional
     view : (elevation, azimuth)
-        [deg]
+        Direction of view [deg].
 
     Returns
     -------
@@ -161,14 +160,14 @@ def _principal(trajectory: Trajectory, body: str) -> tuple[Array, Array]:
             f"Expected a body with three moments of inertia above zero, got {tuple(moments.tolist())} kg m² of "
             f"'{body}': its energy does not bound its angular velocity."
         )
-    own = np.einsum("nji,nj->ni", trajectory.poses[body].rotation, w)
-    return moments, own @ axes
+    in_body = np.einsum("nji,nj->ni", trajectory.poses[body].rotation, w)
+    return moments, in_body @ axes
 
 
 # -- parts ----------------------------------------------------------------------------------------------------
 
 
-# Drawn in this order; matplotlib's own order by depth lets long lines cover short ones.
+# Drawing order; in matplotlib's order by depth, long lines cover short ones.
 SURFACE, FAR, INSIDE, FRONT, PATH, TEXT = 0, 1, 2, 3, 4, 5
 
 GROUND = "#eef3fa"
@@ -180,7 +179,7 @@ LABEL: dict[str, Any] = {
 
 
 def _axes(ax: Any, view: tuple[float, float], size: float = 1.0, height: float = 6.8) -> Any:
-    """A square for the picture, 6.5 inches wide; what a lower figure cuts off is empty."""
+    """Return axes in a square 6.5 inches wide; a lower figure cuts off an empty part of it."""
     if ax is None:
         new = figure(7.6, height)
         new.set_layout_engine("none")
@@ -197,6 +196,7 @@ def _axes(ax: Any, view: tuple[float, float], size: float = 1.0, height: float =
 
 
 def _heading(ax: Any, title: str, remark: str) -> None:
+    """Write a title and a remark at the top of the figure."""
     place = {"transform": ax.figure.transFigure, "va": "top"}
     inch = 1 / ax.figure.get_figheight()
     ax.text2D(0.03, 1 - 0.16 * inch, title, fontsize=13, fontweight="bold", **place)
@@ -212,18 +212,19 @@ def _toward(ax: Any) -> Array:
 
 
 def _facing(ax: Any, points: Array, radii: Array) -> NDArray[np.bool_]:
-    """Whether points of an ellipsoid lie on the near side: its normal there is (x_i / radius_i²)."""
+    """Truth value for each point of an ellipsoid: it lies on the near side; the normal is (x_i / radius_i²)."""
     return np.asarray((points / radii**2) @ _toward(ax) >= 0)
 
 
 def _segments(points: Array) -> Array:
+    """Start and end of each segment of a line, shape (n - 1, 2, 3)."""
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
 def _line(
     ax: Any, points: Array, radii: Array, inside: bool = False, alpha: float = 1.0, **style: Any
 ) -> None:
-    """A line on the surface, pale on the far side; one inside is drawn plain."""
+    """Draw a line on the surface, pale on the far side; a line ``inside`` has one opacity."""
     from matplotlib.colors import to_rgba
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
@@ -241,19 +242,17 @@ def _line(
 
 
 def _colored(ax: Any, t: Array, points: Array, radii: Array) -> None:
-    """The path, pale on the far side, and the bar that tells the time."""
-    from matplotlib import colormaps
+    """Draw a path coloured by time, pale on the far side, and a colour bar of the time."""
     from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import ListedColormap, Normalize
+    from matplotlib.colors import Normalize
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
-    # without the brightest yellow, which is lost on white
-    shades = ListedColormap(colormaps[MAP](np.linspace(0, 0.88, 256)))
+    shades = color_map()
     norm = Normalize(float(t[0]), float(t[-1]))
     segments = _segments(points)
     near = _facing(ax, segments.mean(axis=1), radii)
     colors = shades(norm((t[:-1] + t[1:]) / 2))
-    # round ends that overlap would show as dots where the line is clear
+    # on the far side, overlapping round ends would show as dots, because the line is transparent
     for side, opacity, order, caps in ((~near, 0.55, FAR, "butt"), (near, 1.0, PATH, "round")):
         if side.any():
             chosen = colors[side].copy()
@@ -262,21 +261,23 @@ def _colored(ax: Any, t: Array, points: Array, radii: Array) -> None:
                 Line3DCollection(segments[side], colors=chosen, linewidths=2.2, capstyle=caps, zorder=order)
             )
     box = ax.get_position()
-    where = ax.figure.add_axes((box.x1 + 0.02, 0.2, 0.018, 0.5))
-    bar = ax.figure.colorbar(ScalarMappable(norm, shades), cax=where, ticks=_ticks(float(t[0]), float(t[-1])))
+    bar_axes = ax.figure.add_axes((box.x1 + 0.02, 0.2, 0.018, 0.5))
+    ticks = _ticks(float(t[0]), float(t[-1]))
+    bar = ax.figure.colorbar(ScalarMappable(norm, shades), cax=bar_axes, ticks=ticks)
     bar.set_label("time [s]", fontsize=11)
     bar.outline.set_visible(False)
 
 
 def _ticks(first: float, last: float) -> Array:
+    """Round numbers between two."""
     from matplotlib.ticker import MaxNLocator
 
-    found = np.asarray(MaxNLocator(6).tick_values(first, last), dtype=float)
-    return found[(found >= first - 1e-12) & (found <= last + 1e-12)]
+    ticks = np.asarray(MaxNLocator(6).tick_values(first, last), dtype=float)
+    return ticks[(ticks >= first - 1e-12) & (ticks <= last + 1e-12)]
 
 
 def _surface(ax: Any, radii: Array) -> None:
-    """Meridians and parallels every 30 and 15 degrees, on a faint body."""
+    """Draw meridians and parallels every 30 degrees on a pale ellipsoid."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     around, up = np.linspace(0, 2 * np.pi, 145), np.linspace(0, np.pi, 73)
@@ -294,7 +295,7 @@ def _surface(ax: Any, radii: Array) -> None:
             axis=-1,
         )
         _line(ax, radii * parallel, radii, **style)
-    # outline, where the surface turns away: x = D s, |s| = 1, has the normal D⁻¹ s, so D⁻¹ s · toward = 0
+    # the outline: a point x = D s, |s| = 1, has the normal D⁻¹ s, so D⁻¹ s · toward = 0
     first, second = _across(_toward(ax) / radii)
     rim = radii * (np.cos(around)[:, None] * first + np.sin(around)[:, None] * second)
     ax.add_collection3d(
@@ -303,7 +304,7 @@ def _surface(ax: Any, radii: Array) -> None:
 
 
 def _circle(ax: Any, n: Array, angle: float) -> None:
-    """The circle on the unit sphere at an angle from a unit vector."""
+    """Draw the circle on the unit sphere at an angle from a unit vector."""
     first, second = _across(n)
     turn = np.linspace(0, 2 * np.pi, 181)[:, None]
     points = np.cos(angle) * n + np.sin(angle) * (np.cos(turn) * first + np.sin(turn) * second)
@@ -314,14 +315,14 @@ def _circle(ax: Any, n: Array, angle: float) -> None:
 
 
 def _stick(ax: Any, n: Array, name: str) -> None:
-    """A direction: a line from the surface outward, with its name."""
+    """Draw a direction: a line from the surface outward, with its name."""
     order = FRONT if n @ _toward(ax) > 0 else FAR
     ax.plot(*np.array([n, 1.3 * n]).T, color=COLORS[1], linewidth=2, zorder=order)
     ax.text(*(1.38 * n), name, fontsize=11, color=COLORS[1], zorder=TEXT, **LABEL)
 
 
 def _across(n: Array) -> tuple[Array, Array]:
-    """Two unit vectors at right angles to a vector and to each other."""
+    """Two unit vectors perpendicular to a vector and to each other."""
     first = np.cross(n, np.eye(3)[np.argmin(np.abs(n))])
     first /= np.linalg.norm(first)
     second = np.cross(n, first)
@@ -329,7 +330,7 @@ def _across(n: Array) -> tuple[Array, Array]:
 
 
 def _frame(ax: Any) -> None:
-    """The vertical through the centre, and the ends of the ground axes X, Y."""
+    """Draw the vertical through the centre, and the ends of the ground axes."""
     dashes = {"color": INK, "linewidth": 1.2, "linestyle": (0, (7, 2, 1, 2))}
     ax.plot([0, 0], [0, 0], [-1, 1], zorder=INSIDE, alpha=0.6, **dashes)
     ends = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
@@ -341,7 +342,7 @@ def _frame(ax: Any) -> None:
 
 
 def _tip(ax: Any, point: Array, name: str, hollow: bool = False, below: bool = False) -> None:
-    """A mark with its name above or below it."""
+    """Draw a dot with its name above or below it."""
     face = "white" if hollow else INK
     ax.plot(
         *point[:, None], marker="o", markersize=6.5, markerfacecolor=face, markeredgecolor=INK, zorder=TEXT
@@ -353,7 +354,7 @@ def _tip(ax: Any, point: Array, name: str, hollow: bool = False, below: bool = F
 
 
 def _family(ax: Any, inertia: Array, radii: Array) -> None:
-    """Lines of equal H² = Σ I_i² w_i² on the ellipsoid; that through the middle axis is dashed."""
+    """Draw lines of equal H² = Σ I_i² w_i² on the ellipsoid; the line through the middle axis is dark."""
     import contourpy
 
     around, up = np.linspace(0, 2 * np.pi, 241), np.linspace(0, np.pi, 121)

@@ -134,7 +134,7 @@ def test_a_start_that_nothing_is_done_with_is_refused():
         fb.equations(s, values={})
     with pytest.raises(ModelError, match="Expected no initial= for 'free', which has no contacts"):
         free_body_diagram(s, "b", initial={})
-    with pytest.raises(ModelError, match="Expected no initial= where modes="):
+    with pytest.raises(ModelError, match="Expected no initial= with modes="):
         free_body_diagram(disk(), "disk", initial={}, modes={})
 
 

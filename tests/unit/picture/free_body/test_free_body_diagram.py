@@ -347,7 +347,7 @@ def test_requests_that_can_not_be_met(moving: Any) -> None:
     with pytest.raises(FormatError, match=r"ends in \.svg, \.pdf, \.png, \.tex"):
         free_body_diagram(s, "bar").save("bar.jpeg")
     four_bar = entries()["four-bar"].build()
-    with pytest.raises(ModelError, match="can not be drawn at these coordinates"):
+    with pytest.raises(ModelError, match="cannot be drawn at these coordinates"):
         free_body_diagram(four_bar, "coupler", at={"beta": 3.0, "psi": 0.0, "t": 0})
 
 

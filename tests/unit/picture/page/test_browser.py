@@ -9,7 +9,8 @@ import pytest
 
 import freebody as fb
 from freebody.gallery import entries
-from freebody.picture.page.browser import Browser, chromium
+from freebody.picture.page.browser import chromium
+from page_browser import PageBrowser
 
 pytestmark = pytest.mark.skipif(chromium() is None, reason="no Chromium on this machine")
 
@@ -18,7 +19,7 @@ HOSTILE = "</script><script>window.stolen=1</script><img src=x onerror='window.s
 
 @pytest.fixture(scope="module")
 def browser():
-    with Browser(1000, 800) as one:
+    with PageBrowser(1000, 800) as one:
         yield one
 
 
@@ -44,10 +45,10 @@ def pixels(png: bytes) -> np.ndarray:
     return np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).astype(int)
 
 
-def shown(browser: Browser) -> np.ndarray:
+def shown(browser: PageBrowser) -> np.ndarray:
     """The stage, once what was asked for is drawn."""
     browser.value("new Promise(r => requestAnimationFrame(() => requestAnimationFrame(() => r(1))))")
-    return pixels(browser.picture(".stage"))
+    return pixels(browser.element(".stage"))
 
 
 def part(picture: np.ndarray, red: tuple[int, int], green: tuple[int, int], blue: tuple[int, int]) -> int:
@@ -233,7 +234,7 @@ def test_a_film_is_written(tmp_path):
             film.seek(i)
             frames.append(np.asarray(film.convert("RGB")).astype(int))
     assert np.mean(np.any(np.abs(frames[1] - frames[0]) > 60, axis=2)) > 0.005
-    with pytest.raises(fb.errors.SimulationError, match="Expected a film of at most 2000 pictures"):
+    with pytest.raises(fb.errors.SimulationError, match="Expected a film of at most 2000 frames"):
         made.save(tmp_path / "y.gif", fps=1e4)
 
 

@@ -411,7 +411,9 @@ def test_animate_refuses_what_it_can_not_do(pendulum, tmp_path, monkeypatch):
     with pytest.raises(fb.errors.FreebodyError, match="Writing .gif needs a Chromium or Chrome"):
         motion.animate(tmp_path / "x.gif")
     monkeypatch.setenv("PATH", "")
-    with pytest.raises(fb.errors.FreebodyError, match="and ffmpeg, which joins them; not found here"):
+    with pytest.raises(
+        fb.errors.FreebodyError, match="and ffmpeg, which joins them; not found on this machine"
+    ):
         motion.animate(tmp_path / "x.mp4")
     assert not list(tmp_path.iterdir())
 

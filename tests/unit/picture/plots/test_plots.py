@@ -201,13 +201,13 @@ def test_root_locus_over_the_parameter_and_of_a_function(oscillator):
     assert ax.get_xlabel() == "k"
     with pytest.raises(ModelError, match="Unknown parameter 'd' of the linear equations"):
         fb.plot.root_locus(fb.linearize(oscillator), "d", [1, 2])
-    with pytest.raises(ModelError, match="Expected linear equations that hold 'c' as a symbol, got numbers"):
+    with pytest.raises(ModelError, match="Expected linear equations with 'c' as a symbol, got numbers"):
         fb.plot.root_locus(fb.linearize(oscillator, values={}), "c", [1, 2])
     with pytest.raises(ModelError, match="at least two finite values"):
         fb.plot.root_locus(fb.linearize(oscillator), "c", [1])
     with pytest.raises(ModelError, match="Expected over='plane' or over='parameter', got 'time'"):
         fb.plot.root_locus(fb.linearize(oscillator), "c", [1, 2], over="time")
-    with pytest.raises(ModelError, match="or a function of 'c' that gives them, got 3"):
+    with pytest.raises(ModelError, match="or a function of 'c' that returns them, got 3"):
         fb.plot.root_locus(3, "c", [1, 2])
 
 
