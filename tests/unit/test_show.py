@@ -245,13 +245,15 @@ INTERNAL = {
     # what results are made of: canonical polynomials, tables of a printer, requests that are read
     "arrange.Lumps", "bearings.Shaft", "characteristic.Factor", "constrained_symbols.Motion", "eliminate.Combination",
     "length_bound.Lengths", "length_bound.Terms", "recursive.Definition", "recursive.Names", "recursive.Recursive",
-    "linearize.Checks", "recorded_functions.Points", "recorded_functions.Recorded", "recursive.Turn",
+    "checks.Checks", "recorded_functions.Points", "recorded_functions.Recorded", "recursive.Turn",
     "forcing.Term", "free_body.Action", "grouped.Grouped", "latex.Latex", "lines.Name", "lines.Sign", "mathml.MathML",
     "operating_point.OperatingPoint", "planar.Plane", "printer.Printer", "rational.Rationals", "reaction.Component",
     "reduction.Choice", "reduction.Slopes", "request.Request", "request.Unknown", "response.Start", "solution.Branch",
-    "stability.Amended", "stability.Linear", "stability.Spectrum", "motion.Words", "numeric.Pieces",
-    "numeric.RootFound", "numeric.Underdetermined", "problem.Problem", "solve.Found",
-    "solve.Root", "turning.Turning", "turning.TurningProblem", "systems.Pivot", "systems.Row",
+    "stability.Amended", "stability.Linear", "stability.ProblemStability", "stability.Spectrum", "motion.Words",
+    "conditions.Conditions",
+    "numeric.NumericRoot", "numeric.Underdetermined", "problem.Problem", "solve.Solution",
+    "solve.Root", "turning.Turning", "turning.TurningProblem", "turning.TurningStability",
+    "systems.Pivot", "systems.Row",
     "terms.Sum", "terms.Term", "text.Text", "vocabulary.Vocabulary",
 }  # fmt: skip
 DISPLAY = ("text", "latex", "mathml", "_repr_latex_")

@@ -24,9 +24,8 @@ from ...scalar.polynomial import Ring
 from ...scalar.ratio import Ratio
 from ..printing.display import displayed, text
 from ..printing.systems import Row, Terms, collect, eliminate
+from .checks import balanced, check_untouched, steady
 from .linear_model import LinearModel
-from .linearize import balanced, steady
-from .linearize_constrained import check_untouched
 from .operating_point import OperatingPoint, along, tangent_names
 from .reduction import Choice, drifts, reduced, slopes
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,16 +32,13 @@ from ...errors import ModelError
 from ...model.model import Model
 from ...scalar.algebra import floats
 from ..free_body.contact_modes import sticking_only
+from .checks import SMALL, Checks, check_untouched
 from .linear_model import LinearModel
 from .operating_point import moved, tangent_names
 from .recorded_functions import Points, Recorded
 from .reduction import Choice, Slopes, drifts, reduced, slopes
 
-if TYPE_CHECKING:
-    from .linearize import Checks
-
 Array = NDArray[np.float64]
-SMALL = 10**-9
 ROUNDING = 10 * float(np.finfo(float).eps)
 """Relative size of what is round-off of an exact zero."""
 STEP = 20
@@ -365,17 +362,6 @@ def _check_inputs(model: Model, found: Slopes, inputs: Sequence[str]) -> None:
     size = SMALL * _greatest(found.G)
     moved = np.any(np.abs(found.touched) > size[:, None, None], axis=(0, 1))
     check_untouched(model, [name for name in inputs if name in parameters], moved)
-
-
-def check_untouched(model: Model, inputs: Sequence[str], moved: Sequence[Any]) -> None:
-    """Refuse inputs that the constraints hold."""
-    for name, one in zip(inputs, moved, strict=True):
-        if one:
-            raise ModelError(
-                f"The input '{name}' stands in the constraints of '{model.name}': its deviations would move them. "
-                "Take it out of `inputs`; inputs are loads, parameters of loads and of masses, and forces along "
-                "coordinates."
-            )
 
 
 def _that_matter(terms: Mapping[str, Any], m: int) -> NDArray[np.bool_]:

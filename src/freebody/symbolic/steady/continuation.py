@@ -15,7 +15,7 @@ import numpy as np
 
 from ...errors import ModelError
 from ..printing.lines import Lines, assignments
-from .numeric import EPS, Pieces
+from .conditions import EPS, Conditions
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Branch(Lines):
 
 
 def follow(
-    one: Pieces, start: np.ndarray, span: tuple[float, float], direction: int, points: int = 400
+    one: Conditions, start: np.ndarray, span: tuple[float, float], direction: int, points: int = 400
 ) -> tuple[np.ndarray, list[tuple[str, np.ndarray]]]:
     """Points z = (unknowns, parameter) of the branch through ``start``, by pseudo-arclength, and what is special.
 
@@ -185,7 +185,7 @@ def _located(
     return best
 
 
-def _clipped(one: Pieces, a: np.ndarray, b: np.ndarray, span: tuple[float, float]) -> np.ndarray | None:
+def _clipped(one: Conditions, a: np.ndarray, b: np.ndarray, span: tuple[float, float]) -> np.ndarray | None:
     """The point of the branch at the end of the range, between a and b."""
     end = min(span) if b[-1] < min(span) else max(span)
     if b[-1] == a[-1]:

@@ -17,7 +17,8 @@ import numpy as np
 from ...errors import ModelError, nearest
 from ...model.model import Model
 from ...scalar.algebra import floats
-from ..linear.linearize import linearize, scale_of, terms_at
+from ..linear.checks import scale_of
+from ..linear.linearize import linearize, terms_at
 from ..printing.show import elements, latex_words, words
 from .motion import SteadyState
 from .stability import Spectrum, Stability, spectral_verdict

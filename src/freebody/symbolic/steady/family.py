@@ -12,14 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from .numeric import Pieces
+from .conditions import EPS, Conditions
 
-EPS = float(np.finfo(float).eps)
 PACE = 1 / 64
 """Length of a step along the kernel, in radians and in units of the unknowns' sizes."""
 NEIGHBOURS = 8
@@ -29,7 +26,7 @@ STEPS = 8
 """Gauss-Newton steps back to the conditions, from as far as a step along the kernel."""
 
 
-def dimension(one: Pieces, x: np.ndarray, held: np.ndarray) -> int:
+def dimension(one: Conditions, x: np.ndarray, held: np.ndarray) -> int:
     """Of the family of roots that x belongs to, 0 for an isolated one; ``held`` marks unknowns left as they are."""
     frame = _Frame.at(one, x[:, None], held)
     with np.errstate(all="ignore"):
@@ -42,14 +39,16 @@ def dimension(one: Pieces, x: np.ndarray, held: np.ndarray) -> int:
         return max((deficiency(one, end, held) for end in ends.T if _is_root(one, end)), default=0)
 
 
-def deficiency(one: Pieces, x: np.ndarray, held: np.ndarray) -> int:
+def deficiency(one: Conditions, x: np.ndarray, held: np.ndarray) -> int:
     """Dimension of the kernel at a root: that of its family, if it belongs to one."""
     with np.errstate(all="ignore"):
         frame = _Frame.at(one, x[:, None], held)
         return frame.n - frame.rank(x)
 
 
-def representatives(one: Pieces, members: Sequence[np.ndarray], held: np.ndarray, kernel: int) -> list[int]:
+def representatives(
+    one: Conditions, members: Sequence[np.ndarray], held: np.ndarray, kernel: int
+) -> list[int]:
     """Places of one of each connected piece of roots with such kernels: that with the smallest unknowns."""
     x = np.array(members).T
     count = x.shape[1]
@@ -95,13 +94,13 @@ def _joined(frame: _Frame, x: np.ndarray, pairs: Sequence[tuple[int, int]], rank
 class _Frame:
     """Conditions over the sizes of their terms, and unknowns over their own, so that a rank can be told."""
 
-    one: Pieces
+    one: Conditions
     moving: np.ndarray
     all_units: np.ndarray
     sizes: np.ndarray
 
     @classmethod
-    def at(cls, one: Pieces, x: np.ndarray, held: np.ndarray) -> _Frame:
+    def at(cls, one: Conditions, x: np.ndarray, held: np.ndarray) -> _Frame:
         """The frame at columns of x."""
         units = np.where(one.angles, 1, np.maximum(1, np.abs(x).max(axis=1)))
         with np.errstate(all="ignore"):
@@ -143,11 +142,11 @@ class _Frame:
         return x
 
 
-def _way(one: Pieces, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def _way(one: Conditions, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """b - a, angles the shorter way round."""
     d = b - a
     return np.where(one.angles[:, None], np.pi - np.mod(np.pi - d, 2 * np.pi), d)
 
 
-def _is_root(one: Pieces, x: np.ndarray) -> bool:
+def _is_root(one: Conditions, x: np.ndarray) -> bool:
     return bool((np.abs(one.values(x)) <= 1024 * EPS * one.size(x)).all())

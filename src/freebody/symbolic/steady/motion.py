@@ -12,11 +12,13 @@ from ...scalar.polynomial import Polynomial
 from ..printing.display import displayed, latex, text
 from ..printing.latex import latex_name
 from ..printing.show import COMMA, EQUALS, elements, inner, latex_words, shown_name, split, words
-from .solve import Found, sign_kept
+from .factors import sign_kept
+from .problem import Problem
+from .solve import Solution
 
 if TYPE_CHECKING:
-    from .stability import Stability
-    from .steady import SteadyMotions
+    from .stability import ProblemStability, Stability
+    from .turning import TurningStability
 
 
 SINGULAR = "coordinates are singular here"
@@ -98,9 +100,11 @@ class SteadyState:
 class SteadyMotion:
     """One steady motion in closed form."""
 
-    def __init__(self, owner: SteadyMotions, found: Found) -> None:
-        self._owner = owner
-        self._p = owner.problem
+    def __init__(
+        self, problem: Problem, stability: ProblemStability | TurningStability, found: Solution
+    ) -> None:
+        self._p = problem
+        self._stability = stability
         self.found = found
 
     @property
@@ -154,7 +158,7 @@ class SteadyMotion:
 
         A coordinate then says less than it does elsewhere, and so do the conditions: look at the motion in other ones.
         """
-        return self._owner.linear.singular(self.found.values)
+        return self._stability.linear.singular(self.found.values)
 
     @cached_property
     def free(self) -> tuple[str, ...]:
@@ -166,7 +170,7 @@ class SteadyMotion:
     def _stable_if(self) -> list[Any] | None:
         from .stability import hurwitz
 
-        c = self._owner.linear.characteristic(self.found.values, sympy.Symbol("s"))
+        c = self._stability.linear.characteristic(self.found.values, sympy.Symbol("s"))
         return None if c is None else hurwitz(self._p, c)
 
     @cached_property
@@ -176,7 +180,7 @@ class SteadyMotion:
         Not formed for systems with constraints, for more than four speeds, and where the coordinates are singular.
         """
         s = sympy.Symbol("s")
-        c = self._owner.linear.characteristic(self.found.values, s)
+        c = self._stability.linear.characteristic(self.found.values, s)
         if c is None:
             return None
         return sum((displayed(x, self._p.ring) * s**k for k, x in enumerate(c)), start=sympy.S.Zero)
@@ -195,7 +199,7 @@ class SteadyMotion:
 
     @cached_property
     def _energy(self) -> Any:
-        return self._owner.amended.curvature(self.found.values)
+        return self._stability.amended.curvature(self.found.values)
 
     @cached_property
     def stable_by_energy_if(self) -> Any:

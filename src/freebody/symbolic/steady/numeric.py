@@ -17,18 +17,16 @@ from typing import Any
 
 import numpy as np
 
-from ...scalar.polynomial import Polynomial, Ring
-from ...scalar.substitute import Substitution, arrays
+from ...scalar.polynomial import Ring
+from .conditions import EPS, Conditions, vanishes
+from .factors import coefficients, factors
 from .family import deficiency, dimension, representatives
-from .solve import coefficients, factors
 
-EPS = float(np.finfo(float).eps)
 STARTS = 256
-STEPS = 60
 
 
 @dataclass(frozen=True)
-class RootFound:
+class NumericRoot:
     """One root: values of the unknowns, relative residual, last Newton step, and what is free at it.
 
     ``open`` marks unknowns that may have any value, given as zero; ``family`` is the dimension of the family of roots
@@ -42,87 +40,10 @@ class RootFound:
     family: int
 
 
-class Pieces:
-    """Polynomials of some unknowns with all else given in numbers, and their exact derivatives."""
-
-    def __init__(
-        self, ring: Ring, pieces: Sequence[Any], unknowns: Sequence[Any], given: Mapping[Any, Any]
-    ) -> None:
-        self.ring = ring
-        self.pieces = list(pieces)
-        self.unknowns = list(unknowns)
-        self.given = dict(given)
-        self.slopes = [[ring.derivative(x, a) for a in unknowns] for x in pieces]
-        self.angles = np.array([self._is_angle(a) for a in unknowns], dtype=bool)
-        self._terms = sum(_length(x) for x in pieces)
-        self._slope_terms = sum(_length(x) for row in self.slopes for x in row)
-
-    def _is_angle(self, atom: Any) -> bool:
-        g = self.ring.find(atom)
-        x = self.ring.variable(g.index)  # type: ignore[union-attr]
-        used = {one.index: one for piece in self.pieces for one in self.ring.used(piece)}
-        depending = [one for one in used.values() if one.depends & 1 << g.index]  # type: ignore[union-attr]
-        return bool(depending) and all(
-            one.kind in ("sin", "cos") and one.arguments[0] == x for one in depending
-        )
-
-    def _at(self, x: np.ndarray) -> Substitution:
-        return Substitution(self.ring, arrays, {**self.given, **dict(zip(self.unknowns, x, strict=True))})
-
-    def values(self, x: np.ndarray) -> np.ndarray:
-        """(m, N) values at the columns of x (n, N)."""
-        self.ring.budget.evaluation(self._terms, x[:1].size)
-        at = self._at(x)
-        return np.array([np.broadcast_to(at(p), x.shape[1:]) for p in self.pieces], dtype=float)
-
-    def jacobian(self, x: np.ndarray) -> np.ndarray:
-        """(m, n, N)."""
-        self.ring.budget.evaluation(self._slope_terms, x[:1].size)
-        at = self._at(x)
-        return np.array(
-            [[np.broadcast_to(at(d), x.shape[1:]) for d in row] for row in self.slopes], dtype=float
-        )
-
-    def size(self, x: np.ndarray) -> np.ndarray:
-        """Sum of the absolute values of the terms of each polynomial at one point, and of what round-off of x does."""
-        at = self._at(x)
-        result = []
-        near = np.abs(self.jacobian(x)) @ np.maximum(1, np.abs(x)) if len(x) else np.zeros(len(self.pieces))
-        for p in self.pieces:
-            total = 0
-            for monomial, c in p.terms():
-                term = abs(c) / p.den
-                for index, power in monomial:
-                    term = term * abs(float(at.generator(index))) ** power
-                total = total + term
-            result.append(total)
-        return np.array(result, dtype=float) + near
-
-    def newton(self, x: np.ndarray, steps: int = STEPS) -> np.ndarray:
-        """Columns of x after damped Newton steps; those that fail are not finite."""
-        x = np.array(x, dtype=float)
-        active = np.arange(x.shape[1])
-        with np.errstate(all="ignore"):
-            for _ in range(steps):
-                y = x[:, active]
-                F, J = self.values(y), np.moveaxis(self.jacobian(y), -1, 0)
-                bad = ~np.isfinite(J).all(axis=(1, 2)) | ~np.isfinite(F).all(axis=0)
-                J[bad] = np.eye(*J.shape[1:])
-                step = -(np.linalg.pinv(J) @ F.T[:, :, None])[:, :, 0].T
-                most = np.maximum(1, np.abs(y).max(axis=0))
-                step = step * np.minimum(1, most / np.maximum(np.abs(step).max(axis=0), EPS * EPS))
-                step[:, bad] = np.nan
-                x[:, active] = y + step
-                active = active[~bad & (np.abs(step) > 2 * EPS * np.abs(y) + EPS * EPS).any(axis=0)]
-                if not len(active):
-                    break
-        return x
-
-
 def roots(
     ring: Ring, conditions: Sequence[Any], unknowns: Sequence[Any], given: Mapping[Any, Any],
     held: Sequence[Any] = (),
-) -> list[RootFound]:  # fmt: skip
+) -> list[NumericRoot]:  # fmt: skip
     """Every root found, and of a family one root of each connected piece. In a family ``held`` unknowns are constant.
 
     Raises
@@ -133,7 +54,7 @@ def roots(
     known, n = set(unknowns), len(unknowns)
     conditions = [x for x in conditions if not _holds(ring, x, known, given)]
     if not conditions:  # all unknowns are open
-        return [RootFound(np.zeros(n), float(0), float(0), np.ones(n, dtype=bool), 0)]
+        return [NumericRoot(np.zeros(n), float(0), float(0), np.ones(n, dtype=bool), 0)]
     choices = []
     for x in conditions:
         pieces = factors(ring, x, known)
@@ -148,7 +69,7 @@ def roots(
         if any(other < branch for other in sets[:k]):
             continue
         dead = [p for p in branch if not ring.atoms_of(p) & known]
-        if all(_vanishes(Pieces(ring, [p], [], given)) for p in dead):
+        if all(vanishes(Conditions(ring, [p], [], given)) for p in dead):
             alive = (p for p in branch if ring.atoms_of(p) & known)
             branches.append(sorted(alive, key=lambda p: (len(p), str(p))))
     determined = [live for live in branches if len(live) >= len(unknowns)]
@@ -160,16 +81,12 @@ def roots(
         for live in branches
         if live and live not in determined and all(len(ring.atoms_of(p) & known) == 1 for p in live)
     ]
-    found: list[RootFound] = []
+    found: list[NumericRoot] = []
     for live in determined:
-        for root in _of_branch(Pieces(ring, live, unknowns, given), held):
+        for root in _of_branch(Conditions(ring, live, unknowns, given), held):
             if not any(_same(root.values, other.values) for other in found):
                 found.append(root)
     return sorted(found, key=lambda root: tuple(root.values))
-
-
-def _length(x: Any) -> int:
-    return len(x) if type(x) is Polynomial else 1
 
 
 class Underdetermined(Exception):
@@ -179,22 +96,16 @@ class Underdetermined(Exception):
 def _holds(ring: Ring, x: Any, known: set[Any], given: Mapping[Any, Any]) -> bool:
     """Whether a condition has a factor without unknowns that vanishes at what is given."""
     found = (f for f, _ in ring.factor(x)[1])
-    return any(not ring.atoms_of(f) & known and _vanishes(Pieces(ring, [f], [], given)) for f in found)
-
-
-def _vanishes(one: Pieces) -> bool:
-    x = np.zeros((0,))
-    value = np.abs(one.values(x))
-    return bool((value <= 64 * EPS * one.size(x)).all())
+    return any(not ring.atoms_of(f) & known and vanishes(Conditions(ring, [f], [], given)) for f in found)
 
 
 def _same(a: np.ndarray, b: np.ndarray) -> bool:
     return bool((np.abs(a - b) <= np.sqrt(EPS) * (1 + np.abs(a))).all())
 
 
-def _of_branch(one: Pieces, held: Sequence[Any]) -> list[RootFound]:
+def _of_branch(one: Conditions, held: Sequence[Any]) -> list[NumericRoot]:
     constant = np.array([a in held for a in one.unknowns], dtype=bool)
-    result: list[RootFound] = []
+    result: list[NumericRoot] = []
     for x in _starts(one, dict.fromkeys(range(len(one.pieces))), {}).T:
         x = one.newton(x[:, None], 8)[:, 0]
         if not np.isfinite(x).all():
@@ -214,7 +125,7 @@ def _of_branch(one: Pieces, held: Sequence[Any]) -> list[RootFound]:
         with np.errstate(all="ignore"):
             x = rounded if np.isfinite(one.jacobian(rounded)).all() else x
         if not any(_same(x, other.values) for other in result):
-            result.append(RootFound(x, residual, step, free, deficiency(one, x, free | constant)))
+            result.append(NumericRoot(x, residual, step, free, deficiency(one, x, free | constant)))
     kept = [root for root in result if not root.family]
     for kernel in sorted({root.family for root in result} - {0}):
         some = [root for root in result if root.family == kernel]
@@ -224,7 +135,7 @@ def _of_branch(one: Pieces, held: Sequence[Any]) -> list[RootFound]:
     return kept
 
 
-def _starts(one: Pieces, left: dict[int, None], fixed: dict[Any, float]) -> np.ndarray:
+def _starts(one: Conditions, left: dict[int, None], fixed: dict[Any, float]) -> np.ndarray:
     """Points (n, N) near all roots: conditions of one unknown first, the others from many starts."""
     ring = one.ring
     rest = [a for a in one.unknowns if a not in fixed]
@@ -235,13 +146,13 @@ def _starts(one: Pieces, left: dict[int, None], fixed: dict[Any, float]) -> np.n
         alone = [a for a in rest if a in ring.atoms_of(one.pieces[k])]
         if len(alone) != 1:
             continue
-        values = _univariate(Pieces(ring, [one.pieces[k]], alone, given))
+        values = _univariate(Conditions(ring, [one.pieces[k]], alone, given))
         if values is None:
             continue
         remaining = {i: None for i in left if i != k}
         columns = [_starts(one, remaining, {**fixed, alone[0]: float(x)}) for x in values[0]]
         return np.hstack(columns) if columns else np.zeros((len(one.unknowns), 0))
-    part = Pieces(ring, [one.pieces[k] for k in left], rest, given)
+    part = Conditions(ring, [one.pieces[k] for k in left], rest, given)
     n = len(rest)
     random = np.random.default_rng(n)
     spread = random.uniform(-1, 1, (n, STARTS)) * np.power(float(10), random.uniform(-2, 2, (n, STARTS)))
@@ -258,7 +169,7 @@ def _starts(one: Pieces, left: dict[int, None], fixed: dict[Any, float]) -> np.n
     return np.array([rows[a] if a in rows else np.full(count, fixed[a]) for a in one.unknowns])
 
 
-def _open(one: Pieces, x: np.ndarray) -> np.ndarray:
+def _open(one: Conditions, x: np.ndarray) -> np.ndarray:
     """Which unknowns may have any value at a root: azimuth of what hangs on the axis."""
     result = np.zeros(len(x), dtype=bool)
     for i in range(len(x)):
@@ -268,7 +179,7 @@ def _open(one: Pieces, x: np.ndarray) -> np.ndarray:
     return result
 
 
-def _univariate(one: Pieces) -> np.ndarray | None:
+def _univariate(one: Conditions) -> np.ndarray | None:
     """Starts (1, N) that reach every root of a polynomial in the unknown, or in its sine and cosine."""
     ring, x = one.ring, one.pieces[0]
     if len(one.pieces) != 1:
@@ -311,5 +222,5 @@ def _univariate(one: Pieces) -> np.ndarray | None:
 
 def _number(ring: Ring, c: Any, given: Mapping[Any, Any]) -> float:
     """A coefficient, zero where only round-off is left of its terms: the degree is lower at such values."""
-    part = Pieces(ring, [ring.coerce(c)], [], given)
-    return float(0) if _vanishes(part) else float(part.values(np.zeros((0,)))[0])
+    part = Conditions(ring, [ring.coerce(c)], [], given)
+    return float(0) if vanishes(part) else float(part.values(np.zeros((0,)))[0])

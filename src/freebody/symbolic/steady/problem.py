@@ -28,6 +28,7 @@ from ..free_body.along_motion import residuals_of
 from ..free_body.constraints import determinant
 from ..free_body.contact_modes import sticking_only
 from ..integrals.symmetry import solved
+from .factors import cleared
 
 if TYPE_CHECKING:
     from ..equations import Equations
@@ -246,24 +247,6 @@ class Problem:
         """One state of those that symmetries carry into each other."""
         return states
 
-    def linear(self) -> Any:
-        """The linearised equations about any of the motions."""
-        from .stability import Linear
-
-        return Linear(self)
-
-    def amended(self) -> Any:
-        """The amended potential."""
-        from .stability import Amended
-
-        return Amended(self)
-
-    def stability(self, linear: Any, amended: Any, full: Mapping[Any, Any], family: int) -> Any:
-        """Stability of the motion at these numbers, one of a family of that dimension."""
-        from .stability import stability
-
-        return stability(linear, amended, full, family)
-
     # -- names ------------------------------------------------------------------------------------
 
     def name(self, atom: Any) -> str:
@@ -305,20 +288,3 @@ def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
     for x, y in zip(a, b, strict=True):
         total = total + x * y
     return total
-
-
-def fraction(ring: Ring, x: Any) -> tuple[Any, Any]:
-    """(N, D) without inverse generators, x = N / D."""
-    D: Any = 1
-    while type(x) is Polynomial:
-        inverse = next((g for g in reversed(ring.used(x)) if g.kind == "inverse"), None)
-        if inverse is None:
-            break
-        factor = inverse.arguments[0]
-        x, D = x * factor, D * factor
-    return x, D
-
-
-def cleared(ring: Ring, x: Any) -> Any:
-    """The numerator."""
-    return fraction(ring, x)[0]

@@ -14,9 +14,9 @@ from typing import Any
 from ...errors import ExpressionError
 from ...scalar.algebra import divide
 from ...scalar.polynomial import Polynomial, Ring
-from ...scalar.roots import is_positive, monomial_of
+from ...scalar.roots import is_positive
 from ...scalar.substitute import Substitution
-from .problem import cleared, fraction
+from .factors import cleared, coefficients, factors, fraction, product, sign_kept
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Root:
 
 
 @dataclass(frozen=True)
-class Found:
+class Solution:
     """A solution of the conditions: values by unknown, in closed form, and what is left."""
 
     values: dict[Any, Any] = field(default_factory=dict)
@@ -50,12 +50,12 @@ class Found:
 
 def solutions(
     ring: Ring, conditions: Sequence[Any], wanted: Sequence[Any], others: Sequence[Any]
-) -> list[Found]:
+) -> list[Solution]:
     """All solutions of the conditions for the wanted unknowns, one for each choice of factors.
 
     Factors without a wanted unknown are solved for one of the ``others``.
     """
-    found = list(_solved(ring, tuple(conditions), tuple(wanted), tuple(others), Found()))
+    found = list(_solved(ring, tuple(conditions), tuple(wanted), tuple(others), Solution()))
     return [
         one
         for k, one in enumerate(found)
@@ -67,7 +67,7 @@ def solutions(
     ]
 
 
-def _covers(general: Found, special: Found) -> bool:
+def _covers(general: Solution, special: Solution) -> bool:
     """Whether one solution is another with more unknowns fixed."""
     return (
         not general.left
@@ -77,8 +77,8 @@ def _covers(general: Found, special: Found) -> bool:
 
 
 def _solved(
-    ring: Ring, conditions: tuple[Any, ...], wanted: tuple[Any, ...], others: tuple[Any, ...], found: Found
-) -> Iterator[Found]:
+    ring: Ring, conditions: tuple[Any, ...], wanted: tuple[Any, ...], others: tuple[Any, ...], found: Solution
+) -> Iterator[Solution]:
     todo = []
     known = set(wanted) | set(others)
     for x in conditions:
@@ -102,7 +102,7 @@ def _solved(
             put_in = Substitution(ring, ring, {atom: root.value})
             try:
                 values = {a: put_in(x) for a, x in found.values.items()} | {atom: root.value}
-                step = Found(
+                step = Solution(
                     values=values,
                     exists=(*(put_in(x) for x in found.exists), *root.exists),
                     positive=(*found.positive, *root.positive),
@@ -122,55 +122,6 @@ def _solved(
                 tuple(a for a in others if a != atom),
                 step,
             )
-
-
-def product(pieces: Sequence[Any]) -> Any:
-    """Of all pieces."""
-    total: Any = 1
-    for piece in pieces:
-        total = total * piece
-    return total
-
-
-def factors(ring: Ring, x: Any, unknowns: set[Any]) -> list[Any] | None:
-    """Factors that may be zero; none for zero, None if the product can not be zero.
-
-    Factors of parameters alone are taken as not zero, unless there are no others: then the product is a requirement.
-    """
-    if x == 0:
-        return []
-    if type(x) is not Polynomial:
-        return None
-    found = [
-        f for f, _ in ring.factor(x)[1] if not is_positive(ring, f.num) and not is_positive(ring, -f.num)
-    ]
-    live = [f for f in found if ring.atoms_of(f) & unknowns]
-    return live or ([product(found)] if found else None)
-
-
-def excluded(ring: Ring, x: Any, unknowns: set[Any]) -> list[Any]:
-    """Sums of parameters that :func:`factors` takes as not zero: where one is, its condition says nothing."""
-    kept = factors(ring, x, unknowns)
-    if not kept or not ring.atoms_of(kept[0]) & unknowns:
-        return []
-    rest = (f for f, _ in ring.factor(x)[1] if len(f) > 1 and not ring.atoms_of(f) & unknowns)
-    return [f for f in rest if not is_positive(ring, f.num) and not is_positive(ring, -f.num)]
-
-
-def sign_kept(ring: Ring, x: Any) -> Any:
-    """x without factors that are known to be positive: of the same sign."""
-    if type(x) is not Polynomial:
-        return x
-    content, found = ring.factor(x)
-    result: Any = 1 if content > 0 else -1
-    for f, n in found:
-        if is_positive(ring, f.num):
-            continue
-        if is_positive(ring, -f.num):
-            result = result * (-1) ** n
-        elif n % 2:
-            result = result * f
-    return result
 
 
 def _closed_form(ring: Ring, x: Any, wanted: Sequence[Any], others: Sequence[Any]) -> tuple[Any, list[Root]]:
@@ -205,16 +156,6 @@ def roots_of(ring: Ring, x: Any, atom: Any) -> list[Root] | None:
     if roots is None:
         return None
     return [replace(root, value=divide(root.value, factor)) for root in roots]
-
-
-def coefficients(ring: Ring, x: Any, index: int) -> dict[int, Any]:
-    """Of a polynomial in one generator, by power."""
-    result: dict[int, Any] = {}
-    for monomial, c in x.terms():
-        power = next((e for i, e in monomial if i == index), 0)
-        rest = monomial_of(ring, [(i, e) for i, e in monomial if i != index])
-        result[power] = result.get(power, 0) + divide(c, x.den) * rest
-    return {n: ring.reduced(ring.coerce(y)) for n, y in result.items() if y != 0}
 
 
 def _polynomial(ring: Ring, c: dict[int, Any]) -> list[Root] | None:

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -29,8 +30,8 @@ from ..free_body.constraints import determinant
 from ..integrals.conserved_quantities import integrals
 from ..integrals.routh import Routh, ignorable
 from ..printing.lines import COMMA, Lines
-from .problem import Problem, fraction
-from .solve import coefficients, sign_kept
+from .factors import coefficients, fraction, sign_kept
+from .problem import Problem
 
 EPS = float(np.finfo(float).eps)
 LARGEST = 4
@@ -363,26 +364,43 @@ class _AlongSeries(Substitution):
         return super()._make(index) if g.depends & self._moving else self.ring.variable(index)
 
 
-def stability(linear: Linear, amended: Amended, atoms: Mapping[Any, Any], family: int = 0) -> Stability:
-    """Stability in numbers of one steady motion, of a family of that dimension."""
-    spectrum = linear.spectrum(atoms)
-    found = np.zeros(0, dtype=complex) if spectrum is None else spectrum.values
-    if spectrum is None:
-        spectral, family = "singular", 0
-    elif linear.problem.coupled:
-        spectral = "undecided"
-    else:
-        zeros = len(linear.problem.families) * (2 if linear.problem.matrix else 1)
-        spectral = spectral_verdict(spectrum, zeros, family)
-    stiffness = amended.stiffness(atoms) if spectral != "singular" else amended.singular(atoms)
-    energy = "undecided"
-    if stiffness is not None:
-        small = np.sqrt(EPS) * np.abs(stiffness).max(initial=0)
-        if (stiffness > small).all():
-            energy = "stable"
-        elif (np.abs(stiffness) > small).all() and int((stiffness < 0).sum()) % 2:
-            energy = "unstable"
-    return Stability(spectral, energy, found, stiffness, family)
+class ProblemStability:
+    """Stability of the steady motions of one problem: by eigenvalues and by energy."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
+
+    @cached_property
+    def linear(self) -> Linear:
+        """The linearised equations about any of the motions."""
+        return Linear(self._problem)
+
+    @cached_property
+    def amended(self) -> Amended:
+        """The amended potential."""
+        return Amended(self._problem)
+
+    def at(self, atoms: Mapping[Any, Any], family: int = 0) -> Stability:
+        """Stability of one steady motion in numbers, a member of a family of dimension ``family``."""
+        problem = self._problem
+        spectrum = self.linear.spectrum(atoms)
+        eigenvalues = np.zeros(0, dtype=complex) if spectrum is None else spectrum.values
+        if spectrum is None:
+            spectral, family = "singular", 0
+        elif problem.coupled:
+            spectral = "undecided"
+        else:
+            zeros = len(problem.families) * (2 if problem.matrix else 1)
+            spectral = spectral_verdict(spectrum, zeros, family)
+        stiffness = self.amended.stiffness(atoms) if spectral != "singular" else self.amended.singular(atoms)
+        energy = "undecided"
+        if stiffness is not None:
+            small = np.sqrt(EPS) * np.abs(stiffness).max(initial=0)
+            if (stiffness > small).all():
+                energy = "stable"
+            elif (np.abs(stiffness) > small).all() and int((stiffness < 0).sum()) % 2:
+                energy = "unstable"
+        return Stability(spectral, energy, eigenvalues, stiffness, family)
 
 
 def spectral_verdict(spectrum: Spectrum, zeros: int, family: int = 0) -> str:

@@ -24,15 +24,18 @@ from ...scalar.substitute import Substitution, arrays
 from ..free_body.along_motion import numbers
 from ..printing.display import displayed, equation_latex, equation_text, text
 from ..printing.show import EQUALS, elements, inner, latex_words, words
+from .factors import excluded, factors, product
 from .motion import SteadyMotion, SteadyState
 from .problem import Problem
-from .solve import Found, excluded, factors, product, solutions
+from .solve import Solution, solutions
+from .stability import ProblemStability
 
 if TYPE_CHECKING:
     from ..equations import Equations
     from .continuation import Branch
     from .equilibrium_near import SteadyNear
-    from .numeric import RootFound
+    from .numeric import NumericRoot
+    from .turning import TurningStability
 
 
 @overload
@@ -129,10 +132,12 @@ def steady_motions(
     try:
         with e.ring.budget.question(f"the conditions of steady motion of '{e.model.name}'", NEAR):
             if e.model.quaternions:
-                from .turning import TurningProblem
+                from .turning import TurningProblem, TurningStability
 
-                return SteadyMotions(TurningProblem(e, terms), solve_for, values)
-            return SteadyMotions(Problem(e, terms), solve_for, values)
+                turning = TurningProblem(e, terms)
+                return SteadyMotions(turning, TurningStability(turning), solve_for, values)
+            problem = Problem(e, terms)
+            return SteadyMotions(problem, ProblemStability(problem), solve_for, values)
     except TooManyTermsError as error:
         if values is None:
             raise
@@ -157,20 +162,27 @@ class SteadyMotions(Sequence[SteadyMotion]):
 
     reason = ""
 
-    def __init__(self, problem: Problem, solve_for: Any, values: Mapping[Any, Any] | None) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        stability: ProblemStability | TurningStability,
+        solve_for: Any,
+        values: Mapping[Any, Any] | None,
+    ) -> None:
         self.problem = problem
+        self._stability = stability
         self._asked = self._atoms(solve_for)
         self._given = values
         p = problem
         wanted = self._asked or tuple(a for a in p.unknowns if a not in p.terms)
         others = tuple(a for a in p.unknowns if a not in wanted)
-        found = self._in_closed_form(wanted, others) if p.short else [Found(left=p.conditions)]
-        self._found = tuple(SteadyMotion(self, one) for one in found)
+        found = self._in_closed_form(wanted, others) if p.short else [Solution(left=p.conditions)]
+        self._found = tuple(SteadyMotion(p, stability, one) for one in found)
         self._refuse_none()
         if values is None and self._asked:
             self._refuse_unsolved()
 
-    def _in_closed_form(self, wanted: Sequence[Any], others: Sequence[Any]) -> list[Found]:
+    def _in_closed_form(self, wanted: Sequence[Any], others: Sequence[Any]) -> list[Solution]:
         """The solutions; where they would be too long, the conditions are left for numbers."""
         p = self.problem
         try:
@@ -178,7 +190,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
                 return solutions(p.ring, p.conditions, wanted, others)
         except TooManyTermsError as error:
             self.reason = error.reason
-            return [Found(left=p.conditions)]
+            return [Solution(left=p.conditions)]
 
     def _atoms(self, asked: Any) -> tuple[Any, ...]:
         if asked is None:
@@ -203,7 +215,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
         p = self.problem
         unknowns = set(p.unknowns)
 
-        def needs(one: Found) -> list[Any]:
+        def needs(one: Solution) -> list[Any]:
             return [x for x in one.left if not p.ring.atoms_of(x) & unknowns]
 
         if self._found and not all(needs(one.found) for one in self._found):
@@ -278,16 +290,6 @@ class SteadyMotions(Sequence[SteadyMotion]):
         """Names of the rates that are constant."""
         return tuple(self.problem.name(a) for a in self.problem.rates)
 
-    @cached_property
-    def linear(self) -> Any:
-        """The linearised equations about any of the motions."""
-        return self.problem.linear()
-
-    @cached_property
-    def amended(self) -> Any:
-        """The amended potential."""
-        return self.problem.amended()
-
     # -- the motions ------------------------------------------------------------------------------
 
     def __getitem__(self, key: Any) -> Any:
@@ -341,8 +343,9 @@ class SteadyMotions(Sequence[SteadyMotion]):
     def _at(self, values: Mapping[Any, Any]) -> tuple[SteadyState, ...]:
         import numpy as np
 
+        from .conditions import Conditions
         from .family import dimension
-        from .numeric import Pieces, Underdetermined, roots
+        from .numeric import Underdetermined, roots
 
         p = self.problem
         atoms, asked, given = self._numbers(values)
@@ -360,7 +363,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
         # a coordinate that is given may pick one of a family
         placed = {a: x for a, x in given.items() if a in p.coordinates}
         rest = {a: x for a, x in atoms.items() if a not in placed}
-        whole = Pieces(p.ring, p.conditions, [*asked, *placed], rest)
+        whole = Conditions(p.ring, p.conditions, [*asked, *placed], rest)
         held = np.array([a in moving for a in whole.unknowns], dtype=bool)
         for k, root in enumerate(found):
             if placed:
@@ -374,12 +377,12 @@ class SteadyMotions(Sequence[SteadyMotion]):
         """Whether the equations of motion hold: conditions freed of |y| or 1/y have roots that these do not have."""
         import numpy as np
 
-        from .numeric import Pieces
+        from .conditions import Conditions
 
         p = self.problem
         with np.errstate(all="ignore"):
             full = self._full({**atoms, **dict(zip(asked, x, strict=True))})
-            exact = Pieces(p.ring, [E for E in p.exact if type(E) is Polynomial], asked, full)
+            exact = Conditions(p.ring, [E for E in p.exact if type(E) is Polynomial], asked, full)
             missed = np.abs(exact.values(x)) / np.maximum(exact.size(x), 1 / 10**300)
         return not (missed > 1 / 10**6).any()
 
@@ -424,7 +427,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
         return atoms, asked, given
 
     def _state(
-        self, name: str, root: RootFound, asked: Sequence[Any], atoms: Mapping[Any, Any], given: Mapping[Any, float]
+        self, name: str, root: NumericRoot, asked: Sequence[Any], atoms: Mapping[Any, Any], given: Mapping[Any, float]
     ) -> SteadyState:  # fmt: skip
         p = self.problem
         solved = dict(zip(asked, map(float, root.values), strict=True))
@@ -434,7 +437,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
         shown = {p.name(a): v for a, v in {**given, **solved}.items()}
         places = set(p.coordinates)
         family = root.family + sum(bool(x) for a, x in zip(asked, root.open, strict=True) if a in places)
-        found = p.stability(self.linear, self.amended, full, family)
+        found = self._stability.at(full, family)
         return SteadyState(name, shown, state, root.residual, root.error, found)
 
     def _full(self, atoms: dict[Any, Any]) -> dict[Any, Any]:
@@ -504,13 +507,13 @@ class SteadyMotions(Sequence[SteadyMotion]):
     ) -> Branch:  # fmt: skip
         import numpy as np
 
+        from .conditions import Conditions
         from .continuation import Branch, Special, follow
-        from .numeric import Pieces
 
         p = self.problem
         atoms, asked, _ = self._numbers({**given, name: end})
         live = [self._live(x) for x in p.conditions]
-        one = Pieces(p.ring, live, [*asked, symbol], {a: v for a, v in atoms.items() if a != symbol})
+        one = Conditions(p.ring, live, [*asked, symbol], {a: v for a, v in atoms.items() if a != symbol})
         start = np.array([*(state.values[p.name(a)] for a in asked), end])
         sense = direction if span[0] < span[1] else -direction
         path, special = follow(one, start, span, sense, points)
@@ -518,7 +521,7 @@ class SteadyMotions(Sequence[SteadyMotion]):
         verdicts = []
         for z in path:
             full = self._full({**atoms, **dict(zip((*asked, symbol), map(float, z), strict=True))})
-            verdicts.append(p.stability(self.linear, self.amended, full, 0).verdict)
+            verdicts.append(self._stability.at(full).verdict)
         marks = tuple(
             Special(kind, float(z[-1]), {n: float(x) for n, x in zip(names, z, strict=False)})
             for kind, z in special

@@ -45,8 +45,10 @@ from ...scalar.algebra import (
 from ...space.quaternion import quaternion_product
 from ...space.turn import matrix_about
 from ..free_body.along_motion import residuals_of
+from ..linear.linearize import terms_at
 from ..linear.operating_point import tangent_drift
-from .problem import Problem, cleared
+from .factors import cleared
+from .problem import Problem
 from .stability import Spectrum, Stability, spectral_verdict
 
 if TYPE_CHECKING:
@@ -400,57 +402,6 @@ class TurningProblem(Problem):
         rates = [one.values[self.name(a)] for a in self.rates if self.name(a) in one.values]
         return np.array([*energies, *np.poly(found).real, *rates])
 
-    def linear(self) -> Any:
-        return _Unknown()
-
-    def amended(self) -> Any:
-        return _Unknown()
-
-    def stability(self, linear: Any, amended: Any, full: Mapping[Any, Any], family: int) -> Stability:
-        """By eigenvalues, in axes of the joints that turn back by the spins, in which the coefficients are constant."""
-        spectrum = self._spectrum(full)
-        if spectrum is None:
-            return Stability("singular", "undecided", np.zeros(0, dtype=complex), None)
-        if any(self._upright(one, full) for one in self.turnings):
-            family = 0  # what is free there may be the angles only
-        verdict = spectral_verdict(spectrum, 2 * len(self.rates), family)
-        return Stability(verdict, "undecided", spectrum.values, None, family)
-
-    def _upright(self, one: Turning, full: Mapping[Any, Any]) -> bool:
-        """Whether the axis b is vertical, where the turn about n and that about b are the same."""
-        (_, (a, theta), (b, _)) = one.turns
-        angle = float(full[theta])
-        n, b_n = (np.array(v, dtype=float) for v in (one.vertical, b))
-        turned = b_n * np.cos(angle) + np.cross(np.array(a, dtype=float), b_n) * np.sin(angle)
-        return bool(np.abs(np.cross(n, turned)).max() < SAME)
-
-    def _spectrum(self, full: Mapping[Any, Any]) -> Spectrum | None:
-        from ..linear.linearize import terms_at
-
-        model = self.e.model
-        numbers = {p.symbol: float(full[p.symbol]) for p in model.parameters}
-        q = [float(full[c]) for c in self.coordinates]
-        u = [float(full[s.symbol]) for s in model.speeds]
-        udot = [float(full[s.acceleration]) for s in model.speeds]
-        terms = terms_at(model, floats, q, u, udot, 0, numbers, ())
-        M, C, K = (np.array(terms[key], dtype=float).reshape(model.n_u, model.n_u) for key in "MCK")
-        if not len(M) or np.linalg.cond(M) > 1 / np.sqrt(np.finfo(float).eps):
-            return None
-        A = np.array(tangent_drift(model, u), dtype=float)
-        back = np.zeros_like(A)
-        for one in self.turnings:
-            if one.spin is None:
-                continue
-            x, y, z = (float(full[one.spin]) * c for c in one.axis)
-            skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-            link = model.links[one.link]
-            for first in (link.u, link.u + 3)[: 2 if link.kind == "free" else 1]:
-                back[first : first + 3, first : first + 3] = skew
-        n = model.n_u
-        top = np.hstack([A + back, np.eye(n)])
-        low = np.hstack([-np.linalg.solve(M, K), back - np.linalg.solve(M, C)])
-        return Spectrum.of(np.vstack([top, low]), M, C, K)
-
 
 class _Unknown:
     """No closed form of stability."""
@@ -463,3 +414,54 @@ class _Unknown:
 
     def curvature(self, values: Any) -> None:
         return None
+
+
+class TurningStability:
+    """Stability of the steady motions of a `TurningProblem`: by eigenvalues, in numbers only."""
+
+    def __init__(self, problem: TurningProblem) -> None:
+        self._problem = problem
+        self.linear = self.amended = _Unknown()
+
+    def at(self, full: Mapping[Any, Any], family: int = 0) -> Stability:
+        """By eigenvalues, in axes of the joints that turn back by the spins, in which the coefficients are constant."""
+        spectrum = self._spectrum(full)
+        if spectrum is None:
+            return Stability("singular", "undecided", np.zeros(0, dtype=complex), None)
+        if any(self._upright(one, full) for one in self._problem.turnings):
+            family = 0  # what is free there may be the angles only
+        verdict = spectral_verdict(spectrum, 2 * len(self._problem.rates), family)
+        return Stability(verdict, "undecided", spectrum.values, None, family)
+
+    def _upright(self, one: Turning, full: Mapping[Any, Any]) -> bool:
+        """Whether the axis b is vertical, where the turn about n and that about b are the same."""
+        (_, (a, theta), (b, _)) = one.turns
+        angle = float(full[theta])
+        n, b_n = (np.array(v, dtype=float) for v in (one.vertical, b))
+        turned = b_n * np.cos(angle) + np.cross(np.array(a, dtype=float), b_n) * np.sin(angle)
+        return bool(np.abs(np.cross(n, turned)).max() < SAME)
+
+    def _spectrum(self, full: Mapping[Any, Any]) -> Spectrum | None:
+        model = self._problem.e.model
+        numbers = {p.symbol: float(full[p.symbol]) for p in model.parameters}
+        q = [float(full[c]) for c in self._problem.coordinates]
+        u = [float(full[s.symbol]) for s in model.speeds]
+        udot = [float(full[s.acceleration]) for s in model.speeds]
+        terms = terms_at(model, floats, q, u, udot, 0, numbers, ())
+        M, C, K = (np.array(terms[key], dtype=float).reshape(model.n_u, model.n_u) for key in "MCK")
+        if not len(M) or np.linalg.cond(M) > 1 / np.sqrt(np.finfo(float).eps):
+            return None
+        A = np.array(tangent_drift(model, u), dtype=float)
+        back = np.zeros_like(A)
+        for one in self._problem.turnings:
+            if one.spin is None:
+                continue
+            x, y, z = (float(full[one.spin]) * c for c in one.axis)
+            skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+            link = model.links[one.link]
+            for first in (link.u, link.u + 3)[: 2 if link.kind == "free" else 1]:
+                back[first : first + 3, first : first + 3] = skew
+        n = model.n_u
+        top = np.hstack([A + back, np.eye(n)])
+        low = np.hstack([-np.linalg.solve(M, K), back - np.linalg.solve(M, C)])
+        return Spectrum.of(np.vstack([top, low]), M, C, K)
