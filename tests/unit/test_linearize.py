@@ -223,7 +223,7 @@ def test_along_a_trajectory():
     assert "along a trajectory, at" in repr(linear)
     for call in (linear.modes, linear.state_space, linear.response, linear.text):
         with pytest.raises(
-            ModelError, match="change with time; .* is of one instant. Linearise about trajectory.at"
+            ModelError, match="change with time; .* is for one instant. Linearise about trajectory.at"
         ):
             call()
     with pytest.raises(

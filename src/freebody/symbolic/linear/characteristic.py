@@ -1,9 +1,9 @@
-"""The characteristic polynomial of symbolic linear equations, and its roots where they have a closed form.
+"""The characteristic polynomial of symbolic linear equations, and its roots in closed form.
 
     Δ(s) = det(M s² + C s + K) = c s^k Π f_i(s)^n_i
 
-The determinant is formed and factored on canonical polynomials. Factors are solved when they are linear, quadratic or
-biquadratic in s, or of degree three and four.
+The determinant is formed and factored on canonical polynomials. Factors are solved if they are linear, quadratic or
+biquadratic in s, or of degree three or four.
 """
 
 from __future__ import annotations
@@ -20,12 +20,13 @@ from ...scalar.element import element
 from ...scalar.polynomial import Polynomial, Ring
 from ..printing.display import displayed, text
 from ..printing.rational import Rationals, S
+from ..printing.result import Result
 from ..printing.show import elements, latex_of, mathml_of
 from ..printing.show import text_of as text_expression
 from .modes import Mode, Modes
 
 LARGEST = 8
-"""Most coordinates of a determinant in symbols: its minors number 2ⁿ."""
+"""Largest number of coordinates of a determinant in symbols; it has 2ⁿ minors."""
 
 
 @dataclass(frozen=True)
@@ -38,16 +39,16 @@ class Factor:
 
     @property
     def degree(self) -> int:
-        """In s."""
+        """Degree in s."""
         return len(self.coefficients) - 1
 
     @property
     def even(self) -> bool:
-        """Whether only even powers of s occur."""
+        """True if only even powers of s occur."""
         return all(c == 0 for c in self.coefficients[1::2])
 
 
-class Characteristic:
+class Characteristic(Result):
     """det(M s² + C s + K), factored.
 
     Attributes
@@ -56,7 +57,7 @@ class Characteristic:
     coefficients : tuple
         Canonical coefficients by rising powers of s.
     factors : tuple of Factor
-        Those that depend on s.
+        Factors that depend on s.
     """
 
     def __init__(self, ring: Ring, matrix: list[list[Any]], determinant: Any) -> None:
@@ -67,13 +68,14 @@ class Characteristic:
 
     @cached_property
     def factors(self) -> tuple[Factor, ...]:
+        """Factors that depend on s, lowest degree first."""
         ring = self.ring
-        found = []
+        result = []
         for f, times in ring.factor(cleared(ring, self.determinant))[1]:
             parts = coefficients(ring, f)
             if len(parts) > 1:
-                found.append(Factor(f, parts, int(times)))
-        return tuple(sorted(found, key=lambda f: (f.degree, text_of(ring, f))))
+                result.append(Factor(f, parts, int(times)))
+        return tuple(sorted(result, key=lambda f: (f.degree, text_of(ring, f))))
 
     @cached_property
     def expression(self) -> Any:
@@ -92,27 +94,21 @@ class Characteristic:
         """The polynomial as presentation MathML."""
         return elements([mathml_of(self.expression)])
 
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
-    def __repr__(self) -> str:
-        return self.text()
-
     def roots(self) -> list[Any]:
         """All roots, with repetitions."""
         return [s for f in self.factors for s in roots(self.ring, f) for _ in range(f.times)]
 
     def frequencies(self) -> list[Any]:
-        """|s| of pairs of roots, sqrt of the product of each pair."""
+        """|s| of each pair of roots: the square root of the product of the pair."""
         return [w for f in self.factors for w, _ in oscillations(self.ring, f) for _ in range(f.times)]
 
     def damping_ratios(self) -> list[Any]:
-        """-Re s / |s| of pairs of roots."""
+        """-Re s / |s| of each pair of roots."""
         return [z for f in self.factors for _, z in oscillations(self.ring, f) for _ in range(f.times)]
 
 
 def pencil(terms: Mapping[str, Any], n: int, carried: int) -> list[list[list[Any]]]:
-    """P_0, P_1, P_2 of P_2 s² + P_1 s + P_0 = [M s² + C s + K, K_c; -E_ξ - E_r s, s - E_c], of (ξ, c)."""
+    """Return P_0, P_1, P_2 of P_2 s² + P_1 s + P_0 = [M s² + C s + K, K_c; -E_ξ - E_r s, s - E_c] for (ξ, c)."""
     m = n + carried
     result = [[[0] * m for _ in range(m)] for _ in range(3)]
     for k, key in enumerate("KCM"):
@@ -128,7 +124,7 @@ def pencil(terms: Mapping[str, Any], n: int, carried: int) -> list[list[list[Any
 
 
 def of(ring: Ring, terms: Mapping[str, Any], n: int, carried: int = 0) -> Characteristic:
-    """The characteristic polynomial of M s² + C s + K, and of the deviations that are carried."""
+    """Return the characteristic polynomial of M s² + C s + K, extended by the carried deviations."""
     if n + carried > LARGEST:
         raise ModelError(
             f"The characteristic polynomial of {n + carried} coordinates in symbols is too large (at most {LARGEST}). "
@@ -144,7 +140,7 @@ def of(ring: Ring, terms: Mapping[str, Any], n: int, carried: int = 0) -> Charac
 
 
 def determinant(ring: Ring, rows: Sequence[Sequence[Any]]) -> Polynomial:
-    """By minors of the first rows, each formed once: no division."""
+    """Return the determinant by expansion in minors of the first rows, each formed once, without division."""
     minors: dict[int, Any] = {0: 1}
     n = len(rows)
     for row in rows:
@@ -162,7 +158,7 @@ def determinant(ring: Ring, rows: Sequence[Sequence[Any]]) -> Polynomial:
 
 
 def cleared(ring: Ring, x: Any) -> Polynomial:
-    """x times powers of what its inverse generators stand for: a polynomial with the same roots."""
+    """Return x times powers of its denominators: a polynomial without inverse generators and with the same roots."""
     x = ring.coerce(x)
     while True:
         inverses = [g for g in ring.used(x) if g.kind == "inverse"]
@@ -173,7 +169,7 @@ def cleared(ring: Ring, x: Any) -> Polynomial:
 
 
 def coefficients(ring: Ring, x: Any) -> tuple[Any, ...]:
-    """Canonical coefficients by rising powers of s."""
+    """Return the canonical coefficients by rising powers of s."""
     x = ring.coerce(x)
     result: list[Any] = []
     factorial = 1
@@ -194,7 +190,7 @@ def _without_s(ring: Ring, x: Any, mask: int) -> Any:
 
 
 def text_of(ring: Ring, f: Factor) -> str:
-    """A factor as plain text, falling powers."""
+    """Return a factor as plain text, by falling powers of s."""
     parts = []
     for k, c in reversed(list(enumerate(f.coefficients))):
         if c != 0:
@@ -204,19 +200,19 @@ def text_of(ring: Ring, f: Factor) -> str:
 
 
 def ratios(ring: Ring, f: Factor) -> list[Any]:
-    """Coefficients in parts of the leading one, as SymPy expressions."""
+    """Return the coefficients divided by the leading one, as SymPy expressions."""
     lead = ring.coerce(f.coefficients[-1])
     return [sympy.factor_terms(displayed(ring.quotient(ring.coerce(c), lead), ring)) for c in f.coefficients]
 
 
 def squares(ring: Ring, f: Factor) -> list[Any]:
-    """w² with s² = -w², of a quadratic or biquadratic factor in even powers."""
+    """Return w², with s² = -w², of a quadratic or biquadratic factor in even powers."""
     c = ratios(ring, f)
     return [c[0]] if f.degree == 2 else biquadratic(ring, c[2], c[0])
 
 
 def biquadratic(ring: Ring, b: Any, c: Any) -> list[Any]:
-    """The two w² of w⁴ - b w² + c = 0; the root knows what the system says is positive."""
+    """Return the two solutions w² of w⁴ - b w² + c = 0; the square root uses the assumptions of the system."""
     half, product = (ring.coerce(ring.from_sympy(x)) for x in (b / 2, c))
     inside = half * half - product
     try:
@@ -228,7 +224,7 @@ def biquadratic(ring: Ring, b: Any, c: Any) -> list[Any]:
 
 
 def roots(ring: Ring, f: Factor) -> list[Any]:
-    """Roots of a factor in closed form."""
+    """Return the roots of a factor in closed form."""
     c = ratios(ring, f)
     if f.degree == 1:
         return [-c[0]]
@@ -248,7 +244,7 @@ def roots(ring: Ring, f: Factor) -> list[Any]:
 
 
 def oscillations(ring: Ring, f: Factor) -> list[tuple[Any, Any]]:
-    """(frequency, damping ratio) of the pairs of roots of a factor."""
+    """Return (frequency, damping ratio) of each pair of roots of a factor."""
     if f.degree == 1:
         return []
     if f.even and f.degree in (2, 4):
@@ -257,40 +253,46 @@ def oscillations(ring: Ring, f: Factor) -> list[tuple[Any, Any]]:
         c = ratios(ring, f)
         w = sympy.sqrt(c[0])
         return [(w, c[1] / (2 * w))]
-    found = roots(ring, f)
-    pairs = [s for s in found if sympy.im(sympy.N(s)) > 0] if all(s.is_number for s in found) else None
+    closed = roots(ring, f)
+    pairs = [s for s in closed if sympy.im(sympy.N(s)) > 0] if all(s.is_number for s in closed) else None
     if pairs is None:
         raise ModelError(
-            f"Which roots of {text_of(ring, f)} = 0 are pairs depends on the values of its symbols. "
+            f"Which roots of {text_of(ring, f)} = 0 form pairs depends on the values of its symbols. "
             "Give numbers: model.numeric(values), or values= in fb.linearize."
         )
     return [(sympy.Abs(s), -sympy.re(s) / sympy.Abs(s)) for s in pairs]
 
 
 def modes_of(linear: Any) -> Modes:
-    """Modes of a symbolic :class:`LinearModel`: roots of one sign, and shapes from the cofactors of M s² + C s + K."""
+    """Return the modes of a symbolic :class:`LinearModel`: one root per pair, and mode shapes from cofactors."""
     character = linear.characteristic
     ring = character.ring
-    made = []
+    result = []
     for f in character.factors:
-        found = roots(ring, f)
+        factor_roots = roots(ring, f)
         if f.degree == 1 and f.coefficients[0] == 0:
-            made += _at_zero(linear, f.times)
+            result += _at_zero(linear, f.times)
             continue
         if f.even:
-            chosen = list(
-                zip(found[::2], [(sympy.sqrt(w2), sympy.Integer(0)) for w2 in squares(ring, f)], strict=True)
+            frequencies = list(
+                zip(
+                    factor_roots[::2],
+                    [(sympy.sqrt(w2), sympy.Integer(0)) for w2 in squares(ring, f)],
+                    strict=True,
+                )
             )
         elif f.degree == 2:
-            chosen = [(found[0], oscillations(ring, f)[0])]
+            frequencies = [(factor_roots[0], oscillations(ring, f)[0])]
         else:
-            chosen = [(s, (sympy.Abs(s), -sympy.re(s) / sympy.Abs(s))) for s in found if _upper(s)]
-        for s, (w, ratio) in chosen:
+            frequencies = [
+                (s, (sympy.Abs(s), -sympy.re(s) / sympy.Abs(s))) for s in factor_roots if _upper(s)
+            ]
+        for s, (w, ratio) in frequencies:
             shapes = _shapes(linear, f, s)
             kind = "oscillation" if f.degree > 1 else "real root"
             repeats = f.times if len(shapes) == 1 else 1
-            made += [Mode(kind, s, w, ratio, shape) for shape in shapes for _ in range(repeats)]
-    return Modes(made, character.roots())
+            result += [Mode(kind, s, w, ratio, shape) for shape in shapes for _ in range(repeats)]
+    return Modes(result, character.roots())
 
 
 def _upper(s: Any) -> bool:
@@ -298,44 +300,44 @@ def _upper(s: Any) -> bool:
 
 
 def _at_zero(linear: Any, times: int) -> list[Mode]:
-    """Rigid-body shapes, K X = 0, and constant rates: K X' = 0 with a displacement that holds them, K X + C X' = 0."""
+    """Return the modes at s = 0: rigid-body shapes, K X = 0, and constant rates, K X' = 0 with K X + C X' = 0."""
     zero = sympy.Integer(0)
     if linear.carried:
-        return _levels(linear)[:times]
+        return _zero_modes_with_carried(linear)[:times]
     n = len(linear.coordinates)
     K, C = linear.K, linear.C
     rigid = [list(v) for v in K.nullspace(simplify=True)]
-    held = sympy.Matrix(sympy.BlockMatrix([[K, C], [sympy.zeros(n), K]])).nullspace(simplify=True)
-    drift = [list(v)[n:] for v in held if any(x != 0 for x in list(v)[n:])]
-    made = [Mode("rigid body", zero, zero, zero, _normalised(linear.coordinates, v)) for v in rigid]
-    made += [Mode("drift", zero, zero, zero, _normalised(linear.coordinates, v)) for v in drift]
-    return made[:times]
+    chains = sympy.Matrix(sympy.BlockMatrix([[K, C], [sympy.zeros(n), K]])).nullspace(simplify=True)
+    drift = [list(v)[n:] for v in chains if any(x != 0 for x in list(v)[n:])]
+    result = [Mode("rigid body", zero, zero, zero, _normalised(linear.coordinates, v)) for v in rigid]
+    result += [Mode("drift", zero, zero, zero, _normalised(linear.coordinates, v)) for v in drift]
+    return result[:times]
 
 
-def _levels(linear: Any) -> list[Mode]:
-    """The same of x' = A x with deviations that are carried, whose chains may be longer: A^k x = 0, level by level."""
+def _zero_modes_with_carried(linear: Any) -> list[Mode]:
+    """Return the modes at s = 0 of x' = A x with carried deviations: solutions of A^k x = 0 for k = 1, 2, ..."""
     zero = sympy.Integer(0)
     names = (*linear.coordinates, *linear.carried)
     A = linear.first_order[0]
-    made: list[Mode] = []
-    known: list[Any] = []
+    result: list[Mode] = []
+    basis: list[Any] = []
     power = A
     while True:
         level: list[Any] = []
         for v in power.nullspace(simplify=True):
-            if sympy.Matrix.hstack(*known, *level, v).rank(simplify=True) > len(known) + len(level):
+            if sympy.Matrix.hstack(*basis, *level, v).rank(simplify=True) > len(basis) + len(level):
                 level.append(v)
         if not level:
-            return made
+            return result
         for v in level:
-            kind, shape = ("drift", A * v) if known else ("rigid body", v)
-            made.append(Mode(kind, zero, zero, zero, _normalised(names, list(shape)[: len(names)])))
-        known += level
+            kind, shape = ("drift", A * v) if basis else ("rigid body", v)
+            result.append(Mode(kind, zero, zero, zero, _normalised(names, list(shape)[: len(names)])))
+        basis += level
         power = power * A
 
 
 def _shapes(linear: Any, f: Factor, s: Any) -> list[dict[str, Any]]:
-    """Null vectors of M s² + C s + K at a root s of a factor: cofactors of a row, reduced modulo the factor."""
+    """Return null vectors of M s² + C s + K at a root s of a factor: cofactors of a row, reduced modulo the factor."""
     character = linear.characteristic
     ring, rows = character.ring, character.matrix
     n = len(rows)
@@ -356,7 +358,7 @@ def _shapes(linear: Any, f: Factor, s: Any) -> list[dict[str, Any]]:
         return [
             dict(zip((*linear.coordinates, *linear.carried), map(sympy.factor_terms, values), strict=True))
         ]
-    # a repeated root whose cofactors vanish: every solution of the equations
+    # all cofactors vanish at a repeated root: take all null vectors
     P = sympy.Matrix(n, n, [_at(ring, x, s) for row in rows for x in row])
     names = (*linear.coordinates, *linear.carried)
     return [_normalised(names, v) for v in P.nullspace(simplify=True)]

@@ -22,12 +22,12 @@ EPSILON = float(np.finfo(float).eps)
 def balanced(
     model: Model, ring: Ring, residual: Sequence[Any], names: Sequence[str], moving: int, what: str
 ) -> None:
-    """Refuse a residual, by coordinates, that is not zero; ``moving`` is the mask of what changes with time."""
-    left = {name: r for name, r in zip(names, residual, strict=True) if not is_zero(r)}
-    if not left:
+    """Raise if a residual is not zero; ``moving`` is the mask of the generators that change with time."""
+    nonzero = {name: r for name, r in zip(names, residual, strict=True) if not is_zero(r)}
+    if not nonzero:
         return
-    shown = "; ".join(f"{name}: {text(r, ring)}" for name, r in left.items())
-    changes = any(ring.depends(r) & moving for r in left.values())
+    shown = "; ".join(f"{name}: {text(r, ring)}" for name, r in nonzero.items())
+    changes = any(ring.depends(r) & moving for r in nonzero.values())
     motion = "a steady motion" if changes else "an equilibrium or a steady motion"
     raise ModelError(
         f"The state given is not {motion} of '{model.name}': {what} {shown} in place of 0. Give a balanced state in "
@@ -37,7 +37,7 @@ def balanced(
 
 
 def steady(model: Model, ring: Ring, terms: Mapping[str, Any], names: Sequence[str], moving: int) -> None:
-    """Refuse matrices that hold what changes with time."""
+    """Raise if an entry of the matrices changes with time."""
     for key in "MCKB":
         for name, row in zip(names, terms[key], strict=True):
             for x in row:
@@ -50,9 +50,9 @@ def steady(model: Model, ring: Ring, terms: Mapping[str, Any], names: Sequence[s
 
 
 def check_untouched(model: Model, inputs: Sequence[str], moved: Sequence[Any]) -> None:
-    """Refuse inputs that the constraints hold."""
-    for name, one in zip(inputs, moved, strict=True):
-        if one:
+    """Raise if an input stands in the constraints; ``moved`` tells it for each input."""
+    for name, moves in zip(inputs, moved, strict=True):
+        if moves:
             raise ModelError(
                 f"The input '{name}' stands in the constraints of '{model.name}': its deviations would move them. "
                 "Take it out of `inputs`; inputs are loads, parameters of loads and of masses, and forces along "
@@ -61,9 +61,9 @@ def check_untouched(model: Model, inputs: Sequence[str], moved: Sequence[Any]) -
 
 
 class Checks:
-    """What is asked of the states at which a machine is linearised, and what is said of one that fails.
+    """Checks of the states at which a machine is linearised in numbers, with their messages.
 
-    ``shape`` is that of the arrays of values, () for one state.
+    ``shape`` is the shape of the arrays of values, () for one state.
     """
 
     def __init__(self, model: Model, shape: tuple[int, ...], numbers: Mapping[Any, Any]) -> None:
@@ -71,7 +71,7 @@ class Checks:
 
     @property
     def values(self) -> dict[str, Any]:
-        """Values of the parameters by name, in the shape in which they were given."""
+        """Values of the parameters by name, in the shape the user gave."""
         return {
             p.name: np.asarray(x).reshape(self.shape) if np.ndim(x) else x
             for p in self.model.parameters
@@ -89,7 +89,7 @@ class Checks:
         return dict(zip((*self.model.coordinate_names, *self.model.speed_names), columns, strict=True))
 
     def which(self, i: int) -> str:
-        """The values at one of many states, as words."""
+        """Return " at m = 2, ..." for state ``i`` of many; "" for a single state."""
         shown = ", ".join(
             f"{p.name} = {np.reshape(self._numbers[p.symbol], -1)[i]:.6g}"
             for p in self.model.parameters
@@ -98,7 +98,7 @@ class Checks:
         return f" at {shown}" if shown else ""
 
     def balance(self, residual: Any, scale: Any, names: Sequence[str], what: str) -> None:
-        """Refuse a residual that is not round-off."""
+        """Raise if a residual exceeds round-off."""
         bad = ~(np.abs(residual) <= SMALL * scale)
         if not bad.any():
             return
@@ -112,16 +112,16 @@ class Checks:
         )
 
     def regular(self, M: Any) -> None:
-        """Refuse a mass matrix that is singular, with each coordinate in a unit in which its own entry is 1."""
-        own = np.sqrt(np.abs(np.diagonal(M, axis1=1, axis2=2)))
-        if (own > 0).all():
-            scaled = M / own[:, :, None] / own[:, None, :]
+        """Raise if the mass matrix is singular, scaled so that its diagonal entries are 1."""
+        unit = np.sqrt(np.abs(np.diagonal(M, axis1=1, axis2=2)))
+        if (unit > 0).all():
+            scaled = M / unit[:, :, None] / unit[:, None, :]
             if np.isfinite(scaled).all() and (np.linalg.cond(scaled) * 10 * M.shape[-1] * EPSILON < 1).all():
                 return
         raise ModelError(SINGULAR.format(self.model.name))
 
     def same(self, first: Any, later: Any, what: str, at: Any = None) -> None:
-        """Refuse matrices that change along a steady motion; ``at`` are the places of these states among all."""
+        """Raise if matrices change along a steady motion; ``at`` are the indices of these states among all."""
         size, change = (np.abs(x).max(axis=(1, 2), initial=0) for x in (first, later - first))
         bad = ~(change <= 10**4 * SMALL * size)
         if bad.any():
@@ -135,7 +135,7 @@ class Checks:
 
 
 def scale_of(terms: Mapping[str, Any], u: Any) -> Any:
-    """Size of the terms of each equation at unit deviations, a row for each of several states."""
+    """Size of the terms of each equation at unit deviations, one row per state."""
     fast = np.abs(u).max(axis=1, initial=0)[:, None]
     M, C, K = (np.abs(terms[key]).sum(axis=2) for key in "MCK")
     return M * (1 + fast**2) + C * (1 + fast) + K

@@ -1,10 +1,10 @@
-"""The forms that a trigonometric coefficient can be shown in, on dictionaries of terms.
+"""The printed forms of a trigonometric coefficient, computed on dictionaries of terms.
 
-A coefficient is ``{monomial: {parameters: integer}}`` over one power of two: the monomial holds
-sines, cosines and coordinates, the parameters what stands in front. Its canonical form has no
-sin². Readers want the shortest of
+A coefficient is ``{monomial: {parameters: integer}}`` over one power of two: the monomial contains
+sines, cosines and coordinates, and the parameters are its factor. Its canonical form has no
+sin². The shortest of these forms is printed:
 
-- sines and cosines as they are, or with cos² = 1 - sin², or homogeneous (I₁ sin² + I₃ cos²);
+- sines and cosines in canonical form, or with cos² = 1 - sin², or homogeneous (I₁ sin² + I₃ cos²);
 - sums of angles, cos a cos b = ½ cos(a - b) + ½ cos(a + b), which collapse for parallel axes.
 
 In a monomial a generator is ``(index, exponent)``, a sine or cosine of a sum of angles is
@@ -20,14 +20,16 @@ from typing import Any
 
 Coefficient = dict[tuple[Any, ...], dict[Any, int]]
 
-# Beyond this many terms nobody reads a coefficient: it is shown in its canonical form.
 LARGEST = 4000
-_DEGREE = 12  # of a product of sines and cosines that is still turned into sums
-_WAVES = 2**18  # sines and cosines of sums that are looked at on the way to the shortest form: half a second
+"""Number of terms beyond which a coefficient is printed in its canonical form: nobody reads it."""
+_DEGREE = 12
+"""Largest degree of a product of sines and cosines that is expanded into sums of angles."""
+_WAVES = 2**18
+"""Most sines and cosines of sums to form in the search for the shortest form: half a second."""
 
 
 def shortest(ring: Any, coefficient: Coefficient, rank: Callable[[int], Any]) -> tuple[Coefficient, int]:
-    """The form with the fewest terms, and the power of two it is to be divided by.
+    """Return the form with the fewest terms, and the power of two by which it is to be divided.
 
     ``rank`` orders generators; the first angle of a sum is positive.
     Ties go to the earlier of: canonical, homogeneous, sin², angle sums.
@@ -49,7 +51,7 @@ def shortest(ring: Any, coefficient: Coefficient, rank: Callable[[int], Any]) ->
 
 
 def _squares(ring: Any, coefficient: Coefficient, pairs: dict[int, int]) -> Coefficient:
-    """The shortest that sin² + cos² = 1 gives, angle by angle."""
+    """Return the shortest form that sin² + cos² = 1 gives, angle by angle."""
     size = _size(coefficient)
     for cosine in pairs:
         sine = ring.generators[cosine].partner
@@ -66,7 +68,7 @@ def _size(coefficient: Coefficient) -> int:
 
 
 def _pairs(ring: Any, coefficient: Coefficient) -> dict[int, int]:
-    """Index of each angle's cosine -> largest degree of its sine and cosine together."""
+    """Return {index of an angle's cosine: largest degree of its sine and cosine together}."""
     generators = ring.generators
     result: dict[int, int] = {}
     divided = set()
@@ -78,7 +80,7 @@ def _pairs(ring: Any, coefficient: Coefficient) -> dict[int, int]:
                 continue
             cosine = index if g.kind == "cos" else g.partner
             degrees[cosine] = degrees.get(cosine, 0) + e
-            if e < 0:  # 1/cos stays as it is
+            if e < 0:  # 1/cos is not rewritten
                 divided.add(cosine)
         for index, d in degrees.items():
             if d > result.get(index, 0):
@@ -87,7 +89,7 @@ def _pairs(ring: Any, coefficient: Coefficient) -> dict[int, int]:
 
 
 def _sets(pairs: dict[int, int], size: int) -> list[frozenset[int]]:
-    """Sets of angles to turn into sums: all of them; for a short coefficient also every two."""
+    """Return the sets of angles to expand into sums: all angles; for a short coefficient also every pair."""
     if len(pairs) < 2 and max(pairs.values()) < 2:
         return []
     sets = [frozenset(pairs)]
@@ -124,7 +126,7 @@ def _newest_first(factor: tuple[Any, Any]) -> Any:
 
 
 def _without_cosines(coefficient: Coefficient, cosine: int, sine: int) -> Coefficient:
-    """cos² = 1 - sin² for one angle."""
+    """Substitute cos² = 1 - sin² for one angle."""
     result: Coefficient = {}
     for monomial, parameters in coefficient.items():
         s, c, rest = _split(monomial, cosine, sine)
@@ -134,7 +136,7 @@ def _without_cosines(coefficient: Coefficient, cosine: int, sine: int) -> Coeffi
 
 
 def _homogeneous(coefficient: Coefficient, cosine: int, sine: int) -> Coefficient:
-    """1 = sin² + cos² for one angle, up to the largest degree of the same parity."""
+    """Multiply by sin² + cos² of one angle up to the largest degree of the same parity."""
     split = [(_split(m, cosine, sine), p) for m, p in coefficient.items()]
     largest = [0, 0]
     for (s, c, _), _ in split:
@@ -170,10 +172,10 @@ def _add(result: Coefficient, monomial: tuple[Any, ...], parameters: dict[Any, i
 def angle_sums(
     ring: Any, coefficient: Coefficient, angles: frozenset[int], rank: Callable[[int], Any]
 ) -> tuple[Coefficient, int]:
-    """The coefficient with products of sines and cosines of ``angles`` as sums, and its power of two.
+    """Return the coefficient with products of sines and cosines of ``angles`` as sums, and its power of two.
 
-    sinᵃx cosᵇx = Σ_n z_n exp(i n x), with exact z_n; products multiply, and what belongs to
-    n and -n is a sine or a cosine.
+    sinᵃx cosᵇx = Σ_n z_n exp(i n x), with exact z_n. Series of several angles are multiplied; the terms
+    of n and -n together are a sine or a cosine.
     """
     generators = ring.generators
     split = []
@@ -208,7 +210,7 @@ def angle_sums(
 
 @cache
 def _waves(powers: tuple[tuple[int, int, int], ...]) -> tuple[tuple[Any, int], ...]:
-    """Π sinˢ cosᶜ times 2^degree as ((wave, integer), ...); wave () is the constant 1."""
+    """Return Π sinˢ cosᶜ times 2^degree as ((wave, integer), ...); wave () is the constant 1."""
     spectra = []
     odd = 0
     for index, s, c in powers:
@@ -216,7 +218,7 @@ def _waves(powers: tuple[tuple[int, int, int], ...]) -> tuple[tuple[Any, int], .
         spectra.append([(index, n, z) for n, z in _spectrum(s, c)])
     # (1/i)^odd: the sum of exp(i a) is a sum of (-1)^(odd/2) cos a, or of (-1)^((odd-1)/2) sin a
     sign = (-1) ** (odd // 2)
-    found: dict[Any, int] = {}
+    result: dict[Any, int] = {}
     for parts in product(*spectra):
         value = sign
         angle = []
@@ -226,19 +228,19 @@ def _waves(powers: tuple[tuple[int, int, int], ...]) -> tuple[tuple[Any, int], .
                 angle.append((index, n))
         if not angle:
             if odd % 2 == 0:
-                found[()] = found.get((), 0) + value
+                result[()] = result.get((), 0) + value
             continue
         if angle[0][1] < 0:
             angle = [(index, -n) for index, n in angle]
             value = -value if odd % 2 else value
         wave = ("sin" if odd % 2 else "cos", tuple(angle))
-        found[wave] = found.get(wave, 0) + value
-    return tuple((wave, value) for wave, value in found.items() if value)
+        result[wave] = result.get(wave, 0) + value
+    return tuple((wave, value) for wave, value in result.items() if value)
 
 
 @cache
 def _spectrum(s: int, c: int) -> tuple[tuple[int, int], ...]:
-    """(z - 1/z)ˢ (z + 1/z)ᶜ as ((power of z, integer), ...)."""
+    """Return (z - 1/z)ˢ (z + 1/z)ᶜ as ((power of z, integer), ...)."""
     row = {0: 1}
     for sign in (-1,) * s + (1,) * c:
         new: dict[int, int] = {}

@@ -1,6 +1,6 @@
-"""Canonical polynomials as people read them: text, LaTeX, MathML, grouped SymPy.
+"""Canonical polynomials in print: text, LaTeX, MathML and grouped SymPy.
 
-Printed straight from the polynomial; no SymPy expression is built, except by `displayed`.
+They are printed directly from the polynomial; only `displayed` builds a SymPy expression.
 """
 
 from __future__ import annotations
@@ -14,19 +14,21 @@ from .grouped import Grouped
 from .latex import Latex
 from .mathml import MathML, document
 from .printer import Printer
+from .result import Result
+from .show import aligned
 from .text import Text
 
 
 def text(x: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
-    """An element, or a number, as plain text.
+    """Return an element or a number as plain text.
 
     Parameters
     ----------
     x : Polynomial, int or Fraction
     ring : Ring
     lump : bool or Lumps, optional
-        Name the distinct polynomials of parameters: with True the result is ``(text, table)``
-        with the table of names as text; a `Lumps` is filled, to share names among equations.
+        Name the distinct polynomials of parameters. With True the result is ``(text, table)``, the table of names
+        as text. A `Lumps` is filled with the names, which several equations can share.
 
     Examples
     --------
@@ -42,33 +44,33 @@ def text(x: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
 
 
 def latex(x: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
-    """An element as LaTeX; see `text`."""
+    """Return an element as LaTeX; see `text`."""
     return _lumped(Latex, x, ring, lump)
 
 
 def mathml(x: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
-    """An element as a MathML ``math`` element; see `text`."""
+    """Return an element as a MathML ``math`` element; see `text`."""
     result = _lumped(MathML, x, ring, lump)
     return (document(result[0]), result[1]) if isinstance(result, tuple) else document(result)
 
 
 def displayed(x: Any, ring: Ring) -> Any:
-    """An element as a SymPy expression that is grouped as the text is."""
+    """Return an element as a SymPy expression, grouped as its text is."""
     return Grouped(ring).show(x)
 
 
 def equation_text(left: Any, right: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
-    """``left = right`` as plain text; see `text`."""
+    """Return ``left = right`` as plain text; see `text`."""
     return _equation(Text, left, right, ring, lump, " = ")
 
 
 def equation_latex(left: Any, right: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
-    """``left = right`` as LaTeX."""
+    """Return ``left = right`` as LaTeX."""
     return _equation(Latex, left, right, ring, lump, " = ")
 
 
 def equation_mathml(left: Any, right: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
-    """``left = right`` as a MathML ``math`` element."""
+    """Return ``left = right`` as a MathML ``math`` element."""
     result = _equation(MathML, left, right, ring, lump, "<mo>=</mo>")
     return (document(result[0]), result[1]) if isinstance(result, tuple) else document(result)
 
@@ -76,7 +78,7 @@ def equation_mathml(left: Any, right: Any, ring: Ring, lump: bool | Lumps = Fals
 def lines_of(
     kind: type[Printer], sides: Sequence[tuple[Any, Any]], ring: Ring, sign: str
 ) -> tuple[list[str], list[str]]:
-    """Equations, and what their long roots and denominators are: (lines, lines of the names in them)."""
+    """Return equations as lines, and as further lines the names of their long roots and denominators."""
     long = Lumps("P")
     lines = []
     for left, right in sides:
@@ -86,8 +88,8 @@ def lines_of(
     return lines, [f"{printer.name(name)}{sign}{printer.show(x)}" for name, x in long.table.items()]
 
 
-class Formulas:
-    """A result that is a list of equations: ``_lines(write)`` gives them as written by one of the functions above."""
+class Formulas(Result):
+    """A result that is a list of equations; ``_lines(write)`` prints them with one of the functions above."""
 
     def _lines(self, write: Any) -> list[str]:
         raise NotImplementedError
@@ -99,17 +101,11 @@ class Formulas:
     def latex(self) -> str:
         """The equations as a LaTeX ``aligned`` block."""
         rows = [line.replace(" = ", " &= ", 1) for line in self._lines(equation_latex)]
-        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+        return aligned(rows)
 
     def mathml(self) -> str:
         """The equations as presentation MathML, an element each."""
         return "\n".join(self._lines(equation_mathml))
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
-    def __repr__(self) -> str:
-        return self.text()
 
 
 def _lumped(kind: type[Printer], x: Any, ring: Ring, lump: bool | Lumps) -> Any:
