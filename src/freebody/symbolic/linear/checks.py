@@ -32,7 +32,7 @@ def balanced(
     raise ModelError(
         f"The state given is not {motion} of '{model.name}': {what} {shown} in place of 0. Give a balanced state in "
         "`about` (fb.steady_motions finds them), a relation among parameters as where={parameter: expression} (or in "
-        "`inputs` a load that is zero but for disturbances), or a trajectory."
+        "`inputs` a load that is zero except for disturbances), or a trajectory."
     )
 
 

@@ -276,7 +276,7 @@ def _check_choice(model: Model, choice: Choice, scaled: Array, M: Array, checks:
             raise ModelError(
                 f"The independent coordinates of '{model.name}' chosen at the first state are not "
                 f"independent{checks.which(i)}: other conditions are independent there, or its coordinates can no "
-                "longer move separately. Linearise these states in a call of their own, or name others with independent=."
+                "longer move separately. Linearise these states in another call, or name others with independent=."
             )
 
 

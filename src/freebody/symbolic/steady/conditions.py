@@ -16,40 +16,40 @@ STEPS = 60
 
 
 class Conditions:
-    """Polynomials of some unknowns with all else given in numbers, and their exact derivatives."""
+    """Polynomials in some unknowns, with numbers for all other atoms, and their exact derivatives."""
 
     def __init__(
-        self, ring: Ring, pieces: Sequence[Any], unknowns: Sequence[Any], given: Mapping[Any, Any]
+        self, ring: Ring, pieces: Sequence[Any], unknowns: Sequence[Any], numbers: Mapping[Any, Any]
     ) -> None:
         self.ring = ring
         self.pieces = list(pieces)
         self.unknowns = list(unknowns)
-        self.given = dict(given)
+        self.numbers = dict(numbers)
         self.slopes = [[ring.derivative(x, a) for a in unknowns] for x in pieces]
         self.angles = np.array([self._is_angle(a) for a in unknowns], dtype=bool)
         self._terms = sum(_length(x) for x in pieces)
         self._slope_terms = sum(_length(x) for row in self.slopes for x in row)
 
     def _is_angle(self, atom: Any) -> bool:
-        g = self.ring.find(atom)
-        x = self.ring.variable(g.index)  # type: ignore[union-attr]
-        used = {one.index: one for piece in self.pieces for one in self.ring.used(piece)}
-        depending = [one for one in used.values() if one.depends & 1 << g.index]  # type: ignore[union-attr]
+        unknown = self.ring.find(atom)
+        x = self.ring.variable(unknown.index)  # type: ignore[union-attr]
+        used = {generator.index: generator for piece in self.pieces for generator in self.ring.used(piece)}
+        depending = [generator for generator in used.values() if generator.depends & 1 << unknown.index]  # type: ignore[union-attr]
         return bool(depending) and all(
-            one.kind in ("sin", "cos") and one.arguments[0] == x for one in depending
+            generator.kind in ("sin", "cos") and generator.arguments[0] == x for generator in depending
         )
 
     def _at(self, x: np.ndarray) -> Substitution:
-        return Substitution(self.ring, arrays, {**self.given, **dict(zip(self.unknowns, x, strict=True))})
+        return Substitution(self.ring, arrays, {**self.numbers, **dict(zip(self.unknowns, x, strict=True))})
 
     def values(self, x: np.ndarray) -> np.ndarray:
-        """(m, N) values at the columns of x (n, N)."""
+        """Return the values (m, N) at the columns of x (n, N)."""
         self.ring.budget.evaluation(self._terms, x[:1].size)
         at = self._at(x)
         return np.array([np.broadcast_to(at(p), x.shape[1:]) for p in self.pieces], dtype=float)
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
-        """(m, n, N)."""
+        """Return the derivatives (m, n, N) at the columns of x (n, N)."""
         self.ring.budget.evaluation(self._slope_terms, x[:1].size)
         at = self._at(x)
         return np.array(
@@ -57,7 +57,7 @@ class Conditions:
         )
 
     def size(self, x: np.ndarray) -> np.ndarray:
-        """Sum of the absolute values of the terms of each polynomial at one point, and of what round-off of x does."""
+        """Return the sum of the absolute terms of each polynomial at one point, plus the effect of round-off of x."""
         at = self._at(x)
         result = []
         near = np.abs(self.jacobian(x)) @ np.maximum(1, np.abs(x)) if len(x) else np.zeros(len(self.pieces))
@@ -72,7 +72,7 @@ class Conditions:
         return np.array(result, dtype=float) + near
 
     def newton(self, x: np.ndarray, steps: int = STEPS) -> np.ndarray:
-        """Columns of x after damped Newton steps; those that fail are not finite."""
+        """Return the columns of x after damped Newton steps; columns that fail are not finite."""
         x = np.array(x, dtype=float)
         active = np.arange(x.shape[1])
         with np.errstate(all="ignore"):
@@ -82,8 +82,8 @@ class Conditions:
                 bad = ~np.isfinite(J).all(axis=(1, 2)) | ~np.isfinite(F).all(axis=0)
                 J[bad] = np.eye(*J.shape[1:])
                 step = -(np.linalg.pinv(J) @ F.T[:, :, None])[:, :, 0].T
-                most = np.maximum(1, np.abs(y).max(axis=0))
-                step = step * np.minimum(1, most / np.maximum(np.abs(step).max(axis=0), EPS * EPS))
+                longest = np.maximum(1, np.abs(y).max(axis=0))
+                step = step * np.minimum(1, longest / np.maximum(np.abs(step).max(axis=0), EPS * EPS))
                 step[:, bad] = np.nan
                 x[:, active] = y + step
                 active = active[~bad & (np.abs(step) > 2 * EPS * np.abs(y) + EPS * EPS).any(axis=0)]
@@ -92,10 +92,11 @@ class Conditions:
         return x
 
 
-def vanishes(one: Conditions) -> bool:
+def vanishes(conditions: Conditions) -> bool:
+    """Return True if conditions without unknowns are zero up to round-off."""
     x = np.zeros((0,))
-    value = np.abs(one.values(x))
-    return bool((value <= 64 * EPS * one.size(x)).all())
+    value = np.abs(conditions.values(x))
+    return bool((value <= 64 * EPS * conditions.size(x)).all())
 
 
 def _length(x: Any) -> int:

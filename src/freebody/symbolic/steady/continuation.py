@@ -1,7 +1,7 @@
-"""Branches of steady motions along a parameter, by pseudo-arclength, with folds and bifurcations.
+"""Branches of steady motions along a parameter, by pseudo-arclength continuation, with folds and bifurcations.
 
-Along a branch F(x, p) = 0 with unit tangent t, a fold is where dp/ds changes sign, and a bifurcation where the
-determinant of (∂F/∂(x, p); t) does.
+On a branch F(x, p) = 0 with unit tangent t, dp/ds changes sign at a fold, and the determinant of (∂F/∂(x, p); t)
+changes sign at a bifurcation.
 
 Source: E. L. Allgower, K. Georg, Introduction to Numerical Continuation Methods (2003), chapters 2, 6 and 8.
 """
@@ -20,7 +20,7 @@ from .conditions import EPS, Conditions
 
 @dataclass(frozen=True)
 class Special(Lines):
-    """A fold or a bifurcation: where it is, in the parameter and the unknowns."""
+    """A fold or a bifurcation, with its parameter and unknowns."""
 
     kind: str
     parameter: float
@@ -54,41 +54,41 @@ class Branch(Lines):
 
     @property
     def folds(self) -> tuple[Special, ...]:
-        """Where the branch turns back in the parameter."""
-        return tuple(one for one in self.special if one.kind == "fold")
+        """Points where the branch turns back in the parameter."""
+        return tuple(point for point in self.special if point.kind == "fold")
 
     @property
     def bifurcations(self) -> tuple[Special, ...]:
-        """Where another branch crosses."""
-        return tuple(one for one in self.special if one.kind == "bifurcation")
+        """Points where another branch crosses."""
+        return tuple(point for point in self.special if point.kind == "bifurcation")
 
     def _lines(self) -> list[list[Any]]:
-        """Its ends and where the verdict changes, then its folds and bifurcations."""
+        """Return its ends and the points where the verdict changes, then its folds and bifurcations."""
         shown = [0, *(k for k in range(1, len(self.stable)) if self.stable[k] != self.stable[k - 1])]
         if len(self.stable) - 1 not in shown:
             shown.append(len(self.stable) - 1)
         lines: list[list[Any]] = [[f"Steady motions over {self.parameter}, {len(self.parameters)} points"]]
         for k in shown:
             at = ((name, float(x[k])) for name, x in self.values.items())
-            here = assignments([(self.parameter, float(self.parameters[k])), *at])
-            lines.append([*here, f"  {self.stable[k]}"])
-        return [*lines, *(line for one in self.special for line in one._lines())]
+            values = assignments([(self.parameter, float(self.parameters[k])), *at])
+            lines.append([*values, f"  {self.stable[k]}"])
+        return [*lines, *(line for point in self.special for line in point._lines())]
 
     def __repr__(self) -> str:
         a, b = self.parameters[0], self.parameters[-1]
-        marks = "".join(f", {one.kind} at {one.parameter:.6g}" for one in self.special)
+        marks = "".join(f", {point.kind} at {point.parameter:.6g}" for point in self.special)
         return f"Branch over {self.parameter} from {a:.6g} to {b:.6g}, {len(self.parameters)} points{marks}"
 
 
 def follow(
-    one: Conditions, start: np.ndarray, span: tuple[float, float], direction: int, points: int = 400
+    conditions: Conditions, start: np.ndarray, span: tuple[float, float], direction: int, points: int = 400
 ) -> tuple[np.ndarray, list[tuple[str, np.ndarray]]]:
-    """Points z = (unknowns, parameter) of the branch through ``start``, by pseudo-arclength, and what is special.
+    """Return the points z = (unknowns, parameter) of the branch through ``start``, and its folds and bifurcations.
 
-    ``one`` has the parameter as its last unknown, whose unit of length is the range; angles have their own, and other
-    unknowns are measured by their size.
+    The last unknown of ``conditions`` is the parameter. Its unit of length is the range; angles have the unit 1, and
+    other unknowns are divided by their size.
     """
-    fixed = np.append(one.angles[:-1], True)
+    fixed = np.append(conditions.angles[:-1], True)
     unit = np.append(np.ones(len(start) - 1), abs(span[1] - span[0]))
     scale = unit
 
@@ -96,19 +96,19 @@ def follow(
         return np.where(fixed, unit, np.maximum(1, np.abs(z)))
 
     def tangent(z: np.ndarray, before: np.ndarray | None) -> np.ndarray:
-        _, _, V = np.linalg.svd(one.jacobian(z) * scale)
+        _, _, V = np.linalg.svd(conditions.jacobian(z) * scale)
         t = V[-1]
         turn = t @ before if before is not None else t[-1] * direction
         return -t if turn < 0 else t
 
     def test(z: np.ndarray, t: np.ndarray) -> float:
-        return float(np.linalg.det(np.vstack([_unit_rows(one.jacobian(z) * scale), t])))
+        return float(np.linalg.det(np.vstack([_unit_rows(conditions.jacobian(z) * scale), t])))
 
     def correct(guess: np.ndarray, t: np.ndarray) -> np.ndarray | None:
         z = guess.copy()
         for _ in range(12):
-            A = np.vstack([one.jacobian(z) * scale, t])
-            right = np.append(one.values(z), t @ ((z - guess) / scale))
+            A = np.vstack([conditions.jacobian(z) * scale, t])
+            right = np.append(conditions.values(z), t @ ((z - guess) / scale))
             try:
                 step = np.linalg.solve(A, right)
             except np.linalg.LinAlgError:
@@ -145,13 +145,13 @@ def follow(
         t = t / np.linalg.norm(t)
         scale = grown
         if not min(span) <= z[-1] <= max(span):
-            end = _clipped(one, path[-1], z, span)
+            end = _clipped(conditions, path[-1], z, span)
             if end is not None:
                 path.append(end)
             break
         path.append(z)
         h = min(2 * h, largest)
-    # a branch that turns back just where another crosses it: that is a bifurcation (pitchfork)
+    # a fold at a point where another branch crosses is a bifurcation (pitchfork)
     crossed = [z for kind, z in special if kind == "bifurcation"]
     special = [
         (kind, z)
@@ -168,7 +168,7 @@ def _unit_rows(A: np.ndarray) -> np.ndarray:
 def _located(
     z: np.ndarray, t: np.ndarray, h: float, f: Any, correct: Any, tangent: Any, scale: np.ndarray
 ) -> Any:
-    """The point between z and the next where f changes sign, by bisection on the arclength."""
+    """Return the point between z and the next at which f changes sign, by bisection on the arclength."""
     low, high = 0 * h, h
     at_low = f(z, t)
     best = z
@@ -185,20 +185,22 @@ def _located(
     return best
 
 
-def _clipped(one: Conditions, a: np.ndarray, b: np.ndarray, span: tuple[float, float]) -> np.ndarray | None:
-    """The point of the branch at the end of the range, between a and b."""
+def _clipped(
+    conditions: Conditions, a: np.ndarray, b: np.ndarray, span: tuple[float, float]
+) -> np.ndarray | None:
+    """Return the point of the branch at the end of the range, between a and b."""
     end = min(span) if b[-1] < min(span) else max(span)
     if b[-1] == a[-1]:
         return None
     z = a + (b - a) * (end - a[-1]) / (b[-1] - a[-1])
     for _ in range(12):
-        step = np.linalg.pinv(one.jacobian(z)[:, :-1]) @ one.values(z)
+        step = np.linalg.pinv(conditions.jacobian(z)[:, :-1]) @ conditions.values(z)
         z[:-1] = z[:-1] - step
     return z if np.isfinite(z).all() else None
 
 
 def check_span(span: Any) -> tuple[float, float]:
-    """A range of two different finite numbers."""
+    """Return a range as two different finite numbers; raise if it is none."""
     try:
         a, b = (float(x) for x in span)
     except (TypeError, ValueError):

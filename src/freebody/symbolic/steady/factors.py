@@ -11,7 +11,7 @@ from ...scalar.roots import is_positive, monomial_of
 
 
 def product(pieces: Sequence[Any]) -> Any:
-    """Of all pieces."""
+    """Return the product of all factors."""
     total: Any = 1
     for piece in pieces:
         total = total * piece
@@ -19,37 +19,37 @@ def product(pieces: Sequence[Any]) -> Any:
 
 
 def factors(ring: Ring, x: Any, unknowns: set[Any]) -> list[Any] | None:
-    """Factors that may be zero; none for zero, None if the product can not be zero.
+    """Return the factors that may be zero: [] for zero, None if the product cannot be zero.
 
-    Factors of parameters alone are taken as not zero, unless there are no others: then the product is a requirement.
+    Factors of parameters alone count as not zero, unless there are no others: then their product is a requirement.
     """
     if x == 0:
         return []
     if type(x) is not Polynomial:
         return None
-    found = [
+    candidates = [
         f for f, _ in ring.factor(x)[1] if not is_positive(ring, f.num) and not is_positive(ring, -f.num)
     ]
-    live = [f for f in found if ring.atoms_of(f) & unknowns]
-    return live or ([product(found)] if found else None)
+    live = [f for f in candidates if ring.atoms_of(f) & unknowns]
+    return live or ([product(candidates)] if candidates else None)
 
 
 def excluded(ring: Ring, x: Any, unknowns: set[Any]) -> list[Any]:
-    """Sums of parameters that :func:`factors` takes as not zero: where one is, its condition says nothing."""
-    kept = factors(ring, x, unknowns)
-    if not kept or not ring.atoms_of(kept[0]) & unknowns:
+    """Return the sums of parameters that :func:`factors` takes as not zero; if one is, the condition holds anyway."""
+    possible = factors(ring, x, unknowns)
+    if not possible or not ring.atoms_of(possible[0]) & unknowns:
         return []
-    rest = (f for f, _ in ring.factor(x)[1] if len(f) > 1 and not ring.atoms_of(f) & unknowns)
-    return [f for f in rest if not is_positive(ring, f.num) and not is_positive(ring, -f.num)]
+    of_parameters = (f for f, _ in ring.factor(x)[1] if len(f) > 1 and not ring.atoms_of(f) & unknowns)
+    return [f for f in of_parameters if not is_positive(ring, f.num) and not is_positive(ring, -f.num)]
 
 
-def sign_kept(ring: Ring, x: Any) -> Any:
-    """x without factors that are known to be positive: of the same sign."""
+def signed_part(ring: Ring, x: Any) -> Any:
+    """Return x without factors known to be positive; the sign is the same."""
     if type(x) is not Polynomial:
         return x
-    content, found = ring.factor(x)
+    content, factors_of_x = ring.factor(x)
     result: Any = 1 if content > 0 else -1
-    for f, n in found:
+    for f, n in factors_of_x:
         if is_positive(ring, f.num):
             continue
         if is_positive(ring, -f.num):
@@ -60,17 +60,17 @@ def sign_kept(ring: Ring, x: Any) -> Any:
 
 
 def coefficients(ring: Ring, x: Any, index: int) -> dict[int, Any]:
-    """Of a polynomial in one generator, by power."""
+    """Return the coefficients of a polynomial in one generator, by power."""
     result: dict[int, Any] = {}
     for monomial, c in x.terms():
         power = next((e for i, e in monomial if i == index), 0)
-        rest = monomial_of(ring, [(i, e) for i, e in monomial if i != index])
-        result[power] = result.get(power, 0) + divide(c, x.den) * rest
+        cofactor = monomial_of(ring, [(i, e) for i, e in monomial if i != index])
+        result[power] = result.get(power, 0) + divide(c, x.den) * cofactor
     return {n: ring.reduced(ring.coerce(y)) for n, y in result.items() if y != 0}
 
 
 def fraction(ring: Ring, x: Any) -> tuple[Any, Any]:
-    """(N, D) without inverse generators, x = N / D."""
+    """Return (N, D) without inverse generators, x = N / D."""
     D: Any = 1
     while type(x) is Polynomial:
         inverse = next((g for g in reversed(ring.used(x)) if g.kind == "inverse"), None)
@@ -82,5 +82,5 @@ def fraction(ring: Ring, x: Any) -> tuple[Any, Any]:
 
 
 def cleared(ring: Ring, x: Any) -> Any:
-    """The numerator."""
+    """Return the numerator of x."""
     return fraction(ring, x)[0]
