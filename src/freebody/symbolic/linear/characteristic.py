@@ -16,6 +16,7 @@ from typing import Any
 import sympy
 
 from ...errors import ExpressionError, ModelError
+from ...scalar.algebra import Scalar
 from ...scalar.element import element
 from ...scalar.polynomial import Polynomial, Ring
 from ..printing.display import displayed, text
@@ -33,8 +34,8 @@ LARGEST = 8
 class Factor:
     """A factor of the characteristic polynomial: its coefficients by rising powers of s, and how often it occurs."""
 
-    element: Any
-    coefficients: tuple[Any, ...]
+    element: Scalar
+    coefficients: tuple[Scalar, ...]
     times: int
 
     @property
@@ -60,7 +61,7 @@ class Characteristic(Result):
         Factors that depend on s.
     """
 
-    def __init__(self, ring: Ring, matrix: list[list[Any]], determinant: Any) -> None:
+    def __init__(self, ring: Ring, matrix: list[list[Scalar]], determinant: Scalar) -> None:
         self.ring = ring
         self.matrix = matrix
         self.determinant = determinant
@@ -107,7 +108,7 @@ class Characteristic(Result):
         return [z for f in self.factors for _, z in oscillations(self.ring, f) for _ in range(f.times)]
 
 
-def pencil(terms: Mapping[str, Any], n: int, carried: int) -> list[list[list[Any]]]:
+def pencil(terms: Mapping[str, Any], n: int, carried: int) -> list[list[list[Scalar]]]:
     """Return P_0, P_1, P_2 of P_2 s² + P_1 s + P_0 = [M s² + C s + K, K_c; -E_ξ - E_r s, s - E_c] for (ξ, c)."""
     m = n + carried
     result = [[[0] * m for _ in range(m)] for _ in range(3)]
@@ -139,12 +140,12 @@ def of(ring: Ring, terms: Mapping[str, Any], n: int, carried: int = 0) -> Charac
     return Characteristic(ring, rows, determinant(ring, rows))
 
 
-def determinant(ring: Ring, rows: Sequence[Sequence[Any]]) -> Polynomial:
+def determinant(ring: Ring, rows: Sequence[Sequence[Scalar]]) -> Polynomial:
     """Return the determinant by expansion in minors of the first rows, each formed once, without division."""
-    minors: dict[int, Any] = {0: 1}
+    minors: dict[int, Scalar] = {0: 1}
     n = len(rows)
     for row in rows:
-        following: dict[int, Any] = {}
+        following: dict[int, Scalar] = {}
         for mask, minor in minors.items():
             for j in range(n):
                 if mask >> j & 1 or row[j] == 0:
@@ -157,7 +158,7 @@ def determinant(ring: Ring, rows: Sequence[Sequence[Any]]) -> Polynomial:
     return ring.coerce(minors.get((1 << n) - 1, 0))
 
 
-def cleared(ring: Ring, x: Any) -> Polynomial:
+def cleared(ring: Ring, x: Scalar) -> Polynomial:
     """Return x times powers of its denominators: a polynomial without inverse generators and with the same roots."""
     x = ring.coerce(x)
     while True:
@@ -168,10 +169,10 @@ def cleared(ring: Ring, x: Any) -> Polynomial:
         x = ring.coerce(x * g.arguments[0] ** int(x.num.degrees()[-1 - g.index]))
 
 
-def coefficients(ring: Ring, x: Any) -> tuple[Any, ...]:
+def coefficients(ring: Ring, x: Scalar) -> tuple[Scalar, ...]:
     """Return the canonical coefficients by rising powers of s."""
     x = ring.coerce(x)
-    result: list[Any] = []
+    result: list[Scalar] = []
     factorial = 1
     s = ring.generator(S)
     while x != 0:
@@ -182,7 +183,7 @@ def coefficients(ring: Ring, x: Any) -> tuple[Any, ...]:
     return tuple(result) or (0,)
 
 
-def _without_s(ring: Ring, x: Any, mask: int) -> Any:
+def _without_s(ring: Ring, x: Scalar, mask: int) -> Scalar:
     if not isinstance(x, Polynomial):
         return x
     name = f"g{mask.bit_length() - 1}"
@@ -364,7 +365,7 @@ def _shapes(linear: Any, f: Factor, s: Any) -> list[dict[str, Any]]:
     return [_normalised(names, v) for v in P.nullspace(simplify=True)]
 
 
-def _at(ring: Ring, x: Any, s: Any) -> Any:
+def _at(ring: Ring, x: Scalar, s: Any) -> Any:
     return sum((displayed(c, ring) * s**k for k, c in enumerate(coefficients(ring, x))), sympy.Integer(0))
 
 

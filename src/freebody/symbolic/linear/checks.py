@@ -1,4 +1,4 @@
-"""Checks of an operating point: balanced, steady, regular, and no input that stands in the constraints."""
+"""Checks of an operating point: balanced, steady, regular, and without inputs in the constraints."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from ...errors import ModelError
 from ...model.model import Model
+from ...scalar.algebra import Scalar
 from ...scalar.polynomial import Ring
 from ...scalar.zero import is_zero
 from ..printing.display import text
@@ -20,7 +21,7 @@ EPSILON = float(np.finfo(float).eps)
 
 
 def balanced(
-    model: Model, ring: Ring, residual: Sequence[Any], names: Sequence[str], moving: int, what: str
+    model: Model, ring: Ring, residual: Sequence[Scalar], names: Sequence[str], moving: int, what: str
 ) -> None:
     """Raise if a residual is not zero; ``moving`` is the mask of the generators that change with time."""
     nonzero = {name: r for name, r in zip(names, residual, strict=True) if not is_zero(r)}
@@ -50,7 +51,7 @@ def steady(model: Model, ring: Ring, terms: Mapping[str, Any], names: Sequence[s
 
 
 def check_untouched(model: Model, inputs: Sequence[str], moved: Sequence[Any]) -> None:
-    """Raise if an input stands in the constraints; ``moved`` tells it for each input."""
+    """Raise if an input occurs in the constraints; ``moved`` is true for each input that does."""
     for name, moves in zip(inputs, moved, strict=True):
         if moves:
             raise ModelError(

@@ -20,6 +20,7 @@ from ...dynamics.constraints import linearized, rows
 from ...dynamics.state import State
 from ...errors import ModelError
 from ...model.model import Model
+from ...scalar.algebra import Scalar
 from ...scalar.polynomial import Ring
 from ...scalar.ratio import Ratio
 from ..printing.display import displayed, text
@@ -37,9 +38,9 @@ class Motion:
     ``varying`` are the indices of the speeds that change, ``moving`` the mask of the generators that change with time.
     """
 
-    q: tuple[Any, ...]
-    u: tuple[Any, ...]
-    udot: tuple[Any, ...]
+    q: tuple[Scalar, ...]
+    u: tuple[Scalar, ...]
+    udot: tuple[Scalar, ...]
     varying: tuple[int, ...]
     moving: int
 
@@ -48,10 +49,10 @@ def constrained_symbols(
     model: Model,
     ring: Ring,
     point: OperatingPoint,
-    q: Sequence[Any],
-    u: Sequence[Any],
-    t: Any,
-    values: Mapping[Any, Any],
+    q: Sequence[Scalar],
+    u: Sequence[Scalar],
+    t: Scalar,
+    values: Mapping[Any, Scalar],
     inputs: Sequence[str],
     independent: Sequence[str],
 ) -> LinearModel:
@@ -65,7 +66,7 @@ def constrained_symbols(
             f"The constraints and drives of '{model.name}' leave it no freedom: it has no small motions to linearise."
         )
 
-    def entry(x: Any) -> Ratio:
+    def entry(x: Scalar) -> Ratio:
         return Ratio(ring, x)
 
     def solve(A: Any, B: Any) -> Any:
@@ -121,10 +122,10 @@ def _closed(
     model: Model,
     ring: Ring,
     point: OperatingPoint,
-    q: Sequence[Any],
-    u: Sequence[Any],
-    values: Mapping[Any, Any],
-) -> tuple[Any, ...]:
+    q: Sequence[Scalar],
+    u: Sequence[Scalar],
+    values: Mapping[Any, Scalar],
+) -> tuple[Scalar, ...]:
     """Return coordinates with φ = 0, solved for coordinates not named in which φ is linear."""
     kinds = rows(model)
     on_coordinates = [i for i, kind in enumerate(kinds) if not kind.on_speeds]
@@ -179,11 +180,11 @@ def _consistent_speeds(
     model: Model,
     ring: Ring,
     point: OperatingPoint,
-    t: Any,
-    q: Sequence[Any],
-    u: Sequence[Any],
-    values: Mapping[Any, Any],
-) -> tuple[Any, ...]:
+    t: Scalar,
+    q: Sequence[Scalar],
+    u: Sequence[Scalar],
+    values: Mapping[Any, Scalar],
+) -> tuple[Scalar, ...]:
     """Return speeds with ψ = 0, solved for the speeds not named."""
     start = [x if name in point.names else 0 for name, x in zip(model.speed_names, u, strict=True)]
     conditions = linearized(model, State(model, ring, t, q, start, values))
@@ -215,7 +216,7 @@ def _consistent_speeds(
 
 
 def _conditions(
-    model: Model, ring: Ring, matrix: Sequence[Any], constants: Sequence[Any], columns: Sequence[int]
+    model: Model, ring: Ring, matrix: Sequence[Scalar], constants: Sequence[Scalar], columns: Sequence[int]
 ) -> list[Row]:
     """Rows Σ_j G_kj x_j + constant_k of all conditions, over some columns."""
     result = []
@@ -231,10 +232,10 @@ def _motion(
     model: Model,
     ring: Ring,
     point: OperatingPoint,
-    q: Sequence[Any],
-    u: Sequence[Any],
-    t: Any,
-    values: Mapping[Any, Any],
+    q: Sequence[Scalar],
+    u: Sequence[Scalar],
+    t: Scalar,
+    values: Mapping[Any, Scalar],
 ) -> Motion:
     """Return the motion at any time; speeds that follow from the constraints may change."""
     n = model.n_u
@@ -271,7 +272,7 @@ def _motion(
             f"The motion given leaves the constraints of '{model.name}' as it goes on: {shown} in place of 0. Its "
             "speeds are not constant; linearise about a trajectory (about=fb.simulate(...))."
         )
-    udot: list[Any] = [0] * n
+    udot: list[Scalar] = [0] * n
     solved, contradictions = eliminate(
         _conditions(model, ring, conditions.matrix, conditions.bias, varying), [varying]
     )
@@ -299,8 +300,8 @@ def _choice(
     ring: Ring,
     motion: Motion,
     point: OperatingPoint,
-    t: Any,
-    values: Mapping[Any, Any],
+    t: Scalar,
+    values: Mapping[Any, Scalar],
     independent: Sequence[str],
 ) -> Choice:
     """Choose independent speeds and deviations.
@@ -416,7 +417,7 @@ def _check_carried(
 # -- canonical algebra ----------------------------------------------------------------------------
 
 
-def _whole(ring: Ring, x: Any) -> Any:
+def _whole(ring: Ring, x: Scalar) -> Scalar:
     return Ratio(ring, x).whole() if not isinstance(x, Ratio) else x.tidy().whole()
 
 

@@ -90,7 +90,7 @@ def start_of(
         return displaced(model, q0, p.tolist()), u.tolist()
     terms, choice = linear.canonical, linear.canonical["chosen"]
     T, S, P, to_rates = (np.array(terms[key], dtype=float) for key in ("T", "S", "P", "to_rates"))
-    p = np.concatenate([p, np.zeros(T.shape[1] - len(p))])  # carried deviations that are not given
+    p = np.concatenate([p, np.zeros(T.shape[1] - len(p))])  # carried deviations, zero by default
     v = w - to_rates @ p
     fixed_speeds = [*choice.speeds, *choice.carried]
     numbers = {parameter.symbol: linear.values[parameter.name] for parameter in model.parameters}

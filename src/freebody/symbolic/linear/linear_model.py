@@ -25,6 +25,7 @@ from ...dynamics.linear import Factorization
 from ...errors import ModelError
 from ...model.model import Model
 from ...model.values import check_assumptions
+from ...scalar.algebra import Expression
 from ...scalar.polynomial import Ring
 from ..printing.display import displayed, equation_latex, equation_mathml, equation_text
 from ..printing.show import aligned
@@ -191,7 +192,7 @@ class LinearModel:
 
     # -- other forms ------------------------------------------------------------------------------
 
-    def numeric(self, values: Mapping[Any, Any] | None = None) -> LinearModel:
+    def numeric(self, values: Mapping[Any, Expression] | None = None) -> LinearModel:
         """Return these equations in numbers.
 
         Parameters
@@ -351,7 +352,7 @@ class LinearModel:
     # -- response ---------------------------------------------------------------------------------
 
     def response(
-        self, initial: Mapping[Any, Any] | None = None, forcing: Mapping[Any, Any] | None = None
+        self, initial: Mapping[Any, Expression] | None = None, forcing: Mapping[Any, Expression] | None = None
     ) -> ExactResponse | Response:
         """Return the motion from initial deviations and under inputs, in closed form.
 

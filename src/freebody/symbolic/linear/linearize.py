@@ -27,7 +27,7 @@ from ...dynamics.state import State
 from ...errors import ModelError, arguments_named, nearest
 from ...model.model import Model
 from ...model.values import check_assumption
-from ...scalar.algebra import Field, floats
+from ...scalar.algebra import Expression, Field, Scalar, floats
 from ...scalar.arrays import arrays, column
 from ...scalar.dual import DualField, slope_of, value_of
 from ...scalar.expression import evaluate
@@ -56,8 +56,8 @@ def linearize(
     s: Any,
     about: Any = None,
     *,
-    where: Mapping[Any, Any] | None = None,
-    values: Mapping[Any, Any] | None = None,
+    where: Mapping[Any, Expression] | None = None,
+    values: Mapping[Any, Expression] | None = None,
     inputs: Any = (),
     independent: Any = (),
 ) -> LinearModel:
@@ -86,7 +86,7 @@ def linearize(
     independent : names of coordinates, optional
         For a machine with constraints: the coordinates whose rates describe the motion. By default they are chosen
         by pivoting. In symbols, coordinates named in ``about`` are preferred; the others follow from the constraints
-        where these are linear in them.
+        if these are linear in them.
 
     Returns
     -------
@@ -131,7 +131,7 @@ def linearize(
 
 
 def _symbolic(
-    programs: Recorded, about: Any, where: Mapping[Any, Any], inputs: Sequence[str], independent: Any
+    programs: Recorded, about: Any, where: Mapping[Any, Expression], inputs: Sequence[str], independent: Any
 ) -> LinearModel:
     model = programs.model
     point = operating_point(model, about)
@@ -144,12 +144,12 @@ def _symbolic(
     parameters = [p for p in model.parameters if p.name in inputs]
     for p in parameters:  # an input deviates from its default
         relations.setdefault(p.symbol, value_of_name(model, p.default or 0, p.name))
-    values: dict[Any, Any] = {p.symbol: ring.generator(p.symbol, "parameter") for p in model.parameters}
+    values: dict[Any, Scalar] = {p.symbol: ring.generator(p.symbol, "parameter") for p in model.parameters}
     values.update({symbol: ring.from_sympy(x) for symbol, x in relations.items()})
     t = ring.generator(model.names.atoms["t"], "time")
     substituted = {symbol: sympy.sympify(x) for symbol, x in relations.items()}
 
-    def element(x: Any) -> Any:
+    def element(x: Expression) -> Scalar:
         return ring.from_sympy(sympy.sympify(x).xreplace(substituted)) if isinstance(x, sympy.Basic) else x
 
     q0, u0 = [element(x) for x in point.q], [element(x) for x in point.u]
@@ -176,7 +176,7 @@ def _symbolic(
 
 
 def _is_balanced_in_numbers(
-    programs: Recorded, about: Any, where: Mapping[Any, Any], inputs: Sequence[str], independent: Any
+    programs: Recorded, about: Any, where: Mapping[Any, Expression], inputs: Sequence[str], independent: Any
 ) -> bool:
     """Return True if a state of floats is balanced up to round-off, at the default values."""
     try:
@@ -186,7 +186,7 @@ def _is_balanced_in_numbers(
     return True
 
 
-def _where(model: Model, where: Mapping[Any, Any]) -> dict[Any, Any]:
+def _where(model: Model, where: Mapping[Any, Expression]) -> dict[Any, Expression]:
     symbols = {p.name: p.symbol for p in model.parameters}
     result = {}
     for key, value in where.items():
@@ -203,11 +203,11 @@ def _where(model: Model, where: Mapping[Any, Any]) -> dict[Any, Any]:
 def terms_at(
     model: Model,
     field: Field,
-    q: Sequence[Any],
-    u: Sequence[Any],
-    udot: Sequence[Any],
-    t: Any,
-    values: Mapping[Any, Any],
+    q: Sequence[Scalar],
+    u: Sequence[Scalar],
+    udot: Sequence[Scalar],
+    t: Scalar,
+    values: Mapping[Any, Scalar],
     inputs: Sequence[str],
 ) -> dict[str, Any]:
     """Return the residual, M, C, K and B of M u' + C δu + K ξ = B f at a state."""
@@ -231,7 +231,7 @@ def terms_at(
 
 
 def _in_rates(
-    terms: dict[str, Any], A: Sequence[Sequence[Any]], A_rate: Sequence[Sequence[Any]] | None = None
+    terms: dict[str, Any], A: Sequence[Sequence[Scalar]], A_rate: Sequence[Sequence[Scalar]] | None = None
 ) -> dict[str, Any]:
     """Replace speeds by rates of the deviations, δu = ξ' - A ξ: C becomes C - M A, and K becomes K - C A - M A'.
 
@@ -248,11 +248,11 @@ def _in_rates(
     }
 
 
-def _product(X: Sequence[Sequence[Any]], Y: Sequence[Sequence[Any]]) -> list[list[Any]]:
+def _product(X: Sequence[Sequence[Scalar]], Y: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
     return [[sum((x * y[j] for x, y in zip(row, Y, strict=True)), 0) for j in range(len(Y[0]))] for row in X]
 
 
-def _minus(X: Sequence[Sequence[Any]], Y: Sequence[Sequence[Any]]) -> list[list[Any]]:
+def _minus(X: Sequence[Sequence[Scalar]], Y: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
     return [[x - y for x, y in zip(a, b, strict=True)] for a, b in zip(X, Y, strict=True)]
 
 
@@ -262,8 +262,8 @@ def _minus(X: Sequence[Sequence[Any]], Y: Sequence[Sequence[Any]]) -> list[list[
 def _numeric(
     programs: Recorded,
     about: Any,
-    where: Mapping[Any, Any],
-    values: Mapping[Any, Any],
+    where: Mapping[Any, Expression],
+    values: Mapping[Any, Expression],
     inputs: Sequence[str],
     independent: Any,
 ) -> LinearModel:
@@ -272,7 +272,7 @@ def _numeric(
     shape, numbers = _numbers(model, where, values)
     size = int(np.prod(shape))
 
-    def row(x: Any) -> Any:
+    def row(x: Expression) -> Any:
         return np.broadcast_to(np.asarray(_evaluated(model, x, numbers, "`about`"), dtype=float), (size,))
 
     q0, u0 = (np.array([row(x) for x in xs]).reshape(len(xs), size).T for xs in (point.q, point.u))
@@ -327,7 +327,7 @@ def _numeric(
 
 
 def _numbers(
-    model: Model, where: Mapping[Any, Any], values: Mapping[Any, Any]
+    model: Model, where: Mapping[Any, Expression], values: Mapping[Any, Expression]
 ) -> tuple[tuple[int, ...], dict[Any, Any]]:
     """Return the shape of the arrays in ``values``, and the parameters by symbol as numbers or flat arrays."""
     replaced = _where(model, where)
@@ -349,7 +349,7 @@ def _numbers(
     return shape, numbers
 
 
-def _arrays(model: Model, values: Mapping[Any, Any]) -> tuple[tuple[int, ...], dict[Any, Any]]:
+def _arrays(model: Model, values: Mapping[Any, Expression]) -> tuple[tuple[int, ...], dict[Any, Any]]:
     """Return the values that are arrays or lists, broadcast to one shape."""
     if not isinstance(values, Mapping):
         return (), {}
@@ -384,7 +384,7 @@ def _defaults(model: Model) -> dict[str, Any]:
     return {p.name: 1 for p in model.parameters if p.default is None}
 
 
-def _evaluated(model: Model, x: Any, numbers: Mapping[Any, float], what: str) -> Any:
+def _evaluated(model: Model, x: Expression, numbers: Mapping[Any, float], what: str) -> Any:
     if isinstance(x, sympy.Basic):
         unknown = x.free_symbols - set(numbers)
         if unknown:
@@ -407,7 +407,11 @@ def _is_motion(about: Any) -> bool:
 
 
 def _about_trajectory(
-    programs: Recorded, about: Any, values: Mapping[Any, Any] | None, inputs: Sequence[str], independent: Any
+    programs: Recorded,
+    about: Any,
+    values: Mapping[Any, Expression] | None,
+    inputs: Sequence[str],
+    independent: Any,
 ) -> LinearModel:
     model = programs.model
     trajectory = getattr(about, "_trajectory", about)
@@ -484,7 +488,7 @@ def _listed(model: Model, names_given: Any, known: Sequence[str], what: str) -> 
     return names
 
 
-def _named_point(model: Model, q: Sequence[Any], u: Sequence[Any]) -> dict[str, Any]:
+def _named_point(model: Model, q: Sequence[Scalar], u: Sequence[Scalar]) -> dict[str, Any]:
     return {
         **dict(zip(model.coordinate_names, q, strict=True)),
         **dict(zip(model.speed_names, u, strict=True)),

@@ -30,7 +30,7 @@ from ...dynamics.mobility import check_mobility
 from ...dynamics.state import State
 from ...errors import ModelError
 from ...model.model import Model
-from ...scalar.algebra import floats
+from ...scalar.algebra import Scalar, floats
 from ..free_body.contact_modes import sticking_only
 from .checks import SMALL, Checks, check_untouched
 from .linear_model import LinearModel
@@ -333,7 +333,7 @@ def _motion(state: State, active: Sequence[int]) -> dict[str, Any]:
 
 
 def _slopes(
-    state: State, udot: Sequence[Any], multipliers: Sequence[Any], inputs: Sequence[str], choice: Choice
+    state: State, udot: Sequence[Scalar], multipliers: Sequence[Scalar], inputs: Sequence[str], choice: Choice
 ) -> dict[str, Any]:
     """`slopes` with the multipliers of the motion, and `drifts`, as one dictionary."""
     known_multipliers = np.array(multipliers, dtype=object)
@@ -359,7 +359,7 @@ def _slopes(
     }
 
 
-def _unchanged(x: Any) -> Any:
+def _unchanged(x: Scalar) -> Scalar:
     return x
 
 

@@ -17,7 +17,7 @@ from ...dynamics.kinematics import coordinate_rates
 from ...dynamics.state import State, rest_coordinates
 from ...errors import ModelError, nearest
 from ...model.model import Model
-from ...scalar.algebra import Field, add, apply, cross, divide, dot, scale
+from ...scalar.algebra import Expression, Field, Scalar, add, apply, cross, divide, dot, scale
 from ...scalar.arrays import arrays, column
 from ...scalar.dual import DualField
 from ...scalar.expression import exact
@@ -29,7 +29,7 @@ SINGULAR = (
     "upright axis are), or something without mass can move. Use other coordinates, such as another sequence of angles "
     "or a ball joint."
 )
-"""Message where the forces determine no acceleration."""
+"""Message if the forces determine no acceleration."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,8 @@ class OperatingPoint:
     ``rounded`` is true if some values are floats, which meet a condition only up to round-off.
     """
 
-    q: tuple[Any, ...]
-    u: tuple[Any, ...]
+    q: tuple[Expression, ...]
+    u: tuple[Expression, ...]
     names: frozenset[str]
     rounded: bool = False
 
@@ -59,8 +59,8 @@ def operating_point(model: Model, about: Any) -> OperatingPoint:
             "Expected `about` to be a mapping of coordinates and speeds to values, such as {'theta': 0}, a motion "
             f"of fb.steady_motions, a trajectory or a state of one, got {about!r}."
         )
-    q: list[Any] = [*rest_coordinates(model)]
-    u: list[Any] = [0] * model.n_u
+    q: list[Expression] = [*rest_coordinates(model)]
+    u: list[Expression] = [0] * model.n_u
     names = [*model.coordinate_names, *model.speed_names]
     quaternions = {
         link.joint: link.q + (3 if link.kind == "free" else 0)
@@ -125,7 +125,7 @@ def _steady_motion_values(model: Model, about: Any) -> Any:
     return values
 
 
-def value_of_name(model: Model, value: Any, what: str) -> Any:
+def value_of_name(model: Model, value: Expression, what: str) -> Expression:
     """Return a constant: a number or an expression. SymPy expressions may contain new symbols."""
     if isinstance(value, str):
         result = model.names.expression(value, what)
@@ -150,8 +150,13 @@ def value_of_name(model: Model, value: Any, what: str) -> Any:
 
 
 def along(
-    model: Model, field: Field, q: Sequence[Any], u: Sequence[Any], t: Any, values: Mapping[Any, Any]
-) -> tuple[Any, ...]:
+    model: Model,
+    field: Field,
+    q: Sequence[Scalar],
+    u: Sequence[Scalar],
+    t: Scalar,
+    values: Mapping[Any, Scalar],
+) -> tuple[Scalar, ...]:
     """Coordinates after motion at the constant speeds u for a time t.
 
     e(t) and p(t) of ball and free joints are given at the head of this file.
@@ -203,17 +208,17 @@ def moved(model: Model, points: Points, t: NDArray[np.float64]) -> Points:
     return points.at(q=q, t=points.t + t)
 
 
-def _still(x: Any) -> bool:
+def _still(x: Scalar) -> bool:
     return bool(np.all(x == 0))
 
 
 def perturbed(
     model: Model,
     field: Field,
-    q: Sequence[Any],
-    u: Sequence[Any],
-    t: Any,
-    values: Mapping[Any, Any],
+    q: Sequence[Scalar],
+    u: Sequence[Scalar],
+    t: Scalar,
+    values: Mapping[Any, Scalar],
     inputs: Sequence[Any] = (),
 ) -> State:
     """Return the state with small deviations as dual numbers.
@@ -223,7 +228,7 @@ def perturbed(
     """
     n = model.n_u
     dual = DualField(field)
-    rates_of: list[dict[int, Any]] = [{} for _ in range(model.n_q)]
+    rates_of: list[dict[int, Scalar]] = [{} for _ in range(model.n_q)]
     places = {name: j for j, name in enumerate(model.speed_names)}
     for i, coordinate in enumerate(model.coordinates):
         if coordinate.kind == "scalar":
@@ -249,16 +254,16 @@ def perturbed(
     )
 
 
-def tangent_drift(model: Model, u: Sequence[Any]) -> list[list[Any]]:
+def tangent_drift(model: Model, u: Sequence[Scalar]) -> list[list[Scalar]]:
     """Matrix A of ξ' = δu + A ξ, where ξ are the deviations of the coordinates.
 
     It is zero except for ball and free joints. Their deviations are small turns δθ (and displacements δs) in the
     child's axes: δθ' = δω - ω × δθ,   δs' = δv - ω × δs - v × δθ.
     """
     n = model.n_u
-    A: list[list[Any]] = [[0] * n for _ in range(n)]
+    A: list[list[Scalar]] = [[0] * n for _ in range(n)]
 
-    def put(row: int, column: int, x: Sequence[Any]) -> None:
+    def put(row: int, column: int, x: Sequence[Scalar]) -> None:
         for i, j, sign, k in (
             (0, 1, 1, 2),
             (0, 2, -1, 1),

@@ -16,6 +16,7 @@ from typing import Any
 import sympy
 
 from ...errors import ModelError
+from ...scalar.algebra import Scalar
 from ..printing.rational import Rationals, S
 from .characteristic import Characteristic, biquadratic, determinant
 from .forcing import T, Term
@@ -23,15 +24,15 @@ from .forcing import T, Term
 _W = sympy.Dummy("w", positive=True)
 
 
-def inverse_transform(character: Characteristic, rows: Sequence[Sequence[Any]], term: Term | None) -> Any:
+def inverse_transform(character: Characteristic, rows: Sequence[Sequence[Scalar]], term: Term | None) -> Any:
     """Return the inverse transform of det(rows) / Δ(s) times the transform of an input."""
     ring = character.ring
     top = determinant(ring, rows)
     if top == 0:
         return sympy.Integer(0)
     s = ring.generator(S)
-    above: Any = 1
-    below: Any = 1
+    above: Scalar = 1
+    below: Scalar = 1
     times = 0
     if term is not None:
         above, below, times = _transform(ring, s, term)

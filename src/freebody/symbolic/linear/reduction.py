@@ -23,7 +23,7 @@ import numpy as np
 from ...dynamics.constraints import linearized, rows
 from ...dynamics.newton_euler import inverse_dynamics
 from ...model.model import Model
-from ...scalar.algebra import Field
+from ...scalar.algebra import Field, Scalar
 from ...scalar.dual import DualField, slope_of, value_of
 from .operating_point import perturbed, tangent_drift, tangent_names
 
@@ -72,15 +72,15 @@ class Slopes:
 def slopes(
     model: Model,
     field: Field,
-    q: Sequence[Any],
-    u: Sequence[Any],
-    udot: Sequence[Any],
-    t: Any,
-    values: Mapping[Any, Any],
+    q: Sequence[Scalar],
+    u: Sequence[Scalar],
+    udot: Sequence[Scalar],
+    t: Scalar,
+    values: Mapping[Any, Scalar],
     inputs: Sequence[str],
     choice: Choice,
     solve: Solve,
-    entry: Callable[[Any], Any],
+    entry: Callable[[Scalar], Scalar],
 ) -> Slopes:
     """Return the derivatives of the equations of motion and the active conditions, ``entry`` applied to each scalar."""
     n = model.n_u
@@ -96,7 +96,7 @@ def slopes(
     active = choice.active
     G = [conditions.matrix[i] for i in active]
 
-    def table(xs: Sequence[Any], start: int, count: int) -> Array:
+    def table(xs: Sequence[Scalar], start: int, count: int) -> Array:
         return _array([[entry(slope_of(x, start + j)) for j in range(count)] for x in xs], (len(xs), count))
 
     values_of_G = _array([[entry(value_of(x)) for x in row] for row in G], (len(G), n))
@@ -104,7 +104,7 @@ def slopes(
     fixed = list(choice.dependent_speeds)
     multipliers = solve(values_of_G[:, fixed].T, residual[fixed]) if fixed else residual[:0]
 
-    def reaction_slope(i: int, k: int) -> Any:
+    def reaction_slope(i: int, k: int) -> Scalar:
         """Slope of (Gᵀ λ)_i with λ constant."""
         parts = zip(G, multipliers, strict=True)
         return sum((entry(slope_of(row[i], k)) * m for row, m in parts), 0)
@@ -220,7 +220,7 @@ def reduced(
 
 
 def drifts(
-    model: Model, u: Sequence[Any], udot: Sequence[Any], entry: Callable[[Any], Any]
+    model: Model, u: Sequence[Scalar], udot: Sequence[Scalar], entry: Callable[[Scalar], Scalar]
 ) -> tuple[Array, Array]:
     """Return `tangent_drift` of speeds and accelerations as arrays, ``entry`` applied to each scalar."""
     first, second = (

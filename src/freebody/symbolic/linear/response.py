@@ -20,6 +20,7 @@ import sympy
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError, nearest
+from ...scalar.algebra import Expression
 from ..printing.latex import latex_name
 from ..printing.result import Result
 from ..printing.show import (
@@ -112,7 +113,7 @@ class Response(Result):
         Raises
         ------
         ModelError
-            An unknown name; a resonance or a rigid-body mode, whose terms hold powers of t.
+            An unknown name; a resonance or a rigid-body mode, whose terms contain powers of t.
         """
         if name not in self.names:
             raise ModelError(f"Unknown name '{name}' in a response; {nearest(str(name), self.names)}")
@@ -172,11 +173,13 @@ def _shown(x: float) -> Any:
 class Start:
     """Initial deviations and rates, in the order of the coordinates."""
 
-    positions: list[Any]
-    rates: list[Any]
+    positions: list[Expression]
+    rates: list[Expression]
 
 
-def response(linear: Any, initial: Mapping[Any, Any], forcing: Mapping[Any, Any]) -> ExactResponse | Response:
+def response(
+    linear: Any, initial: Mapping[Any, Expression], forcing: Mapping[Any, Expression]
+) -> ExactResponse | Response:
     """Return the response of a linear model; see :meth:`LinearModel.response`."""
     start = _start(linear, initial)
     inputs: list[tuple[int, Term]] = []
@@ -192,14 +195,14 @@ def response(linear: Any, initial: Mapping[Any, Any], forcing: Mapping[Any, Any]
     return _modal(linear, start, inputs)
 
 
-def _expression(linear: Any, value: Any, what: str) -> Any:
+def _expression(linear: Any, value: Expression, what: str) -> Any:
     return sympy.sympify(linear.model.names.expression(value, what) if isinstance(value, str) else value)
 
 
-def _start(linear: Any, initial: Mapping[Any, Any]) -> Start:
+def _start(linear: Any, initial: Mapping[Any, Expression]) -> Start:
     n, carried = len(linear.coordinates), len(linear.carried)
-    positions: list[Any] = [0] * (n + carried)
-    rates: list[Any] = [0] * n
+    positions: list[Expression] = [0] * (n + carried)
+    rates: list[Expression] = [0] * n
     of_speed: dict[int, Any] = {}
     places = {name: i for i, name in enumerate((*linear.coordinates, *linear.carried))}
     speeds = {name: i for i, name in enumerate(linear.model.speed_names)} if not linear.carried else {}

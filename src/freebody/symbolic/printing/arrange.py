@@ -21,6 +21,7 @@ from functools import partial
 from math import gcd
 from typing import Any
 
+from ...scalar.algebra import Scalar
 from ...scalar.polynomial import Polynomial, Ring
 from .angle_sums import shortest
 from .terms import (
@@ -87,7 +88,7 @@ class Lumps:
         return self.name(x)
 
 
-def arrange(x: Any, ring: Ring, lumps: Lumps | None = None, long: Lumps | None = None) -> Sum:
+def arrange(x: Scalar, ring: Ring, lumps: Lumps | None = None, long: Lumps | None = None) -> Sum:
     """Return the tree to print for an element or a number; ``long`` names long arguments of roots."""
     if type(x) is not Polynomial:
         return Sum([Term(x, [])] if x != 0 else [])
@@ -139,7 +140,7 @@ class _Arrangement:
         """Return a whole element over its denominators that are not parameters."""
         self.ring.budget.scan(PRINTED * len(x))
         denominators: list[tuple[Any, int]] = []
-        y: Any = x
+        y: Scalar = x
         while type(y) is Polynomial:
             fractions = [
                 g
@@ -449,9 +450,9 @@ class _Arrangement:
         return Sum(terms)
 
     def _element(self, key: Key) -> Polynomial:
-        total: Any = 0
+        total: Scalar = 0
         for monomial, c in key:
-            value: Any = c
+            value: Scalar = c
             for i, e in monomial:
                 g = self.ring.variable(i)
                 value = value * (g**e if e > 0 else 1 / g**-e)
@@ -463,7 +464,7 @@ class _Arrangement:
         generators = self.ring.generators
         if not any(generators[i].kind == "inverse" for m, _ in key for i, _ in m):
             return None
-        x: Any = self._element(key)
+        x: Scalar = self._element(key)
         below: list[tuple[Any, int]] = []
         while type(x) is Polynomial:
             sums = [g for g in self.ring.used(x) if g.kind == "inverse" and len(g.arguments[0]) > 1]

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from ...scalar.algebra import Scalar
 from ...scalar.polynomial import Ring
 from .arrange import Lumps as Lumps
 from .grouped import Grouped
@@ -19,7 +20,7 @@ from .show import aligned
 from .text import Text
 
 
-def text(x: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
+def text(x: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
     """Return an element or a number as plain text.
 
     Parameters
@@ -43,40 +44,40 @@ def text(x: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
     return _lumped(Text, x, ring, lump)
 
 
-def latex(x: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
+def latex(x: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
     """Return an element as LaTeX; see `text`."""
     return _lumped(Latex, x, ring, lump)
 
 
-def mathml(x: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
+def mathml(x: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
     """Return an element as a MathML ``math`` element; see `text`."""
     result = _lumped(MathML, x, ring, lump)
     return (document(result[0]), result[1]) if isinstance(result, tuple) else document(result)
 
 
-def displayed(x: Any, ring: Ring) -> Any:
+def displayed(x: Scalar, ring: Ring) -> Any:
     """Return an element as a SymPy expression, grouped as its text is."""
     return Grouped(ring).show(x)
 
 
-def equation_text(left: Any, right: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
+def equation_text(left: Scalar, right: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
     """Return ``left = right`` as plain text; see `text`."""
     return _equation(Text, left, right, ring, lump, " = ")
 
 
-def equation_latex(left: Any, right: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
+def equation_latex(left: Scalar, right: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
     """Return ``left = right`` as LaTeX."""
     return _equation(Latex, left, right, ring, lump, " = ")
 
 
-def equation_mathml(left: Any, right: Any, ring: Ring, lump: bool | Lumps = False) -> Any:
+def equation_mathml(left: Scalar, right: Scalar, ring: Ring, lump: bool | Lumps = False) -> Any:
     """Return ``left = right`` as a MathML ``math`` element."""
     result = _equation(MathML, left, right, ring, lump, "<mo>=</mo>")
     return (document(result[0]), result[1]) if isinstance(result, tuple) else document(result)
 
 
 def lines_of(
-    kind: type[Printer], sides: Sequence[tuple[Any, Any]], ring: Ring, sign: str
+    kind: type[Printer], sides: Sequence[tuple[Scalar, Scalar]], ring: Ring, sign: str
 ) -> tuple[list[str], list[str]]:
     """Return equations as lines, and as further lines the names of their long roots and denominators."""
     long = Lumps("P")
@@ -108,13 +109,15 @@ class Formulas(Result):
         return "\n".join(self._lines(equation_mathml))
 
 
-def _lumped(kind: type[Printer], x: Any, ring: Ring, lump: bool | Lumps) -> Any:
+def _lumped(kind: type[Printer], x: Scalar, ring: Ring, lump: bool | Lumps) -> Any:
     lumps = Lumps() if lump is True else lump or None
     shown = kind(ring, lumps).show(x)
     return (shown, _table(kind, ring, lumps)) if lump is True and lumps else shown
 
 
-def _equation(kind: type[Printer], left: Any, right: Any, ring: Ring, lump: bool | Lumps, sign: str) -> Any:
+def _equation(
+    kind: type[Printer], left: Scalar, right: Scalar, ring: Ring, lump: bool | Lumps, sign: str
+) -> Any:
     lumps = Lumps() if lump is True else lump or None
     printer = kind(ring, lumps)
     shown = f"{printer.show(left)}{sign}{printer.show(right)}"

@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Any
 
+from ...scalar.algebra import Scalar
 from ...scalar.half_angles import half_angles
 from ...scalar.polynomial import Ring
 from .arrange import LONG, Lumps, arrange
@@ -29,7 +30,7 @@ class Printer(ABC):
                 names.ring = ring
         self.memo: dict[Any, Any] = {}
 
-    def show(self, x: Any) -> Any:
+    def show(self, x: Scalar) -> Any:
         """Return an element or a number; with sines in a denominator, in the form common to all equal elements."""
         form = half_angles(x)
         if form is None or self.long is not None and form.longest > LONG:
@@ -123,7 +124,7 @@ class Printer(ABC):
             return self.function(g.name or g.kind, [self.argument(a) for a in g.arguments], e)
         return self.generator(g.atom, e)
 
-    def argument(self, x: Any) -> Any:
+    def argument(self, x: Scalar) -> Any:
         """Return an argument of a function, without lumps."""
         return self.sum(arrange(x, self.ring))
 

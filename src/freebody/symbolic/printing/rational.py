@@ -12,6 +12,7 @@ from typing import Any
 
 import sympy
 
+from ...scalar.algebra import Scalar
 from ...scalar.element import Polynomial
 from ...scalar.polynomial import Ring
 from .display import displayed
@@ -22,7 +23,7 @@ S = sympy.Symbol("s")
 class Rationals:
     """The field of rational functions of the generators of a ring that occur in some elements."""
 
-    def __init__(self, ring: Ring, elements: Iterable[Any]) -> None:
+    def __init__(self, ring: Ring, elements: Iterable[Scalar]) -> None:
         self.ring = ring
         indices: set[int] = set()
         todo = [x for x in elements if type(x) is Polynomial]
@@ -43,12 +44,12 @@ class Rationals:
         for i in sorted(indices - set(plain)):  # older generators first: the argument of an inverse is older
             self._values[i] = 1 / self(ring.generators[i].arguments[0])
 
-    def __call__(self, x: Any) -> Any:
+    def __call__(self, x: Scalar) -> Any:
         """Return an element that does not depend on s as a rational function."""
         (value,) = self.coefficients(x) or (self.domain.zero,)
         return value
 
-    def coefficients(self, x: Any) -> list[Any]:
+    def coefficients(self, x: Scalar) -> list[Any]:
         """Return the coefficients of an element by rising powers of s."""
         if type(x) is not Polynomial:
             return [self.domain.from_sympy(sympy.Rational(x.numerator, x.denominator))] if x != 0 else []
@@ -64,7 +65,7 @@ class Rationals:
             by_power[power] = by_power[power] + value if power in by_power else value
         return [by_power.get(k, self.domain.zero) for k in range(max(by_power, default=-1) + 1)]
 
-    def poly(self, x: Any) -> Any:
+    def poly(self, x: Scalar) -> Any:
         """Return an element as a polynomial in s."""
         return self.of(self.coefficients(x))
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import sympy
 
+from ...scalar.algebra import Scalar
 from ...scalar.polynomial import Ring
 from .latex import latex_name
 from .mathml import MathML, document, mathml_name
@@ -22,7 +23,7 @@ ENTITIES = {"InvisibleTimes": "&#x2062;", "ImaginaryI": "i", "ExponentialE": "e"
 COMMA = "<mo>,</mo><mspace width='0.5em'/>"
 
 
-def inner(x: Any, ring: Ring) -> str:
+def inner(x: Scalar, ring: Ring) -> str:
     """Return an element of a ring as MathML inside a formula."""
     return MathML(ring).show(x)
 

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from ...scalar.algebra import Scalar
 from ...scalar.element import Polynomial
 from ...scalar.ratio import Ratio
 
@@ -45,7 +46,7 @@ class Row:
         return coefficient
 
 
-def collect(x: Any, places: Mapping[int, tuple[Any, int]], ring: Any) -> Terms:
+def collect(x: Scalar, places: Mapping[int, tuple[Any, int]], ring: Any) -> Terms:
     """Return an element as a polynomial in the unknowns.
 
     Parameters
@@ -86,9 +87,9 @@ def collect(x: Any, places: Mapping[int, tuple[Any, int]], ring: Any) -> Terms:
         groups.setdefault(tuple(sorted(key)), []).append((cofactor, c))
     result = {}
     for monomial, terms in groups.items():
-        num: Any = 0
+        num: Scalar = 0
         for cofactor, c in terms:
-            term: Any = c
+            term: Scalar = c
             for index, n in cofactor:
                 term = term * ring.variable(index) ** n
             num = num + term

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...scalar.algebra import Scalar
 from ...scalar.polynomial import Polynomial, Ring
 from ...scalar.substitute import Substitution, arrays
 
@@ -19,7 +20,7 @@ class Conditions:
     """Polynomials in some unknowns, with numbers for all other atoms, and their exact derivatives."""
 
     def __init__(
-        self, ring: Ring, pieces: Sequence[Any], unknowns: Sequence[Any], numbers: Mapping[Any, Any]
+        self, ring: Ring, pieces: Sequence[Scalar], unknowns: Sequence[Any], numbers: Mapping[Any, Any]
     ) -> None:
         self.ring = ring
         self.pieces = list(pieces)
@@ -99,5 +100,5 @@ def vanishes(conditions: Conditions) -> bool:
     return bool((value <= 64 * EPS * conditions.size(x)).all())
 
 
-def _length(x: Any) -> int:
+def _length(x: Scalar) -> int:
     return len(x) if type(x) is Polynomial else 1

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...errors import ModelError, nearest
 from ...model.model import Model
-from ...scalar.algebra import floats
+from ...scalar.algebra import Expression, floats
 from ..linear.checks import scale_of
 from ..linear.linearize import linearize, terms_at
 from ..printing.result import Result
@@ -81,7 +81,7 @@ class SteadyNear(Result, Sequence[SteadyState]):
 
 
 def steady_near(
-    model: Model, values: Mapping[Any, Any], near: Mapping[Any, Any] | None, reason: str = ""
+    model: Model, values: Mapping[Any, Expression], near: Mapping[Any, Expression] | None, reason: str = ""
 ) -> SteadyNear:
     """Return the equilibrium that Newton's method finds from ``near``; coordinates not named start at zero.
 
@@ -148,7 +148,7 @@ def steady_near(
     return SteadyNear((result,), guess, reason)
 
 
-def _stability(model: Model, state: Mapping[str, float], values: Mapping[Any, Any]) -> Stability:
+def _stability(model: Model, state: Mapping[str, float], values: Mapping[Any, Expression]) -> Stability:
     linear = linearize(model, about=state, values=values)
     roots = np.asarray(linear.eigenvalues(), dtype=complex)
     damped = bool(np.any(np.asarray(linear.C, dtype=float)))
@@ -160,7 +160,7 @@ def _name(model: Model, key: Any) -> str:
     return key if isinstance(key, str) else model.names.texts.get(key, str(key))
 
 
-def _number(value: Any, name: str) -> float:
+def _number(value: Expression, name: str) -> float:
     try:
         return float(value)
     except (TypeError, ValueError):

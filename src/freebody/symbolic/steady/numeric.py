@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from ...scalar.algebra import Scalar
 from ...scalar.polynomial import Ring
 from .conditions import EPS, Conditions, vanishes
 from .factors import coefficients, factors
@@ -42,7 +43,7 @@ class NumericRoot:
 
 
 def roots(
-    ring: Ring, conditions: Sequence[Any], unknowns: Sequence[Any], numbers: Mapping[Any, Any],
+    ring: Ring, conditions: Sequence[Scalar], unknowns: Sequence[Any], numbers: Mapping[Any, Any],
     fixed: Sequence[Any] = (),
 ) -> list[NumericRoot]:  # fmt: skip
     """Return all roots, and for a family one root of each connected piece.
@@ -96,7 +97,7 @@ class Underdetermined(Exception):
     """There are fewer conditions than unknowns."""
 
 
-def _holds(ring: Ring, x: Any, unknowns: set[Any], numbers: Mapping[Any, Any]) -> bool:
+def _holds(ring: Ring, x: Scalar, unknowns: set[Any], numbers: Mapping[Any, Any]) -> bool:
     """Return True if a condition has a factor without unknowns that is zero at the given numbers."""
     candidates = (f for f, _ in ring.factor(x)[1])
     return any(
@@ -227,7 +228,7 @@ def _univariate(conditions: Conditions) -> np.ndarray | None:
     return np.angle(roots_found[near])[None, :]
 
 
-def _number(ring: Ring, c: Any, numbers: Mapping[Any, Any]) -> float:
+def _number(ring: Ring, c: Scalar, numbers: Mapping[Any, Any]) -> float:
     """Return a coefficient, zero if its terms cancel up to round-off: the degree is then lower."""
     part = Conditions(ring, [ring.coerce(c)], [], numbers)
     return float(0) if vanishes(part) else float(part.values(np.zeros((0,)))[0])

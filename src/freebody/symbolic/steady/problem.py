@@ -21,7 +21,7 @@ import sympy
 
 from ...dynamics.constraints import rows
 from ...errors import ModelError
-from ...scalar.algebra import divide
+from ...scalar.algebra import Expression, Scalar, divide
 from ...scalar.polynomial import Polynomial, Ring
 from ...scalar.substitute import Substitution
 from ..free_body.along_motion import residuals_of
@@ -49,7 +49,7 @@ class Problem:
         Polynomials that are zero on a steady motion, without trivial ones.
     """
 
-    def __init__(self, e: Equations, terms: Mapping[Any, Any] | None = None) -> None:
+    def __init__(self, e: Equations, terms: Mapping[Any, Expression] | None = None) -> None:
         self.e = e
         self.ring: Ring = e.ring
         model = e.model
@@ -62,7 +62,7 @@ class Problem:
         self.pivots = tuple(next(iter(family)) for family in self.families)
         self.gauge = {self.coordinates[self.coordinate_of[j]] for j in self.pivots}
         self.rates = tuple(model.speeds[j].symbol for j in self.pivots)
-        values: dict[Any, Any] = {speed.acceleration: 0 for speed in model.speeds}
+        values: dict[Any, Scalar] = {speed.acceleration: 0 for speed in model.speeds}
         values.update({speed.symbol: 0 for speed in model.speeds})
         for family, rate in zip(self.families, self.rates, strict=True):
             w = self.ring.generator(rate)
@@ -104,7 +104,7 @@ class Problem:
             e.multipliers[i] for i in on_coordinates if any(x != 0 for x in e.conditions.matrix[i])
         ]
         n = e.model.n_u
-        self.dependent: dict[int, Any] = {}
+        self.dependent: dict[int, Scalar] = {}
         if not rolling:
             self.free = tuple(range(n))
             self.residuals = residuals_of(e)
@@ -116,7 +116,7 @@ class Problem:
         self.free = tuple(j for j in range(n) if j not in dependent)
         u, udot = e.state.u, e.udot
 
-        def solve(values: Sequence[Any], right: Sequence[Any]) -> tuple[Any, ...]:
+        def solve(values: Sequence[Scalar], right: Sequence[Scalar]) -> tuple[Any, ...]:
             balance = [
                 ({j: x for j, x in enumerate(row) if x != 0}, r) for row, r in zip(G, right, strict=True)
             ]
@@ -141,7 +141,7 @@ class Problem:
             result.append(total)
         self.residuals = tuple(result)
 
-    def _dependent_speeds(self, E: Sequence[Any], G: Sequence[Sequence[Any]]) -> tuple[int, ...]:
+    def _dependent_speeds(self, E: Sequence[Scalar], G: Sequence[Sequence[Scalar]]) -> tuple[int, ...]:
         """Choose speeds that the conditions determine, preferring coordinates on which no equation depends."""
         e = self.e
         used = frozenset().union(*(e.ring.atoms_of(x) for x in (*E, *(x for row in G for x in row))))
@@ -195,7 +195,7 @@ class Problem:
             result.append(family)
         return result
 
-    def _introduce(self, key: Any, value: Any) -> None:
+    def _introduce(self, key: Any, value: Expression) -> None:
         """Introduce a new name for a combination of rates, in place of one of them."""
         names = self.e.model.names
         name = str(key)
@@ -237,7 +237,7 @@ class Problem:
     """True if a closed form is sought."""
 
     @property
-    def exact(self) -> Sequence[Any]:
+    def exact(self) -> Sequence[Scalar]:
         """The equations of motion with their denominators, which the conditions lack."""
         return self.residuals
 
@@ -289,7 +289,7 @@ def _combined(a: dict[int, Fraction], b: dict[int, Fraction], c: Fraction) -> di
     return {j: x for j, x in result.items() if x}
 
 
-def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Any:
     total: Any = 0
     for x, y in zip(a, b, strict=True):
         total = total + x * y

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ...errors import ExpressionError
-from ...scalar.algebra import divide
+from ...scalar.algebra import Scalar, divide
 from ...scalar.polynomial import Polynomial, Ring
 from ...scalar.roots import is_positive
 from ...scalar.substitute import Substitution
@@ -27,30 +27,30 @@ class Root:
     ``nonzero`` polynomials that must not be zero.
     """
 
-    value: Any
-    exists: tuple[Any, ...] = ()
-    positive: tuple[Any, ...] = ()
+    value: Scalar
+    exists: tuple[Scalar, ...] = ()
+    positive: tuple[Scalar, ...] = ()
     label: str = ""
-    limit: Any = None
-    nonzero: tuple[Any, ...] = ()
+    limit: Scalar = None
+    nonzero: tuple[Scalar, ...] = ()
 
 
 @dataclass(frozen=True)
 class Solution:
     """A solution of the conditions: values by unknown, in closed form, and the remaining conditions."""
 
-    values: dict[Any, Any] = field(default_factory=dict)
-    exists: tuple[Any, ...] = ()
-    positive: tuple[Any, ...] = ()
-    nonzero: tuple[Any, ...] = ()
+    values: dict[Any, Scalar] = field(default_factory=dict)
+    exists: tuple[Scalar, ...] = ()
+    positive: tuple[Scalar, ...] = ()
+    nonzero: tuple[Scalar, ...] = ()
     labels: tuple[str, ...] = ()
-    limits: dict[Any, Any] = field(default_factory=dict)
-    remaining: tuple[Any, ...] = ()
-    branch: tuple[Any, ...] = ()
+    limits: dict[Any, Scalar] = field(default_factory=dict)
+    remaining: tuple[Scalar, ...] = ()
+    branch: tuple[Scalar, ...] = ()
 
 
 def solutions(
-    ring: Ring, conditions: Sequence[Any], unknowns: Sequence[Any], others: Sequence[Any]
+    ring: Ring, conditions: Sequence[Scalar], unknowns: Sequence[Any], others: Sequence[Any]
 ) -> list[Solution]:
     """Return all solutions of the conditions for the ``unknowns``, one for each choice of factors.
 
@@ -79,7 +79,7 @@ def _covers(general: Solution, special: Solution) -> bool:
 
 def _solved(
     ring: Ring,
-    conditions: tuple[Any, ...],
+    conditions: tuple[Scalar, ...],
     unknowns: tuple[Any, ...],
     others: tuple[Any, ...],
     solution: Solution,
@@ -138,7 +138,7 @@ def _solved(
 
 
 def _closed_form(
-    ring: Ring, x: Any, unknowns: Sequence[Any], others: Sequence[Any]
+    ring: Ring, x: Scalar, unknowns: Sequence[Any], others: Sequence[Any]
 ) -> tuple[Any, list[Root]]:
     """Return (unknown, its roots) of an irreducible polynomial; (None, []) if no unknown has a closed form."""
     present = ring.atoms_of(x)
@@ -150,7 +150,7 @@ def _closed_form(
     return None, []
 
 
-def roots_of(ring: Ring, x: Any, atom: Any) -> list[Root] | None:
+def roots_of(ring: Ring, x: Scalar, atom: Any) -> list[Root] | None:
     """Return the solutions of ``x = 0`` for one atom in closed form; None if there is no closed form."""
     g = ring.find(atom)
     assert g is not None
@@ -173,7 +173,7 @@ def roots_of(ring: Ring, x: Any, atom: Any) -> list[Root] | None:
     return [replace(root, value=divide(root.value, factor)) for root in roots]
 
 
-def _polynomial(ring: Ring, c: dict[int, Any]) -> list[Root] | None:
+def _polynomial(ring: Ring, c: dict[int, Scalar]) -> list[Root] | None:
     degree = max(c)
     if degree == 1:
         return [Root(divide(-c.get(0, 0), c[1]), nonzero=_nonzero(ring, c[1]))]
@@ -187,7 +187,7 @@ def _polynomial(ring: Ring, c: dict[int, Any]) -> list[Root] | None:
     return None
 
 
-def _quadratic(ring: Ring, A: Any, B: Any, C: Any) -> list[Root]:
+def _quadratic(ring: Ring, A: Scalar, B: Scalar, C: Scalar) -> list[Root]:
     if B == 0:
         return _square_roots(ring, Root(divide(-C, A), nonzero=_nonzero(ring, A)))
     D = B * B - 4 * A * C
@@ -202,7 +202,7 @@ def _quadratic(ring: Ring, A: Any, B: Any, C: Any) -> list[Root]:
     if type(side) is Polynomial:
         # with the sign of its content, so that a leading letter, such as a spin, is assumed positive
         signed = 1 if ring.factor(side)[0] > 0 else -1
-        positive: tuple[Any, ...] = (signed * side,)
+        positive: tuple[Scalar, ...] = (signed * side,)
     else:
         positive, signed = (), side  # the sign is known: the fast root has the sign of -B
     roots = []
@@ -229,13 +229,13 @@ def _square_roots(ring: Ring, square: Root) -> list[Root]:
     return [replace(square, value=sign * r, exists=exists, label="", limit=None) for sign in (1, -1)]
 
 
-def _nonzero(ring: Ring, x: Any) -> tuple[Any, ...]:
+def _nonzero(ring: Ring, x: Scalar) -> tuple[Scalar, ...]:
     """Return (x,) without its positive factors if it may be zero, else ()."""
     y = signed_part(ring, x)
     return (y,) if type(y) is Polynomial else ()
 
 
-def _not_negative(ring: Ring, x: Any) -> tuple[Any, ...]:
+def _not_negative(ring: Ring, x: Scalar) -> tuple[Scalar, ...]:
     """Return (x,) without its positive factors if x >= 0 is a condition, else ()."""
     y = signed_part(ring, x)
     if type(y) is not Polynomial and y > 0:
@@ -243,7 +243,7 @@ def _not_negative(ring: Ring, x: Any) -> tuple[Any, ...]:
     return (y,) if y != 0 else ()
 
 
-def _angle(ring: Ring, x: Any, s: int, c: int) -> list[Root] | None:
+def _angle(ring: Ring, x: Scalar, s: int, c: int) -> list[Root] | None:
     """Return the roots of a polynomial in the sine ``s`` and cosine ``c`` of one angle."""
     has_sine = x.mask & 1 << s and any(i == s for m, _ in x.terms() for i, _ in m)
     has_cosine = any(i == c for m, _ in x.terms() for i, _ in m)
@@ -292,7 +292,7 @@ def _angle(ring: Ring, x: Any, s: int, c: int) -> list[Root] | None:
     ]
 
 
-def _within_one(ring: Ring, x: Any) -> tuple[Any, ...] | None:
+def _within_one(ring: Ring, x: Scalar) -> tuple[Scalar, ...] | None:
     """Return polynomials that must not be negative for |x| <= 1; None if |x| > 1 always."""
     if type(x) is not Polynomial:
         return () if abs(x) <= 1 else None

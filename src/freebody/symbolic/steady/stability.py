@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import sympy
 
-from ...scalar.algebra import HALF
+from ...scalar.algebra import HALF, Scalar
 from ...scalar.polynomial import Polynomial
 from ...scalar.series import Series, SeriesField
 from ...scalar.substitute import Substitution, arrays
@@ -78,8 +78,8 @@ class Stability(Lines):
             return self.energy
         return "undecided" if self.spectral == "singular" else self.spectral
 
-    def _lines(self) -> list[list[Any]]:
-        lines: list[list[Any]] = [[str(self)]]
+    def _lines(self) -> list[list[Scalar]]:
+        lines: list[list[Scalar]] = [[str(self)]]
         if len(self.eigenvalues):
             lines.append(["eigenvalues: ", *_listed(self.eigenvalues.tolist())])
         if self.stiffness is not None:
@@ -171,7 +171,7 @@ class Linear:
         A = np.block([[R, S], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
         return Spectrum.of(A, *whole)
 
-    def characteristic(self, values: Mapping[Any, Any], s: Any) -> list[Any] | None:
+    def characteristic(self, values: Mapping[Any, Scalar], s: Any) -> list[Scalar] | None:
         """Return the coefficients, lowest first, of det(M s² + C s + K) on a steady motion, without its zero roots.
 
         None for systems with constraints, more than four speeds, or singular coordinates.
@@ -190,7 +190,7 @@ class Linear:
         lowest = min(in_s)
         return [in_s.get(k, 0) for k in range(lowest, max(in_s) + 1)]
 
-    def _steady(self, A: Sequence[Sequence[Any]], values: Mapping[Any, Any]) -> list[list[Any]]:
+    def _steady(self, A: Sequence[Sequence[Scalar]], values: Mapping[Any, Scalar]) -> list[list[Scalar]]:
         """Return a matrix on a steady motion, canonical."""
         p = self.problem
         steady = Substitution(p.ring, p.ring, p.steady_values)
@@ -198,7 +198,7 @@ class Linear:
         put_in = Substitution(p.ring, p.ring, values)
         return [[put_in(again(steady(x))) for x in row] for row in A]
 
-    def singular(self, values: Mapping[Any, Any]) -> bool:
+    def singular(self, values: Mapping[Any, Scalar]) -> bool:
         """Return True if the coordinates are singular at a steady motion: det M = 0, or M has no value.
 
         Only determined for up to four speeds.
@@ -211,7 +211,7 @@ class Linear:
             return True
 
 
-def hurwitz(problem: Problem, c: Sequence[Any]) -> list[Any] | None:
+def hurwitz(problem: Problem, c: Sequence[Scalar]) -> list[Scalar] | None:
     """Return what must be positive so that all roots of Σ c_k s^k are on the imaginary axis or left of it.
 
     For polynomials in s² of degree 2 or 4 (conservative systems): the squares are real and negative. For others up to
@@ -258,7 +258,7 @@ class Amended:
     def __init__(self, problem: Problem) -> None:
         e = problem.e
         self.problem = problem
-        self.potential: Any = None
+        self.potential: Scalar = None
         pivots = set(problem.pivots)
         conserved = e.integrals if "integrals" in vars(e) else integrals(e)
         conservative = any(name in conserved.names for name in ("energy", "Jacobi's integral"))
@@ -312,7 +312,7 @@ class Amended:
         terms = {symbol: Substitution(p.ring, arrays, atoms)(y) for symbol, y in p.terms.items()}
         return np.array([float(Substitution(p.ring, arrays, {**atoms, **terms})(x))])
 
-    def curvature(self, values: Mapping[Any, Any]) -> Any:
+    def curvature(self, values: Mapping[Any, Scalar]) -> Any:
         """Return a canonical element with the sign of ∂²W/∂q² at a steady motion, for one coordinate; None if unknown.
 
         W is expanded in powers of the deviation, which gives the limit if the coordinates are singular.

@@ -19,6 +19,7 @@ import sympy
 from ...describe.system import System
 from ...errors import ModelError, TooManyTermsError, nearest
 from ...model.model import Model
+from ...scalar.algebra import Expression, Scalar
 from ...scalar.polynomial import Polynomial
 from ...scalar.substitute import Substitution, arrays
 from ..free_body.along_motion import numbers
@@ -44,7 +45,7 @@ def steady_motions(
     system: System | Model | Equations,
     *,
     solve_for: Any = None,
-    terms: Mapping[Any, Any] | None = None,
+    terms: Mapping[Any, Expression] | None = None,
     values: None = None,
     near: None = None,
 ) -> SteadyMotions: ...
@@ -55,9 +56,9 @@ def steady_motions(
     system: System | Model | Equations,
     *,
     solve_for: Any = None,
-    terms: Mapping[Any, Any] | None = None,
-    values: Mapping[Any, Any] | None = None,
-    near: Mapping[Any, Any] | None = None,
+    terms: Mapping[Any, Expression] | None = None,
+    values: Mapping[Any, Expression] | None = None,
+    near: Mapping[Any, Expression] | None = None,
 ) -> SteadyMotions | SteadyNear: ...
 
 
@@ -65,9 +66,9 @@ def steady_motions(
     system: System | Model | Equations,
     *,
     solve_for: Any = None,
-    terms: Mapping[Any, Any] | None = None,
-    values: Mapping[Any, Any] | None = None,
-    near: Mapping[Any, Any] | None = None,
+    terms: Mapping[Any, Expression] | None = None,
+    values: Mapping[Any, Expression] | None = None,
+    near: Mapping[Any, Expression] | None = None,
 ) -> SteadyMotions | SteadyNear:
     """Find motions with constant coordinates, except those on which nothing depends: these have constant rates.
 
@@ -168,7 +169,7 @@ class SteadyMotions(Result, Sequence[SteadyMotion]):
         problem: Problem,
         stability: ProblemStability | TurningStability,
         solve_for: Any,
-        values: Mapping[Any, Any] | None,
+        values: Mapping[Any, Expression] | None,
     ) -> None:
         self.problem = problem
         self._stability = stability
@@ -260,10 +261,10 @@ class SteadyMotions(Result, Sequence[SteadyMotion]):
         p = self.problem
         return tuple(tuple(displayed(f, p.ring) for f in self._factors(x)) for x in p.conditions)
 
-    def _factors(self, x: Any) -> list[Any]:
+    def _factors(self, x: Scalar) -> list[Any]:
         return factors(self.problem.ring, x, set(self.problem.unknowns)) or [x]
 
-    def _live(self, x: Any) -> Any:
+    def _live(self, x: Scalar) -> Any:
         return product(self._factors(x))
 
     @cached_property
@@ -278,7 +279,7 @@ class SteadyMotions(Result, Sequence[SteadyMotion]):
             for x in p.conditions
         )
 
-    def _excluded(self, x: Any) -> list[Any]:
+    def _excluded(self, x: Scalar) -> list[Any]:
         return excluded(self.problem.ring, x, set(self.problem.unknowns))
 
     @property
@@ -335,7 +336,7 @@ class SteadyMotions(Result, Sequence[SteadyMotion]):
             )
             return near.states
 
-    def at(self, values: Mapping[Any, Any]) -> tuple[SteadyState, ...]:
+    def at(self, values: Mapping[Any, Expression]) -> tuple[SteadyState, ...]:
         """Return all steady motions in numbers, and for a continuous family one of each connected piece.
 
         Parameters
@@ -351,7 +352,7 @@ class SteadyMotions(Result, Sequence[SteadyMotion]):
         with self.problem.ring.budget.question("all steady motions in numbers", NEAR):
             return self._at(values)
 
-    def _at(self, values: Mapping[Any, Any]) -> tuple[SteadyState, ...]:
+    def _at(self, values: Mapping[Any, Expression]) -> tuple[SteadyState, ...]:
         import numpy as np
 
         from .conditions import Conditions
@@ -384,7 +385,7 @@ class SteadyMotions(Result, Sequence[SteadyMotion]):
             result.append(self._state(self._label(roots_found, k, unknowns), root, unknowns, atoms, known))
         return tuple(p.distinct(result, atoms))
 
-    def _balanced(self, atoms: Mapping[Any, Any], unknowns: Sequence[Any], x: Any) -> bool:
+    def _balanced(self, atoms: Mapping[Any, Any], unknowns: Sequence[Any], x: Scalar) -> bool:
         """Return True if the equations of motion hold: clearing |y| or 1/y from the conditions adds false roots."""
         import numpy as np
 
@@ -406,7 +407,9 @@ class SteadyMotions(Result, Sequence[SteadyMotion]):
             return ""
         return "fast" if this > other else "slow"
 
-    def _numbers(self, values: Mapping[Any, Any]) -> tuple[dict[Any, Any], list[Any], dict[Any, float]]:
+    def _numbers(
+        self, values: Mapping[Any, Expression]
+    ) -> tuple[dict[Any, Any], list[Any], dict[Any, float]]:
         """Return (numbers by atom, unknowns to solve for, numbers of the known unknowns)."""
         p = self.problem
         known: dict[Any, float] = {}
@@ -466,7 +469,7 @@ class SteadyMotions(Result, Sequence[SteadyMotion]):
         return full
 
     def continuation(
-        self, parameter: Any, span: Any, *, values: Mapping[Any, Any] | None = None, points: int = 400
+        self, parameter: Any, span: Any, *, values: Mapping[Any, Expression] | None = None, points: int = 400
     ) -> tuple[Branch, ...]:
         """Return the branches of steady motions over a range of one parameter, by pseudo-arclength continuation.
 

@@ -32,7 +32,9 @@ from ...model.model import GROUND
 from ...scalar.algebra import (
     HALF,
     ZERO,
+    Expression,
     Matrix,
+    Scalar,
     Vector,
     add,
     apply_transpose,
@@ -71,17 +73,16 @@ class Turning:
     precession: Any  # atom of Ω, or None
     spin: Any  # atom of σ, or None
     axis: Vector  # ζ
-    place: tuple[
-        Any, ...
-    ]  # of a free joint: atoms of the position in the parent's joint axes, None where it is left out
-    drift: tuple[Any, ...]  # of a free joint: atoms of the velocity in these axes, or None
+    # of a free joint: atoms of the position in the parent's joint axes, None if ignorable, and of the velocity, or None
+    place: tuple[Any, ...]
+    drift: tuple[Any, ...]
 
 
 class _Turned(State):
     """A state whose ball and free joints are turned by given matrices."""
 
     def __init__(
-        self, state: State, q: Sequence[Any], u: Sequence[Any], turned: Mapping[int, Matrix]
+        self, state: State, q: Sequence[Scalar], u: Sequence[Scalar], turned: Mapping[int, Matrix]
     ) -> None:
         super().__init__(state.model, state.field, state.t, q, u, state.values)
         self._turned = turned
@@ -102,7 +103,7 @@ class _Turned(State):
 class TurningProblem(Problem):
     """The conditions of the steady motions of a machine with ball and free joints; attributes as in `Problem`."""
 
-    def __init__(self, e: Equations, terms: Mapping[Any, Any] | None = None) -> None:
+    def __init__(self, e: Equations, terms: Mapping[Any, Expression] | None = None) -> None:
         self.e = e
         self.ring = e.ring
         model = e.model
@@ -286,9 +287,9 @@ class TurningProblem(Problem):
     def _form(self) -> None:
         """Form the speeds and accelerations on a steady motion, and the equations of motion at these values."""
         e, ring, model = self.e, self.ring, self.e.model
-        values: dict[Any, Any] = dict.fromkeys(self.gauge, 0)
-        u: list[Any] = [0] * model.n_u
-        udot: list[Any] = [0] * model.n_u
+        values: dict[Any, Scalar] = dict.fromkeys(self.gauge, 0)
+        u: list[Scalar] = [0] * model.n_u
+        udot: list[Scalar] = [0] * model.n_u
         q = [0 if c in self.gauge else ring.generator(c) for c in self.coordinates]
         for family, j in zip(self.families, self.pivots, strict=True):
             w = ring.generator(model.speeds[j].symbol)
@@ -373,7 +374,7 @@ class TurningProblem(Problem):
         return result
 
     @property
-    def exact(self) -> Sequence[Any]:
+    def exact(self) -> Sequence[Scalar]:
         """The equations of motion in the angles of the joints."""
         return self.raw
 
