@@ -61,6 +61,24 @@ def check_untouched(model: Model, inputs: Sequence[str], moved: Sequence[Any]) -
             )
 
 
+def check_count(model: Model, independent: Sequence[str], conditions: int) -> None:
+    """Raise if the user names another number of independent coordinates than the conditions leave."""
+    freedom = model.n_u - conditions
+    if len(independent) != freedom:
+        raise ModelError(
+            f"Expected {freedom} independent coordinates of '{model.name}' ({model.n_u} speeds, {conditions} "
+            f"conditions), got {len(independent)}: {', '.join(independent)}."
+        )
+
+
+def not_independent(model: Model, independent: Sequence[str]) -> ModelError:
+    """Return the error for coordinates that the constraints relate."""
+    return ModelError(
+        f"The coordinates {', '.join(independent)} are not independent: with them held, '{model.name}' can "
+        "still move, and the constraints relate them. Name others, or leave the choice out."
+    )
+
+
 class Checks:
     """Checks of the states at which a machine is linearised in numbers, with their messages.
 

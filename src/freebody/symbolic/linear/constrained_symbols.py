@@ -24,8 +24,8 @@ from ...scalar.algebra import Scalar
 from ...scalar.polynomial import Ring
 from ...scalar.ratio import Ratio
 from ..printing.display import displayed, text
-from ..printing.systems import Row, Terms, collect, eliminate
-from .checks import balanced, check_untouched, steady
+from ..printing.systems import Row, Terms, added, collect, eliminate, scaled
+from .checks import balanced, check_count, check_untouched, not_independent, steady
 from .linear_model import LinearModel
 from .operating_point import OperatingPoint, along, tangent_names
 from .reduction import Choice, drifts, reduced, slopes
@@ -319,64 +319,15 @@ def _choice(
         if j not in named:
             groups[0 if j in motion.varying else 1 if names[j] not in names_given else 2].append(j)
 
-    def run(
-        of: Sequence[int], groups: Sequence[Sequence[int]], taken: Iterable[int]
-    ) -> tuple[dict[int, int], int]:
-        """Return {pivot column: condition}, and the number of conditions without a pivot."""
-        system = [Row(str(i), {((j, 1),): Ratio(ring, x) for j, x in enumerate(G[i]) if x != 0}) for i in of]
-        pivots: dict[int, int] = {}
-        remaining = [row for row in system if row.terms]
-        for group in (list(taken), *groups):
-            while True:
-                best: tuple[Any, Row, int] | None = None
-                for row in remaining:
-                    for j in group:
-                        c = row.terms.get(((j, 1),))
-                        if c is None or j in pivots:
-                            continue
-                        cost = (0 if c.is_number else len(c), len(row.terms), -j)
-                        if best is None or cost < best[0]:
-                            best = (cost, row, j)
-                if best is None:
-                    break
-                _, row, j = best
-                remaining.remove(row)
-                pivots[j] = int(row.name)
-                c = row.terms[((j, 1),)]
-                for other in remaining:
-                    d = other.terms.get(((j, 1),))
-                    if d is None:
-                        continue
-                    factor = d / c
-                    for key, x in row.terms.items():
-                        total = other.terms.get(key, Ratio(ring, 0)) - factor * x
-                        if total:
-                            other.terms[key] = total
-                        else:
-                            other.terms.pop(key, None)
-                remaining = [row for row in remaining if row.terms]
-        return pivots, len(remaining)
-
     on_coordinates = [i for i, kind in enumerate(kinds) if not kind.on_speeds]
-    dependent, unbound = run(on_coordinates, groups, ())
+    dependent, unbound = _pivots(ring, G, on_coordinates, groups)
     every = [*dependent.values(), *(i for i, kind in enumerate(kinds) if kind.on_speeds)]
-    fixed, more = run(every, groups, dependent)
+    fixed, more = _pivots(ring, G, every, [list(dependent), *groups])
     if unbound or more:
-        rank = len(run(range(len(kinds)), [range(n)], ())[0])
-        if len(named) != n - rank:
-            raise ModelError(
-                f"Expected {n - rank} independent coordinates of '{model.name}' ({n} speeds, {rank} conditions), got "
-                f"{len(named)}: {', '.join(independent)}."
-            )
-        raise ModelError(
-            f"The coordinates {', '.join(independent)} are not independent: with them held, '{model.name}' can "
-            "still move, and the constraints relate them. Name others, or leave the choice out."
-        )
-    if named and len(named) != n - len(fixed):
-        raise ModelError(
-            f"Expected {n - len(fixed)} independent coordinates of '{model.name}' ({n} speeds, {len(fixed)} "
-            f"conditions), got {len(named)}: {', '.join(independent)}."
-        )
+        check_count(model, independent, len(_pivots(ring, G, range(len(kinds)), [range(n)])[0]))
+        raise not_independent(model, independent)
+    if named:
+        check_count(model, independent, len(fixed))
     speeds = named or [j for j in range(n) if j not in fixed]
     carried = [j for j in range(n) if j not in set(speeds) | set(dependent)]
     if any(j in motion.varying for j in speeds):
@@ -389,6 +340,49 @@ def _choice(
     return Choice(
         tuple(speeds), tuple(carried), tuple(sorted(fixed)), tuple(sorted(dependent)), tuple(active)
     )
+
+
+def _pivots(
+    ring: Ring, G: Sequence[Sequence[Scalar]], conditions: Iterable[int], groups: Iterable[Sequence[int]]
+) -> tuple[dict[int, int], int]:
+    """Eliminate in some conditions, with pivots from the first group of columns first.
+
+    Returns
+    -------
+    dict
+        Pivot column -> condition.
+    int
+        Number of conditions without a pivot.
+    """
+    rows = [
+        Row(str(i), {((j, 1),): Ratio(ring, x) for j, x in enumerate(G[i]) if x != 0}) for i in conditions
+    ]
+    remaining = [row for row in rows if row.terms]
+    pivots: dict[int, int] = {}
+    for group in groups:
+        while (best := _shortest_pivot(remaining, [j for j in group if j not in pivots])) is not None:
+            row, j = best
+            remaining.remove(row)
+            pivots[j] = int(row.name)
+            pivot = ((j, 1),)
+            for other in remaining:
+                if pivot in other.terms:
+                    factor = other.terms[pivot] / row.terms[pivot]
+                    other.terms = added(other.terms, scaled(row.terms, -factor))
+            remaining = [row for row in remaining if row.terms]
+    return pivots, len(remaining)
+
+
+def _shortest_pivot(rows: Sequence[Row], columns: Sequence[int]) -> tuple[Row, int] | None:
+    """Return the row and column of the shortest coefficient, then of the shortest row; None if there is none."""
+    candidates = [(row, j) for row in rows for j in columns if ((j, 1),) in row.terms]
+
+    def cost(candidate: tuple[Row, int]) -> tuple[int, int, int]:
+        row, j = candidate
+        c = row.terms[((j, 1),)]
+        return 0 if c.is_number else len(c), len(row.terms), -j
+
+    return min(candidates, key=cost, default=None)
 
 
 # -- checks ---------------------------------------------------------------------------------------

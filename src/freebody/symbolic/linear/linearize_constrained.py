@@ -32,7 +32,7 @@ from ...errors import ModelError
 from ...model.model import Model
 from ...scalar.algebra import Scalar, floats
 from ..free_body.contact_modes import sticking_only
-from .checks import SMALL, Checks, check_untouched
+from .checks import SMALL, Checks, check_count, check_untouched, not_independent
 from .linear_model import LinearModel
 from .operating_point import moved, tangent_names
 from .recorded_functions import Points, Recorded
@@ -236,22 +236,15 @@ def _choice(programs: Recorded, points: Points, independent: Sequence[str], chec
     scaled = scaled_all[0, list(active)]
     holonomic = np.array([not kinds[i].on_speeds for i in active], dtype=bool)
     named = [names.index(name) for name in independent]
-    freedom = n - len(active)
-    if named and len(named) != freedom:
-        raise ModelError(
-            f"Expected {freedom} independent coordinates of '{model.name}' ({n} speeds, {len(active)} conditions), got "
-            f"{len(named)}: {', '.join(independent)}."
-        )
+    if named:
+        check_count(model, independent, len(active))
     remaining = [j for j in range(n) if j not in named]
     # conditions on coordinates come first: a coordinate that they make dependent has a dependent speed
     dependent = _pivots(scaled[holonomic], remaining)
     reduced = _eliminated(scaled[~holonomic], scaled[holonomic], dependent)
     dependent_on_speeds = _pivots(reduced, [j for j in remaining if j not in dependent])
     if len(dependent) + len(dependent_on_speeds) < len(active):
-        raise ModelError(
-            f"The coordinates {', '.join(independent)} are not independent: with them held, '{model.name}' can "
-            "still move, and the constraints relate them. Name others, or leave the choice out."
-        )
+        raise not_independent(model, independent)
     fixed = {*dependent, *dependent_on_speeds}
     speeds = named or [j for j in range(n) if j not in fixed]
     carried = [j for j in range(n) if j not in set(speeds) | set(dependent)]

@@ -8,6 +8,7 @@ Source: E. L. Allgower, K. Georg, Introduction to Numerical Continuation Methods
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -88,62 +89,27 @@ def follow(
     The last unknown of ``conditions`` is the parameter. Its unit of length is the range; angles have the unit 1, and
     other unknowns are divided by their size.
     """
-    fixed = np.append(conditions.angles[:-1], True)
-    unit = np.append(np.ones(len(start) - 1), abs(span[1] - span[0]))
-    scale = unit
-
-    def scaled(z: np.ndarray) -> np.ndarray:
-        return np.where(fixed, unit, np.maximum(1, np.abs(z)))
-
-    def tangent(z: np.ndarray, before: np.ndarray | None) -> np.ndarray:
-        _, _, V = np.linalg.svd(conditions.jacobian(z) * scale)
-        t = V[-1]
-        turn = t @ before if before is not None else t[-1] * direction
-        return -t if turn < 0 else t
-
-    def test(z: np.ndarray, t: np.ndarray) -> float:
-        return float(np.linalg.det(np.vstack([_unit_rows(conditions.jacobian(z) * scale), t])))
-
-    def correct(guess: np.ndarray, t: np.ndarray) -> np.ndarray | None:
-        z = guess.copy()
-        for _ in range(12):
-            A = np.vstack([conditions.jacobian(z) * scale, t])
-            right = np.append(conditions.values(z), t @ ((z - guess) / scale))
-            try:
-                step = np.linalg.solve(A, right)
-            except np.linalg.LinAlgError:
-                return None
-            z = z - step * scale
-            if not np.isfinite(z).all():
-                return None
-            if np.abs(step).max() <= 64 * EPS * (1 + np.abs(z / scale).max()):
-                return z
-        return z if np.abs(step).max() <= np.sqrt(EPS) else None
-
+    curve = _Curve(conditions, start, span)
     h = largest = 1 / np.float64(50)
     z = start
-    scale = scaled(z)
-    t = tangent(z, None)
-    path, special = [z], []
+    t = curve.tangent(z, np.append(np.zeros(len(start) - 1), direction))
+    path = [z]
+    special: list[tuple[str, np.ndarray]] = []
     while len(path) < points:
-        new = correct(z + h * t * scale, t)
-        if new is None or np.linalg.norm((new - z) / scale) > 2 * h:
+        new = curve.corrected(z + h * t * curve.scale, t)
+        if new is None or np.linalg.norm((new - z) / curve.scale) > 2 * h:
             h = h / 2
             if h < np.sqrt(EPS):
                 break
             continue
-        after = tangent(new, t)
+        after = curve.tangent(new, t)
         if t @ after < 1 - 1 / np.float64(50) and h > largest / 64:
             h = h / 2
             continue
-        for kind, f in (("fold", lambda z, t: float(t[-1])), ("bifurcation", test)):
-            if f(z, t) * f(new, after) < 0:
-                special.append((kind, _located(z, t, h, f, correct, tangent, scale)))
-        z, t = new, after
-        grown = scaled(z)
-        t = t * scale / grown
-        t = t / np.linalg.norm(t)
-        scale = grown
+        for kind, test in (("fold", curve.parameter_rate), ("bifurcation", curve.determinant)):
+            if test(z, t) * test(new, after) < 0:
+                special.append((kind, curve.zero_of(test, z, t, h)))
+        z, t = new, curve.rescaled(new, after)
         if not min(span) <= z[-1] <= max(span):
             end = _clipped(conditions, path[-1], z, span)
             if end is not None:
@@ -151,38 +117,94 @@ def follow(
             break
         path.append(z)
         h = min(2 * h, largest)
-    # a fold at a point where another branch crosses is a bifurcation (pitchfork)
+    return np.array(path), _without_crossed_folds(special, curve.scale)
+
+
+class _Curve:
+    """The curve F(z) = 0, with units of the unknowns in which its arclength is measured."""
+
+    def __init__(self, conditions: Conditions, z: np.ndarray, span: tuple[float, float]) -> None:
+        self.conditions = conditions
+        self._fixed = np.append(conditions.angles[:-1], True)
+        self._unit = np.append(np.ones(len(z) - 1), abs(span[1] - span[0]))
+        self.scale = self._units_at(z)
+
+    def _units_at(self, z: np.ndarray) -> np.ndarray:
+        return np.where(self._fixed, self._unit, np.maximum(1, np.abs(z)))
+
+    def _jacobian(self, z: np.ndarray) -> np.ndarray:
+        return self.conditions.jacobian(z) * self.scale
+
+    def rescaled(self, z: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """Adapt the units to z, and return the unit tangent t in the new units."""
+        before, self.scale = self.scale, self._units_at(z)
+        t = t * before / self.scale
+        return t / np.linalg.norm(t)
+
+    def tangent(self, z: np.ndarray, before: np.ndarray) -> np.ndarray:
+        """Return the unit tangent at z whose angle with the direction ``before`` is not obtuse."""
+        t = np.linalg.svd(self._jacobian(z))[2][-1]
+        return -t if t @ before < 0 else t
+
+    def parameter_rate(self, z: np.ndarray, t: np.ndarray) -> float:
+        """Return dp/ds, whose sign changes at a fold."""
+        return float(t[-1])
+
+    def determinant(self, z: np.ndarray, t: np.ndarray) -> float:
+        """Return the determinant of (∂F/∂z; t), whose sign changes at a bifurcation."""
+        return float(np.linalg.det(np.vstack([_unit_rows(self._jacobian(z)), t])))
+
+    def corrected(self, guess: np.ndarray, t: np.ndarray) -> np.ndarray | None:
+        """Return the point of the curve in the plane through a guess normal to t; None if Newton's method fails."""
+        z = guess.copy()
+        for _ in range(12):
+            A = np.vstack([self._jacobian(z), t])
+            right = np.append(self.conditions.values(z), t @ ((z - guess) / self.scale))
+            try:
+                step = np.linalg.solve(A, right)
+            except np.linalg.LinAlgError:
+                return None
+            z = z - step * self.scale
+            if not np.isfinite(z).all():
+                return None
+            if np.abs(step).max() <= 64 * EPS * (1 + np.abs(z / self.scale).max()):
+                return z
+        return z if np.abs(step).max() <= np.sqrt(EPS) else None
+
+    def zero_of(
+        self, test: Callable[[np.ndarray, np.ndarray], float], z: np.ndarray, t: np.ndarray, h: float
+    ) -> np.ndarray:
+        """Return the point within the step h from z at which ``test`` changes sign, by bisection on the arclength."""
+        low, high = 0 * h, h
+        at_low = test(z, t)
+        best = z
+        for _ in range(50):
+            mid = (low + high) / 2
+            point = self.corrected(z + mid * t * self.scale, t)
+            if point is None:
+                break
+            best = point
+            if test(point, self.tangent(point, t)) * at_low > 0:
+                low = mid
+            else:
+                high = mid
+        return best
+
+
+def _without_crossed_folds(
+    special: list[tuple[str, np.ndarray]], scale: np.ndarray
+) -> list[tuple[str, np.ndarray]]:
+    """Remove folds at points where another branch crosses: these are bifurcations (pitchforks)."""
     crossed = [z for kind, z in special if kind == "bifurcation"]
-    special = [
+    return [
         (kind, z)
         for kind, z in special
         if kind != "fold" or not any(np.linalg.norm((z - c) / scale) < np.cbrt(EPS) for c in crossed)
     ]
-    return np.array(path), special
 
 
 def _unit_rows(A: np.ndarray) -> np.ndarray:
     return A / np.maximum(np.linalg.norm(A, axis=1, keepdims=True), EPS * EPS)
-
-
-def _located(
-    z: np.ndarray, t: np.ndarray, h: float, f: Any, correct: Any, tangent: Any, scale: np.ndarray
-) -> Any:
-    """Return the point between z and the next at which f changes sign, by bisection on the arclength."""
-    low, high = 0 * h, h
-    at_low = f(z, t)
-    best = z
-    for _ in range(50):
-        mid = (low + high) / 2
-        point = correct(z + mid * t * scale, t)
-        if point is None:
-            break
-        best = point
-        if f(point, tangent(point, t)) * at_low > 0:
-            low = mid
-        else:
-            high = mid
-    return best
 
 
 def _clipped(
