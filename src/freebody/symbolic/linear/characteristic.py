@@ -235,9 +235,9 @@ def roots(ring: Ring, f: Factor) -> list[Any]:
         root = sympy.I * sympy.sqrt(sympy.factor(c[0] - c[1] ** 2 / 4))
         return [-c[1] / 2 + root, -c[1] / 2 - root]
     if f.degree <= 4:
-        found = sympy.roots(sympy.Poly(list(reversed(c)), S))
-        if sum(found.values()) == f.degree:
-            return [s for s, times in found.items() for _ in range(times)]
+        multiplicities = sympy.roots(sympy.Poly(list(reversed(c)), S))
+        if sum(multiplicities.values()) == f.degree:
+            return [s for s, times in multiplicities.items() for _ in range(times)]
     raise ModelError(
         f"The roots of a factor of degree {f.degree} in s have no closed form: {text_of(ring, f)} = 0. "
         "Give numbers: model.numeric(values), or values= in fb.linearize."

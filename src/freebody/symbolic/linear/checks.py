@@ -55,7 +55,7 @@ def check_untouched(model: Model, inputs: Sequence[str], moved: Sequence[Any]) -
     for name, moves in zip(inputs, moved, strict=True):
         if moves:
             raise ModelError(
-                f"The input '{name}' stands in the constraints of '{model.name}': its deviations would move them. "
+                f"The input '{name}' occurs in the constraints of '{model.name}': its deviations would move them. "
                 "Take it out of `inputs`; inputs are loads, parameters of loads and of masses, and forces along "
                 "coordinates."
             )

@@ -295,9 +295,9 @@ def _numeric(
     quarter = np.pi / 2 / np.where(fastest > 0, fastest, np.pi / 2)
 
     def recorded_terms(state: State) -> dict[str, Any]:
-        rest = (0,) * model.n_u
+        no_accelerations = (0,) * model.n_u
         own_values = {p.symbol: state.values[p.symbol] for p in model.parameters}
-        terms = terms_at(model, state.field, state.q, state.u, rest, state.t, own_values, inputs)
+        terms = terms_at(model, state.field, state.q, state.u, no_accelerations, state.t, own_values, inputs)
         terms["B"] = np.array(terms["B"], dtype=object).reshape(model.n_u, len(inputs))
         return {**terms, "A": tangent_drift(model, state.u)}
 

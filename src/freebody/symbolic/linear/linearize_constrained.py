@@ -362,11 +362,11 @@ def _greatest(x: Array) -> Array:
     return magnitude
 
 
-def _check_inputs(model: Model, found: Slopes, inputs: Sequence[str]) -> None:
+def _check_inputs(model: Model, derivatives: Slopes, inputs: Sequence[str]) -> None:
     """Raise if an input changes the constraints: the deviations would not satisfy them."""
     parameters = {p.name for p in model.parameters}
-    size = SMALL * _greatest(found.G)
-    moved = np.any(np.abs(found.touched) > size[:, None, None], axis=(0, 1))
+    size = SMALL * _greatest(derivatives.G)
+    moved = np.any(np.abs(derivatives.touched) > size[:, None, None], axis=(0, 1))
     check_untouched(model, [name for name in inputs if name in parameters], moved)
 
 

@@ -153,9 +153,11 @@ def _mathml(x: Any) -> str:
 
 def eigenvalues(A: Array) -> Array:
     """Return all eigenvalues by magnitude; those at zero are exactly zero."""
-    levels, rest = _staircase(A)
+    levels, reduced = _staircase(A)
     zeros = sum(len(level) for level in levels)
-    return _sorted(np.concatenate([np.zeros(zeros), np.linalg.eigvals(rest) if rest.size else np.zeros(0)]))
+    return _sorted(
+        np.concatenate([np.zeros(zeros), np.linalg.eigvals(reduced) if reduced.size else np.zeros(0)])
+    )
 
 
 def _staircase(A: Array) -> tuple[list[Array], Array]:
@@ -165,20 +167,20 @@ def _staircase(A: Array) -> tuple[list[Array], Array]:
     """
     from scipy.linalg import matrix_balance
 
-    rest, scaling = matrix_balance(A, permute=False)
+    reduced, scaling = matrix_balance(A, permute=False)
     basis = scaling
     levels: list[Array] = []
-    while rest.size:
-        _, sizes, right = np.linalg.svd(rest)
+    while reduced.size:
+        _, sizes, right = np.linalg.svd(reduced)
         null = int(np.sum(sizes <= NULL * max(sizes[0], np.finfo(float).tiny)))
         if null == 0:
             break
-        # in the basis (null space, its complement) the matrix is [0 *; 0 rest]
-        complement, vectors = right[: len(rest) - null], right[len(rest) - null :]
+        # in the basis (null space, its complement) the matrix is [0 *; 0 reduced]
+        complement, vectors = right[: len(reduced) - null], right[len(reduced) - null :]
         levels.append((basis @ vectors.T).T)
         basis = basis @ complement.T
-        rest = complement @ rest @ complement.T
-    return levels, rest
+        reduced = complement @ reduced @ complement.T
+    return levels, reduced
 
 
 def _sorted(s: Array) -> Array:
@@ -202,9 +204,9 @@ def modes_of(linear: Any) -> Modes:
     if not linear.carried and _is_conservative(M, C, K):
         return _conservative(M, K, names)
     A = linear.first_order[0]
-    levels, rest = _staircase(A)
+    levels, reduced = _staircase(A)
     zeros = sum(len(level) for level in levels)
-    roots = _sorted(np.linalg.eigvals(rest)) if rest.size else np.zeros(0, dtype=complex)
+    roots = _sorted(np.linalg.eigvals(reduced)) if reduced.size else np.zeros(0, dtype=complex)
     result = _at_zero(levels[0][:, : len(names)], names, "rigid body") if levels else []
     for level in levels[1:]:
         result += _at_zero((level @ A.T)[:, : len(names)], names, "drift")

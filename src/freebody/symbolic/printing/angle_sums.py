@@ -100,19 +100,19 @@ def _sets(pairs: dict[int, int], size: int) -> list[frozenset[int]]:
 
 def _split(monomial: tuple[Any, ...], cosine: int, sine: int) -> tuple[int, int, tuple[Any, ...]]:
     s = c = 0
-    rest = []
+    cofactor = []
     for factor in monomial:
         if factor[0] == cosine:
             c = factor[1]
         elif factor[0] == sine:
             s = factor[1]
         else:
-            rest.append(factor)
-    return s, c, tuple(rest)
+            cofactor.append(factor)
+    return s, c, tuple(cofactor)
 
 
-def _join(s: int, c: int, rest: tuple[Any, ...], cosine: int, sine: int) -> tuple[Any, ...]:
-    new = list(rest)
+def _join(s: int, c: int, cofactor: tuple[Any, ...], cosine: int, sine: int) -> tuple[Any, ...]:
+    new = list(cofactor)
     if s:
         new.append((sine, s))
     if c:
@@ -129,9 +129,9 @@ def _without_cosines(coefficient: Coefficient, cosine: int, sine: int) -> Coeffi
     """Substitute cos² = 1 - sin² for one angle."""
     result: Coefficient = {}
     for monomial, parameters in coefficient.items():
-        s, c, rest = _split(monomial, cosine, sine)
+        s, c, cofactor = _split(monomial, cosine, sine)
         for k, binomial in enumerate(_binomials(c // 2)):
-            _add(result, _join(s + 2 * k, c % 2, rest, cosine, sine), parameters, (-1) ** k * binomial)
+            _add(result, _join(s + 2 * k, c % 2, cofactor, cosine, sine), parameters, (-1) ** k * binomial)
     return result
 
 
@@ -142,10 +142,12 @@ def _homogeneous(coefficient: Coefficient, cosine: int, sine: int) -> Coefficien
     for (s, c, _), _ in split:
         largest[(s + c) % 2] = max(largest[(s + c) % 2], s + c)
     result: Coefficient = {}
-    for (s, c, rest), parameters in split:
+    for (s, c, cofactor), parameters in split:
         missing = (largest[(s + c) % 2] - s - c) // 2
         for k, binomial in enumerate(_binomials(missing)):
-            _add(result, _join(s + 2 * k, c + 2 * (missing - k), rest, cosine, sine), parameters, binomial)
+            _add(
+                result, _join(s + 2 * k, c + 2 * (missing - k), cofactor, cosine, sine), parameters, binomial
+            )
     return result
 
 
@@ -181,7 +183,7 @@ def angle_sums(
     split = []
     largest = waves = 0
     for monomial, parameters in coefficient.items():
-        rest = []
+        cofactor = []
         powers: dict[int, list[int]] = {}
         for factor in monomial:
             g = generators[factor[0]]
@@ -190,7 +192,7 @@ def angle_sums(
             elif g.kind == "sin" and g.partner in angles:
                 powers.setdefault(g.partner, [0, 0])[0] = factor[1]
             else:
-                rest.append(factor)
+                cofactor.append(factor)
         key = tuple((index, s, c) for index, (s, c) in sorted(powers.items(), key=lambda item: rank(item[0])))
         degree = sum(s + c for _, s, c in key)
         if degree > _DEGREE:
@@ -199,12 +201,12 @@ def angle_sums(
         waves += 2**degree * len(parameters)
         if waves > _WAVES:
             return {}, 1
-        split.append((key, degree, tuple(rest), parameters))
+        split.append((key, degree, tuple(cofactor), parameters))
     result: Coefficient = {}
-    for key, degree, rest_key, parameters in split:
+    for key, degree, cofactor_key, parameters in split:
         scale = 2 ** (largest - degree)
         for wave, value in _waves(key):
-            _add(result, (*rest_key, wave) if wave else rest_key, parameters, scale * value)
+            _add(result, (*cofactor_key, wave) if wave else cofactor_key, parameters, scale * value)
     return result, 2**largest
 
 

@@ -243,8 +243,8 @@ class SteadyMotions(Result, Sequence[SteadyMotion]):
                 remaining = ", ".join(f"{text(x, p.ring)} = 0" for x in motion.canonical.remaining)
                 unknowns = ", ".join(p.name(a) for a in self._solve_for)
                 raise ModelError(
-                    f"No closed form for {unknowns}; left is {remaining}. Ask for another unknown, or give values= for "
-                    f"roots in numbers."
+                    f"No closed form for {unknowns}; unsolved: {remaining}. Ask for another unknown, or give values= "
+                    "for roots in numbers."
                 )
 
     # -- conditions -------------------------------------------------------------------------------

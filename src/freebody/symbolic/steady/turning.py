@@ -411,8 +411,8 @@ class TurningProblem(Problem):
         return np.array([*energies, *np.poly(eigenvalues).real, *rates])
 
 
-class _Unknown:
-    """Stands for the closed forms of stability, of which there are none."""
+class _NoClosedForm:
+    """Stand-in for `Linear` and `Amended`: no closed forms of stability."""
 
     def singular(self, values: Any) -> bool:
         """Return False."""
@@ -432,7 +432,7 @@ class TurningStability:
 
     def __init__(self, problem: TurningProblem) -> None:
         self._problem = problem
-        self.linear = self.amended = _Unknown()
+        self.linear = self.amended = _NoClosedForm()
 
     def at(self, full: Mapping[Any, Any], family: int = 0) -> Stability:
         """Return the stability by eigenvalues, in axes that do not spin with the bodies: there C and K are constant."""
