@@ -20,8 +20,8 @@ from ...scalar.algebra import Scalar
 from ...scalar.element import element
 from ...scalar.polynomial import Polynomial, Ring
 from ..printing.display import displayed, text
+from ..printing.lines import Result
 from ..printing.rational import Rationals, S
-from ..printing.result import Result
 from ..printing.show import elements, latex_of, mathml_of
 from ..printing.show import text_of as text_expression
 from .modes import Mode, Modes

@@ -18,8 +18,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from ..printing.lines import Lines, assignments
-from ..printing.result import Result
+from ..printing.lines import Lines, Result, assignments
 from ..printing.show import mathml_of, shown_name, words
 
 Array = NDArray[Any]

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...errors import ModelError, nearest
 from ...scalar.algebra import Expression
 from ..printing.latex import latex_name
-from ..printing.result import Result
+from ..printing.lines import Result
 from ..printing.show import (
     EQUALS,
     aligned,

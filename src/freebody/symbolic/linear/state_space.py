@@ -10,7 +10,7 @@ import numpy as np
 import sympy
 
 from ...errors import ModelError, nearest
-from ..printing.result import Result
+from ..printing.lines import Result
 from ..printing.show import EQUALS, aligned, elements, latex_of, matrix_mathml, text_of
 
 

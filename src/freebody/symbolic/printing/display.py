@@ -13,9 +13,9 @@ from ...scalar.polynomial import Ring
 from .arrange import Lumps as Lumps
 from .grouped import Grouped
 from .latex import Latex
+from .lines import Result
 from .mathml import MathML, document
 from .printer import Printer
-from .result import Result
 from .show import aligned
 from .text import Text
 

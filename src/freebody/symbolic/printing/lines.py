@@ -1,4 +1,7 @@
-"""Results as lines of words, names and formulas: one description gives text, LaTeX and MathML."""
+"""Results that print themselves: base classes, and lines of words, names and formulas.
+
+One description of lines gives text, LaTeX and MathML.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,6 @@ from typing import Any
 import sympy
 
 from .latex import latex_name
-from .result import Result
 from .show import (
     aligned,
     column_latex,
@@ -47,6 +49,28 @@ EQUALS = Sign("=")
 COMMA = Sign(",")
 Piece = Any
 """Words (str), a Name, a Sign, a number, a SymPy expression or column."""
+
+
+class Result:
+    """A result with ``text``, ``latex`` and ``mathml``; notebooks show its LaTeX, a console its text."""
+
+    def text(self) -> str:
+        """Return the result as plain text."""
+        raise NotImplementedError
+
+    def latex(self) -> str:
+        """Return the result as LaTeX."""
+        raise NotImplementedError
+
+    def mathml(self) -> str:
+        """Return the result as presentation MathML."""
+        raise NotImplementedError
+
+    def _repr_latex_(self) -> str | None:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def __repr__(self) -> str:
+        return self.text()
 
 
 class Lines(Result):

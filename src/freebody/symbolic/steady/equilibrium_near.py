@@ -19,7 +19,7 @@ from ...model.model import Model
 from ...scalar.algebra import Expression, floats
 from ..linear.checks import scale_of
 from ..linear.linearize import linearize, terms_at
-from ..printing.result import Result
+from ..printing.lines import Result
 from ..printing.show import aligned, elements, latex_words, words
 from .motion import SteadyState
 from .stability import Spectrum, Stability, spectral_verdict

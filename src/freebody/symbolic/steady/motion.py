@@ -11,7 +11,7 @@ import sympy
 from ...scalar.polynomial import Polynomial
 from ..printing.display import displayed, latex, text
 from ..printing.latex import latex_name
-from ..printing.result import Result
+from ..printing.lines import Result
 from ..printing.show import COMMA, EQUALS, elements, inner, latex_words, shown_name, split, words
 from .factors import signed_part
 from .problem import Problem

@@ -24,7 +24,7 @@ from ...scalar.polynomial import Polynomial
 from ...scalar.substitute import Substitution, arrays
 from ..free_body.along_motion import numbers
 from ..printing.display import displayed, equation_latex, equation_text, text
-from ..printing.result import Result
+from ..printing.lines import Result
 from ..printing.show import EQUALS, aligned, elements, inner, latex_words, words
 from .factors import excluded, factors, product
 from .motion import SteadyMotion, SteadyState
